@@ -1,0 +1,38 @@
+# Every target does its own set-up: a fresh machine needs Python (3.10 or newer) with venv, and make.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PACKAGE := pyproject.toml constraints.txt
+# Names and versions of everything that is ever installed, build tools included.
+export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
+export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: demo test lint install clean
+
+demo: $(VENV)/.product  ## set up what the product needs, and run the main job on a simulated arm
+	$(BIN)/mukca demo --out demo --force
+
+test: $(VENV)/.tests  ## set up, and run all tests
+	$(BIN)/pytest -n auto --dist worksteal $(ARGS)
+
+lint: $(VENV)/.tests  ## ruff and pyright (strict)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+install: $(VENV)/.tests  ## .venv with the project in it, editable, and all that its tests need
+
+clean:
+	rm -rf $(VENV) build demo *.egg-info
+
+$(VENV)/bin/pip:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.product: $(PACKAGE) | $(VENV)/bin/pip
+	$(BIN)/pip install --quiet --editable .
+	@touch $@
+
+$(VENV)/.tests: $(PACKAGE) | $(VENV)/bin/pip
+	$(BIN)/pip install --quiet --editable '.[test,lint]'
+	@touch $@ $(VENV)/.product
