@@ -128,4 +128,3 @@ class Driver(ABC):
     def __iter__(self) -> Iterator[JointState]:
         while True:
             yield self.read(timeout=1.0)
-

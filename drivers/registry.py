@@ -8,10 +8,10 @@ arm by an entry point of the group ``mukca.drivers`` in a package of its own::
 """
 
 import importlib
-import importlib.util
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
 
 from .driver import Driver, DriverError, Reason
 
@@ -26,15 +26,18 @@ class DriverInfo:
 
     name: str
     target: str
-    """Where the class is: ``module:Class``."""
+    """Where the class is, ``module:Class``."""
     arms: str
     """Which arms it reads, and how."""
     needs: tuple[str, ...] = ()
     """Python modules that it imports beyond the standard library."""
     source: str = "mukca"
     """The package that provides it, with its version where it is a plug-in."""
-    problem: str | None = None
-    """Why it cannot be used, or None."""
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Needed modules that are not installed."""
+        return tuple(module for module in self.needs if find_spec(module) is None)
 
 
 DRIVERS: dict[str, DriverInfo] = {
@@ -43,3 +46,61 @@ DRIVERS: dict[str, DriverInfo] = {
         DriverInfo("mock", "mukca.drivers.mock:Mock", "a simulated arm: replays a recording"),
     )
 }
+
+
+def list_drivers() -> list[DriverInfo]:
+    """Return the drivers of the table, then those of installed plug-ins, by name."""
+    plugins = entry_points(group=ENTRY_POINT_GROUP)
+    return [*DRIVERS.values(), *(_plugin(point) for point in sorted(plugins, key=_name))]
+
+
+def open_driver(name: str, address: str, joint_names: Sequence[str] | None = None) -> Driver:
+    """Connect to a robot.
+
+    Args:
+        name: A name of the table, or of an installed plug-in.
+        address: Where the robot is, in the driver's notation.
+        joint_names: The model's actuated joints in chain order, or None without a model.
+
+    Raises:
+        DriverError: No such driver, a package it needs is missing, or it cannot connect.
+    """
+    infos = {info.name: info for info in reversed(list_drivers())}
+    if name not in infos:
+        raise DriverError(
+            Reason.BAD_ADDRESS,
+            f"no driver is called {name!r}; there are: {', '.join(sorted(infos))}",
+        )
+    return _load(infos[name])(address, joint_names)
+
+
+def _load(info: DriverInfo) -> type[Driver]:
+    """Import a driver's class, naming the driver in every trouble."""
+    module, _, attribute = info.target.partition(":")
+    try:
+        loaded = getattr(importlib.import_module(module), attribute)
+    except ImportError as error:
+        raise DriverError(
+            Reason.MISSING_PACKAGE,
+            f"driver {info.name!r} of {info.source} needs {error.name}: {error}",
+        ) from None
+    except Exception as error:  # a plug-in may fail in any way; it is named and stops no other
+        raise DriverError(
+            Reason.MISSING_PACKAGE, f"driver {info.name!r} of {info.source} is broken: {error!r}"
+        ) from error
+    if not (isinstance(loaded, type) and issubclass(loaded, Driver)):
+        raise DriverError(
+            Reason.MISSING_PACKAGE,
+            f"driver {info.name!r} of {info.source}: {info.target} is no subclass of Driver",
+        )
+    return loaded
+
+
+def _plugin(point: EntryPoint) -> DriverInfo:
+    package = point.dist
+    source = f"{package.name} {package.version}" if package else "a plug-in"
+    return DriverInfo(point.name, point.value, "plug-in", source=source)
+
+
+def _name(point: EntryPoint) -> str:
+    return point.name

@@ -1,0 +1,1 @@
+"""Recordings to a calibrated robot: kinematics, Eq. (5) of the paper, identification."""

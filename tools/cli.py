@@ -1,0 +1,102 @@
+"""The command line: from arguments to a verb, and from errors to exit statuses.
+
+Exit status: 0 done; 1 it ran and the result fails its limits; 2 bad usage or bad input;
+130 interrupted. Verbs are imported only when they are used, so that ``mukca --help`` is instant.
+"""
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn, Protocol
+
+from .. import MukcaError
+from .terminal import Terminal
+
+__all__ = ["main"]
+
+
+class Command(Protocol):
+    """What a module in ``tools/commands`` offers."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Add the verb's arguments, and an example as the parser's epilog."""
+        ...
+
+    def run(self, arguments: argparse.Namespace, terminal: Terminal) -> int:
+        """Do the work and return the exit status.
+
+        Raises:
+            MukcaError: What is wrong with the input, in one line.
+        """
+        ...
+
+
+# The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
+VERBS: dict[str, str] = {
+    "demo": "record, calibrate and validate a simulated arm, from start to end",
+    "solve": "calibrate a robot from recordings",
+    "validate": "measure a calibration on other recordings",
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    parser = build_parser(words[0] if words else None)
+    arguments = parser.parse_args(words)
+    terminal = Terminal(json=bool(getattr(arguments, "json", False)))
+    try:
+        return _command(arguments.verb).run(arguments, terminal)
+    except MukcaError as error:
+        sys.stderr.write(f"mukca {arguments.verb}: {_one_line(error)}\n")
+        return getattr(error, "exit_status", 2)
+    except KeyboardInterrupt:
+        sys.stderr.write(f"mukca {arguments.verb}: interrupted\n")
+        return 130
+    except BrokenPipeError:  # the reader went away, as with `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+
+
+def build_parser(verb: str | None) -> argparse.ArgumentParser:
+    """Return the parser; only the given verb's own arguments are filled in."""
+    parser = argparse.ArgumentParser(
+        prog="mukca",
+        description="Calibrate a robot arm with a printed ball and socket base.",
+        epilog="mukca VERB --help shows a verb's options and an example.",
+    )
+    parser.add_argument("--version", action=_ShowVersion, nargs=0, help="show the version and exit")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for name, line in VERBS.items():
+        sub = verbs.add_parser(
+            name,
+            help=line,
+            description=line[0].upper() + line[1:] + ".",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        if name == verb:
+            _command(name).add_arguments(sub)
+    return parser
+
+
+class _ShowVersion(argparse.Action):
+    """Print the version, looked up only when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from importlib.metadata import version
+
+        sys.stdout.write(f"mukca {version('mukca')}\n")
+        parser.exit()
+
+
+def _command(verb: str) -> Command:
+    module: Command = importlib.import_module(  # pyright: ignore[reportAssignmentType]
+        f".commands.{verb.replace('-', '_')}", __package__
+    )
+    return module
+
+
+def _one_line(error: MukcaError) -> str:
+    return " ".join(str(error).split())

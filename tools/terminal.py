@@ -1,0 +1,48 @@
+"""Where verbs write: people's text and one JSON object, each to its stream.
+
+With ``--json`` standard output carries JSON alone and everything for people goes to standard
+error; without it, people read standard output.
+"""
+
+import json as _json
+import sys
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+__all__ = ["Terminal"]
+
+
+class Terminal:
+    """The two streams of a command."""
+
+    def __init__(self, *, json: bool = False) -> None:
+        self.json = json
+
+    @cached_property
+    def console(self) -> "Console":
+        """A rich console on the people's stream; plain text where that is no terminal."""
+        from rich.console import Console
+
+        return Console(stderr=self.json, highlight=False, soft_wrap=True)
+
+    def say(self, text: str) -> None:
+        """Write a line for people, as it is."""
+        sys.stdout.flush()
+        stream = sys.stderr if self.json else sys.stdout
+        stream.write(text + "\n")
+
+    def warn(self, text: str) -> None:
+        """Write a line about something that may be wrong to standard error."""
+        sys.stderr.write(f"warning: {' '.join(text.split())}\n")
+
+    def emit(self, value: dict[str, Any]) -> None:
+        """Write one JSON object on one line of standard output.
+
+        Raises:
+            ValueError: The object holds a NaN or an infinity, which JSON has no word for.
+        """
+        sys.stdout.write(_json.dumps(value, allow_nan=False) + "\n")
+        sys.stdout.flush()
