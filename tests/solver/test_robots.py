@@ -64,6 +64,29 @@ UR_LENGTHS = {
     "ur10e": (0.1807, -0.6127, -0.57155, 0.17415, 0.11985, 0.11655),
 }
 
+# masses [kg] and centres of mass [m] of links 1 to 6 in the Denavit-Hartenberg frames, same article
+UR_SMALL_CENTRES = (
+    *((0, -0.02, 0), (0.13, 0, 0.1157), (0.05, 0, 0.0238)),
+    *((0, 0, 0.01), (0, 0, 0.01), (0, 0, -0.02)),
+)
+UR_BODIES = {
+    "ur3e": ((1.98, 3.4445, 1.437, 0.871, 0.805, 0.261), UR_SMALL_CENTRES),
+    "ur5e": (
+        (3.761, 8.058, 2.846, 1.37, 1.3, 0.365),
+        (
+            *((0, -0.02561, 0.00193), (0.2125, 0, 0.11336), (0.15, 0, 0.0265)),
+            *((0, -0.0018, 0.01634), (0, 0.0018, 0.01634), (0, 0, -0.001159)),
+        ),
+    ),
+    "ur10e": (
+        (7.369, 13.051, 3.989, 2.1, 1.98, 0.615),
+        (
+            *((0.021, 0, 0.027), (0.38, 0, 0.158), (0.24, 0, 0.068)),
+            *((0, 0.007, 0.018), (0, 0.007, 0.018), (0, 0, -0.026)),
+        ),
+    ),
+}
+
 
 def path_of(name: str) -> Path:
     return FOLDER / f"{name}.urdf"
@@ -145,13 +168,13 @@ def franka_flange(q: Matrix) -> Matrix:
     return product([*steps, translation(Z, 0.107)])
 
 
-def ur_flange(name: str, q: Matrix) -> Matrix:
+def ur_frames(name: str, q: Matrix) -> list[Matrix]:
     """Universal Robots' table, in the controller's frame, which is base_link turned by pi."""
     d1, a2, a3, d4, d5, d6 = UR_LENGTHS[name]
     d, a = (d1, 0, 0, d4, d5, d6), (0, a2, a3, 0, 0, 0)
     alpha = (pi / 2, 0, 0, pi / 2, -pi / 2, 0)
     steps = [standard_dh(*row) for row in zip(q, d, a, alpha, strict=True)]
-    return product([rotation(Z, pi), *steps])
+    return [product([rotation(Z, pi), *steps[:count]]) for count in range(1, 7)]
 
 
 def gen3_lite_flange(q: Matrix) -> Matrix:
@@ -260,7 +283,19 @@ def test_franka_follows_its_published_dh_table(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(UR_LENGTHS))
 def test_ur_follows_its_published_dh_table(name: str) -> None:
     for q in random_configurations(name):
-        np.testing.assert_allclose(pose(name, "tool0", q), ur_flange(name, q), atol=1e-12)
+        np.testing.assert_allclose(pose(name, "tool0", q), ur_frames(name, q)[-1], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", sorted(UR_LENGTHS))
+def test_ur_carries_its_published_masses_where_they_are(name: str) -> None:
+    q = random_configurations(name, 1)[0]
+    moving = [joint.child for joint in chain(name) if joint.type != "fixed"]
+    masses, centres = UR_BODIES[name]
+    for link, mass, centre, T in zip(moving, masses, centres, ur_frames(name, q), strict=True):
+        inertial = inertials(name)[link]
+        ours = pose(name, link, q) @ inertial.origin @ (0, 0, 0, 1)
+        assert inertial.mass == mass
+        np.testing.assert_allclose(ours, T @ (*centre, 1), atol=1e-9, err_msg=link)
 
 
 def test_gen3_lite_follows_its_published_dh_table() -> None:
