@@ -78,7 +78,7 @@ class Inspection:
 
     measured: Measurement
     floor: float
-    """Mean absolute error of a fit to this placement alone [m]."""
+    """Mean absolute error of a fit to this placement alone, samples by their weight [m]."""
     changes: tuple[Change, ...]
     findings: tuple[Finding, ...]
     centre: Vector
@@ -104,7 +104,7 @@ def inspect_all(
     """
     together = _fit(chain, parameters, measurements, load)
     alone = [_fit(chain, parameters, [measured], load) for measured in measurements]
-    floors = [float(np.linalg.norm(fitted.residuals, axis=1).mean()) for fitted in alone]
+    floors = [_floor(fitted) for fitted in alone]
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
         changes = _changes(measured, together)
@@ -172,6 +172,11 @@ def _fit(
 ) -> Estimate:
     data = observe(measurements, chain, load=load, tied=False)
     return estimate(build_map_problem(chain, parameters, data))
+
+
+def _floor(alone: Estimate) -> float:
+    errors = np.linalg.norm(alone.residuals, axis=1)
+    return float(np.average(errors, weights=alone.weights))
 
 
 def _changes(measured: Measurement, together: Estimate) -> tuple[Change, ...]:

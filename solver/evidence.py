@@ -289,7 +289,7 @@ class _Iteration:
 
     def result(self) -> Estimate:
         full = np.zeros((len(self.free), len(self.free)))
-        full[np.ix_(self.free, self.free)] = self.covariance
+        full[np.ix_(self.free, self.free)] = self.widened_covariance()
         _, squares = self.weigh()
         return Estimate(
             self.problem,
@@ -304,6 +304,14 @@ class _Iteration:
             self.evaluations,
             tuple(self.iterates),
         )
+
+    def widened_covariance(self) -> Vector:
+        """Return the covariance with the priors as wide as they may well be."""
+        change = np.zeros(len(self.free))
+        for group in self.groups:
+            if group.width:
+                change[group.members] = group.deviation**-2 - group.width**-2
+        return _inverse(self.hessian + np.diag(change[self.free]))
 
     def log_evidence(self, squares: Vector) -> float:
         """Return the logarithm of the evidence, by Laplace's approximation."""
