@@ -272,7 +272,8 @@ class _Iteration:
         scaled = [inverse @ V for V in kinds]
         fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
         before, matters = self.noise, self.joint_effect() > NEGLIGIBLE
-        self.noise = before.updated(np.linalg.solve(fisher, score), self.joint_effect())
+        squares: Vector = np.linalg.solve(fisher, score).astype(np.float64)
+        self.noise = before.updated(squares, self.joint_effect())
         return max(
             abs(log(self.noise.space / before.space)),
             abs(log(self.noise.joint / before.joint)) if matters else 0.0,

@@ -195,12 +195,13 @@ def _between(
     joints: Sequence[Joint], origins: Vector, one: int, other: int
 ) -> tuple[Vector, Vector]:
     """Return rotation and translation from one joint's child link to another's parent link."""
-    R, p = np.eye(3), np.zeros(3)
+    transform = np.eye(4)
     for j in range(one + 1, other):
         assert not joints[j].actuated
-        step, offset = _frame(origins[j])
-        R, p = R @ step, p + R @ offset
-    return R, p
+        step = np.eye(4)
+        step[:3, :3], step[:3, 3] = _frame(origins[j])
+        transform = transform @ step
+    return transform[:3, :3], transform[:3, 3]
 
 
 def _rates(origin: Vector, spin: Vector) -> Vector:
@@ -213,7 +214,8 @@ def _rates(origin: Vector, spin: Vector) -> Vector:
     Rz = np.array(rotation((0, 0, 1), yaw).full())
     Ry = np.array(rotation((0, 1, 0), pitch).full())
     axes = np.stack([Rz @ Ry @ [1, 0, 0], Rz @ [0, 1, 0], np.array([0, 0, 1])], axis=1)
-    return np.linalg.lstsq(axes, spin, rcond=None)[0]
+    rates: Vector = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
+    return rates
 
 
 def workspace(chain: Chain, count: int, seed: int = 0) -> Vector:
