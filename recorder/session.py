@@ -128,7 +128,7 @@ class Session:
     def nearest(self, position: Sequence[float], within: float = SAME) -> Sample | None:
         """Return a sample of any socket that is nearly at a configuration."""
         for sample in self.live:
-            if self._same(sample.position, position, within):
+            if self.same(sample.position, position, within):
                 return sample
         return None
 
@@ -145,16 +145,17 @@ class Session:
 
     def _repeated(self, position: Sequence[float]) -> str | None:
         for sample in self.live:
-            if sample.socket == self.socket and self._same(sample.position, position, SAME):
+            if sample.socket == self.socket and self.same(sample.position, position):
                 return f"nearly the same configuration as sample {sample.number}: move the arm on"
-            if sample.socket != self.socket and self._same(sample.position, position, STOOD_STILL):
+            if sample.socket != self.socket and self.same(sample.position, position, STOOD_STILL):
                 return (
                     f"the arm stands where it stood for sample {sample.number} in socket "
                     f"{sample.socket}: move the ball to socket {self.socket} first"
                 )
         return None
 
-    def _same(self, a: Sequence[float], b: Sequence[float], within: float) -> bool:
+    def same(self, a: Sequence[float], b: Sequence[float], within: float = SAME) -> bool:
+        """Tell whether no joint differs by more than some angle [rad] between configurations."""
         return all(
             abs(x - y) <= (SAME_LENGTH * within / SAME if joint.prismatic else within)
             for joint, x, y in zip(self.joints, a, b, strict=True)

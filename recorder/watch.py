@@ -6,9 +6,9 @@ how busy this computer is:
 * The arm is *still* when the standard deviation of every joint over the window is at most
   ``still``. A joint that drifts evenly by D over the window has D / sqrt(12).
 * A state with another number of joints than the model, a number that is not finite, zeros only, or
-  a stamp that does not advance is a *fault*; so is a *jump*, a step of over 3 degrees faster than
-  any arm moves. No window reaches across a fault. After a jump nothing is trusted until the joint
-  has jumped back.
+  a stamp that does not advance is a *fault*; so is a *jump*, a step that is over 3 degrees off
+  what the speed before it leads to. No window reaches across a fault. After a jump nothing is
+  trusted until the joint has jumped back.
 * The stream is *frozen* when it repeats one state to the last digit although its sensors are
   noisy, or although the arm was just moving (:mod:`mukca.recorder.freeze`).
 * It is *silent* when no state has come for a quarter of a second, and *late* when states take half
@@ -36,8 +36,8 @@ DRIFT = 1e-3
 """How much faster or slower than the host's clock the robot's may run."""
 JUMP = math.radians(3.0)
 """The least that a jump is [rad] or [m]."""
-JUMP_SPEED = 12.0
-"""Faster than any arm's joint [rad/s]."""
+JUMP_ACCELERATION = 50.0
+"""More than any arm's joint is led with by hand [rad/s^2]; it allows more in slow streams."""
 CHECK_EVERY = 0.02
 """How often stillness is looked at [s]."""
 LEAST_STATES = 5
@@ -79,14 +79,18 @@ class Watch:
         """When the last state came, sound or not [s, monotonic]."""
         self.rest: Rest | None = None
         """The average of the last window, while the arm is still."""
+        self.settled = False
+        """Whether the arm has been still for longer than a whole window."""
         self._states: deque[JointState] = deque()
         self._arrivals: deque[float] = deque()
         self._fault: str | None = None
         self._offsets = [0.0] * len(self.joints)
+        self._speeds = [0.0] * len(self.joints)
         self._freeze = Freeze()
         self._stamp = -math.inf
         self._next_check = -math.inf
         self._moving: str | None = None
+        self._still_since = math.nan
         self._least_delay = math.inf
         self._delay = 0.0
 
@@ -195,16 +199,21 @@ class Watch:
         elapsed = state.stamp - before.stamp
         if elapsed <= 0:
             return
-        limit = max(JUMP, JUMP_SPEED * elapsed)
+        limit = max(JUMP, JUMP_ACCELERATION * elapsed**2)
         for i, (old, new) in enumerate(zip(before.position, state.position, strict=True)):
-            if abs(new - old) > limit:
-                self._offsets[i] += new - old
+            surprise = new - old - self._speeds[i] * elapsed
+            if abs(surprise) > limit:
+                self._offsets[i] += surprise
                 self._restart()
+            else:
+                self._speeds[i] = (new - old) / elapsed
 
     def _restart(self) -> None:
         """Begin a new window."""
         self._states.clear()
         self.rest = None
+        self.settled = False
+        self._still_since = math.nan
         self._moving = None
         self._next_check = -math.inf
 
@@ -212,6 +221,7 @@ class Watch:
         """Average the window, if it is whole and the arm was still."""
         self.rest = None
         states = self._states
+        state = states[-1]
         stamps = np.array([state.stamp for state in states])
         gap = float(np.max(np.diff(stamps))) if len(stamps) > 1 else math.inf
         if stamps[-1] - stamps[0] < 0.9 * self.window or gap > self.window / 2:
@@ -221,6 +231,11 @@ class Watch:
         else:
             self._fault = None
             self._average(stamps)
+        if self.rest is None:
+            self._still_since = math.nan
+        elif math.isnan(self._still_since):
+            self._still_since = state.stamp
+        self.settled = state.stamp - self._still_since >= self.window
 
     def _average(self, stamps: np.ndarray) -> None:
         positions = np.array([state.position for state in self._states])
