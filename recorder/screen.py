@@ -108,8 +108,7 @@ def _banner(view: View, width: int) -> list[Text]:
     lines: list[Text] = []
     for row, word in enumerate(("", f"SOCKET {session.socket}", "")):
         big = "  ".join(_DIGITS[int(digit)][row] for digit in str(session.socket))
-        line = Text(f"  {big}  {word:<12}", style=style)
-        line.append("  ")
+        line = Text().append(f"  {big}  {word:<12}", style=style).append("  ")
         line.append(*says[row])
         lines.append(line)
     return lines
