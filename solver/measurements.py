@@ -98,8 +98,9 @@ def measure(placement: Placement, chain: Chain, distance: float | None = None) -
             f"{placement.name}: distance {distance} m as given, not the recording's "
             f"{placement.distance} m"
         )
-    chosen = distance if distance is not None else placement.distance
-    measured = Measurement(ordered, check_distance(chosen or DEFAULT_DISTANCE), tuple(warnings))
+    chosen = placement.distance if distance is None else distance
+    chosen = DEFAULT_DISTANCE if chosen is None else chosen
+    measured = Measurement(ordered, check_distance(chosen), tuple(warnings))
     _check_sockets(measured)
     return measured
 
