@@ -13,7 +13,7 @@ from .session import Joint, Session
 
 __all__ = ["View", "render"]
 
-KEYS = "space capture  d undo  s next socket  0-9 socket  q finish  ? help"
+KEYS = "space capture  d undo  s next  0-9 socket  q finish  ? help"
 HELP = """\
 space, a    capture: average the last moment, in which the arm must be still
 d, u        undo the last capture; its line stays in the file, marked

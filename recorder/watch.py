@@ -65,14 +65,21 @@ class Watch:
         joints: The model's actuated joints.
         window: How long an average is [s].
         still: Largest standard deviation of a joint of an arm that is still [rad].
+        live: Whether a stream that is late counts as unsound.
     """
 
     def __init__(
-        self, joints: Sequence[Joint], *, window: float = 0.3, still: float = 5e-4
+        self,
+        joints: Sequence[Joint],
+        *,
+        window: float = 0.3,
+        still: float = 5e-4,
+        live: bool = True,
     ) -> None:
         self.joints = tuple(joints)
         self.window = window
         self.still = still
+        self.live = live
         self.latest: JointState | None = None
         """The last sound state."""
         self.arrival = -math.inf
@@ -147,7 +154,7 @@ class Watch:
                 )
         if self._freeze.frozen:
             return "the stream is frozen: it repeats one state to the last digit"
-        if self._delay > LATE:
+        if self.live and self._delay > LATE:
             return f"the stream is stale: states come {self._delay:.1f} s late"
         return None
 
