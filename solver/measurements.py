@@ -84,7 +84,7 @@ def measure(placement: Placement, chain: Chain, distance: float | None = None) -
         MeasurementError: Too few sockets or samples, angles far outside the limits, or a
             distance that cannot be.
     """
-    warnings: list[str] = []
+    warnings = list(placement.remarks)
     names = placement.joint_names
     if names is not None and not set(names) & set(chain.joint_names):
         warnings.append(
