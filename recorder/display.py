@@ -1,7 +1,7 @@
 """Puts views on a terminal: only the lines that changed, so that SSH has little to carry."""
 
 import os
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from types import TracebackType
 from typing import Protocol
 
@@ -16,8 +16,8 @@ _ENTER = "\x1b[?1049h\x1b[?25l\x1b[2J"
 _LEAVE = "\x1b[?25h\x1b[?1049l"
 
 
-class Display(Protocol):
-    """Where the operator looks."""
+class Display(AbstractContextManager[object], Protocol):
+    """Where the operator looks, for as long as it is open."""
 
     def show(self, view: View) -> None:
         """Show what is known now.
@@ -79,9 +79,10 @@ class Screen:
     def _terminal_size(self) -> ConsoleDimensions:
         """Ask the terminal itself: what the shell exported in COLUMNS may be out of date."""
         try:
-            return ConsoleDimensions(*os.get_terminal_size(self._descriptor))
+            columns, rows = os.get_terminal_size(self._descriptor)
         except OSError:
             raise HangUp from None
+        return ConsoleDimensions(columns or 80, rows or 24)  # a serial line does not know its size
 
     def _write(self, text: str) -> None:
         data = text.encode(self._console.encoding, errors="replace")

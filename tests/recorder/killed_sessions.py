@@ -39,12 +39,12 @@ def record(folder: Path, seed: int) -> None:
     metadata = Metadata("arm", tuple(j.name for j in JOINTS), ("rad",) * 7, 0.05)
     reader, writer = os.pipe()
     os.write(writer, b"a*500\n")
-    with Recording(folder, metadata) as recording, Screen(Console()) as screen:
+    with Recording(folder, metadata) as recording:
         content = recording.content
         session = Session(JOINTS, samples=content.samples, withdrawn=content.withdrawn)
         stream = Stream(Mock(arm=arm))
         watch = Watch(JOINTS, live=False)
-        Recorder(session, stream, watch, recording, screen, script=Script(reader)).run()
+        Recorder(session, stream, watch, recording, Screen(Console()), script=Script(reader)).run()
 
 
 def counted(output: bytes) -> int:
@@ -58,12 +58,12 @@ def killed(folder: Path, seed: int, generator: random.Random) -> int:
     before = counted_in(folder)
     process, terminal = pty.fork()
     if process == 0:
-        os.environ |= {"TERM": "xterm-256color", "COLUMNS": "80", "LINES": "24"}
+        os.environ["TERM"] = "xterm-256color"
         record(folder, seed)
         os._exit(1)
     output = b""
-    end = None
-    while end is None or time.monotonic() < end:
+    end, patience = None, time.monotonic() + 30
+    while time.monotonic() < (end or patience):
         if select.select([terminal], [], [], 0.005)[0]:
             try:
                 output += os.read(terminal, 65536)

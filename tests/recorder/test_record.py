@@ -39,6 +39,12 @@ class Seen:
     bells: int = 0
     sleep: float = 0.0
 
+    def __enter__(self) -> "Seen":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
     def show(self, view: View) -> None:
         self.views.append(view)
         time.sleep(self.sleep)
@@ -154,6 +160,12 @@ class Presser:
         for _ in range(200):
             time.sleep(0.03)
             os.write(self._writer, b"ua")
+
+    def __enter__(self) -> "Presser":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
 
     def fileno(self) -> int:
         return self._reader

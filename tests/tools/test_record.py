@@ -311,6 +311,15 @@ def test_bad_usage_is_one_line(tmp_path: Path, scripted, more: list[str], told: 
     assert not (tmp_path / "front").exists()
 
 
+def test_neither_keys_nor_a_terminal_is_told(hand: Path, tmp_path: Path) -> None:
+    words = fast(hand, tmp_path / "front")
+    done = subprocess.run(
+        words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "standard input holds no keys; run it in a terminal" in done.stderr
+
+
 def test_a_word_that_is_no_key_is_told(tmp_path: Path, scripted) -> None:
     done = scripted(tmp_path / "front", "a x q")
     assert done.status == 2

@@ -23,7 +23,7 @@ DEMO_SEED = 2920
 """Such a draw is off by 20 mm at the median; with this seed it is 7 to 9 mm, as real arms are."""
 ORIGIN_DEVIATION = (5e-3, 12e-3)
 """Standard deviation of the true origins from the nominal ones [m, rad]."""
-SPEED = 8
+SPEED = 10
 """The hand is so much faster than a person's, and the recorder with it."""
 KEYS = "keys.txt"
 SEAT_NOISE = 5e-5

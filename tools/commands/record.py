@@ -119,13 +119,12 @@ def _record(
         stream=stream,
         watch=Watch(joints, window=arguments.window, still=arguments.still, live=script is None),
         recording=recording,
-        display=stack.enter_context(_display(terminal)),
+        display=_display(terminal),
         title=f"{chain.name}  {arguments.driver}  {arguments.out}",
-        keyboard=keyboard and stack.enter_context(keyboard),
+        keyboard=keyboard,
         script=script,
         push=Push(joints, gravity_of(chain)),
         check=seat_check(chain),
-        drops=lambda: driver.drops,
     )
     return recorder.run()
 
