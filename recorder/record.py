@@ -1,6 +1,5 @@
 """The recorder: joins stream, keys, session, file and display."""
 
-import logging
 import select
 import signal
 import time
@@ -12,6 +11,7 @@ from .display import Display
 from .keyboard import HangUp, Keyboard
 from .push import Push
 from .recording import Recording
+from .rest import Rest
 from .samples import Sample
 from .screen import View
 from .script import Script
@@ -19,14 +19,12 @@ from .session import Session
 from .signals import Signals
 from .stream import Stream
 from .tables import RecordingError
-from .watch import SILENT, Rest, Watch
+from .watch import SILENT, Watch
 
 __all__ = ["Outcome", "Recorder"]
 
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,8 @@ class Recorder:
             keys = self.keyboard.read()
             self._take_states()  # what came before the key was pressed
             for key in keys:
-                self._press(key, time.monotonic())
+                if not self.session.finished:
+                    self._press(key, time.monotonic())
             self._next_frame = 0.0
 
     def _take_states(self) -> None:

@@ -4,7 +4,7 @@ import argparse
 import shlex
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 from ..files import OutputError, refuse_existing, write_files
 from ..terminal import Terminal
@@ -114,16 +114,26 @@ def _remove_simulated(recordings: Path) -> None:
     Raises:
         OutputError: One of them is of another arm.
     """
-    from ...recorder.dataset import METADATA, read_metadata
+    from ...recorder.dataset import METADATA
     from ...recorder.samples import SAMPLES
 
     for base in demo_bases():
         folder = recordings / base.name
-        sessions = read_metadata(folder / METADATA).get("sessions", [])
-        if any(not str(session["driver"]).startswith("mock:") for session in sessions):
+        if (folder / SAMPLES).exists() and not _is_simulated(folder / METADATA):
             raise OutputError(f"{folder}: holds a recording of a real arm; choose another --out")
         for name in (SAMPLES, METADATA):
             (folder / name).unlink(missing_ok=True)
+
+
+def _is_simulated(metadata: Path) -> bool:
+    """Tell whether a recording was made with the mock alone."""
+    from ...recorder.dataset import read_metadata
+
+    sessions: Any = read_metadata(metadata).get("sessions")
+    if not isinstance(sessions, list) or not sessions:
+        return False
+    rows = cast("list[dict[str, Any]]", sessions)
+    return all(isinstance(row, dict) and str(row.get("driver")).startswith("mock:") for row in rows)  # pyright: ignore[reportUnnecessaryIsInstance]
 
 
 def _run(command: Command, words: list[str], terminal: Terminal) -> int:
