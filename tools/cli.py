@@ -36,6 +36,7 @@ class Command(Protocol):
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
     "demo": "record, calibrate and validate a simulated arm, from start to end",
+    "print-parts": "write the socket base and the ball as files for a 3D printer",
     "solve": "calibrate a robot from recordings",
     "validate": "measure a calibration on other recordings",
 }
