@@ -131,7 +131,9 @@ def _mounts(arguments: argparse.Namespace) -> dict[str, BoltCircle | Grip]:
     own: dict[str, BoltCircle | Grip] = {}
     if arguments.bolt_circle_mm is not None:
         own["bolt-circle"] = BoltCircle(
-            arguments.bolt_circle_mm, arguments.bolts or 4, arguments.screw or "M6"
+            arguments.bolt_circle_mm,
+            4 if arguments.bolts is None else arguments.bolts,
+            arguments.screw or "M6",
         )
     elif arguments.bolts is not None or arguments.screw is not None:
         raise PrintableError("--bolts and --screw go with --bolt-circle-mm")

@@ -38,7 +38,7 @@ _STROKES: dict[str, tuple[str, ...]] = {
     "9": ("22 02 04 24 20 00",),
     ".": ("00 00",),
     "I": ("00 04",),
-    "N": ("00 04", "04 20", "20 24"),
+    "n": ("00 02 22 20",),
     "O": ("00 20 24 04 00",),
     "T": ("10 14", "04 24"),
     "U": ("04 00 20 24",),
@@ -57,7 +57,7 @@ def engraving(text: str, x: float, y: float, top: float, scale: float = 1.0) -> 
     """Return the tool that engraves a line of text into a flat top.
 
     Args:
-        text: Digits, a point, spaces and the letters I, N, O, T, U, Z.
+        text: Digits, a point, spaces and the letters I, n, O, T, U, Z.
         x: Middle of the text [mm].
         y: Middle of the text [mm].
         top: Height of the surface that is engraved [mm].

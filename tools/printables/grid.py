@@ -21,8 +21,8 @@ def place_holes(
 ) -> tuple[Point, ...]:
     """Return three or four holes, all on one grid, that hold a plate as widely as possible.
 
-    The grid may lie anywhere along y, and has a line or a gap in the middle along x. Of its free
-    points those are taken that are farthest out in the four diagonal directions.
+    Of the grid's free points those are taken that are farthest out in the four diagonal directions.
+    The grid lies symmetrically about the y axis if that leaves three free points, else anywhere.
 
     Args:
         area: Where the axes of the holes may lie.
@@ -35,10 +35,13 @@ def place_holes(
     """
     blocked = [(x0 - margin, y0 - margin, x1 + margin, y1 + margin) for x0, y0, x1, y1 in boxes]
     best: tuple[Point, ...] = ()
-    for x, y in itertools.product((0.0, PITCH / 2), range(int(PITCH))):
-        free = [p for p in _grid(area, x, y) if not _is_blocked(p, discs, blocked)]
-        best = max(best, _outermost(free), key=_area)
-    return best if len(best) >= 3 else ()
+    for columns in ((0.0, PITCH / 2), range(int(PITCH))):
+        for x, y in itertools.product(columns, range(int(PITCH))):
+            free = [p for p in _grid(area, x, y) if not _is_blocked(p, discs, blocked)]
+            best = max(best, _outermost(free), key=_area)
+        if len(best) >= 3:
+            return best
+    return ()
 
 
 def _grid(area: Box, x: float, y: float) -> Iterable[Point]:

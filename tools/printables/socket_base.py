@@ -66,8 +66,8 @@ class SocketBase:
     def _check_distance(self) -> None:
         asked = f"{self.sockets} sockets {self.distance / 1000:g} m apart"
         nearest = 2 * self.post + JAWS
-        if self.sockets == 3:  # the numbers to read stand between posts 0 and 1
-            nearest = max(nearest, text_width("OUT 00.00") + 9)
+        if self.sockets == 3:  # screws stand beside the posts, the readings between two of them
+            nearest = max(nearest + 3.0, 46.0)
         if not math.isfinite(self.distance) or self.distance < nearest:
             raise PrintableError(
                 f"{asked} overlap: for a ball of {self.ball:g} mm take at least "
@@ -151,7 +151,7 @@ class SocketBase:
     @property
     def readings(self) -> tuple[str, str]:
         """The engraved readings of the caliper [mm]."""
-        return f"OUT {self.outside:.2f}", f"IN {self.inside:.2f}"
+        return f"OUT {self.outside:.2f}", f"In {self.inside:.2f}"
 
     @cached_property
     def holes(self) -> tuple[Point, ...]:
