@@ -4,6 +4,7 @@ from functools import cache
 
 import trimesh
 from mesh_checks import load_stl
+
 from mukca.tools.printables import MOUNTS, BallPart, BoltCircle, Grip, Part, SocketBase, encode
 from mukca.tools.printables.parts import ball_part, base_part
 

@@ -2,10 +2,11 @@
 
 import argparse
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..files import refuse_existing, write_files
 from ..printables import (
     BEND_LIMIT,
     FORCE,
@@ -20,8 +21,6 @@ from ..printables import (
     SocketBase,
     build_parts,
     encode,
-    refuse_existing,
-    write_all,
 )
 from ..terminal import Terminal
 
@@ -94,11 +93,10 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     balls = {f"ball-{name}": ball for name, ball in _balls(arguments).items()}
     suffixes = list(dict.fromkeys(arguments.format))
     names = [f"{part}.{suffix}" for part in (base.name, *balls) for suffix in suffixes]
-    if not arguments.force:
-        refuse_existing(arguments.out, names)
+    refuse_existing(arguments.out, names, force=arguments.force)
     parts = list(build_parts(base, balls))
     contents = [encode(suffix, part) for part in parts for suffix in suffixes]
-    write_all(arguments.out, dict(zip(names, contents, strict=True)))
+    write_files(arguments.out, dict(zip(names, contents, strict=True)))
     _describe(terminal, arguments, parts)
     if arguments.json:
         terminal.emit(
@@ -172,19 +170,28 @@ def _base_lines(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _ball_lines(facts: Mapping[str, Any]) -> list[str]:
-    where = " ".join(f"{x:g}" for x in facts["ball"])
-    flanges: dict[str, str] = facts["flanges"] or {"ROBOT": "LINK"}
-    models: dict[str, list[str]] = {}
-    for robot, link in flanges.items():
-        models.setdefault(link, []).append(robot)
     return [
-        *(
-            f"place: --robot {'|'.join(robots)} --flange {link} --ball {where}"
-            for link, robots in models.items()
-        ),
+        *_places(facts["ball"], facts["flanges"]),
         f"bends {1000 * facts['bend']:.3f} mm under {FORCE:g} N sideways at the ball "
         f"(limit {BEND_LIMIT:g} mm)",
         f"leans {math.degrees(facts['tilt']):.0f} degrees to all sides in all sockets of this base",
         *([facts["note"]] if facts["note"] else []),
         *(f"overhang beyond 45 degrees: {where}" for where in facts["overhangs"]),
+    ]
+
+
+def _places(ball: Sequence[float], flanges: Mapping[str, str]) -> list[str]:
+    """Return the options of ``mukca solve`` that put the ball onto a robot, a line for each link.
+
+    The shipped models hold a ball already, so this one gets a name of its own.
+    """
+    where = "--ball " + " ".join(f"{x:g}" for x in ball)
+    if not flanges:
+        return [f"place: --flange LINK {where}"]
+    robots: dict[str, list[str]] = {}
+    for robot, link in flanges.items():
+        robots.setdefault(link, []).append(robot)
+    return [
+        f"place: --robot {'|'.join(names)} --flange {link} {where} --tip printed_ball"
+        for link, names in robots.items()
     ]

@@ -6,7 +6,7 @@ line takes and gives metres, but for options that say ``-mm``.
 """
 
 from .ball import BEND_LIMIT, FORCE, BallPart
-from .files import FORMATS, encode, refuse_existing, write_all
+from .formats import FORMATS, encode
 from .limits import PrintableError
 from .mounts import MOUNTS, SCREWS, BoltCircle, Grip
 from .parts import Part, build_parts
@@ -26,6 +26,4 @@ __all__ = [
     "SocketBase",
     "build_parts",
     "encode",
-    "refuse_existing",
-    "write_all",
 ]

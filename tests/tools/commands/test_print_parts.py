@@ -5,6 +5,8 @@ from pathlib import Path
 
 import mesh_checks
 import pytest
+
+from mukca.solver.urdf import load_chain, shipped_robots
 from mukca.tools.cli import main
 
 
@@ -21,7 +23,7 @@ def test_one_command_writes_the_base_and_the_ball(
         "ball-franka-hand.3mf", "ball-franka-hand.stl",
         "socket-base-2x50mm.3mf", "socket-base-2x50mm.stl",
     ]  # fmt: skip
-    assert "--robot panda --flange panda_hand_tcp --ball 0 0 0.03\n" in shown
+    assert "--robot panda --flange panda_hand_tcp --ball 0 0 0.03 --tip printed_ball\n" in shown
     assert "bends 0.007 mm under 5 N" in shown
     assert "74.00 mm around two waists and 26.00 mm between them" in shown
     mesh = mesh_checks.load_stl((tmp_path / "parts" / "ball-franka-hand.stl").read_bytes())
@@ -72,7 +74,9 @@ def test_nothing_is_overwritten_without_force(
     file = tmp_path / "socket-base-2x50mm.stl"
     file.write_bytes(b"mine")
     assert run(*words) == 2
-    assert capsys.readouterr().err == (f"mukca print-parts: {file} exists; --force overwrites it\n")
+    assert capsys.readouterr().err == (
+        f"mukca print-parts: {file}: exists; choose another --out, or --force to overwrite\n"
+    )
     assert file.read_bytes() == b"mine"
     assert run(*words, "--force") == 0
     assert len(file.read_bytes()) > 100_000
@@ -105,3 +109,39 @@ def test_impossible_wishes_get_one_line_and_no_file(
     assert says in error
     assert error.count("\n") == 1
     assert not (tmp_path / "parts").exists()
+
+
+def test_other_parts_may_lie_in_the_folder(tmp_path: Path) -> None:
+    words = ("--out", tmp_path, "--mount", "none", "--format", "stl")
+    assert run(*words) == 0
+    assert run(*words, "--distance", 0.1) == 0
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_an_out_that_is_a_file_gets_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "parts").write_text("mine")
+    assert run("--out", tmp_path / "parts", "--mount", "none") == 2
+    assert "is no folder" in capsys.readouterr().err
+
+
+def test_the_places_put_the_ball_onto_the_shipped_models(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The words that are shown are accepted, and the ball comes out where they say."""
+    assert run("--out", tmp_path, "--format", "stl") == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "place: " in line]
+    seen = set()
+    for line in lines:
+        words = line.split()[1:]
+        option = {name: words[words.index(name) + 1] for name in ("--robot", "--flange", "--tip")}
+        at = words.index("--ball")
+        x, y, z = map(float, words[at + 1 : at + 4])
+        for robot in option["--robot"].split("|"):
+            chain = load_chain(
+                robot, flange=option["--flange"], ball=(x, y, z), tip=option["--tip"]
+            )
+            assert chain.joints[-1].origin.xyz == (x, y, z)
+            seen.add(robot)
+    assert seen == set(shipped_robots())

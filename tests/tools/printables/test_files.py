@@ -1,4 +1,4 @@
-"""The files: what other programs read in them, and how they come onto the disk."""
+"""The files: what other programs read in them."""
 
 import zipfile
 from io import BytesIO
@@ -9,7 +9,8 @@ import numpy as np
 import printed_parts
 import pytest
 import trimesh
-from mukca.tools.printables import PrintableError, encode, refuse_existing, write_all
+
+from mukca.tools.printables import PrintableError, encode
 
 
 def test_an_stl_file_has_the_length_that_it_announces() -> None:
@@ -68,24 +69,3 @@ def test_step_without_its_package_is_one_line(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setitem(__import__("sys").modules, "OCP", None)
     with pytest.raises(PrintableError, match=r"pip install 'mukca\[step\]'"):
         encode("step", printed_parts.ball("franka-hand"))
-
-
-def test_files_are_complete_or_absent(tmp_path: Path) -> None:
-    folder = tmp_path / "new" / "parts"
-    write_all(folder, {"a.stl": b"one", "b.stl": b"two"})
-    assert {file.name: file.read_bytes() for file in folder.iterdir()} == {
-        "a.stl": b"one",
-        "b.stl": b"two",
-    }
-
-
-def test_existing_files_and_wrong_folders_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.stl").write_bytes(b"mine")
-    refuse_existing(tmp_path, ["b.stl"])
-    refuse_existing(tmp_path / "not yet", ["a.stl"])
-    with pytest.raises(PrintableError, match=r"a\.stl exists; --force overwrites it"):
-        refuse_existing(tmp_path, ["b.stl", "a.stl"])
-    with pytest.raises(PrintableError, match="not a folder"):
-        refuse_existing(tmp_path / "a.stl", ["b.stl"])
-    with pytest.raises(PrintableError, match="cannot be written to"):
-        write_all(tmp_path / "a.stl" / "inside", {"b.stl": b""})

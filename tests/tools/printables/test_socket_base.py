@@ -7,9 +7,10 @@ import numpy as np
 import printed_parts
 import pytest
 import trimesh
-from mukca.tools.printables import PrintableError, SocketBase
 from numpy.typing import NDArray
 from scipy.optimize import nnls
+
+from mukca.tools.printables import PrintableError, SocketBase
 
 NAMES = list(printed_parts.BASES)
 Array = NDArray[np.float64]

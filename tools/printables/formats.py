@@ -1,19 +1,16 @@
 """The files of a part: STL and 3MF from its triangles, STEP from its exact surfaces."""
 
-import os
 import zipfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
 
 from .brep import step_bytes
-from .limits import PrintableError
 from .mesh import Mesh
 from .parts import Part
 
-__all__ = ["FORMATS", "encode", "refuse_existing", "write_all"]
+__all__ = ["FORMATS", "encode"]
 
 _MODEL = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _PACKAGE = "http://schemas.openxmlformats.org/package/2006"
@@ -81,32 +78,3 @@ def encode(suffix: str, part: Part) -> bytes:
         PrintableError: STEP without the package that writes it.
     """
     return _ENCODERS[suffix](part)
-
-
-def refuse_existing(folder: Path, names: Iterable[str]) -> None:
-    """Refuse to overwrite.
-
-    Raises:
-        PrintableError: One of the files exists, or the folder is a file.
-    """
-    if folder.exists() and not folder.is_dir():
-        raise PrintableError(f"{folder}: not a folder")
-    for name in names:
-        if (folder / name).exists():
-            raise PrintableError(f"{folder / name} exists; --force overwrites it")
-
-
-def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files into a folder, each to a temporary name first.
-
-    Raises:
-        PrintableError: The folder cannot be made or written to.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, content in files.items():
-            temporary = folder / f".{name}.{os.getpid()}"
-            temporary.write_bytes(content)
-            temporary.replace(folder / name)
-    except OSError as error:
-        raise PrintableError(f"{folder}: cannot be written to: {error.strerror}") from None
