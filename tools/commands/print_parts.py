@@ -94,8 +94,9 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     suffixes = list(dict.fromkeys(arguments.format))
     names = [f"{part}.{suffix}" for part in (base.name, *balls) for suffix in suffixes]
     refuse_existing(arguments.out, names, force=arguments.force)
-    parts = list(build_parts(base, balls))
-    contents = [encode(suffix, part) for part in parts for suffix in suffixes]
+    with terminal.console.status("building and checking the parts"):
+        parts = list(build_parts(base, balls))
+        contents = [encode(suffix, part) for part in parts for suffix in suffixes]
     write_files(arguments.out, dict(zip(names, contents, strict=True)))
     _describe(terminal, arguments, parts)
     if arguments.json:

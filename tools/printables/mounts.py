@@ -157,6 +157,11 @@ class Grip:
     def __post_init__(self) -> None:
         check_range("a grip's width", self.width, 8, 60)
         check_range("a grip's depth", self.depth, 8, 60)
+        if self.depth < self.width:
+            raise PrintableError(
+                f"a grip {self.width:g} mm wide and {self.depth:g} mm deep: its shoulder needs a "
+                "depth of at least the width"
+            )
         check_range("a grip's length", self.length, 8, 80)
 
     @classmethod

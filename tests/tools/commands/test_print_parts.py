@@ -74,9 +74,8 @@ def test_nothing_is_overwritten_without_force(
     file = tmp_path / "socket-base-2x50mm.stl"
     file.write_bytes(b"mine")
     assert run(*words) == 2
-    assert capsys.readouterr().err == (
-        f"mukca print-parts: {file}: exists; choose another --out, or --force to overwrite\n"
-    )
+    says = "exists; choose another --out, or --force to overwrite"
+    assert capsys.readouterr().err == f"mukca print-parts: {file}: {says}\n"
     assert file.read_bytes() == b"mine"
     assert run(*words, "--force") == 0
     assert len(file.read_bytes()) > 100_000
