@@ -5,6 +5,10 @@ import numpy as np
 import printed_parts
 import pytest
 import trimesh
+from hypothesis import given, settings, strategies
+
+from mukca.tools.printables import PrintableError, SocketBase, encode
+from mukca.tools.printables.parts import base_part
 
 PARTS = [("base", name) for name in printed_parts.BASES] + [
     ("ball", name) for name in printed_parts.BALLS
@@ -52,6 +56,30 @@ def test_the_volume_given_is_the_files(part: tuple[str, str]) -> None:
     facts = (printed_parts.base(name) if kind == "base" else printed_parts.ball(name)).facts
     assert facts["volume"] * 1e9 == pytest.approx(mesh_of(part).volume, rel=1e-5)
     assert np.array(facts["size"]) * 1e3 == pytest.approx(mesh_of(part).extents, abs=1e-3)
+
+
+@settings(max_examples=12, deadline=None, derandomize=True)
+@given(
+    distance=strategies.floats(30, 155),
+    sockets=strategies.sampled_from([2, 3]),
+    ball=strategies.floats(10, 40),
+    clearance=strategies.floats(0.3, 1),
+    height=strategies.floats(25, 60),
+)
+def test_any_base_is_sound_or_refused(
+    distance: float, sockets: int, ball: float, clearance: float, height: float
+) -> None:
+    try:
+        base = SocketBase(distance, sockets, ball, clearance, height)
+    except PrintableError as error:
+        assert "\n" not in str(error)
+        return
+    mesh = mesh_checks.load_stl(encode("stl", base_part(base)))
+    assert mesh.is_watertight
+    assert mesh.body_count == 1
+    assert mesh_checks.self_crossings(mesh) == 0
+    assert mesh_checks.thinnest_wall(mesh) >= 1.2 - 1e-4
+    assert len(mesh_checks.overhanging(mesh)) == 0
 
 
 def test_the_checks_see_what_they_look_for() -> None:
