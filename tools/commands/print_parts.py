@@ -90,7 +90,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         clearance=arguments.clearance_mm,
         height=arguments.height_mm,
     )
-    balls = {f"ball-{name}": ball for name, ball in _balls(arguments).items()}
+    balls = _balls(arguments)
     suffixes = list(dict.fromkeys(arguments.format))
     names = [f"{part}.{suffix}" for part in (base.name, *balls) for suffix in suffixes]
     refuse_existing(arguments.out, names, force=arguments.force)
@@ -113,16 +113,20 @@ def _balls(arguments: argparse.Namespace) -> Mapping[str, BallPart]:
     mounts = _mounts(arguments)
     if arguments.reach_mm is not None and len(mounts) != 1:
         raise PrintableError("--reach-mm goes with one mount: name it with --mount")
-    return {
-        name: BallPart(
+    return {f"ball-{name}": _ball(name, mount, arguments) for name, mount in mounts.items()}
+
+
+def _ball(name: str, mount: BoltCircle | Grip, arguments: argparse.Namespace) -> BallPart:
+    try:
+        return BallPart(
             mount.mount(),
             ball=arguments.ball_diameter_mm,
             neck=arguments.neck_mm,
             reach=arguments.reach_mm,
             bought=arguments.bought_ball,
         )
-        for name, mount in mounts.items()
-    }
+    except PrintableError as error:
+        raise PrintableError(f"ball-{name}: {error}") from None
 
 
 def _mounts(arguments: argparse.Namespace) -> dict[str, BoltCircle | Grip]:

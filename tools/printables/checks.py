@@ -66,7 +66,7 @@ def check_tilt(base: SocketBase, part: BallPart, tilt: float = TILT) -> None:
         placed = moving.transform(leaning(base, part, socket, tilt, float(azimuth), spin))
         if (placed ^ fixed).volume() > COLLISION:
             raise PrintableError(
-                f"the ball part hits the base when it leans {math.degrees(tilt):.0f} degrees in "
+                f"it hits the base when it leans {math.degrees(tilt):.0f} degrees in "
                 f"socket {socket}: take a reach of {part.shortest_reach:g} mm or more, "
                 "higher sockets or a larger distance"
             )

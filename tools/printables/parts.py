@@ -8,7 +8,7 @@ import numpy as np
 
 from .ball import BallPart
 from .checks import check_body, check_tilt
-from .limits import TILT
+from .limits import TILT, PrintableError
 from .mesh import Mesh, to_manifold, to_mesh
 from .socket_base import SocketBase
 from .solid import Solid
@@ -65,7 +65,10 @@ def ball_part(name: str, ball: BallPart, base: SocketBase) -> Part:
     Raises:
         PrintableError: It cannot be printed, or hits the base when it leans.
     """
-    check_tilt(base, ball)
+    try:
+        check_tilt(base, ball)
+    except PrintableError as error:
+        raise PrintableError(f"{name}: {error}") from None
     facts = {
         "ball": [x / 1000 for x in ball.position],
         "ball_diameter": ball.ball / 1000,

@@ -89,8 +89,14 @@ def test_nothing_is_overwritten_without_force(
         ("--distance 50", "larger than 180 mm"),
         ("--distance nan", "overlap"),
         ("--sockets 5", "2 or 3"),
-        ("--neck-mm 15 --mount franka-hand", "a neck of 15 mm on a ball of 20 mm"),
-        ("--reach-mm 45 --mount iso-50-4-m6", "hits the base when it leans 60 degrees"),
+        (
+            "--neck-mm 15 --mount franka-hand",
+            "ball-franka-hand: a neck of 15 mm on a ball of 20 mm",
+        ),
+        (
+            "--reach-mm 45 --mount iso-50-4-m6",
+            "ball-iso-50-4-m6: it hits the base when it leans 60 degrees",
+        ),
         ("--reach-mm 70", "--reach-mm goes with one mount"),
         ("--bolts 6", "go with --bolt-circle-mm"),
         ("--screw M5", "go with --bolt-circle-mm"),
