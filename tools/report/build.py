@@ -1,0 +1,81 @@
+"""From a calibration's document to the report's two files."""
+
+import json
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .evidence import evidence_of
+from .figures import Options, report_figures
+from .limits import limits_for
+from .page import page, plots_of
+
+__all__ = ["Report", "build_report", "default_options"]
+
+
+@dataclass(frozen=True)
+class Report:
+    """A report: its figures, and the page that shows them."""
+
+    figures: dict[str, Any]
+    html: str
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        """The files to write, by name."""
+        return {
+            "report.html": self.html.encode("utf-8", "replace"),
+            "report.json": (json.dumps(self.figures, allow_nan=False) + "\n").encode(),
+        }
+
+
+def default_options(document: Mapping[str, Any]) -> Options:
+    """Return the options for a calibration about which the user said nothing."""
+    return Options(limits_for(document["model"], None, {}))
+
+
+def build_report(
+    document: Mapping[str, Any], source: str, options: Options | None = None
+) -> Report:
+    """Return the report of a calibration; the same document and options give the same bytes.
+
+    Args:
+        document: As :func:`mukca.solver.calibration.load_document` returns it.
+        source: Its file, for messages.
+        options: Limits, known distances, tolerance; None for the arm's defaults.
+
+    Raises:
+        CalibrationError: The document is damaged.
+        KnownDistanceError: A known distance names no socket of the calibration.
+    """
+    evidence = evidence_of(document, source)
+    figures = report_figures(
+        evidence, options or default_options(document), command_of(document)
+    )
+    plots = plots_of(figures)
+    figures["plots"] = [
+        {"id": plot.id, "section": section, "title": plot.title, "sentence": plot.sentence}
+        for section, group in plots.items()
+        for plot in group
+    ]
+    return Report(figures, page(figures, plots))
+
+
+def command_of(document: Mapping[str, Any]) -> str:
+    """Return the command that makes the calibration again."""
+    folders: dict[str, list[str]] = {"train": [], "test": []}
+    for row in document["data"]:
+        folders[row["role"]].append(str(Path(row["files"][0]).parent) if row["files"] else "?")
+    model, settings = document["model"], document["settings"]
+    words = ["mukca", "solve", *folders["train"]]
+    if folders["test"]:
+        words += ["--test", *folders["test"]]
+    words += ["--robot", str(document["robot"]), "--base", model["base"], "--tip", model["tip"]]
+    words += ["--method", document["method"], "--optimizer", document["optimizer"]]
+    for key, value in settings.items():
+        if value not in (None, [], False, ""):
+            values = value if isinstance(value, list) else [value]
+            words += [f"--{key.replace('_', '-')}", *([] if value is True else map(str, values))]
+    return shlex.join(map(str, words))
