@@ -48,7 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     output = parser.add_argument_group("output")
     output.add_argument(
-        "--out", type=Path, metavar="DIR", help="folder for the report (default: beside CALIBRATION)"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="where to (default: beside CALIBRATION)",
     )
     output.add_argument("--force", action="store_true", help="overwrite another report in DIR")
     output.add_argument("--open", action="store_true", help="show it in the web browser")
@@ -76,25 +79,20 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return 1 if report.figures["verdict"]["status"] == "fail" else 0
 
 
-def _options(
-    arguments: argparse.Namespace, document: Mapping[str, Any], source: str
-) -> "Options":
+def _options(arguments: argparse.Namespace, document: Mapping[str, Any], source: str) -> "Options":
     from ...solver.calibration import CalibrationError
     from ..report.between import parse_known
     from ..report.figures import Options
     from ..report.limits import limits_for
 
-    lengths = {
-        name: _metres(name, getattr(arguments, name))
-        for name in ("limit_mae_mm", "limit_distance_mm", "limit_between_mm")
-    }
-    given = dict(
-        zip(
-            ("mean_absolute_error", "distance_error", "between_placements"),
-            lengths.values(),
-            strict=True,
+    given = {
+        field: _metres(option, getattr(arguments, option))
+        for field, option in (
+            ("mean_absolute_error", "limit_mae_mm"),
+            ("distance_error", "limit_distance_mm"),
+            ("between_placements", "limit_between_mm"),
         )
-    )
+    }
     repeatability = _metres("repeatability_mm", arguments.repeatability_mm)
     tolerance = _metres("tolerance_mm", arguments.tolerance_mm)
     try:
@@ -143,7 +141,5 @@ def open_page(page: Path, terminal: Terminal) -> None:
     import webbrowser
 
     remote = "SSH_CONNECTION" in os.environ and "DISPLAY" not in os.environ
-    graphical = {webbrowser.GenericBrowser, webbrowser.BackgroundBrowser}
-    del graphical
     if remote or not webbrowser.open(page.resolve().as_uri()):
         terminal.say(f"No browser to open here; copy {page.resolve()} to a computer with one.")

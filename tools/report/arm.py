@@ -29,18 +29,16 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
     """Return the skeletons of both models, where the sockets are, and meshes where there are any.
 
     Returns:
-        ``skeletons``: for each configuration its ``placement`` (an index), and the joints'
-        places by the models, shape (joints + 1, 3) [m], the base first and the ball last.
-        ``reach``: the largest
-        coordinate, and ``centre``: the middle of the placements [m]. ``displacement``: mean and maximum distance of the models' balls [m]. ``exaggeration``:
-        by how much the view enlarges the models' difference at first. ``meshes`` of the links,
-        and with them the frames of some configurations.
+        ``placements``: of each configuration drawn, an index. ``nominal``, ``calibrated``: the
+        joints' places, shape (configurations, joints + 1, 3) [m], the base first and the ball
+        last. ``low`` and ``high``: the corners of what they fill, and ``reach`` the largest
+        coordinate [m]. ``displacement``: mean and maximum distance of the models' balls [m].
+        ``exaggeration``: by how much the view enlarges the models' difference at first.
+        ``meshes`` of the links, and with them the ``frames`` of some configurations.
     """
     chain = evidence.chain
     nominal, calibrated = chain.origins, _calibrated_origins(evidence)
-    owners = np.concatenate(
-        [np.full(len(s.samples), i) for i, s in enumerate(evidence.placements)]
-    )
+    owners = np.concatenate([np.full(len(s.samples), i) for i, s in enumerate(evidence.placements)])
     q = np.concatenate([seen.measured.positions for seen in evidence.placements])
     apart = np.concatenate(
         [
@@ -57,8 +55,9 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
         "placements": owners[rows].tolist(),
         "nominal": np.round(both[0][:, :, :3, 3], 5).tolist(),
         "calibrated": np.round(both[1][:, :, :3, 3], 5).tolist(),
+        "low": both[1][:, :, :3, 3].min(axis=(0, 1)).round(4).tolist(),
+        "high": both[1][:, :, :3, 3].max(axis=(0, 1)).round(4).tolist(),
         "reach": reach,
-        "centre": np.mean([s.position for s in evidence.placements], axis=0).tolist(),
         "displacement": {"mean": float(apart.mean()), "max": float(apart.max())},
         "exaggeration": _exaggeration(float(apart.mean()), reach),
         "meshes": meshes,

@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from .evidence import evidence_of
 from .figures import Options, report_figures
@@ -51,9 +51,7 @@ def build_report(
         KnownDistanceError: A known distance names no socket of the calibration.
     """
     evidence = evidence_of(document, source)
-    figures = report_figures(
-        evidence, options or default_options(document), command_of(document)
-    )
+    figures = report_figures(evidence, options or default_options(document), command_of(document))
     plots = plots_of(figures)
     figures["plots"] = [
         {"id": plot.id, "section": section, "title": plot.title, "sentence": plot.sentence}
@@ -76,6 +74,6 @@ def command_of(document: Mapping[str, Any]) -> str:
     words += ["--method", document["method"], "--optimizer", document["optimizer"]]
     for key, value in settings.items():
         if value not in (None, [], False, ""):
-            values = value if isinstance(value, list) else [value]
+            values = cast("list[Any]", value) if isinstance(value, list) else [value]
             words += [f"--{key.replace('_', '-')}", *([] if value is True else map(str, values))]
     return shlex.join(map(str, words))

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from .advice import data_answer, next_answer, use_answer
+from .answer_data import data_answer
+from .answer_next import next_answer
+from .answer_use import use_answer
 from .arm import arm_figures
 from .between import KnownDistance, between
 from .evidence import MODELS, Evidence, Seen, short_where
@@ -145,7 +147,7 @@ def _deviations(placement: int, seen: Seen) -> list[dict[str, Any]]:
 
 def _rounded(vector: Any) -> list[float]:
     """Return a vector to hundredths of a micrometre."""
-    return np.round(vector, 8).tolist()
+    return [round(value, 8) for value in map(float, vector)]
 
 
 def _coverage(evidence: Evidence) -> dict[str, Any]:

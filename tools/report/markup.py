@@ -3,13 +3,16 @@
 import json
 import re
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 from xml.etree import ElementTree
 
 __all__ = ["Element", "Node", "data_script", "render", "tag"]
 
-Element = ElementTree.Element
-Node = Element | str | None
+if TYPE_CHECKING:
+    Element: TypeAlias = ElementTree.Element[str]
+else:
+    Element = ElementTree.Element
+Node: TypeAlias = Element | str | None
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 
 
@@ -22,13 +25,13 @@ def tag(name: str, *children: Node | Iterable[Node], **attributes: object) -> El
         attributes: ``class_`` stands for ``class`` and ``stroke_width`` for ``stroke-width``;
             None is left out.
     """
-    element = Element(name)
+    element = ElementTree.Element(name)
     for key, value in attributes.items():
         if value is not None:
             element.set(key.rstrip("_").replace("_", "-"), _clean(_word(value)))
     for child in children:
-        nodes = [child] if child is None or isinstance(child, str | Element) else child
-        for node in nodes:
+        single = child is None or isinstance(child, str | ElementTree.Element)
+        for node in cast("Iterable[Node]", (child,) if single else child):
             _append(element, node)
     return element
 
@@ -36,7 +39,7 @@ def tag(name: str, *children: Node | Iterable[Node], **attributes: object) -> El
 def _append(parent: Element, node: Node) -> None:
     if node is None:
         return
-    if isinstance(node, Element):
+    if isinstance(node, ElementTree.Element):
         parent.append(node)
     elif len(parent):
         parent[-1].tail = (parent[-1].tail or "") + _clean(node)

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
-from . import plots_errors, plots_fit, plots_model, scenes
+from . import plots_errors, plots_fit, plots_model, plots_use, scenes
 from .markup import Element, Node, data_script, render, tag
 from .plot import Maker, Plot
 from .sections import answers, headline, limits_table, placements_table, verdict_box
@@ -15,12 +15,12 @@ __all__ = ["PLOTS", "frame", "page", "plots_of"]
 Figures = Mapping[str, Any]
 
 PLOTS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
-    ("Three questions", (plots_errors.table_map,)),
+    ("Three questions", (plots_use.table_map,)),
     (
         "Where the error is",
         (
-            plots_errors.errors_by_placement,
-            plots_errors.shares,
+            plots_use.errors_by_placement,
+            plots_use.shares,
             scenes.errors_in_3d,
             plots_errors.errors_in_2d,
             plots_fit.known_distances,
@@ -61,7 +61,7 @@ def page(figures: Figures, plots: Mapping[str, Sequence[Plot]]) -> str:
         answers(figures, table_map.element()),
         placements_table(figures),
         *(
-            tag("section", tag("h2", title), [plot.element() for plot in group])
+            tag("section", tag("h2", title), [plot.element() for plot in group], class_="plots")
             for title, group in sections
         ),
         details(figures),
@@ -89,9 +89,8 @@ def frame(title: str, body: Iterable[Node], data: Any) -> str:
         tag("title", title),
         style,
     )
-    page = tag("html", head, tag("body", _hatch(), tag("main", body), data_script("figures", data), script))
-    page.set("lang", "en")
-    return render(page)
+    shown = tag("body", _hatch(), tag("main", body), data_script("figures", data), script)
+    return render(tag("html", head, shown, lang="en"))
 
 
 def _resource(name: str) -> str:

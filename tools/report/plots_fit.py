@@ -97,16 +97,14 @@ def cross_placement(figures: Figures) -> Plot | None:
         _matrix_sentence(matrix, names, cells, fitted),
         (_cells(names, cells),),
         (("hatched", "hatched: trained on"),),
-        "wide",
+        "half",
     )
 
 
 def _matrix_sentence(
     matrix: Figures, names: list[str], cells: dict[tuple[int, int], float], fitted: list[int]
 ) -> str:
-    means = {
-        i: float(np.mean([cells[i, j] for j in range(len(names)) if j != i])) for i in fitted
-    }
+    means = {i: float(np.mean([cells[i, j] for j in range(len(names)) if j != i])) for i in fitted}
     best, worst = min(means, key=lambda i: means[i]), max(means, key=lambda i: means[i])
     failed = len(names) - len(fitted)
     tail = f"; {plural(failed, 'fit')} did not converge" if failed else ""
@@ -119,24 +117,24 @@ def _matrix_sentence(
 
 def _cells(names: list[str], cells: dict[tuple[int, int], float]) -> Any:
     size = min(46.0, 290.0 / len(names))
-    panel = Rows("", names, Axis(0, 1, ticks=()), pitch=size)
-    panel.root.set("aria-label", "cross-placement matrix, mean absolute error in mm")
-    panel.text(4, 16, "rows: trained on", "title")
+    panel = Rows(
+        "rows: trained on; columns: error there, mm", names, Axis(0, 1), pitch=size, bare=True
+    )
     low, high = min(cells.values()), max(cells.values())
     for (i, j), value in cells.items():
-        shade = (np.log(value) - np.log(low)) / max(np.log(high / low), 1e-9)
+        shade = float((np.log(value) - np.log(low)) / max(np.log(high / low), 1e-9))
         x, y = panel.left + j * size, panel.row(i) - size / 2
         hint = tag("title", f"trained on {names[i]}, error at {names[j]}: {value:.3f} mm")
         box = {"x": x, "y": y, "width": size, "height": size}
-        panel.add("rect", hint, **box, class_="cell", fill_opacity=0.06 + 0.8 * float(shade))
+        panel.add("rect", hint, **box, class_="cell", fill_opacity=0.06 + 0.8 * shade)
         if i == j:
             panel.add("rect", **box, fill="url(#hatch)")
         if size > 24:
             inverse = "light" if shade > 0.6 else ""
             panel.text(x + size / 2, y + size / 2 + 4, f"{value:.2f}", f"number middle {inverse}")
     for j, name in enumerate(names):
-        x, y = panel.left + (j + 0.5) * size, panel.bottom + 10
-        panel.add("text", name[:14], x=x, y=y, class_="tick", transform=f"rotate(30 {x} {y})")
+        x, y = panel.left + (j + 0.5) * size - 6, panel.bottom + 12
+        panel.add("text", name[:14], x=x, y=y, class_="tick", transform=f"rotate(24 {x} {y})")
     return panel.root
 
 
@@ -172,7 +170,7 @@ def known_distances(figures: Figures) -> Plot | None:
         f"{means[1]}; the worst is {names[i]}, off by {mm(rows[i]['calibrated_error'])}.",
         (panel.root,),
         (("nominal", "nominal"), ("calibrated", "calibrated")),
-        "wide",
+        "half",
     )
 
 
@@ -199,9 +197,9 @@ def predicted_and_found(figures: Figures) -> Plot | None:
     return Plot(
         "predicted-found",
         "Predicted and found",
-        f"What was found is {min(ratios.values()):.1f} to {max(ratios.values()):.1f} times what the "
-        f"calibration predicts of itself, most at {worst}.",
+        f"What was found is {min(ratios.values()):.1f} to {max(ratios.values()):.1f} times what "
+        f"the calibration predicts of itself, most at {worst}.",
         (panel.root,),
         (("predicted", "predicted"), ("calibrated", "found"), ("hollow", "hollow: trained on")),
-        "wide",
+        "half",
     )

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from .advice import HARDLY_MOVED
+from .answer_next import HARDLY_MOVED
 from .plot import Figures, Plot
 from .svg import Axis, Rows
-from .words import joined, plural, short_names
+from .words import joined, short_names
 
 __all__ = ["coverage", "groups", "parameters"]
 
@@ -74,10 +74,10 @@ def coverage(figures: Figures) -> Plot:
     turning = [i for i, j in enumerate(figures["coverage"]["joints"]) if j["unit"] == "rad"]
     sliding = [i for i, j in enumerate(figures["coverage"]["joints"]) if j["unit"] == "m"]
     panels = [
-        panel
+        draw(figures, which, factor, unit)
         for which, factor, unit in ((turning, _DEGREES, "degrees"), (sliding, 1e3, "mm"))
         if which
-        for panel in (_positions(figures, which, factor, unit), _spans(figures, which, factor, unit))
+        for draw in (_positions, _spans)
     ]
     return Plot(
         "coverage",
@@ -106,8 +106,9 @@ def _positions(figures: Figures, joints: Sequence[int], factor: float, unit: str
         if row["lower"] is not None and row["upper"] is not None:
             panel.span(k, factor * row["lower"], factor * row["upper"], "range", thick=26)
         for role in ("test", "train"):
+            upper, lower = panel.row(k) - 12, panel.row(k) + 1
             marks = "".join(
-                f"M{panel.x(factor * q[i]):.1f} {panel.row(k) + (-12 if s['socket'] == 0 else 1):.1f}v11"
+                f"M{panel.x(factor * q[i]):.1f} {lower if s['socket'] else upper:.1f}v11"
                 for s in found["sockets"]
                 if s["role"] == role
                 for q in s["positions"]
@@ -146,11 +147,12 @@ def _coverage_sentence(figures: Figures, turning: Sequence[int]) -> str:
     if not spans:
         return "No joint of this arm turns, so there is no angle to cover."
     span, joint, socket = min(spans, key=lambda row: row[0])
-    name = short_names([s["placement"] for s in found["sockets"]])[found["sockets"].index(socket)]
+    places: list[str] = short_names([s["placement"] for s in found["sockets"]])
+    place: str = places[found["sockets"].index(socket)]
     count = sum(row[0] < HARDLY_MOVED for row in spans)
     return (
-        f"{joint} moved least, {span * _DEGREES:.0f} degrees in socket {socket['socket']} of {name}, "
-        f"and {plural(count, 'joint') if count else 'no joint'} in any socket moved less than the "
+        f"{joint} moved least, {span * _DEGREES:.0f} degrees in socket {socket['socket']} of "
+        f"{place}; of {len(spans)} pairs of joint and socket {count or 'none'} moved less than the "
         f"dashed {HARDLY_MOVED * _DEGREES:.0f} degrees."
     )
 
@@ -161,9 +163,7 @@ def groups(figures: Figures) -> Plot | None:
     if not rows:
         return None
     names = [row["name"].replace("_", " ") for row in rows]
-    panel = Rows(
-        "share of the group that the data settle", names, Axis(0, 100, "%"), pitch=28
-    )
+    panel = Rows("share of the group that the data settle", names, Axis(0, 100, "%"), pitch=28)
     for i, row in enumerate(rows):
         share = 100 * row["effective"] / max(row["count"], 1)
         panel.span(i, 0, 100, "range", thick=16)
@@ -180,5 +180,5 @@ def groups(figures: Figures) -> Plot | None:
         f"{joined(on) or 'no group'}, and switch off {joined(off) or 'none'}.",
         (panel.root,),
         (("change", "settled by the data"), ("range", "left to the prior")),
-        "wide",
+        "half",
     )

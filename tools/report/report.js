@@ -18,7 +18,7 @@ function errorsScene() {
     ...figures.samples.flatMap((row) => [size(row, "nominal"), size(row, "calibrated")]),
   );
   const power = 10 ** Math.floor(Math.log10(largest));
-  const half = [1, 2, 2.5, 5, 10].map((k) => k * power).find((k) => k >= largest * (1 - 1e-9));
+  const half = [1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10].map((k) => k * power).find((k) => k >= largest * (1 - 1e-9));
   const limit = figures.limits.mean_absolute_error.value;
 
   for (const canvas of document.querySelectorAll('canvas[data-scene="errors"]')) {
@@ -26,7 +26,7 @@ function errorsScene() {
     const colour = model === "nominal" ? NOMINAL : CALIBRATED;
     new View(canvas, orbit, (view) => {
       view.centre = [0, 0, 0];
-      view.scale = Math.min(view.width, view.height) / (3.5 * half);
+      view.scale = Math.min(view.width, view.height) / (3.05 * half);
       box(view, half);
       const samples = figures.samples.filter(chosen).map((row) => [row[model], row]);
       samples.sort((a, b) => view.project(a[0])[2] - view.project(b[0])[2]);
@@ -74,10 +74,11 @@ function armScene() {
       p.map((v, c) => arm.calibrated[k][i][c] + +factor.value * (v - arm.calibrated[k][i][c])),
     );
   const canvas = document.querySelector('canvas[data-scene="arm"]');
+  const size = Math.hypot(...arm.low.map((low, k) => arm.high[k] - low));
   const every = arm.calibrated.map((_, k) => k);
   new View(canvas, orbit, (view) => {
-    view.centre = [0.35 * arm.centre[0], 0.35 * arm.centre[1], 0.42 * arm.reach];
-    view.scale = Math.min(view.width, view.height * 1.25) / (2.3 * arm.reach);
+    view.centre = arm.low.map((low, k) => (low + arm.high[k]) / 2);
+    view.scale = Math.min(view.width, view.height * 1.3) / (1.25 * size);
     ground(view, arm.reach);
     if (overlay.checked) {
       for (const k of every) view.line(arm.calibrated[k], "rgb(11 99 165 / 0.07)", 2);
@@ -159,9 +160,10 @@ function toleranceControl() {
     if (!(allowed > 0)) return;
     const told = figures.placements.map((placement, i) => answer(placement, i, allowed));
     told.forEach((word, i) => {
-      const badge = document.querySelector(`[data-answer="${i}"]`);
-      badge.textContent = word;
-      badge.className = `badge ${word.split(" ")[0]}`;
+      for (const badge of document.querySelectorAll(`[data-answer="${i}"]`)) {
+        badge.textContent = word;
+        badge.className = `badge ${word.split(" ")[0]}`;
+      }
       const share = errors[i].filter((error) => error <= allowed).length / errors[i].length;
       document.querySelector(`[data-within="${i}"]`).textContent = `${Math.floor(100 * share)} %`;
       const mark = document.querySelector(`circle[data-placement="${i}"]`);
@@ -169,6 +171,12 @@ function toleranceControl() {
     });
     document.querySelector("[data-shown='tolerance']").textContent = `${+(1e3 * allowed).toFixed(3)} mm`;
     document.getElementById("use-text").textContent = sentence(told, allowed);
+    const caption = document.querySelector("#table-map figcaption");
+    const proven = told.filter((word) => word === "yes").length;
+    caption.textContent = caption.textContent.replace(
+      /^An error of \S+ mm was never exceeded at \d+/,
+      `An error of ${+(1e3 * allowed).toPrecision(6)} mm was never exceeded at ${proven}`,
+    );
   };
   input.addEventListener("input", show);
 }
@@ -181,7 +189,7 @@ function sentence(told, allowed) {
   const parts = ["yes", "mostly", "no"]
     .map((word) => [word, names.filter((_, i) => told[i] === word)])
     .filter(([, at]) => at.length)
-    .map(([word, at]) => `${word} at ${joined(at)}`);
+    .map(([word, at]) => `${word === "mostly" ? "mostly (19 of 20 samples)" : word} at ${joined(at)}`);
   if (!parts.length) return document.getElementById("use-text").textContent;
   const start = `For a task that allows an error of ${+(1e3 * allowed).toPrecision(6)} mm: `;
   const fails = figures.verdict.status === "fail";

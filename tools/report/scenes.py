@@ -4,6 +4,7 @@ import numpy as np
 
 from .markup import Element, tag
 from .plot import Figures, Plot
+from .plots_errors import FINE
 from .svg import nice_above
 from .words import mm, plural
 
@@ -36,7 +37,7 @@ def errors_in_3d(figures: Figures) -> Plot:
     }
     limit = figures["limits"]["mean_absolute_error"]["value"]
     ring = f"; the dashed ring is the limit of {mm(limit)} on the mean" if limit else ""
-    half = nice_above(max(largest["nominal"], largest["calibrated"], 1e-6))
+    half = nice_above(max(largest["nominal"], largest["calibrated"], 1e-6), FINE)
     sentence = (
         f"Both boxes are {2e3 * half:g} mm wide: the farthest of {len(figures['samples'])} samples "
         f"is {mm(largest['nominal'])} from its socket's centre by the nominal model and "

@@ -3,60 +3,20 @@
 from collections.abc import Mapping
 from typing import Any
 
+from .cells import figure, table
 from .markup import Element, tag
 from .words import mm, plural, short_names
 
 __all__ = [
     "answers",
-    "figure",
     "headline",
     "limits_table",
     "placements_table",
-    "table",
     "verdict_box",
 ]
 
 Figures = Mapping[str, Any]
 SIGNS = {"pass": "\N{CHECK MARK}", "fail": "\N{MULTIPLICATION X}"}
-
-
-def figure(
-    figures: Any, path: str, *, scale: float = 1e3, digits: int = 3, sign: str = ""
-) -> Element:
-    """Return a number of the report, marked with where it stands in ``report.json``.
-
-    Args:
-        figures: The report's figures.
-        path: Keys and indices with dots between them.
-        scale: From SI to what is shown.
-        digits: Behind the point.
-        sign: ``+`` to show it always.
-    """
-    value: Any = figures
-    for key in path.split("."):
-        value = value[int(key)] if isinstance(value, list) else value[key]
-    text = "\N{EN DASH}" if value is None else f"{scale * value:{sign}.{digits}f}"
-    return tag(
-        "span", text, data_figure=path, data_scale=f"{scale:g}", data_digits=digits, class_="figure"
-    )
-
-
-def table(heads: list[str], rows: list[list[Any]], class_: str = "") -> Element:
-    """Return a table; a cell is a text, an element, or a list of them."""
-    return tag(
-        "div",
-        tag(
-            "table",
-            tag("thead", tag("tr", [tag("th", head, scope="col") for head in heads])),
-            tag("tbody", [tag("tr", [tag("td", _nodes(cell)) for cell in row]) for row in rows]),
-            class_=class_ or None,
-        ),
-        class_="scroll",
-    )
-
-
-def _nodes(cell: Any) -> list[Any]:
-    return cell if isinstance(cell, list) else [cell]
 
 
 def headline(figures: Figures) -> Element:
@@ -140,21 +100,22 @@ def limits_table(figures: Figures) -> Element:
             f"{SIGNS.get(row['status'], '?')} {row['status']}",
             class_=f"badge {row['status'].split(' ')[0]}",
         )
-        if row["limit"] is None:
-            found: Any = row["text"]
-            allowed: Any = "\N{EN DASH}"
-        else:
-            path = f"verdict.limits.{i}"
-            found = [figure(figures, f"{path}.found"), " mm"] if row["found"] is not None else row["text"]
-            allowed = [figure(figures, f"{path}.limit"), " mm"]
-        rows.append([status, row["title"], found, allowed, row["source"]])
-    heads = ["", "limit on", "found", "at most", "where the limit comes from"]
-    source = figures["limits"]["repeatability_source"]
+        path = f"verdict.limits.{i}"
+        cells = [
+            "\N{EN DASH}" if row[key] is None else [figure(figures, f"{path}.{key}"), " mm"]
+            for key in ("found", "limit")
+        ]
+        rows.append([row["title"], status, *cells, row["reason"]])
+    heads = ["limit on", "", "found", "at most", "where the limit comes from, or what is missing"]
+    limits = figures["limits"]
+    source = limits["repeatability_source"]
+    if limits["repeatability"] is not None:
+        source = f"{1e3 * limits['repeatability']:g} mm ({source})"
     return tag(
         "section",
         tag("h2", "Verdict, limit by limit"),
-        table(heads, rows, "limits"),
-        tag("p", f"Repeatability: {source}.", class_="muted"),
+        table(heads, rows, "limits cards"),
+        tag("p", f"The arm's repeatability: {source}.", class_="muted"),
         id="limits",
     )
 
@@ -201,7 +162,8 @@ def answers(figures: Figures, table_map: Element) -> Element:
 
 
 def _checks(figures: Figures) -> Element | None:
-    checks = [check for check in figures.get("checks") or [] if check["level"] != "ok"]
+    every: list[Any] = figures.get("checks") or []
+    checks = [check for check in every if check["level"] != "ok"]
     if not checks:
         return None
     return tag(
@@ -222,70 +184,67 @@ def _checks(figures: Figures) -> Element | None:
 def placements_table(figures: Figures) -> Element:
     """Return the errors at every placement, and whether the task can be done there."""
     names = short_names([row["name"] for row in figures["placements"]])
-    rows: list[list[Any]] = []
-    for i, row in enumerate(figures["placements"]):
-        path = f"placements.{i}"
-        told = figures["answers"]["use"]["rows"][i]
-        rows.append(
-            [
-                names[i],
-                "held out" if row["role"] == "test" else "trained on",
-                told["where"],
-                "+".join(map(str, row["samples"])),
-                _pair(figures, path, "mean_absolute_error"),
-                _pair(figures, path, "max_error"),
-                [figure(figures, f"{path}.quantiles.calibrated.p95")],
-                _pair(figures, path, "distance_error", "+"),
-                [
-                    tag(
-                        "span",
-                        figure(figures, f"{path}.within_tolerance", scale=100, digits=0),
-                        " %",
-                        data_within=i,
-                    )
-                ],
-                tag(
-                    "span",
-                    told["answer"],
-                    class_=f"badge {told['answer'].split(' ')[0]}",
-                    data_answer=i,
-                ),
-            ]
-        )
-    tolerance = tag("span", mm(figures["tolerance"], 2), data_shown="tolerance")
+    rows = [_placement_row(figures, i, name) for i, name in enumerate(names)]
     heads: list[Any] = [
         "placement",
-        "role",
-        "where, seen from the robot",
+        "where, m",
         "samples",
         "MAE, mm",
+        "95 %, mm",
         "largest, mm",
-        "95 % within, mm",
-        "distance error, mm",
-        tag("span", "within ", tolerance),
+        "socket distance, mm",
+        "within",
         "use it there?",
     ]
     return tag(
         "section",
         tag("h2", "Placement by placement"),
-        table(heads, rows, "placements"),
+        table(heads, rows, "cards"),
         tag(
             "p",
-            "Nominal \N{RIGHTWARDS ARROW} calibrated. Left and right are the robot's own: its x "
-            "axis points ahead, its y axis to the left. "
-            "\N{LEFT SINGLE QUOTATION MARK}Yes\N{RIGHT SINGLE QUOTATION MARK}: no sample was "
-            "farther off, which with n samples still leaves a chance of up to 3 in n; "
-            "\N{LEFT SINGLE QUOTATION MARK}mostly\N{RIGHT SINGLE QUOTATION MARK}: 19 of 20 were "
-            "not. What was trained on proves nothing.",
+            _LEGEND,
+            "Within: the share of the samples within ",
+            tag("span", mm(figures["tolerance"]), data_shown="tolerance"),
+            ".",
             class_="muted",
         ),
         id="placements",
     )
 
 
-def _pair(figures: Figures, path: str, key: str, sign: str = "") -> list[Any]:
+_LEGEND = (
+    "Errors: nominal \N{RIGHTWARDS ARROW} calibrated, or calibrated alone. Where: as the robot "
+    "sees it, x ahead and y to its left; placements may have been named from the other side. "
+    "\u2018Yes\u2019: no sample was farther off, which with n samples still leaves a chance of up "
+    "to 3 in n; \u2018mostly\u2019: 19 of 20 were not. What was trained on proves nothing. "
+)
+
+
+def _placement_row(figures: Figures, i: int, name: str) -> list[Any]:
+    row, path = figures["placements"][i], f"placements.{i}"
+    told = figures["answers"]["use"]["rows"][i]
+    role = "held out" if row["role"] == "test" else "trained on"
+    share = figure(figures, f"{path}.within_tolerance", scale=100, digits=0)
+    badge = tag(
+        "span", told["answer"], class_=f"badge {told['answer'].split(' ')[0]}", data_answer=i
+    )
     return [
-        tag("span", figure(figures, f"{path}.nominal.{key}", digits=2, sign=sign), class_="before"),
+        tag("span", f"{i + 1} {name}", tag("small", role), class_="named"),
+        told["where"],
+        "+".join(map(str, row["samples"])),
+        _pair(figures, path, "mean_absolute_error"),
+        figure(figures, f"{path}.quantiles.calibrated.p95"),
+        figure(figures, f"{path}.quantiles.calibrated.max"),
+        _pair(figures, path, "distance_error", "+"),
+        tag("span", share, " %", data_within=i),
+        badge,
+    ]
+
+
+def _pair(figures: Figures, path: str, key: str, sign: str = "") -> list[Any]:
+    before = figure(figures, f"{path}.nominal.{key}", digits=2, sign=sign)
+    return [
+        tag("span", before, class_="before"),
         " \N{RIGHTWARDS ARROW} ",
         figure(figures, f"{path}.calibrated.{key}", sign=sign),
     ]

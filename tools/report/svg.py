@@ -51,10 +51,10 @@ def _log_marks(low: float, high: float) -> list[float]:
     return [mark for mark in marks if low * (1 - 1e-9) <= mark <= high * (1 + 1e-9)]
 
 
-def nice_above(value: float) -> float:
-    """Return the next of 1, 2, 2.5, 5, 10 times a power of ten that is not below a value."""
+def nice_above(value: float, digits: Sequence[float] = (1, 2, 2.5, 5, 10)) -> float:
+    """Return the next of some digits times a power of ten that is not below a value."""
     power = 10.0 ** math.floor(math.log10(value))
-    return next(d * power for d in (1, 2, 2.5, 5, 10) if d * power >= value * (1 - 1e-9))
+    return next(d * power for d in digits if d * power >= value * (1 - 1e-9))
 
 
 def number(value: float) -> str:
@@ -86,7 +86,7 @@ class Panel:
     ) -> None:
         self.x_axis, self.y_axis = x, y
         self.left, self.right = left, width - RIGHT
-        self.top, self.bottom = float(TOP), height - BOTTOM
+        self.top, self.bottom = TOP + (14.0 if y.label else 0.0), height - BOTTOM
         self.root: Element = tag(
             "svg",
             tag("text", title, class_="title", x=4, y=16),
@@ -121,7 +121,7 @@ class Panel:
                 self.horizontal(mark, "grid")
                 self.text(self.left - 6, self.y(mark) + 4, number(mark), "tick end")
         self.text(self.right, self.bottom + 33, self.x_axis.label, "tick end")
-        self.text(4, self.top - 1, self.y_axis.label, "tick")
+        self.text(4, TOP + 2, self.y_axis.label, "tick")
         return self
 
     def horizontal(self, value: float, class_: str) -> None:
@@ -175,9 +175,18 @@ class Rows(Panel):
         names: Of the rows, from the top.
         x: The horizontal axis.
         pitch: Height of a row.
+        bare: Without lines and numbers.
     """
 
-    def __init__(self, title: str, names: Sequence[str], x: Axis, *, pitch: float = 24) -> None:
+    def __init__(
+        self,
+        title: str,
+        names: Sequence[str],
+        x: Axis,
+        *,
+        pitch: float = 24,
+        bare: bool = False,
+    ) -> None:
         height = TOP + BOTTOM + pitch * len(names)
         longest = max((len(name) for name in names), default=0)
         super().__init__(
@@ -188,27 +197,18 @@ class Rows(Panel):
             left=min(24 + 6.6 * min(longest, 18), 150),
         )
         self.pitch = pitch
-        self.grid(horizontal=False)
+        if not bare:
+            self.grid(horizontal=False)
         for i, name in enumerate(names):
-            middle = self.row(i)
-            if i:
-                self.add(
-                    "line",
-                    x1=4,
-                    x2=self.right,
-                    y1=middle - pitch / 2,
-                    y2=middle - pitch / 2,
-                    class_="grid",
-                )
-            shown = name if len(name) <= 18 else f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
-            self.add(
-                "text",
-                tag("title", name),
-                shown,
-                x=self.left - 8,
-                y=middle + 4,
-                class_="tick end",
-            )
+            self._name(i, name)
+            if i and not bare:
+                y = self.row(i) - pitch / 2
+                self.add("line", x1=4, x2=self.right, y1=y, y2=y, class_="grid")
+
+    def _name(self, i: int, name: str) -> None:
+        shown = name if len(name) <= 18 else f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
+        place = {"x": self.left - 8, "y": self.row(i) + 4}
+        self.add("text", tag("title", name), shown, **place, class_="tick end")
 
     def row(self, i: int) -> float:
         """Return the height of a row's middle."""

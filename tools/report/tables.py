@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
+from .cells import figure, table
 from .markup import Element, tag
 from .plots_model import shown_unit
-from .sections import figure, table
-from .words import mm
+from .words import mm, plural
 
 __all__ = ["details"]
 
@@ -32,17 +32,18 @@ def _worst(figures: Figures) -> Element:
     rows: list[list[Any]] = []
     for i, row in enumerate(figures["answers"]["data"]["worst"]):
         path = f"answers.data.worst.{i}"
-        weight = "" if row["weight"] is None else figure(figures, f"{path}.weight", scale=1, digits=2)
-        rows.append(
-            [
-                row["where"],
-                [figure(figures, f"{path}.error"), " mm"],
-                [figure(figures, f"{path}.ratio", scale=1, digits=1), " x"],
-                weight,
-            ]
-        )
-    heads = ["file and line", "from its socket", "of its placement's mean", "weight in the fit"]
-    return tag("div", tag("h3", "The farthest samples"), table(heads, rows))
+        cells = [
+            row["where"],
+            [figure(figures, f"{path}.error"), " mm"],
+            [figure(figures, f"{path}.ratio", scale=1, digits=1), " x"],
+        ]
+        if row["weight"] is not None:
+            cells.append(figure(figures, f"{path}.weight", scale=1, digits=2))
+        rows.append(cells)
+    heads = ["file and line", "from its socket", "its placement's mean", "weight in the fit"]
+    width = max(map(len, rows))
+    rows = [row + [""] * (width - len(row)) for row in rows]
+    return tag("div", tag("h3", "The farthest samples"), table(heads[:width], rows))
 
 
 def _parameters(figures: Figures) -> Element:
@@ -86,13 +87,13 @@ def _uncertainty(figures: Figures) -> Element | None:
     if found.get("observability_index") is not None:
         index = figure(figures, "uncertainty.observability_index", scale=1, digits=4)
         lines.append(tag("p", "Observability index O1: ", index, "."))
-    weak = found.get("weak_directions") or []
+    weak: list[Any] = found.get("weak_directions") or []
     if weak:
         lines.append(tag("p", "What the data hardly settle:"))
         lines.append(tag("ul", [tag("li", row["text"]) for row in weak]))
-    pairs = found.get("correlations") or []
+    pairs: list[Any] = found.get("correlations") or []
     if pairs:
-        rows = [
+        rows: list[list[Any]] = [
             [
                 row["a"],
                 row["b"],
@@ -150,17 +151,22 @@ def _warnings(figures: Figures) -> Element | None:
 
 def _provenance(figures: Figures) -> Element:
     found = figures["provenance"]
-    settings = [f"{key} = {value}" for key, value in found["settings"].items()]
+    settings = [
+        f"{key} {value}" for key, value in found["settings"].items() if value not in (None, [], "")
+    ]
+    steps = plural(int(figures["iterations"]), "iteration")
     versions = [f"{name} {number}" for name, number in found["versions"].items()]
     rows: list[list[Any]] = [
         ["made", str(found.get("created", ""))],
         ["model", f"{figures['robot']}, SHA-256 {found['model_sha256']}"],
-        ["method", f"{figures['method']}, {figures['optimizer']}, {figures['iterations']} iterations"],
+        ["method", f"{figures['method']}, {figures['optimizer']}, {steps}"],
         ["settings", ", ".join(settings)],
         ["versions", ", ".join(versions)],
         ["task", f"an error of {mm(figures['tolerance'])} allowed"],
     ]
-    data = [[file, tag("code", digest)] for file, digest in found["data_sha256"].items()]
+    data: list[list[Any]] = [
+        [file, tag("code", digest)] for file, digest in found["data_sha256"].items()
+    ]
     return tag(
         "div",
         tag("h3", "Where it comes from"),

@@ -39,17 +39,16 @@ def show_verdict(console: "Console", figures: Figures) -> None:
     style = {"pass": "bold green", "fail": "bold red"}.get(found["status"], "bold yellow")
     console.print(Text.assemble((found["title"], style), f"  {found['text']}"))
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for head in ("", "limit on", "found", "at most", "where the limit comes from"):
+    for head in ("", "limit on", "found", "at most", "where from, or what is missing"):
         table.add_column(head, justify="right" if head in ("found", "at most") else "left")
     for row in found["limits"]:
         status = Text(row["status"], _STYLES.get(row["status"], "yellow"))
-        evaluated = row["found"] is not None
         table.add_row(
             status,
             Text(row["title"]),
             _millimetres(row["found"]),
             _millimetres(row["limit"]),
-            Text(row["source"] if evaluated else row["text"]),
+            Text(row["reason"]),
         )
     console.print(table)
 

@@ -4,15 +4,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from .limits import Limit, Limits
-from .words import joined
+from .words import joined, mm, plural
 
 __all__ = ["verdict"]
 
-_TITLES = {
-    "pass": "PASS",
-    "fail": "FAIL",
-    "incomplete": "NOT VALIDATED",
-}
+_TITLES = {"pass": "PASS", "fail": "FAIL", "incomplete": "NOT VALIDATED"}
 
 
 def verdict(figures: Mapping[str, Any], limits: Limits) -> dict[str, Any]:
@@ -21,7 +17,7 @@ def verdict(figures: Mapping[str, Any], limits: Limits) -> dict[str, Any]:
     Returns:
         ``status`` (``pass``, ``fail`` or ``incomplete``), ``title``, ``text`` in words, and
         ``limits``, a row each: ``name``, ``title``, ``status`` (``pass``, ``fail``,
-        ``not evaluated``), ``found`` and ``limit`` [m], ``source``, ``text``.
+        ``not evaluated``), ``found`` and ``limit`` [m], ``reason`` and ``text``, both in words.
     """
     rows = [
         _held_out(figures, "mean_absolute_error", "held-out error (MAE)", limits),
@@ -30,9 +26,10 @@ def verdict(figures: Mapping[str, Any], limits: Limits) -> dict[str, Any]:
         _checks(figures),
     ]
     status = _status(rows)
+    partly = status == "pass" and any(row["status"] != "pass" for row in rows)
     return {
         "status": status,
-        "title": _TITLES[status],
+        "title": _TITLES[status] + (", as far as evaluated" if partly else ""),
         "text": _text(rows, status),
         "limits": rows,
     }
@@ -69,13 +66,13 @@ def _row(name: str, title: str, limit: Limit, found: float | None, missing: str)
         "title": title,
         "found": found,
         "limit": limit.value,
-        "source": limit.source,
     }
     if found is None or limit.value is None:
-        return {**row, "status": "not evaluated", "text": missing if found is None else limit.source}
-    passed = found <= limit.value
-    words = f"{title} {1e3 * found:.3f} mm, limit {1e3 * limit.value:.3f} mm"
-    return {**row, "status": "pass" if passed else "fail", "text": words}
+        reason = missing if found is None else limit.source
+        return {**row, "status": "not evaluated", "text": f"{title}: {reason}", "reason": reason}
+    words = f"{title} {mm(found, 3)}, limit {mm(limit.value, 3)}"
+    status = "pass" if found <= limit.value else "fail"
+    return {**row, "status": status, "text": words, "reason": limit.source}
 
 
 def _held_out(figures: Mapping[str, Any], key: str, title: str, limits: Limits) -> dict[str, Any]:
@@ -99,12 +96,18 @@ def _checks(figures: Mapping[str, Any]) -> dict[str, Any]:
         "title": "data checks",
         "found": None,
         "limit": None,
-        "source": "no error among the checks of the recordings",
     }
     checks = figures.get("checks")
     if checks is None:
-        return {**row, "status": "not evaluated", "text": "the calibration holds no data checks"}
+        reason = "the calibration holds no checks of the recordings; run mukca check"
+        return {
+            **row,
+            "status": "not evaluated",
+            "text": f"data checks: {reason}",
+            "reason": reason,
+        }
     errors = sum(check["level"] == "error" for check in checks)
     warnings = sum(check["level"] == "warning" for check in checks)
-    words = f"data checks: {errors} errors, {warnings} warnings"
-    return {**row, "status": "fail" if errors else "pass", "text": words}
+    reason = f"{plural(errors, 'error')} and {plural(warnings, 'warning')} in the recordings"
+    status = "fail" if errors else "pass"
+    return {**row, "status": status, "text": f"data checks: {reason}", "reason": reason}

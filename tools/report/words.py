@@ -2,12 +2,17 @@
 
 from collections.abc import Sequence
 
-__all__ = ["area", "joined", "mm", "percent", "plural", "short_names"]
+__all__ = ["area", "brief_area", "fixed", "joined", "mm", "percent", "plural", "short_names"]
 
 
 def mm(metres: float, digits: int = 2) -> str:
     """Return a length in millimetres."""
-    return f"{1e3 * metres:.{digits}f} mm"
+    return f"{fixed(1e3 * metres, digits)} mm"
+
+
+def fixed(value: float, digits: int, sign: str = "") -> str:
+    """Return a number with so many digits behind the point; zero has no minus."""
+    return f"{round(value, digits) + 0.0:{sign}.{digits}f}"
 
 
 def percent(fraction: float) -> str:
@@ -40,6 +45,18 @@ def short_names(names: Sequence[str]) -> list[str]:
 def area(position: Sequence[float]) -> str:
     """Return where a point lies as the robot sees it: its x is ahead, its y to the left."""
     x, y, z = position
-    parts = [(x, "ahead", "behind"), (y, "to its left", "to its right"), (z, "up", "below")]
-    words = [f"{abs(v):.2f} m {plus if v > 0 else minus}" for v, plus, minus in parts if abs(v) > 5e-3]
+    parts = ((x, "ahead", "behind"), (y, "to its left", "to its right"), (z, "up", "below"))
+    words = [f"{abs(v):.2f} m {plus if v > 0 else minus}" for v, plus, minus in parts if _seen(v)]
     return ", ".join(words) or "at its base"
+
+
+def brief_area(position: Sequence[float]) -> str:
+    """Return the same for a table, in metres without the unit."""
+    x, y, z = position
+    parts = ((x, "ahead", "behind"), (y, "left", "right"), (z, "up", "down"))
+    words = [f"{abs(v):.2f} {plus if v > 0 else minus}" for v, plus, minus in parts if _seen(v)]
+    return ", ".join(words) or "at the base"
+
+
+def _seen(metres: float) -> bool:
+    return abs(metres) >= 5e-3
