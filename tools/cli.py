@@ -20,6 +20,7 @@ __all__ = ["main"]
 
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
+    "compare": "hold several calibrations of one robot against each other on the same data",
     "demo": "record, calibrate and validate a simulated arm, from start to end",
     "report": "write the report of a calibration, with a verdict, and open it",
     "solve": "calibrate a robot from recordings",

@@ -36,8 +36,8 @@ def _checks_text(figures: Mapping[str, Any]) -> str:
     checks = figures.get("checks")
     if checks is None:
         return (
-            "The recordings were not checked one by one (mukca check does it); what follows is "
-            "what the fits show."
+            "Not known: the recordings were not checked one by one, which mukca check does. What "
+            "the fits show:"
         )
     errors = [check for check in checks if check["level"] == "error"]
     warnings = [check for check in checks if check["level"] == "warning"]
@@ -69,7 +69,7 @@ def _floors_text(floors: Sequence[Mapping[str, Any]]) -> str:
     odd = [row["name"] for row in floors if row["mean_absolute_error"] > STANDS_OUT * low]
     if odd:
         return f"{text}: {joined(odd)} stands out, so record it anew."
-    return f"{text}, as alike as placements of one arm should be."
+    return f"{text}: none stands out."
 
 
 def worst_samples(figures: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -16,7 +16,7 @@ from ...solver.measurements import Measurement, measure
 from ...solver.urdf import Chain
 from ...solver.validate import evaluate, socket_centres
 
-__all__ = ["MODELS", "Evidence", "Seen", "evidence_of", "measurements_of", "short_where"]
+__all__ = ["MODELS", "Evidence", "Seen", "evidence_of", "measurements_of", "predict", "short_where"]
 
 Vector = NDArray[np.float64]
 MODELS = ("nominal", "calibrated")
@@ -139,10 +139,15 @@ def _sample(row: Mapping[str, Any]) -> Sample:
 def _seen(row: Mapping[str, Any], measured: Measurement, calibration: Calibration) -> Seen:
     points = {
         "nominal": calibration.nominal_ball(measured.positions),
-        "calibrated": calibration.ball(measured.positions),
+        "calibrated": predict(calibration, measured),
     }
     samples = sorted(row["samples"], key=lambda sample: sample["socket"])
     return Seen(measured, str(row["role"]), points, tuple(samples))
+
+
+def predict(calibration: Calibration, measured: Measurement) -> Vector:
+    """Return where the calibrated robot puts the ball in each sample, shape (N, 3) [m]."""
+    return calibration.ball(measured.positions)
 
 
 def _check_figures(seen: Seen, figures: Mapping[str, Any], source: str) -> None:

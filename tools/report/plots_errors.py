@@ -6,12 +6,15 @@ from typing import Any
 import numpy as np
 
 from .answer_data import FAR
+from .markup import Element
 from .plot import BOTH, Figures, Plot, judged_role, lengths, names_of
 from .svg import Axis, Panel, nice_above
 from .words import mm
 
 __all__ = ["errors_in_2d", "order"]
 
+WINDOW = 7
+"""Samples in a running centre."""
 FINE = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 
@@ -26,11 +29,11 @@ def errors_in_2d(figures: Figures) -> Plot:
     large = max(large, small)
     panels = [
         _plane(figures, model, axes, half, f"{view}: {title}", limit)
-        for axes, view in (((0, 1), "from above"), ((0, 2), "from aside"))
+        for axes, view in (((0, 1), "from above"), ((0, 2), "from the side"))
         for model, half, title in (
             ("nominal", large, "nominal"),
             ("calibrated", large, "calibrated"),
-            ("calibrated", small, f"calibrated x {large / small:.3g}"),
+            ("calibrated", small, f"calibrated x {large / small:.2g}"),
         )
     ]
     found = figures["summary"][role]["quantiles"]
@@ -39,7 +42,7 @@ def errors_in_2d(figures: Figures) -> Plot:
     ring = f", {side} the dashed limit of {mm(limit)}" if limit else ""
     sentence = (
         f"The cloud round the sockets' centres shrinks from a median radius of {mm(medians[0])} to "
-        f"{mm(medians[1])}{ring}; enlarged {large / small:.3g} times, all of it is within "
+        f"{mm(medians[1])}{ring}; enlarged {large / small:.2g} times, all of it is within "
         f"{small:g} mm of the centre."
     )
     return Plot(
@@ -82,54 +85,63 @@ def _plane(
 
 
 def order(figures: Figures) -> Plot:
-    """The calibrated error of each sample in the order of recording."""
-    names = names_of(figures)
+    """The calibrated error of each sample in the order of recording, and the running centre."""
     top = 1.08e3 * float(lengths(figures, "calibrated").max(initial=1e-6))
-    panels = [_order_panel(figures, i, name, top) for i, name in enumerate(names)]
+    panels = [_order_panel(figures, i, name, top) for i, name in enumerate(names_of(figures))]
     worst = figures["answers"]["data"]["worst"][0]
-    rows = list(_ratios(figures))
-    beyond = sum(ratio > FAR for ratio in rows)
+    ratios = list(_ratios(figures))
+    beyond = sum(ratio > FAR for ratio in ratios)
     sentence = (
         f"The farthest sample is {worst['where']}, {mm(worst['error'])} from its socket and "
-        f"{worst['ratio']:.1f} times its placement's mean; {beyond or 'none'} of {len(rows)} "
-        f"{'is' if beyond == 1 else 'are'} beyond the dashed {FAR:g} times the mean, and a step in "
-        "the running mean would tell of a moved base."
+        f"{worst['ratio']:.1f} times its placement's mean; {beyond or 'none'} of {len(ratios)} "
+        f"{'is' if beyond == 1 else 'are'} beyond the dashed {FAR:g} times the mean, and a moved "
+        "base would lift the line of the running centre."
     )
+    marks = (("calibrated", "error"), ("running", f"centre of {WINDOW} samples, from the socket's"))
+    weighted = any(row.get("weight", 1.0) < 0.5 for row in figures["samples"])
     return Plot(
         "order",
         "In the order of recording",
         sentence,
         tuple(panels),
-        (("calibrated", "error"), ("running", "running mean of 5"), ("flagged", "downweighted")),
+        (*marks, ("flagged", "weight below a half")) if weighted else marks,
     )
 
 
 def _ratios(figures: Figures) -> Iterator[float]:
+    """Yield each sample's calibrated error by the mean error of its placement."""
     for row in figures["samples"]:
         mean = figures["placements"][row["placement"]]["calibrated"]["mean_absolute_error"]
         yield float(np.linalg.norm(row["calibrated"])) / max(mean, 1e-12)
 
 
-def _order_panel(figures: Figures, i: int, name: str, top: float) -> Any:
+def _order_panel(figures: Figures, i: int, name: str, top: float) -> Element:
     place = figures["placements"][i]
     rows = [row for row in figures["samples"] if row["placement"] == i]
-    x = Axis(0, len(rows) + 1, "sample", ticks=())
-    panel = Panel(name, x, Axis(0, top, "mm"), height=170)
+    panel = Panel(name, Axis(0, len(rows) + 1, ticks=()), Axis(0, top, "mm"), height=170)
     panel.grid(vertical=False)
-    errors = [1e3 * float(np.linalg.norm(row["calibrated"])) for row in rows]
+    mean = 1e3 * place["calibrated"]["mean_absolute_error"]
+    panel.threshold(FAR * mean, f"{FAR:g} x mean")
     first = 0
     for socket in dict.fromkeys(row["socket"] for row in rows):
-        count = sum(row["socket"] == socket for row in rows)
+        part = np.array([row["calibrated"] for row in rows if row["socket"] == socket])
         if first:
             panel.vertical(first + 0.5, "divide")
         panel.text(panel.x(first + 0.5) + 6, panel.bottom + 15, f"socket {socket}", "tick")
-        part = errors[first : first + count]
-        running = [float(np.mean(part[max(0, k - 2) : k + 3])) for k in range(count)]
-        panel.line([(first + 1 + k, value) for k, value in enumerate(running)], "running")
-        first += count
-    for k, (row, error) in enumerate(zip(rows, errors, strict=True), 1):
+        centres = 1e3 * np.linalg.norm(_running_centre(part), axis=1)
+        panel.line([(first + 1 + k, v) for k, v in enumerate(centres.tolist())], "running")
+        first += len(part)
+    for k, row in enumerate(rows, 1):
+        error = 1e3 * float(np.linalg.norm(row["calibrated"]))
         mark = "flagged" if row.get("weight", 1.0) < 0.5 else f"calibrated {place['role']}"
         panel.dot(k, error, mark, f"{row['where']}: {error:.3f} mm")
-    mean = 1e3 * place["calibrated"]["mean_absolute_error"]
-    panel.threshold(FAR * mean, f"{FAR:g} x mean")
     return panel.root
+
+
+def _running_centre(deviations: Any) -> Any:
+    """Return the mean deviation of the samples round each one, shape (N, 3)."""
+    half = WINDOW // 2
+    count = len(deviations)
+    return np.array(
+        [deviations[max(0, k - half) : k + half + 1].mean(axis=0) for k in range(count)]
+    )

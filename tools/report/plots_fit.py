@@ -61,7 +61,7 @@ def _curves(rows: Sequence[Figures], term: str, repeatability: float | None) -> 
                 panel.dot(iteration, value, f"curve-dot {role}", f"{value:.4f} mm")
     if repeatability:
         words = f"the arm's repeatability, {1e3 * repeatability:g} mm"
-        panel.threshold(1e3 * repeatability, words)
+        panel.threshold(1e3 * repeatability, words, below=True)
     return panel.root
 
 

@@ -147,8 +147,8 @@ def _coverage_sentence(figures: Figures, turning: Sequence[int]) -> str:
     if not spans:
         return "No joint of this arm turns, so there is no angle to cover."
     span, joint, socket = min(spans, key=lambda row: row[0])
-    places: list[str] = short_names([s["placement"] for s in found["sockets"]])
-    place: str = places[found["sockets"].index(socket)]
+    places = short_names([s["placement"] for s in found["sockets"]])
+    place = dict(zip(map(id, found["sockets"]), places, strict=True))[id(socket)]
     count = sum(row[0] < HARDLY_MOVED for row in spans)
     return (
         f"{joint} moved least, {span * _DEGREES:.0f} degrees in socket {socket['socket']} of "

@@ -78,7 +78,7 @@ function armScene() {
   const every = arm.calibrated.map((_, k) => k);
   new View(canvas, orbit, (view) => {
     view.centre = arm.low.map((low, k) => (low + arm.high[k]) / 2);
-    view.scale = Math.min(view.width, view.height * 1.3) / (1.25 * size);
+    view.scale = Math.min(view.width / 1.05, view.height / 0.8) / size;
     ground(view, arm.reach);
     if (overlay.checked) {
       for (const k of every) view.line(arm.calibrated[k], "rgb(11 99 165 / 0.07)", 2);
@@ -196,6 +196,11 @@ function sentence(told, allowed) {
   const end = fails ? " But the calibration fails its limits, so mend that first." : "";
   return `${start}${parts.join("; ")}.${end}`;
 }
+
+// On paper everything is open.
+addEventListener("beforeprint", () => {
+  for (const details of document.querySelectorAll("details")) details.open = true;
+});
 
 if (document.querySelector("canvas")) {
   errorsScene();

@@ -10,7 +10,7 @@ __all__ = ["Axis", "Panel", "Rows", "nice_above", "number"]
 
 WIDTH = 440
 """Of a panel, in its own units: on a phone about as many pixels, so that text stays readable."""
-LEFT, RIGHT, TOP, BOTTOM = 56, 14, 30, 42
+LEFT, RIGHT, TOP, BOTTOM = 56, 14, 36, 42
 
 
 @dataclass(frozen=True)
@@ -86,10 +86,10 @@ class Panel:
     ) -> None:
         self.x_axis, self.y_axis = x, y
         self.left, self.right = left, width - RIGHT
-        self.top, self.bottom = TOP + (14.0 if y.label else 0.0), height - BOTTOM
+        self.top, self.bottom = TOP + (12.0 if y.label else 0.0), height - BOTTOM
         self.root: Element = tag(
             "svg",
-            tag("text", title, class_="title", x=4, y=16),
+            tag("text", title, class_="title", x=4, y=14),
             viewBox=f"0 0 {width:g} {height:g}",
             role="img",
             aria_label=title,
@@ -121,7 +121,7 @@ class Panel:
                 self.horizontal(mark, "grid")
                 self.text(self.left - 6, self.y(mark) + 4, number(mark), "tick end")
         self.text(self.right, self.bottom + 33, self.x_axis.label, "tick end")
-        self.text(4, TOP + 2, self.y_axis.label, "tick")
+        self.text(4, TOP - 2, self.y_axis.label, "tick")
         return self
 
     def horizontal(self, value: float, class_: str) -> None:
@@ -134,7 +134,9 @@ class Panel:
         x = self.x(value)
         self.add("line", x1=x, x2=x, y1=self.top, y2=self.bottom, class_=class_)
 
-    def threshold(self, value: float, words: str, *, vertical: bool = False) -> None:
+    def threshold(
+        self, value: float, words: str, *, vertical: bool = False, below: bool = False
+    ) -> None:
         """Draw the dashed line of a limit, with its words, where it lies within the axis."""
         axis = self.x_axis if vertical else self.y_axis
         if not axis.low <= value <= axis.high:
@@ -144,10 +146,10 @@ class Panel:
             beyond = self.x(value) > 0.6 * self.right
             side = "end" if beyond else ""
             at = self.x(value) + (-4 if beyond else 4)
-            self.text(at, self.top + 10, words, f"threshold-words {side}")
+            self.text(at, self.top - 4, words, f"threshold-words {side}")
         else:
             self.horizontal(value, "threshold")
-            below = self.y(value) < self.top + 14
+            below = below or self.y(value) < self.top + 14
             at = self.y(value) + (13 if below else -4)
             self.text(self.right - 2, at, words, "threshold-words end")
 
