@@ -59,6 +59,19 @@ class Measurement:
         return np.concatenate(self.by_socket)
 
     @cached_property
+    def efforts(self) -> NDArray[np.float64] | None:
+        """Measured joint efforts, row for row as :attr:`positions`; None without them."""
+        efforts, sockets = self.placement.efforts, self.placement.sockets
+        if efforts is None:
+            return None
+        return np.concatenate([efforts[sockets == k] for k in self.sockets])
+
+    @property
+    def has_distance(self) -> bool:
+        """Whether there are two sockets for the distance to lie between."""
+        return len(self.sockets) > 1
+
+    @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Where each socket's samples stand among :attr:`positions`."""
         ends = np.cumsum([len(rows) for rows in self.by_socket]).tolist()
