@@ -22,7 +22,7 @@ __all__ = ["main"]
 VERBS: dict[str, str] = {
     "compare": "hold several calibrations of one robot against each other on the same data",
     "demo": "record, calibrate and validate a simulated arm, from start to end",
-    "report": "write the report of a calibration, with a verdict, and open it",
+    "report": "write the report of a calibration, and say its verdict",
     "solve": "calibrate a robot from recordings",
     "validate": "measure a calibration on other recordings",
 }

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..arguments import UsageError
 from ..files import OutputError, write_files
@@ -18,19 +18,23 @@ EXAMPLE = """example:
 
 The page needs no other file and no network. Exit status 1: some limit is not kept."""
 
+_LIMITS = {
+    "repeatability_mm": "the arm's repeatability, from its data sheet",
+    "limit_mae_mm": "mean absolute error at held-out placements",
+    "limit_distance_mm": "error of the sockets' distance there, mean of absolute values",
+    "limit_between_mm": "error of distances between placements, likewise",
+}
+_LENGTHS = (*_LIMITS, "tolerance_mm")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.epilog = EXAMPLE
     parser.add_argument("calibration", type=Path, metavar="CALIBRATION", help="calibration.json")
     limits = parser.add_argument_group("limits (default: by the arm's repeatability)")
-    for name, words in (
-        ("repeatability", "the arm's repeatability, from its data sheet"),
-        ("limit-mae", "mean absolute error at held-out placements"),
-        ("limit-distance", "error of the sockets' distance there, mean of absolute values"),
-        ("limit-between", "error of distances between placements, likewise"),
-    ):
-        limits.add_argument(f"--{name}-mm", type=float, metavar="MM", help=words)
+    for name, words in _LIMITS.items():
+        option = f"--{name.replace('_', '-')}"
+        limits.add_argument(option, type=float, metavar="MM", help=words)
     limits.add_argument(
         "--known",
         nargs="+",
@@ -66,12 +70,12 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
     document = load_document(arguments.calibration)
     source = str(arguments.calibration)
-    report = build_report(document, source, _options(arguments, document, source))
+    report = build_report(document, source, _options(arguments))
     folder = arguments.calibration.parent if arguments.out is None else arguments.out
-    write_report(folder, report.files, force=arguments.force)
+    new = write_report(folder, report.files, force=arguments.force)
     show(terminal.console, report.figures)
     page = folder / "report.html"
-    terminal.say(f"Wrote {page}")
+    terminal.say(f"Wrote {page}" if new else f"{page} is up to date")
     if arguments.open:
         open_page(page, terminal)
     if arguments.json:
@@ -79,27 +83,19 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return 1 if report.figures["verdict"]["status"] == "fail" else 0
 
 
-def _options(arguments: argparse.Namespace, document: Mapping[str, Any], source: str) -> "Options":
-    from ...solver.calibration import CalibrationError
+def _options(arguments: argparse.Namespace) -> "Options":
     from ..report.between import parse_known
     from ..report.figures import Options
-    from ..report.limits import limits_for
 
-    given = {
-        field: _metres(option, getattr(arguments, option))
-        for field, option in (
-            ("mean_absolute_error", "limit_mae_mm"),
-            ("distance_error", "limit_distance_mm"),
-            ("between_placements", "limit_between_mm"),
-        )
-    }
-    repeatability = _metres("repeatability_mm", arguments.repeatability_mm)
-    tolerance = _metres("tolerance_mm", arguments.tolerance_mm)
-    try:
-        limits = limits_for(document["model"], repeatability, given)
-    except (KeyError, TypeError) as error:
-        raise CalibrationError(f"{source}: damaged calibration.json: {error!r}") from None
-    return Options(limits, parse_known(arguments.known), tolerance or 0.0)
+    lengths = {name: _metres(name, getattr(arguments, name)) for name in _LENGTHS}
+    return Options(
+        repeatability=lengths["repeatability_mm"],
+        mean_absolute_error=lengths["limit_mae_mm"],
+        distance_error=lengths["limit_distance_mm"],
+        between_placements=lengths["limit_between_mm"],
+        known=parse_known(arguments.known),
+        tolerance=lengths["tolerance_mm"] or 0.0,
+    )
 
 
 def _metres(name: str, millimetres: float | None) -> float | None:
@@ -111,8 +107,11 @@ def _metres(name: str, millimetres: float | None) -> float | None:
     return millimetres / 1e3
 
 
-def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> None:
+def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> bool:
     """Write a report's files, unless they are there already, byte for byte.
+
+    Returns:
+        Whether anything was written.
 
     Raises:
         OutputError: Another report is there and ``force`` is not given, or it cannot be written.
@@ -126,6 +125,7 @@ def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) ->
         )
     if new:
         write_files(folder, new)
+    return bool(new)
 
 
 def _holds(file: Path, data: bytes) -> bool:
@@ -136,10 +136,12 @@ def _holds(file: Path, data: bytes) -> bool:
 
 
 def open_page(page: Path, terminal: Terminal) -> None:
-    """Show a page in the web browser, where there is one; over SSH only say how."""
+    """Show a page in the web browser; where there is no screen, as over SSH, only say so."""
     import os
+    import sys
     import webbrowser
 
-    remote = "SSH_CONNECTION" in os.environ and "DISPLAY" not in os.environ
-    if remote or not webbrowser.open(page.resolve().as_uri()):
-        terminal.say(f"No browser to open here; copy {page.resolve()} to a computer with one.")
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    screen = sys.platform != "linux" or any(os.environ.get(name) for name in screens)
+    if not (screen and webbrowser.open(page.resolve().as_uri())):
+        terminal.say(f"No browser here; copy {page.resolve()} to a computer that has one.")

@@ -91,6 +91,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         status = 1
     elif arguments.out is not None:
         result["outputs"] = write(arguments.out, calibration, result, train, test)
+        report(arguments.out, terminal)
     if arguments.json:
         terminal.emit(result)
     if status == 0:
@@ -207,6 +208,7 @@ def write(
     outputs = {
         "urdf": str(folder / "calibrated.urdf"),
         "calibration": str(folder / "calibration.json"),
+        "report": str(folder / "report.html"),
     }
     document = {
         "format": FORMAT,
@@ -225,12 +227,24 @@ def write(
     return outputs
 
 
+def report(folder: Path, terminal: Terminal) -> None:
+    """Write the report of the calibration in a folder, and show its verdict."""
+    from ...solver.calibration import load_document
+    from ..report.build import build_report
+    from ..report.terminal import show_verdict
+
+    file = folder / "calibration.json"
+    made = build_report(load_document(file), str(file))
+    write_files(folder, made.files)
+    show_verdict(terminal.console, made.figures)
+
+
 def last_words(outputs: dict[str, str]) -> list[str]:
     """Return what to do with the result."""
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
     return [
-        f"Wrote {outputs['calibration']}",
+        f"Wrote {outputs['calibration']}, and {outputs['report']} to read",
         f"Wrote {outputs['urdf']}: load it instead of the nominal URDF, in robot_state_publisher, "
         "MoveIt, Pinocchio, Drake, or whatever computes the arm's kinematics.",
         "Redo camera extrinsics, and poses taught in Cartesian space: they hold the old model's "

@@ -21,7 +21,8 @@ def data_answer(figures: Mapping[str, Any]) -> dict[str, Any]:
     floors = _floors(figures)
     texts = [_checks_text(figures)]
     if floors:
-        texts.append(_floors_text(floors))
+        words = _floors_text(floors)
+        texts.append(words if texts[0].endswith(":") else words[0].upper() + words[1:])
     beyond = sum(row["ratio"] > FAR for row in worst)
     if beyond:
         first = worst[0]
@@ -65,7 +66,7 @@ def _floors(figures: Mapping[str, Any]) -> list[dict[str, Any]]:
 def _floors_text(floors: Sequence[Mapping[str, Any]]) -> str:
     values = [row["mean_absolute_error"] for row in floors]
     low, high = min(values), max(values)
-    text = f"Fitted alone, each placement leaves {mm(low)} to {mm(high)}"
+    text = f"fitted alone, each placement leaves {mm(low)} to {mm(high)}"
     odd = [row["name"] for row in floors if row["mean_absolute_error"] > STANDS_OUT * low]
     if odd:
         return f"{text}: {joined(odd)} stands out, so record it anew."

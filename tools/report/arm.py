@@ -34,7 +34,8 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
         last. ``low`` and ``high``: the corners of what they fill, and ``reach`` the largest
         coordinate [m]. ``displacement``: mean and maximum distance of the models' balls [m].
         ``exaggeration``: by how much the view enlarges the models' difference at first.
-        ``meshes`` of the links, and with them the ``frames`` of some configurations.
+        ``meshes`` of the links, and with them the calibrated ``frames``, shape
+        (configurations, joints + 1, 12), three rows of rotation and place each.
     """
     chain = evidence.chain
     nominal, calibrated = chain.origins, _calibrated_origins(evidence)
@@ -63,14 +64,7 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
         "meshes": meshes,
     }
     if meshes:
-        some = slice(None, None, -(-len(rows) // 40))
-        figures["frames"] = {
-            "configurations": list(range(len(rows)))[some],
-            **{
-                name: np.round(T[some, :, :3, :], 5).reshape(-1, len(chain.joints) + 1, 12).tolist()
-                for name, T in zip(("nominal", "calibrated"), both, strict=True)
-            },
-        }
+        figures["frames"] = np.round(both[1][:, :, :3, :], 4).reshape(len(rows), -1, 12).tolist()
     return figures
 
 

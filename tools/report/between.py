@@ -14,7 +14,7 @@ from .evidence import MODELS, Evidence, Seen
 
 __all__ = ["KnownDistance", "KnownDistanceError", "between", "parse_known"]
 
-_FORM = re.compile(r"(.+):(\d+)-(.+):(\d+)=([^=+]+?)(?:\+-(.+))?")
+_FORM = re.compile(r"(.+):(\d+)-(.+):(\d+)\s*=\s*([^=+]+?)\s*(?:\+-(.+))?")
 
 
 class KnownDistanceError(MukcaError):

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
+from ...solver.calibration import CalibrationError
 from .evidence import evidence_of
 from .figures import Options, report_figures
-from .limits import limits_for
 from .page import page, plots_of
 
-__all__ = ["Report", "build_report", "default_options"]
+__all__ = ["Report", "build_report"]
+
+
+_DEFAULTS = Options()
 
 
 @dataclass(frozen=True)
@@ -31,27 +34,27 @@ class Report:
         }
 
 
-def default_options(document: Mapping[str, Any]) -> Options:
-    """Return the options for a calibration about which the user said nothing."""
-    return Options(limits_for(document["model"], None, {}))
-
-
-def build_report(
-    document: Mapping[str, Any], source: str, options: Options | None = None
-) -> Report:
+def build_report(document: Mapping[str, Any], source: str, options: Options = _DEFAULTS) -> Report:
     """Return the report of a calibration; the same document and options give the same bytes.
 
     Args:
         document: As :func:`mukca.solver.calibration.load_document` returns it.
         source: Its file, for messages.
-        options: Limits, known distances, tolerance; None for the arm's defaults.
+        options: Limits, known distances, tolerance.
 
     Raises:
         CalibrationError: The document is damaged.
         KnownDistanceError: A known distance names no socket of the calibration.
     """
+    try:
+        return _build(document, source, options)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+        raise CalibrationError(f"{source}: damaged calibration.json: {error!r}") from error
+
+
+def _build(document: Mapping[str, Any], source: str, options: Options) -> Report:
     evidence = evidence_of(document, source)
-    figures = report_figures(evidence, options or default_options(document), command_of(document))
+    figures = report_figures(evidence, options, command_of(document))
     plots = plots_of(figures)
     figures["plots"] = [
         {"id": plot.id, "section": section, "title": plot.title, "sentence": plot.sentence}

@@ -67,8 +67,8 @@ def _errors(figures: Figures) -> Plot:
             value = 1e3 * model["mean_absolute_error"]
             mark = f"model-{k % COLOURS}" + (" train" if model["trained_on"] else "")
             panel.mark(i, value, mark, f"{places[i]}, {models[k]}: {value:.3f} mm", size=5.5)
-    ranked = sorted(
-        (row["summary"]["mean_absolute_error"], row["name"])
+    ranked: list[tuple[float, str]] = sorted(
+        (float(row["summary"]["mean_absolute_error"]), str(row["name"]))
         for row in figures["models"]
         if row["summary"]
     )
@@ -86,7 +86,7 @@ def _errors(figures: Figures) -> Plot:
 def _differences(figures: Figures) -> Plot:
     places, models = _names(figures)
     pair = figures["pairs"][-1]
-    a, b = str(models[pair["a"]]), str(models[pair["b"]])
+    a, b = (models[int(pair[key])] for key in ("a", "b"))
     rows = pair["placements"]
     reach = [1e3 * (abs(r["mean"]) + r["noise"]) for r in rows]
     half = 1.1 * max(*reach, 1e-6)
@@ -94,7 +94,7 @@ def _differences(figures: Figures) -> Plot:
     panel.threshold(0, f"{b} better < 0 < worse", vertical=True)
     for i, row in enumerate(rows):
         mean, noise = 1e3 * row["mean"], 1e3 * row["noise"]
-        trained = any(figures["placements"][i]["models"][k]["trained_on"] for k in (1, -1))
+        trained = any(figures["placements"][i]["models"][pair[k]]["trained_on"] for k in ("a", "b"))
         panel.span(i, mean - noise, mean + noise, "link", thick=5)
         mark = f"model-{pair['b'] % COLOURS}" + (" train" if trained else "")
         panel.mark(i, mean, mark, f"{places[i]}: {mean:+.3f} mm", size=5.5)

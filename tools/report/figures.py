@@ -12,7 +12,7 @@ from .answer_use import use_answer
 from .arm import arm_figures
 from .between import KnownDistance, between
 from .evidence import MODELS, Evidence, Seen, short_where
-from .limits import Limits
+from .limits import LIMITED, limits_for
 from .matrix import cross_placement
 from .verdict import verdict
 
@@ -29,7 +29,12 @@ _OPTIONAL = ("groups", "noise", "uncertainty", "checks", "next_placement")
 class Options:
     """What the user may choose about a report."""
 
-    limits: Limits
+    repeatability: float | None = None
+    """Of the arm [m]; None for what is known of it."""
+    mean_absolute_error: float | None = None
+    """Limit [m]; None, here and below, for what the repeatability says."""
+    distance_error: float | None = None
+    between_placements: float | None = None
     known: Sequence[KnownDistance] = ()
     tolerance: float = 5e-4
     """The error that the user's task allows [m]."""
@@ -47,6 +52,8 @@ def report_figures(evidence: Evidence, options: Options, command: str) -> dict[s
         KnownDistanceError: A known distance names no socket of the calibration.
     """
     document = evidence.document
+    given = {name: getattr(options, name) for name in LIMITED}
+    limits = limits_for(document["model"], options.repeatability, given)
     figures: dict[str, Any] = {
         "format": FORMAT,
         **{key: document[key] for key in ("robot", "method", "optimizer", "iterations")},
@@ -58,7 +65,7 @@ def report_figures(evidence: Evidence, options: Options, command: str) -> dict[s
         ],
         "between": between(evidence, options.known),
         "tolerance": options.tolerance,
-        "limits": asdict(options.limits),
+        "limits": asdict(limits),
         "samples": _samples(evidence),
         "history": document["history"],
         "cross_placement": cross_placement(evidence),
@@ -69,7 +76,7 @@ def report_figures(evidence: Evidence, options: Options, command: str) -> dict[s
         "provenance": {**document["provenance"], "settings": document["settings"]},
         "command": command,
     }
-    figures["verdict"] = verdict(figures, options.limits)
+    figures["verdict"] = verdict(figures, limits)
     figures["answers"] = {
         "use": use_answer(figures),
         "next": next_answer(figures, evidence),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-__all__ = ["ARMS", "Arm", "Limit", "Limits", "known_arm", "limits_for"]
+__all__ = ["ARMS", "LIMITED", "Arm", "Limit", "Limits", "known_arm", "limits_for"]
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,16 @@ ARMS: dict[str, Arm] = {
 
 RESOLUTION = 1e-4
 """What a ball in a printed socket resolves, however well the arm repeats [m]."""
-MARGIN = 3
-"""Errors up to this many times the repeatability are a calibrated arm's."""
+LIMITED = {
+    "mean_absolute_error": (3, "--limit-mae-mm"),
+    "distance_error": (1, "--limit-distance-mm"),
+    "between_placements": (3, "--limit-between-mm"),
+}
+"""What is limited: to how many times the repeatability, and the option that says otherwise.
+
+Errors of a calibrated arm stay within some three times its repeatability. A socket's centre is
+the mean of many samples, so the distance of two is known better.
+"""
 
 
 @dataclass(frozen=True)
@@ -96,9 +104,10 @@ def limits_for(
     return Limits(
         None if arm is None else arm.repeatability,
         source or "no repeatability is known for this arm",
-        _limit(arm, MARGIN, given.get("mean_absolute_error"), "--limit-mae-mm"),
-        _limit(arm, 1, given.get("distance_error"), "--limit-distance-mm"),
-        _limit(arm, MARGIN, given.get("between_placements"), "--limit-between-mm"),
+        **{
+            name: _limit(arm, margin, given.get(name), option)
+            for name, (margin, option) in LIMITED.items()
+        },
     )
 
 

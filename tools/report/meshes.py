@@ -68,8 +68,8 @@ def _load(text: str, folder: Path) -> Any:
 def _finder(folder: Path) -> Callable[[str], str]:
     """Return what finds a mesh on this disk: beside the model, or, for ``package://``, above it."""
 
-    def find(name: str) -> str:
-        scheme, _, rest = name.rpartition("://")
+    def find(fname: str) -> str:
+        scheme, _, rest = fname.rpartition("://")
         if scheme in ("", "file"):
             candidates = [folder / rest]
         else:

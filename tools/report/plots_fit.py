@@ -61,7 +61,9 @@ def _curves(rows: Sequence[Figures], term: str, repeatability: float | None) -> 
                 panel.dot(iteration, value, f"curve-dot {role}", f"{value:.4f} mm")
     if repeatability:
         words = f"the arm's repeatability, {1e3 * repeatability:g} mm"
-        panel.threshold(1e3 * repeatability, words, below=True)
+        ends = [curve[-1][1] / (1e3 * repeatability) for curve in curves.values() if curve]
+        nearest = min(ends, key=lambda ratio: abs(np.log(ratio)))
+        panel.threshold(1e3 * repeatability, words, below=nearest > 1)
     return panel.root
 
 
@@ -88,7 +90,9 @@ def cross_placement(figures: Figures) -> Plot | None:
         return None
     names = short_names(matrix["names"])
     fitted = [i for i, row in enumerate(matrix["matrix"]) if row is not None]
-    cells = {(i, j): 1e3 * matrix["matrix"][i][j] for i in fitted for j in range(len(names))}
+    cells = {
+        (i, j): max(1e3 * matrix["matrix"][i][j], 1e-6) for i in fitted for j in range(len(names))
+    }
     if not cells:
         return None
     return Plot(

@@ -102,12 +102,11 @@ function links(view, points, colour, dash) {
   view.dot(points[points.length - 1], 6, colour);
 }
 
-// The links' shapes, where the model has them, at the nearest configuration that has frames.
+// The links' shapes, where the model has them.
 function bodies(view, configuration) {
   const { meshes, frames } = figures.arm;
   if (!meshes.length) return;
-  const gaps = frames.configurations.map((k) => Math.abs(k - configuration));
-  const row = frames.calibrated[gaps.indexOf(Math.min(...gaps))];
+  const row = frames[configuration];
   const faces = meshes.flatMap((mesh) => {
     const T = row[mesh.frame];
     const placed = mesh.vertices.map((v) =>

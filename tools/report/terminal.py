@@ -35,22 +35,25 @@ def show(console: "Console", figures: Figures) -> None:
 
 def show_verdict(console: "Console", figures: Figures) -> None:
     """Print the verdict, limit by limit."""
-    found = figures["verdict"]
+    found, limits = figures["verdict"], figures["limits"]
     style = {"pass": "bold green", "fail": "bold red"}.get(found["status"], "bold yellow")
-    console.print(Text.assemble((found["title"], style), f"  {found['text']}"))
+    console.print(Text.assemble("Verdict: ", (found["title"], style)))
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for head in ("", "limit on", "found", "at most", "where from, or what is missing"):
+    for head in ("limit on", "", "found", "at most"):
         table.add_column(head, justify="right" if head in ("found", "at most") else "left")
     for row in found["limits"]:
         status = Text(row["status"], _STYLES.get(row["status"], "yellow"))
-        table.add_row(
-            status,
-            Text(row["title"]),
-            _millimetres(row["found"]),
-            _millimetres(row["limit"]),
-            Text(row["reason"]),
-        )
+        lengths = [_millimetres(row[key]) for key in ("found", "limit")]
+        table.add_row(Text(row["title"]), status, *lengths)
     console.print(table)
+    for row in found["limits"]:
+        if row["status"] == "not evaluated":
+            console.print(Text(f"Not evaluated, {row['text']}."))
+    if limits["repeatability"] is not None:
+        repeatability = f"{1e3 * limits['repeatability']:g} mm"
+        console.print(
+            Text(f"The arm's repeatability: {repeatability} ({limits['repeatability_source']}).")
+        )
 
 
 def _millimetres(value: float | None) -> str:
