@@ -16,24 +16,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .evidence import Estimate, estimate
+from .evidence import NU, Estimate, estimate
 from .map_problem import build_map_problem
 from .measurements import Measurement
 from .observations import Load, observe
 from .parameters import Parameter
 from .urdf import Chain
 
-__all__ = ["Change", "Finding", "Inspection", "inspect_all", "split_moved"]
+__all__ = ["Change", "Finding", "Inspection", "inspect_all", "next_placement", "split_moved"]
 
 Vector = NDArray[np.float64]
 NEAR = np.deg2rad(1.0)
 """Two configurations closer than this on every joint are nearly the same."""
 STILL = np.deg2rad(5.0)
 """A joint that moved less than this in a placement tells hardly anything."""
-SIGNIFICANT = 30.0
+SIGNIFICANT = 40.0
 """Of the squared jump over its variance, about 3 were it chance alone."""
-SMALLEST_MOVE = 5e-4
-"""A base that is knocked moves by more than this [m]; less is how the arm was guided."""
+SMALLEST_MOVE = 7.5e-4
+"""A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
 SIDE = 4
 """Samples needed on each side of a change."""
 FAR = 0.06
@@ -81,6 +81,8 @@ class Inspection:
     """Mean absolute error of a fit to this placement alone [m]."""
     changes: tuple[Change, ...]
     findings: tuple[Finding, ...]
+    centre: Vector
+    """Between its sockets, as the fit to all placements predicts it, shape (3,) [m]."""
 
 
 def inspect_all(
@@ -113,7 +115,10 @@ def inspect_all(
             *_duplicates(measured),
             *_still(measured, chain),
         ]
-        seen.append(Inspection(measured, floors[i], changes, tuple(findings)))
+        labels = together.problem.data.labels
+        rows = [k for k, (name, _) in enumerate(labels) if name == measured.name]
+        centre = together.centres[rows].mean(axis=0)
+        seen.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
     return seen
 
 
@@ -128,6 +133,35 @@ def split_moved(inspection: Inspection) -> Measurement:
             samples[i] = replace(samples[i], socket=free)
         free += 1
     return replace(inspection.measured, placement=replace(placement, samples=tuple(samples)))
+
+
+def next_placement(chain: Chain, seen: Sequence[Inspection]) -> str:
+    """Return which placements to train on, and where to record the next one.
+
+    The two most distant placements serve best (paper, Fig. 6). Candidates for a new one stand as
+    far from the base axis and as high as those recorded, on all sides of the robot but its back.
+    """
+    centres = np.array([one.centre for one in seen])
+    radius = float(np.linalg.norm(centres[:, :2], axis=1).mean())
+    height = float(centres[:, 2].mean())
+    angles = np.deg2rad(np.arange(-90, 91, 15))
+    ring = np.stack(
+        [radius * np.cos(angles), radius * np.sin(angles), np.full(len(angles), height)], axis=1
+    )
+    gaps = np.linalg.norm(ring[:, None] - centres, axis=2).min(axis=1)
+    x, y, z = ring[int(np.argmax(gaps))]
+    side = "left" if y > 0.1 * radius else "right" if y < -0.1 * radius else "front"
+    hint = (
+        f"Next, record a placement near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
+        f"{chain.base} (to its {side}), {gaps.max():.2f} m from the nearest so far, or as far that "
+        "way as the arm reaches."
+    )
+    if len(seen) < 2:
+        return hint
+    apart = np.linalg.norm(centres[:, None] - centres, axis=2)
+    i, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
+    best = f"{seen[int(i)].measured.name} and {seen[int(j)].measured.name}"
+    return f"To train on two, {best} serve best: they are the most distant. {hint}"
 
 
 def _fit(
@@ -146,25 +180,27 @@ def _changes(measured: Measurement, together: Estimate) -> tuple[Change, ...]:
     found: list[Change] = []
     for socket in measured.sockets:
         rows = data.sockets == data.labels.index((measured.name, socket))
-        points, weights = together.points[rows], together.weights[rows]
-        scores = [(*_jump(points, weights, k), k) for k in range(SIDE, len(points) - SIDE + 1)]
+        points = together.points[rows]
+        scores = [(*_jump(points, k), k) for k in range(SIDE, len(points) - SIDE + 1)]
         significance, jump, k = max(scores, default=(0.0, 0.0, 0))
         if significance > SIGNIFICANT and jump > SMALLEST_MOVE:
             found.append(Change(socket, k, jump))
     return tuple(found)
 
 
-def _jump(points: Vector, weights: Vector, k: int) -> tuple[float, float]:
-    """Return how significant a jump before sample k is, and its size [m]."""
-    parts = [(points[:k], weights[:k]), (points[k:], weights[k:])]
-    means = [np.average(p, axis=0, weights=w) for p, w in parts]
-    left = sum(
-        float(np.sum(w * np.sum((p - mean) ** 2, axis=1)))
-        for (p, w), mean in zip(parts, means, strict=True)
-    )
-    variance = left / (3 * (weights.sum() - 2))
-    jump = float(np.linalg.norm(means[1] - means[0]))
-    return jump**2 / (variance * sum(1 / w.sum() for _, w in parts)), jump
+def _jump(points: Vector, k: int) -> tuple[float, float]:
+    """Return how significant a jump before sample k is, and its size [m].
+
+    Each side has its own robust centre, so that neither a far sample nor the jump itself hides it.
+    """
+    sides = points[:k], points[k:]
+    medians = [np.median(side, axis=0) for side in sides]
+    squares = [np.sum((p - m) ** 2, axis=1) for p, m in zip(sides, medians, strict=True)]
+    variance = float(np.median(np.concatenate(squares))) / 2.366  # the median of chi2 with 3
+    weights = [1 / (NU + d / variance) for d in squares]
+    centres = [np.average(p, axis=0, weights=w) for p, w in zip(sides, weights, strict=True)]
+    jump = float(np.linalg.norm(centres[1] - centres[0]))
+    return jump**2 / (variance * (1 / k + 1 / (len(points) - k))), jump
 
 
 def _where(measured: Measurement, socket: int, sample: int) -> str:

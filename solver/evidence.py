@@ -170,7 +170,7 @@ class _Iteration:
 
     def weigh(self) -> tuple[Vector, Vector]:
         """Return the inverse scales C_i^-1, shape (N, 3, 3), and squared distances e C^-1 e."""
-        inverse = np.linalg.inv(self.noise.scales(self.by_joints))
+        inverse: Vector = np.linalg.inv(self.noise.scales(self.by_joints)).astype(np.float64)
         e = self.residuals
         squares = np.einsum("ni,nij,nj->n", e, inverse, e)
         self.weights = (NU + 3) / (NU + squares)

@@ -36,7 +36,7 @@ class Group:
 
     name: str
     unit: str
-    members: Vector
+    members: NDArray[np.int64]
     """Their indices among the unknowns."""
     width: float
     scale: float = np.inf

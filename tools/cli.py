@@ -20,16 +20,20 @@ __all__ = ["main"]
 
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
-    "compare": "hold several calibrations of one robot against each other on the same data",
     "demo": "record, calibrate and validate a simulated arm, from start to end",
-    "report": "write the report of a calibration, and say its verdict",
+    "check": "look at recordings before they are fitted",
     "solve": "calibrate a robot from recordings",
+    "report": "write the report of a calibration, and say its verdict",
     "validate": "measure a calibration on other recordings",
+    "compare": "hold calibrations of one robot against each other on the same data",
+    "crossval": "leave each placement out once, and train on each alone",
 }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status."""
+    # The matrices here are small: threads of the linear algebra cost more than they bring.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = list(sys.argv[1:] if argv is None else argv)
     parser = build_parser(words[0] if words else None)
     arguments = parser.parse_args(words)
