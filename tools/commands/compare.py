@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     contenders = contenders_of(arguments.calibrations)
     chain = contenders[0].calibration.chain
     if arguments.data:
-        data = measure_all(arguments.data, chain, arguments.distance)
+        data = measure_all(arguments.data, chain, arguments.distance, sockets=1)
     else:
         data = shared_data(contenders, arguments.calibrations)
     result = compare(contenders, data)

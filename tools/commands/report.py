@@ -84,8 +84,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _options(arguments: argparse.Namespace) -> "Options":
-    from ..report.between import parse_known
     from ..report.figures import Options
+    from .solve import known_distances
 
     lengths = {name: _metres(name, getattr(arguments, name)) for name in _LENGTHS}
     return Options(
@@ -93,7 +93,7 @@ def _options(arguments: argparse.Namespace) -> "Options":
         mean_absolute_error=lengths["limit_mae_mm"],
         distance_error=lengths["limit_distance_mm"],
         between_placements=lengths["limit_between_mm"],
-        known=parse_known(arguments.known),
+        known=known_distances(arguments.known),
         tolerance=lengths["tolerance_mm"] or 0.0,
     )
 

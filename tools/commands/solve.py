@@ -132,7 +132,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     sockets = 1 if arguments.method == "auto" else 2
     train = measure_all(arguments.train, chain, arguments.distance, sockets=sockets)
     test = measure_all(test_paths, chain, arguments.distance, sockets=sockets)
-    train, findings, hint = look_at(chain, train, arguments)
+    train, findings, hint = look_at(chain, train, test, arguments)
     warnings = [*left_out, *(line for m in (*train, *test) for line in m.warnings)]
     for line in [*warnings, *map(str, findings)]:
         terminal.warn(line)
@@ -185,19 +185,27 @@ def settle(arguments: argparse.Namespace) -> None:
 
 
 def look_at(
-    chain: Chain, train: "list[Measurement]", arguments: argparse.Namespace
+    chain: Chain,
+    train: "list[Measurement]",
+    test: "list[Measurement]",
+    arguments: argparse.Namespace,
 ) -> "tuple[list[Measurement], list[Finding], str]":
-    """Return the placements, split where a base moved if asked for; findings; what to record."""
+    """Look at all placements; what is held out is looked at here and never by the fit.
+
+    Returns:
+        The placements to train on, split where a base moved if asked for; findings; what to
+        record next.
+    """
     from ...solver.check import inspect_all, next_placement, split_moved
     from ...solver.measurements import check_distinct
     from ...solver.parameters import choose_parameters
 
-    check_distinct(train)
+    check_distinct([*train, *test])
     load = load_of(arguments)
-    seen = inspect_all(chain, choose_parameters(chain), train, load)
+    seen = inspect_all(chain, choose_parameters(chain), [*train, *test], load)
     findings = [finding for one in seen for finding in one.findings]
     if arguments.split_moved:
-        train = [split_moved(one) for one in seen]
+        train = [split_moved(one) for one in seen[: len(train)]]
     return train, findings, next_placement(chain, seen)
 
 
@@ -209,11 +217,9 @@ def calibrate(
     terminal: Terminal,
 ) -> "Outcome":
     """Return the outcome of the method asked for."""
-    from ...solver.measurements import check_distinct
     from ...solver.parameters import choose_parameters
     from ..outcome import AutoSettings, calibrate_by_auto, calibrate_by_paper, provenance
 
-    check_distinct([*train, *test])
     parameters = choose_parameters(chain, arguments.free, arguments.fix)
     if arguments.method == "paper":
         outcome = calibrate_by_paper(

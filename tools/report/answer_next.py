@@ -6,19 +6,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .evidence import Evidence
+from ...solver.check import farthest_place
 from .words import area, joined, short_names
 
-__all__ = ["HARDLY_MOVED", "farthest_place", "next_answer"]
+__all__ = ["HARDLY_MOVED", "hardly_moved", "next_answer"]
 
 Vector = NDArray[np.float64]
 HARDLY_MOVED = float(np.radians(30))
 """A joint that turns less than this in a socket tells little about itself [rad]."""
-WIDEST_TURN = float(np.radians(75))
-"""A next placement is sought this far to either side of those recorded [rad]."""
 
 
-def next_answer(figures: Mapping[str, Any], evidence: Evidence) -> dict[str, Any]:
+def next_answer(figures: Mapping[str, Any]) -> dict[str, Any]:
     """Return which placement to train on and to record next, and which joints to turn more.
 
     Returns:
@@ -28,8 +26,7 @@ def next_answer(figures: Mapping[str, Any], evidence: Evidence) -> dict[str, Any
     positions = np.array([row["position"] for row in figures["placements"]])
     trained = np.array([row["role"] == "train" for row in figures["placements"]])
     names = short_names([row["name"] for row in figures["placements"]])
-    first = evidence.chain.actuated[0]
-    place = farthest_place(positions, max(first.lower, -np.pi), min(first.upper, np.pi))
+    place = farthest_place(positions)
     joints = hardly_moved(figures)
     given: str | None = dict(figures.get("next_placement") or {}).get("text")
     texts: list[str] = [given] if given else []
@@ -37,12 +34,13 @@ def next_answer(figures: Mapping[str, Any], evidence: Evidence) -> dict[str, Any
     if not given and not trained.all():
         train_on, words = _train_on(positions, trained, names)
         texts.append(words)
-    gap = float(np.linalg.norm(positions - place, axis=1).min())
-    held_out = ", to hold out," if trained.all() else ""
-    texts.append(
-        f"Record a new one{held_out} about {area(place.tolist())} as the robot sees it, "
-        f"{gap:.2f} m from the nearest so far, or as near to there as your table allows."
-    )
+    if not given:
+        gap = float(np.linalg.norm(positions - place, axis=1).min())
+        held_out = ", to hold out," if trained.all() else ""
+        texts.append(
+            f"Record a new one{held_out} about {area(place.tolist())} as the robot sees it, "
+            f"{gap:.2f} m from the nearest so far, or as near to there as your table allows."
+        )
     if joints:
         texts.append(
             f"Turn {joined(joints)} more: in some socket trained on, too little to learn from."
@@ -64,31 +62,6 @@ def _train_on(positions: Vector, trained: NDArray[np.bool_], names: list[str]) -
         f"Train on {name} too: it is recorded already, and with {gaps[farthest]:.2f} m the "
         "farthest from what was trained on; the two most distant placements serve best."
     )
-
-
-def farthest_place(positions: Vector, lower: float, upper: float) -> Vector:
-    """Return the point farthest from all recorded placements that the arm reaches as well.
-
-    Candidates are the recorded placements, turned about the base's vertical axis as far as the
-    first joint allows: an arm that reaches one reaches them all.
-
-    Args:
-        positions: Of the placements, shape (P, 3) [m].
-        lower: The first joint's limit [rad].
-        upper: Likewise.
-    """
-    x, y = positions[:, :2].mean(axis=0).tolist()
-    room = min(WIDEST_TURN, 0.4 * (upper - lower))
-    turns = (np.arctan2(y, x) + np.linspace(-room, room, 41)).tolist()
-    candidates = np.array(
-        [
-            [np.hypot(px, py) * np.cos(turn), np.hypot(px, py) * np.sin(turn), pz]
-            for px, py, pz in positions.tolist()
-            for turn in turns
-        ]
-    )
-    gaps = np.linalg.norm(candidates[:, None] - positions, axis=2).min(axis=1)
-    return candidates[int(np.argmax(gaps))]
 
 
 def hardly_moved(figures: Mapping[str, Any]) -> list[str]:

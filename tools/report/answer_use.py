@@ -31,6 +31,7 @@ def use_answer(figures: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "rows": rows,
         "text": _use_text(rows, tolerance, figures["verdict"]["status"]),
+        "alone": _alone_text(figures),
         "between": _between_text(figures),
         "cannot_see": list(uncertainty.get("cannot_see") or _CANNOT_SEE),
     }
@@ -41,7 +42,7 @@ def _answer(row: Mapping[str, Any], tolerance: float) -> str:
     if row["role"] == "train":
         return "trained on"
     found = row["quantiles"]["calibrated"]
-    if abs(row["calibrated"]["distance_error"]) > tolerance or found["p95"] > tolerance:
+    if abs(row["calibrated"]["distance_error"] or 0.0) > tolerance or found["p95"] > tolerance:
         return "no"
     return "yes" if found["max"] <= tolerance else "mostly"
 
@@ -58,6 +59,20 @@ def _use_text(rows: Sequence[Mapping[str, Any]], tolerance: float, status: str) 
     if status == "fail":
         text += " But the calibration fails its limits, so mend that first."
     return text
+
+
+def _alone_text(figures: Mapping[str, Any]) -> str | None:
+    """Return what holds for those who load the exported URDF; None where that is all there is."""
+    summary = figures["summary"]["test"] or figures["summary"]["train"]
+    if "geometric" not in summary:
+        return None
+    geometric = summary["geometric"]["mean_absolute_error"]
+    full = summary["calibrated"]["mean_absolute_error"]
+    return (
+        f"This is the full model, which corrects the joint positions first. The exported URDF "
+        f"alone stands at {mm(geometric, 3)} on average, {geometric / full:.1f} times as much, so "
+        "with it allow that much more."
+    )
 
 
 def _between_text(figures: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...solver.kinematics import link_frames
 from ...solver.urdf import Chain
-from .evidence import Evidence
+from .evidence import Evidence, Seen
 from .meshes import link_meshes
 from .svg import nice_above
 
@@ -40,7 +40,7 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
     chain = evidence.chain
     nominal, calibrated = chain.origins, _calibrated_origins(evidence)
     owners = np.concatenate([np.full(len(s.samples), i) for i, s in enumerate(evidence.placements)])
-    q = np.concatenate([seen.measured.positions for seen in evidence.placements])
+    q = np.concatenate([_true_positions(evidence, seen) for seen in evidence.placements])
     apart = np.concatenate(
         [
             np.linalg.norm(s.points["nominal"] - s.points["calibrated"], axis=1)
@@ -48,7 +48,8 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
         ]
     )
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
-    both = [frames(chain, origins, q[rows]) for origins in (nominal, calibrated)]
+    read = np.concatenate([seen.measured.positions for seen in evidence.placements])
+    both = [frames(chain, nominal, read[rows]), frames(chain, calibrated, q[rows])]
     reach = float(np.abs(both[1][:, :, :3, 3]).max())
     meshes = link_meshes(evidence.document["model"], chain)
     figures: dict[str, Any] = {
@@ -66,6 +67,13 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
     if meshes:
         figures["frames"] = np.round(both[1][:, :, :3, :], 4).reshape(len(rows), -1, 12).tolist()
     return figures
+
+
+def _true_positions(evidence: Evidence, seen: Seen) -> Vector:
+    """Return the joint positions that the calibrated geometry is applied to."""
+    calibration, measured = evidence.calibration, seen.measured
+    torques = calibration.load.torques(evidence.chain, measured)
+    return calibration.deflection.true_positions(measured.positions, torques)
 
 
 def _calibrated_origins(evidence: Evidence) -> Vector:

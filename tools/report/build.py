@@ -44,7 +44,7 @@ def build_report(document: Mapping[str, Any], source: str, options: Options = _D
 
     Raises:
         CalibrationError: The document is damaged.
-        KnownDistanceError: A known distance names no socket of the calibration.
+        KnownError: A known distance names no socket of the calibration.
     """
     try:
         return _build(document, source, options)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ... import MukcaError
 from ...solver.calibration import Calibration, CalibrationError, calibration_of, load_document
 from ...solver.measurements import Measurement
-from ...solver.validate import evaluate, socket_centres
+from ...solver.validate import evaluate, mean_metrics, socket_centres
 from .evidence import measurements_of, predict
 from .figures import quantiles
 
@@ -156,7 +156,7 @@ def _model(
         metrics = [evaluate(points[i][k], data[i]) for i in fair]
         row["summary"] = {
             "mean_absolute_error": float(np.mean([m.mean_absolute_error for m in metrics])),
-            "distance_error": float(np.mean([abs(m.distance_error) for m in metrics])),
+            "distance_error": mean_metrics(metrics).distance_error,
             **quantiles(np.concatenate([errors[i][k] for i in fair])),
         }
     return row

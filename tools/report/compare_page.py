@@ -40,7 +40,8 @@ def sentence(figures: Figures, pair: Mapping[str, Any]) -> str:
 
 def comparison_plots(figures: Figures) -> list[Plot]:
     """Return the plots of a comparison."""
-    return [_errors(figures), _differences(figures), _distances(figures)]
+    made = (_errors(figures), _differences(figures), _distances(figures))
+    return [plot for plot in made if plot is not None]
 
 
 def _names(figures: Figures) -> tuple[list[str], list[str]]:
@@ -65,8 +66,8 @@ def _errors(figures: Figures) -> Plot:
     for i, row in enumerate(figures["placements"]):
         for k, model in enumerate(row["models"]):
             value = 1e3 * model["mean_absolute_error"]
-            mark = f"model-{k % COLOURS}" + (" train" if model["trained_on"] else "")
-            panel.mark(i, value, mark, f"{places[i]}, {models[k]}: {value:.3f} mm", size=5.5)
+            hint = f"{places[i]}, {models[k]}: {value:.3f} mm"
+            panel.mark(i, value, _mark(k, model), hint, size=5.5)
     ranked: list[tuple[float, str]] = sorted(
         (float(row["summary"]["mean_absolute_error"]), str(row["name"]))
         for row in figures["models"]
@@ -108,28 +109,34 @@ def _differences(figures: Figures) -> Plot:
     )
 
 
-def _distances(figures: Figures) -> Plot:
+def _distances(figures: Figures) -> Plot | None:
     places, models = _names(figures)
-    values = [
-        1e3 * model["distance_error"] for row in figures["placements"] for model in row["models"]
+    errors = [
+        [None if (e := model["distance_error"]) is None else 1e3 * e for model in row["models"]]
+        for row in figures["placements"]
     ]
-    half = 1.1 * max(*map(abs, values), 1e-6)
-    panel = Rows(
-        "socket distance, predicted less measured", places, Axis(-half, half, "mm"), pitch=28
-    )
+    values = [abs(value) for row in errors for value in row if value is not None]
+    if not values:
+        return None
+    half = 1.1 * max(*values, 1e-6)
+    title = "socket distance, predicted less measured"
+    panel = Rows(title, places, Axis(-half, half, "mm"), pitch=28)
     panel.vertical(0, "zero")
     for i, row in enumerate(figures["placements"]):
-        for k, model in enumerate(row["models"]):
-            value = 1e3 * model["distance_error"]
-            mark = f"model-{k % COLOURS}" + (" train" if model["trained_on"] else "")
-            panel.mark(i, value, mark, f"{places[i]}, {models[k]}: {value:+.3f} mm", size=5.5)
-    worst = {
-        name: max(abs(row["models"][k]["distance_error"]) for row in figures["placements"])
+        for k, value in enumerate(errors[i]):
+            if value is not None:
+                mark = _mark(k, row["models"][k])
+                panel.mark(i, value, mark, f"{places[i]}, {models[k]}: {value:+.3f} mm", size=5.5)
+    worst = [
+        f"{max(abs(row[k] or 0.0) for row in errors):.3f} mm by {name}"
         for k, name in enumerate(models)
-    }
-    told = joined([f"{mm(value, 3)} by {name}" for name, value in worst.items()])
-    words = f"The sockets' distance is off by at most {told}."
+    ]
+    words = f"The sockets' distance is off by at most {joined(worst)}."
     return Plot("distances", "Socket distance", words, (panel.root,), _legend(models), "half")
+
+
+def _mark(k: int, model: Mapping[str, Any]) -> str:
+    return f"model-{k % COLOURS}" + (" train" if model["trained_on"] else "")
 
 
 def comparison_page(figures: Figures) -> str:

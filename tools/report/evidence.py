@@ -121,6 +121,7 @@ def measurements_of(document: Mapping[str, Any], chain: Chain) -> list[Measureme
                 files=tuple(map(Path, row["files"])),
             ),
             chain,
+            sockets=1,
         )
         for row in document["data"]
     ]
@@ -147,7 +148,7 @@ def _seen(row: Mapping[str, Any], measured: Measurement, calibration: Calibratio
 
 def predict(calibration: Calibration, measured: Measurement) -> Vector:
     """Return where the calibrated robot puts the ball in each sample, shape (N, 3) [m]."""
-    return calibration.ball(measured.positions)
+    return calibration.ball(measured.positions, measured.efforts)
 
 
 def _check_figures(seen: Seen, figures: Mapping[str, Any], source: str) -> None:

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from ...solver.observations import KnownDistance
 from .answer_data import data_answer
 from .answer_next import next_answer
 from .answer_use import use_answer
 from .arm import arm_figures
-from .between import KnownDistance, between
+from .between import between
 from .evidence import MODELS, Evidence, Seen, short_where
 from .limits import LIMITED, limits_for
 from .matrix import cross_placement
@@ -21,7 +22,16 @@ __all__ = ["FORMAT", "Options", "report_figures"]
 FORMAT = "mukca-report-1"
 DRAWN = 3000
 """Samples drawn at most; figures rest on all of them."""
-_OPTIONAL = ("groups", "noise", "uncertainty", "checks", "next_placement")
+_OPTIONAL = (
+    "checks",
+    "choices",
+    "coefficients",
+    "groups",
+    "log_evidence",
+    "next_placement",
+    "noise",
+    "uncertainty",
+)
 """What only some methods leave in the file."""
 
 
@@ -49,7 +59,7 @@ def report_figures(evidence: Evidence, options: Options, command: str) -> dict[s
         command: What reproduces the calibration.
 
     Raises:
-        KnownDistanceError: A known distance names no socket of the calibration.
+        KnownError: A known distance names no socket of the calibration.
     """
     document = evidence.document
     given = {name: getattr(options, name) for name in LIMITED}
@@ -79,7 +89,7 @@ def report_figures(evidence: Evidence, options: Options, command: str) -> dict[s
     figures["verdict"] = verdict(figures, limits)
     figures["answers"] = {
         "use": use_answer(figures),
-        "next": next_answer(figures, evidence),
+        "next": next_answer(figures),
         "data": data_answer(figures),
     }
     figures["arm"] = arm_figures(evidence)

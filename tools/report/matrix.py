@@ -20,7 +20,8 @@ def cross_placement(evidence: Evidence) -> dict[str, Any] | None:
 
     Returns:
         ``names``, ``method`` and ``matrix``, whose entry [i][j] is the MAE [m] on placement j
-        after training on i, or None where that fit failed. None with fewer than two placements.
+        after training on i, or None where it cannot be fitted alone.
+        None with fewer than two placements.
     """
     given = evidence.document.get("cross_placement")
     if given is not None:
@@ -47,6 +48,8 @@ def _geometry(evidence: Evidence) -> list[Parameter]:
 
 
 def _row(problem: Problem, trained_on: Seen) -> list[float] | None:
+    if not trained_on.measured.has_distance:
+        return None
     try:
         x = calibrate(replace(problem, training=(trained_on.measured,))).x
     except MukcaError:

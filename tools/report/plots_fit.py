@@ -111,7 +111,7 @@ def _matrix_sentence(
     means = {i: float(np.mean([cells[i, j] for j in range(len(names)) if j != i])) for i in fitted}
     best, worst = min(means, key=lambda i: means[i]), max(means, key=lambda i: means[i])
     failed = len(names) - len(fitted)
-    tail = f"; {plural(failed, 'fit')} did not converge" if failed else ""
+    tail = f"; {plural(failed, 'placement')} cannot be fitted alone" if failed else ""
     return (
         f"By {matrix['method']} on one placement alone, {names[best]} teaches most about the "
         f"others ({means[best]:.2f} mm on average) and {names[worst]} least "

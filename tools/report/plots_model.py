@@ -10,7 +10,7 @@ from .plot import Figures, Plot
 from .svg import Axis, Rows
 from .words import joined, short_names
 
-__all__ = ["coverage", "groups", "parameters"]
+__all__ = ["coverage", "groups", "parameters", "shown_unit"]
 
 _SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "rad/(N m)": (1e6, "\N{MICRO SIGN}rad/(N m)")}
 """Factor and unit on the screen, by SI unit."""
@@ -24,26 +24,39 @@ def shown_unit(unit: str) -> tuple[float, str]:
 
 def parameters(figures: Figures) -> Plot:
     """What the calibration changed, as bars, with standard deviations where there are any."""
-    rows = figures["parameters"]
-    units = list(dict.fromkeys(row["unit"] for row in rows))
-    panels = [_bars([row for row in rows if row["unit"] == unit], unit) for unit in units]
+    kinds = parameter_kinds(figures)
+    known = [row for rows in kinds.values() for row in rows if row.get("standard_deviation")]
+    marks = (("change", "change"), ("deviation", "\N{PLUS-MINUS SIGN} one standard deviation"))
     return Plot(
         "parameters",
         "What changed",
-        _parameter_sentence(rows, units),
-        tuple(panels),
-        (("change", "change"), ("deviation", "\N{PLUS-MINUS SIGN} one standard deviation"))
-        if any(row.get("standard_deviation") for row in rows)
-        else (("change", "change"),),
+        _parameter_sentence(kinds, known),
+        tuple(_bars(kind, rows) for kind, rows in kinds.items()),
+        marks if known else marks[:1],
     )
 
 
-def _bars(rows: Sequence[Figures], unit: str) -> Any:
-    factor, shown = shown_unit(unit)
+def parameter_kinds(figures: Figures) -> dict[str, list[dict[str, Any]]]:
+    """Return all parameters and coefficients by kind, in rows of one form."""
+    kinds: dict[str, list[dict[str, Any]]] = {}
+    for row in figures["parameters"]:
+        kind = "joint origins, places" if row["unit"] == "m" else "joint origins, angles"
+        kinds.setdefault(kind, []).append(row)
+    for row in figures.get("coefficients", []):
+        kind = "joint compliance" if row["unit"] == "rad/(N m)" else "transmission error"
+        value = row["value"]
+        kinds.setdefault(kind, []).append(
+            {**row, "nominal": 0.0, "calibrated": value, "change": value}
+        )
+    return kinds
+
+
+def _bars(kind: str, rows: Sequence[Figures]) -> Any:
+    factor, shown = shown_unit(rows[0]["unit"])
     sizes = [abs(row["change"]) + (row.get("standard_deviation") or 0) for row in rows]
     half = 1.1 * factor * max(*sizes, 0.0, 1e-9)
     names = [row["name"] for row in rows]
-    panel = Rows(f"change in {shown}", names, Axis(-half, half, shown), pitch=15)
+    panel = Rows(f"{kind}, {shown}", names, Axis(-half, half, shown), pitch=15)
     panel.vertical(0, "zero")
     for i, row in enumerate(rows):
         change, deviation = factor * row["change"], factor * (row.get("standard_deviation") or 0)
@@ -53,13 +66,12 @@ def _bars(rows: Sequence[Figures], unit: str) -> Any:
     return panel.root
 
 
-def _parameter_sentence(rows: Sequence[Figures], units: Sequence[str]) -> str:
+def _parameter_sentence(kinds: dict[str, list[dict[str, Any]]], known: Sequence[Figures]) -> str:
     parts: list[str] = []
-    for unit in units:
-        factor, shown = shown_unit(unit)
-        row = max((r for r in rows if r["unit"] == unit), key=lambda r: abs(r["change"]))
+    for rows in kinds.values():
+        factor, shown = shown_unit(rows[0]["unit"])
+        row = max(rows, key=lambda r: abs(r["change"]))
         parts.append(f"{row['name']} by {factor * row['change']:+.2f} {shown}")
-    known = [row for row in rows if row.get("standard_deviation")]
     if not known:
         return f"The largest changes are {joined(parts)}; this method gives no standard deviations."
     clear = sum(abs(row["change"]) > 2 * row["standard_deviation"] for row in known)

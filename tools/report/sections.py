@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from .cells import figure, table
+from .evidence import short_where
 from .markup import Element, tag
 from .words import mm, plural, short_names
 
@@ -87,7 +88,11 @@ def _rests_on(figures: Figures) -> list[Any]:
     ]
     if "ball_refitted" in summary[role]:
         path = f"summary.{role}.ball_refitted.mean_absolute_error"
-        words += ["With only the ball's place refitted: ", figure(figures, path), " mm."]
+        words += ["With only the ball's place refitted: ", figure(figures, path), " mm. "]
+    if "geometric" in summary[role]:
+        path = f"summary.{role}.geometric.mean_absolute_error"
+        words += ["The exported URDF alone, without joint deflections: ", figure(figures, path)]
+        words.append(" mm.")
     return words
 
 
@@ -142,6 +147,7 @@ def answers(figures: Figures, table_map: Element) -> Element:
                 tag("h3", "May I use this arm for my task?"),
                 tag("label", "My task allows an error of ", tolerance, " mm.", class_="ask"),
                 tag("p", told["use"]["text"], id="use-text", class_="answer-text"),
+                tag("p", told["use"]["alone"]) if told["use"]["alone"] else None,
                 tag("p", told["use"]["between"]),
                 tag("p", "What the ball cannot tell:"),
                 tag("ul", [tag("li", line) for line in told["use"]["cannot_see"]]),
@@ -172,7 +178,8 @@ def _checks(figures: Figures) -> Element | None:
             tag(
                 "li",
                 tag("strong", f"{check['level']} "),
-                f"{check.get('where', '')}: {check['text']} {check.get('advice') or ''}",
+                f"{short_where(check.get('where') or '')}: {check['text']}; "
+                f"{check.get('advice') or 'look at it'}",
                 class_=check["level"],
             )
             for check in checks

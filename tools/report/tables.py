@@ -1,6 +1,6 @@
 """The report's last part: parameters, uncertainty, samples to look at, and provenance."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .cells import figure, table
@@ -47,24 +47,34 @@ def _worst(figures: Figures) -> Element:
 
 
 def _parameters(figures: Figures) -> Element:
-    rows: list[list[Any]] = []
-    for i, row in enumerate(figures["parameters"]):
-        factor, unit = shown_unit(row["unit"])
-        path = f"parameters.{i}"
-        cells = [
-            figure(figures, f"{path}.{key}", scale=factor, digits=4, sign=sign)
-            for key, sign in (("nominal", ""), ("calibrated", ""), ("change", "+"))
-        ]
-        deviation: Any = "\N{EN DASH}"
-        if row.get("standard_deviation") is not None:
-            deviation = figure(figures, f"{path}.standard_deviation", scale=factor, digits=4)
-        rows.append([row["name"], *cells, deviation, unit])
+    rows = [
+        _parameter_row(figures, f"parameters.{i}", row, ("nominal", "calibrated", "change"))
+        for i, row in enumerate(figures["parameters"])
+    ]
+    rows += [
+        _parameter_row(figures, f"coefficients.{i}", row, (None, "value", "value"))
+        for i, row in enumerate(figures.get("coefficients", []))
+    ]
     heads = ["parameter", "nominal", "calibrated", "change", "standard deviation", "unit"]
     return tag(
         "details",
         tag("summary", f"All {len(rows)} parameters"),
         table(heads, rows, "numbers"),
     )
+
+
+def _parameter_row(
+    figures: Figures, path: str, row: Figures, keys: Sequence[str | None]
+) -> list[Any]:
+    factor, unit = shown_unit(row["unit"])
+    numbers = [
+        figure(figures, f"{path}.{key}", scale=factor, digits=4, sign=sign) if key else "0"
+        for key, sign in zip(keys, ("", "", "+"), strict=True)
+    ]
+    deviation: Any = "\N{EN DASH}"
+    if row.get("standard_deviation") is not None:
+        deviation = figure(figures, f"{path}.standard_deviation", scale=factor, digits=4)
+    return [row["name"], *numbers, deviation, unit]
 
 
 def _uncertainty(figures: Figures) -> Element | None:
@@ -104,7 +114,7 @@ def _uncertainty(figures: Figures) -> Element | None:
         lines.append(
             tag(
                 "details",
-                tag("summary", f"{len(rows)} strong correlations"),
+                tag("summary", plural(len(rows), "strong correlation")),
                 table(["parameter", "and parameter", "correlation"], rows),
             )
         )
@@ -139,7 +149,8 @@ def _groups(figures: Figures) -> Element | None:
             " mrad in each joint.",
         ]
     heads = ["group", "parameters", "settled by the data", "width of the prior", ""]
-    return tag("div", tag("h3", "Groups and noise"), table(heads, cells), tag("p", words))
+    choices = tag("ul", [tag("li", line) for line in figures.get("choices", [])])
+    return tag("div", tag("h3", "Groups and noise"), table(heads, cells), tag("p", words), choices)
 
 
 def _warnings(figures: Figures) -> Element | None:

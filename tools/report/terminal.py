@@ -27,10 +27,16 @@ def show(console: "Console", figures: Figures) -> None:
     told = figures["answers"]
     for title, text in (
         ("Use", told["use"]["text"]),
+        ("URDF", told["use"]["alone"]),
         ("Next", told["next"]["text"]),
         ("Data", told["data"]["text"]),
     ):
-        console.print(Text.assemble((f"{title}: ", "bold"), text))
+        if text:
+            console.print(Text.assemble((f"{title}: ", "bold"), text))
+    for check in figures.get("checks", []):
+        if check["level"] != "ok":
+            line = f"{check['where']}: {check['text']}; {check['advice']}"
+            console.print(Text.assemble(f"  {check['level']} ", line))
 
 
 def show_verdict(console: "Console", figures: Figures) -> None:

@@ -79,13 +79,17 @@ def _held_out(figures: Mapping[str, Any], key: str, title: str, limits: Limits) 
     summary = figures["summary"]["test"]
     found = None if summary is None else summary["calibrated"][key]
     missing = "no placement was held out; record another and add it by --test"
+    if summary is not None:
+        missing = "no held-out placement has two sockets, so there is no distance"
     return _row(key, title, getattr(limits, key), found, missing)
 
 
 def _between(figures: Mapping[str, Any], limit: Limit) -> dict[str, Any]:
-    rows = figures["between"]
-    found = sum(abs(r["calibrated_error"]) for r in rows) / len(rows) if rows else None
+    rows = [row for row in figures["between"] if not row["in_fit"]]
+    found = sum(abs(row["calibrated_error"]) for row in rows) / len(rows) if rows else None
     missing = "no distance between placements is known; measure one and add it by --known"
+    if figures["between"]:
+        missing = "all distances known were used in the fit; add others by --known"
     return _row("between_placements", "distances between placements", limit, found, missing)
 
 

@@ -124,5 +124,18 @@ def extended(document: dict[str, Any]) -> dict[str, Any]:
         },
     ]
     document["next_placement"] = {"text": "Record behind the arm."}
+    document["coefficients"] = [
+        {
+            "name": f"panda_joint{i}.{kind}",
+            "unit": unit,
+            "value": value * i,
+            "standard_deviation": 0.2 * value,
+        }
+        for i in range(1, 8)
+        for kind, unit, value in (("compliance", "rad/(N m)", 2e-5), ("sin1", "rad", 1e-4))
+    ]
+    document["choices"] = ["compliance: kept (log evidence +20.3)"]
+    for summary in document["summary"].values():
+        summary["geometric"] = dict(summary["calibrated"], mean_absolute_error=2e-4)
     document["cross_placement"] = {"names": ["a", "b"], "matrix": [[1e-4, 2e-4], [3e-4, 1.5e-4]]}
     return document

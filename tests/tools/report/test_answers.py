@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mukca.solver.calibration import calibration_of
+from mukca.solver.check import farthest_place
 from mukca.solver.urdf import load_chain
-from mukca.tools.report.answer_next import farthest_place
+from mukca.tools.report.answer_next import hardly_moved
 from mukca.tools.report.arm import frames
 from mukca.tools.report.build import build_report
 from mukca.tools.report.figures import Options
@@ -46,8 +47,6 @@ def test_a_joint_that_hardly_moved_is_named(document) -> None:
         sample["position"][6] = 0.1 + 1e-3 * sample["position"][6]
     chain = calibration_of(document, "").chain
     assert chain.joint_names[6] == "panda_joint7"
-    from mukca.tools.report.answer_next import hardly_moved
-
     positions = np.array([s["position"] for s in document["data"][0]["samples"]])
     figures["coverage"]["sockets"][0].update(
         low=positions.min(axis=0).tolist(), high=positions.max(axis=0).tolist()
@@ -64,14 +63,13 @@ places = st.lists(
 
 @settings(deadline=None)
 @given(places)
-def test_the_next_place_is_within_reach_and_apart(points) -> None:
+def test_the_next_place_stands_apart_and_is_as_far_as_the_others(points) -> None:
     positions = np.array(points)
-    place = farthest_place(positions, -2.9, 2.9)
-    radii = np.hypot(positions[:, 0], positions[:, 1])
-    same = np.isclose(np.hypot(*place[:2]), radii) & np.isclose(place[2], positions[:, 2])
-    assert same.any()
-    gap = np.linalg.norm(positions - place, axis=1).min()
-    assert gap > 0.2
+    place = farthest_place(positions)
+    assert np.hypot(*place[:2]) == pytest.approx(np.hypot(*positions[:, :2].T).mean())
+    assert place[2] == pytest.approx(positions[:, 2].mean())
+    assert place[0] > -1e-9
+    assert np.linalg.norm(positions - place, axis=1).min() > 0.05
 
 
 def test_places_are_told_as_the_robot_sees_them() -> None:

@@ -115,7 +115,7 @@ def test_bad_usage_gets_one_line(run, copy, words) -> None:
 
 def test_known_distances_come_from_a_file_too(run, copy, tmp_path) -> None:
     lines = tmp_path / "known.txt"
-    lines.write_text("# measured with a caliper\nfront:0-left:0 = 0.43+-0.0001  # long one\n\n")
+    lines.write_text("# measured with a caliper\nfront:0-left:0=0.43+-0.0001  # long one\n\n")
     run(str(copy / "calibration.json"), "--known", str(lines), "--force")
     (row,) = json.loads((copy / "report.json").read_text())["between"]
     assert row["distance"] == 0.43 and row["standard_deviation"] == 1e-4

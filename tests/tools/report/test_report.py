@@ -73,6 +73,9 @@ def test_what_only_some_methods_know_is_shown_too(extended, written, read_page) 
         "look at it",
         "0.0123",
         "weight in the fit",
+        "log evidence +20.3",
+        "panda_joint7.compliance",
+        "The exported URDF alone stands at 0.200 mm",
     ):
         assert words in html
 

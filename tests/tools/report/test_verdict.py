@@ -25,9 +25,13 @@ def test_a_good_calibration_passes_as_far_as_it_was_evaluated(document) -> None:
         "mean_absolute_error": "pass",
         "distance_error": "pass",
         "between_placements": "not evaluated",
-        "data_checks": "not evaluated",
+        "data_checks": "pass",
     }
-    assert "Not evaluated: distances between placements and data checks" in text
+    assert "Not evaluated: distances between placements." in text
+    del document["checks"]
+    _, limits, text = rows(document)
+    assert limits["data_checks"] == "not evaluated"
+    assert "Not evaluated: distances between placements and data checks." in text
 
 
 @pytest.mark.parametrize("limit", ["mean_absolute_error", "distance_error"])
@@ -75,10 +79,10 @@ def test_known_distances_are_judged(document) -> None:
     figures = build_report(document, "").figures
     a, b = (figures["placements"][i]["sockets"][0]["centre"] for i in (0, 1))
     length = sum((p - q) ** 2 for p, q in zip(a, b, strict=True)) ** 0.5
-    from mukca.tools.report.between import parse_known
+    from mukca.solver.observations import parse_known
 
-    good = parse_known([f"front:0-left:0={length!r}+-0.0001"])
-    bad = parse_known([f"front:0-left:0={length + 1e-3!r}"])
+    good = [parse_known(f"front:0-left:0={length!r}+-0.0001")]
+    bad = [parse_known(f"front:0-left:0={length + 1e-3!r}")]
     assert rows(document, known=good)[1]["between_placements"] == "pass"
     assert rows(document, known=bad)[1]["between_placements"] == "fail"
 
