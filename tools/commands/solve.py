@@ -31,6 +31,18 @@ EXAMPLE = """example:
 A placement is a folder with a recording, or with hole_0.csv and hole_1.csv; a folder of
 placements stands for all of them."""
 
+COMMON = (
+    "base",
+    "tip",
+    "flange",
+    "ball",
+    "distance",
+    "free",
+    "fix",
+    "split_moved",
+    "accept_distorted",
+)
+"""Options of both methods that change the result."""
 ONLY_PAPER = {"optimizer": "gauss-newton", "regularization": 1e-4, "max_iterations": 200}
 """Options of ``--method paper``, and their defaults."""
 ONLY_AUTO: dict[str, Any] = {
@@ -240,7 +252,7 @@ def calibrate(
         )
         with terminal.progress() as progress:
             outcome = calibrate_by_auto(chain, parameters, train, test, settings, progress)
-    names = ("distance", "free", "fix", *(ONLY_PAPER if arguments.method == "paper" else ONLY_AUTO))
+    names = (*COMMON, *(ONLY_PAPER if arguments.method == "paper" else ONLY_AUTO))
     outcome.result.update(
         robot=arguments.robot,
         settings={name: getattr(arguments, name) for name in names},

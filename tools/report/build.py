@@ -69,14 +69,12 @@ def command_of(document: Mapping[str, Any]) -> str:
     folders: dict[str, list[str]] = {"train": [], "test": []}
     for row in document["data"]:
         folders[row["role"]].append(str(Path(row["files"][0]).parent) if row["files"] else "?")
-    model, settings = document["model"], document["settings"]
     words = ["mukca", "solve", *folders["train"]]
     if folders["test"]:
         words += ["--test", *folders["test"]]
-    words += ["--robot", str(document["robot"]), "--base", model["base"], "--tip", model["tip"]]
-    words += ["--method", document["method"], "--optimizer", document["optimizer"]]
-    for key, value in settings.items():
-        if value not in (None, [], False, ""):
+    words += ["--robot", document["robot"], "--method", document["method"]]
+    for key, value in document["settings"].items():
+        if value not in (None, [], False):
             values = cast("list[Any]", value) if isinstance(value, list) else [value]
-            words += [f"--{key.replace('_', '-')}", *([] if value is True else map(str, values))]
+            words += [f"--{key.replace('_', '-')}", *([] if value is True else values)]
     return shlex.join(map(str, words))

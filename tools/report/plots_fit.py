@@ -54,11 +54,12 @@ def _curves(rows: Sequence[Figures], term: str, repeatability: float | None) -> 
         Axis(0, last, "iteration", ticks=ticks),
         Axis(min(values) / 1.5, max(values) * 1.5, "mm", log=True),
     ).grid()
+    dot = 3.0 if len(rows) < 12 else 1.5
     for role, curve in curves.items():
         if curve:
             panel.line(curve, f"curve {role}")
             for iteration, value in curve:
-                panel.dot(iteration, value, f"curve-dot {role}", f"{value:.4f} mm")
+                panel.dot(iteration, value, f"curve-dot {role}", f"{value:.4f} mm", size=dot)
     if repeatability:
         words = f"the arm's repeatability, {1e3 * repeatability:g} mm"
         ends = [curve[-1][1] / (1e3 * repeatability) for curve in curves.values() if curve]

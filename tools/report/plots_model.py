@@ -37,24 +37,26 @@ def parameters(figures: Figures) -> Plot:
 
 
 def parameter_kinds(figures: Figures) -> dict[str, list[dict[str, Any]]]:
-    """Return all parameters and coefficients by kind, in rows of one form."""
+    """Return name, unit, change and deviation of all parameters and coefficients, by kind."""
     kinds: dict[str, list[dict[str, Any]]] = {}
     for row in figures["parameters"]:
         kind = "joint origins, places" if row["unit"] == "m" else "joint origins, angles"
         kinds.setdefault(kind, []).append(row)
     for row in figures.get("coefficients", []):
         kind = "joint compliance" if row["unit"] == "rad/(N m)" else "transmission error"
-        value = row["value"]
-        kinds.setdefault(kind, []).append(
-            {**row, "nominal": 0.0, "calibrated": value, "change": value}
-        )
+        if row["value"] or row["standard_deviation"]:  # the others are switched off
+            kinds.setdefault(kind, []).append(
+                {**row, "name": row["name"].removesuffix(".compliance"), "change": row["value"]}
+            )
     return kinds
 
 
 def _bars(kind: str, rows: Sequence[Figures]) -> Any:
     factor, shown = shown_unit(rows[0]["unit"])
-    sizes = [abs(row["change"]) + (row.get("standard_deviation") or 0) for row in rows]
-    half = 1.1 * factor * max(*sizes, 0.0, 1e-9)
+    # Deviations of what no ball can show are far larger than any change; they are cut off.
+    largest = max(abs(row["change"]) for row in rows)
+    spread = max(row.get("standard_deviation") or 0.0 for row in rows)
+    half = 1.15 * factor * max(largest, min(spread, 2 * largest) or 1e-9)
     names = [row["name"] for row in rows]
     panel = Rows(f"{kind}, {shown}", names, Axis(-half, half, shown), pitch=15)
     panel.vertical(0, "zero")
@@ -171,7 +173,7 @@ def _coverage_sentence(figures: Figures, turning: Sequence[int]) -> str:
 
 def groups(figures: Figures) -> Plot | None:
     """How many parameters of each group the data settle, of how many there are."""
-    rows = figures.get("groups")
+    rows = [row for row in figures.get("groups", []) if row["unit"] in _SHOWN]
     if not rows:
         return None
     names = [row["name"].replace("_", " ") for row in rows]

@@ -95,12 +95,12 @@ def _uncertainty(figures: Figures) -> Element | None:
             )
         )
     if found.get("observability_index") is not None:
-        index = figure(figures, "uncertainty.observability_index", scale=1, digits=4)
+        index = figure(figures, "uncertainty.observability_index", scale=1, digits=6)
         lines.append(tag("p", "Observability index O1: ", index, "."))
     weak: list[Any] = found.get("weak_directions") or []
     if weak:
         lines.append(tag("p", "What the data hardly settle:"))
-        lines.append(tag("ul", [tag("li", row["text"]) for row in weak]))
+        lines.append(tag("ul", [tag("li", row["text"]) for row in weak], class_="many"))
     pairs: list[Any] = found.get("correlations") or []
     if pairs:
         rows: list[list[Any]] = [

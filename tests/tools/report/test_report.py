@@ -3,6 +3,8 @@
 import json
 import math
 import re
+import shlex
+import shutil
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -71,7 +73,7 @@ def test_what_only_some_methods_know_is_shown_too(extended, written, read_page) 
         "Record behind the arm.",
         "far from its socket",
         "look at it",
-        "0.0123",
+        "0.012300",
         "weight in the fit",
         "log evidence +20.3",
         "panda_joint7.compliance",
@@ -111,6 +113,26 @@ def test_every_plot_has_one_sentence_with_figures(calibrated, extended) -> None:
 
 def test_the_same_calibration_gives_the_same_report(document) -> None:
     assert build_report(document, "").files == build_report(document, "").files
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--method", "paper", "--regularization", "1e-3", "--fix", "panda_joint1", "*.z"],
+        ["--method", "auto", "--without", "transmission", "--payload", "0.5"],
+    ],
+)
+def test_the_command_in_the_report_makes_it_again(session, tmp_path, monkeypatch, options) -> None:
+    monkeypatch.chdir(session)
+    main(["solve", "front", "--test", "left", "--robot", "panda", *options, "--out", "one"])
+    first = json.loads((session / "one/report.json").read_text())
+    words = shlex.split(first["command"])
+    assert words[:2] == ["mukca", "solve"]
+    assert main([*words[1:], "--out", str(tmp_path / "two")]) == 0
+    second = json.loads((tmp_path / "two/report.json").read_text())
+    shutil.rmtree(session / "one")
+    for key in ("parameters", "summary", "placements", "command"):
+        assert second[key] == first[key]
 
 
 def test_the_page_needs_no_other_file(calibrated, read_page) -> None:
