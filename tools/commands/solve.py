@@ -20,7 +20,6 @@ from ..files import refuse_existing, write_files
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
-    from ...solver.check import Finding
     from ...solver.measurements import Measurement
     from ...solver.observations import KnownDistance
     from ..outcome import Outcome
@@ -144,15 +143,13 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     sockets = 1 if arguments.method == "auto" else 2
     train = measure_all(arguments.train, chain, arguments.distance, sockets=sockets)
     test = measure_all(test_paths, chain, arguments.distance, sockets=sockets)
-    train, findings, hint = look_at(chain, train, test, arguments)
+    train, looked, said = look_at(chain, train, test, arguments)
     warnings = [*left_out, *(line for m in (*train, *test) for line in m.warnings)]
-    for line in [*warnings, *map(str, findings)]:
+    for line in [*warnings, *said]:
         terminal.warn(line)
     outcome = calibrate(chain, train, test, arguments, terminal)
     result = outcome.result
-    result["checks"] = [finding.as_dict() for finding in findings]
-    result["next_placement"] = {"text": hint}
-    result["warnings"] = warnings
+    result.update(looked, warnings=warnings)
     show(terminal, result)
     status = 0
     if outcome.distorted and not arguments.accept_distorted:
@@ -201,24 +198,35 @@ def look_at(
     train: "list[Measurement]",
     test: "list[Measurement]",
     arguments: argparse.Namespace,
-) -> "tuple[list[Measurement], list[Finding], str]":
+) -> "tuple[list[Measurement], dict[str, Any], list[str]]":
     """Look at all placements; what is held out is looked at here and never by the fit.
 
     Returns:
-        The placements to train on, split where a base moved if asked for; findings; what to
-        record next.
+        The placements to train on, split where a base moved if asked for; ``checks`` and
+        ``next_placement`` of the result, where the data could be checked; a line for each
+        finding.
     """
     from ...solver.check import inspect_all, next_placement, split_moved
     from ...solver.measurements import check_distinct
+    from ...solver.optimizers import NotConverged
     from ...solver.parameters import choose_parameters
 
     check_distinct([*train, *test])
     load = load_of(arguments)
-    seen = inspect_all(chain, choose_parameters(chain), [*train, *test], load)
+    try:
+        seen = inspect_all(chain, choose_parameters(chain), [*train, *test], load)
+    except NotConverged as error:
+        if arguments.split_moved:
+            raise
+        return train, {}, [f"the data could not be checked: {error}"]
     findings = [finding for one in seen for finding in one.findings]
     if arguments.split_moved:
         train = [split_moved(one) for one in seen[: len(train)]]
-    return train, findings, next_placement(chain, seen)
+    looked = {
+        "checks": [finding.as_dict() for finding in findings],
+        "next_placement": {"text": next_placement(chain, seen)},
+    }
+    return train, looked, list(map(str, findings))
 
 
 def calibrate(
