@@ -110,8 +110,8 @@ def inspect_all(
     Raises:
         NotConverged: A fit did not settle.
     """
-    together = _fit(chain, parameters, measurements, load)
     alone = [_fit(chain, parameters, [measured], load) for measured in measurements]
+    together = _fit(chain, parameters, measurements, load) if len(alone) > 1 else alone[0]
     floors = [_floor(fitted) for fitted in alone]
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
