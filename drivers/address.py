@@ -29,6 +29,17 @@ class Endpoint:
             raise DriverError(Reason.BAD_ADDRESS, f"option {name}={text} is not a whole number")
         return int(text)
 
+    def sign(self, name: str) -> int:
+        """Return an option that is 1 or -1; 1 where it is not given.
+
+        Raises:
+            DriverError: BAD_ADDRESS for anything else.
+        """
+        text = self.options.get(name, "1")
+        if text not in ("1", "-1"):
+            raise DriverError(Reason.BAD_ADDRESS, f"option {name}={text} is neither 1 nor -1")
+        return int(text)
+
     def __str__(self) -> str:
         return f"{self.host}:{self.port}"
 

@@ -121,7 +121,8 @@ class Layout:
         return struct.Struct(
             f"<Q{self.torque - 8}x{JOINTS}{self.number}"
             f"{self.position - self.torque - size}x{JOINTS}{self.number}"
-            f"{self.errors - self.position - size}x{self.error_count}s{self.error_count}sB{self.number}"
+            f"{self.errors - self.position - size}x"
+            f"{self.error_count}s{self.error_count}sB{self.number}"
         )
 
 
