@@ -35,6 +35,7 @@ class Command(Protocol):
 
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
+    "drivers": "list the arms that can be read, and what each needs",
     "demo": "record, calibrate and validate a simulated arm, from start to end",
     "solve": "calibrate a robot from recordings",
     "validate": "measure a calibration on other recordings",
