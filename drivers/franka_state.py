@@ -15,7 +15,7 @@ and 10 are proven against libfranka 0.9.2 and 0.21.3; those of 3 and 4 are taken
 import math
 import struct
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 __all__ = ["JOINTS", "LAYOUTS", "FrankaState", "decode_state"]
 
@@ -151,7 +151,7 @@ def decode_state(datagram: bytes) -> FrankaState:
         )
     fields: tuple[Any, ...] = layout.unpack(datagram)
     torque, position = fields[1:8], fields[8:15]
-    current, reflex, mode, rate = fields[15:]
+    current, reflex, mode, rate = cast("tuple[bytes, bytes, int, float]", fields[15:])
     if mode >= len(MODES) or (current + reflex).strip(b"\x00\x01") or not 0 <= rate <= 1:
         raise ValueError("a robot state with an unknown mode, error flag or success rate")
     if not all(abs(angle) <= LARGEST_ANGLE for angle in position):  # false for NaN too

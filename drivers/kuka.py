@@ -118,7 +118,7 @@ class Kuka(Driver):
         if 0 < ahead < COUNTER // 2:
             self.missed += ahead - 1
             return True
-        return RESTARTED < -ahead % COUNTER
+        return -ahead % COUNTER > RESTARTED
 
     def _refuse_command(self, message: StateMessage) -> None:
         if message.session >= Session.COMMANDING_WAIT:
