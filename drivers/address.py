@@ -1,33 +1,47 @@
 """Addresses as users write them: ``HOST[:PORT][?option=value&...]``, and what they stand for."""
 
+import math
 import socket
-from collections.abc import Mapping
 from dataclasses import dataclass
-from urllib.parse import SplitResult, parse_qsl, urlsplit
+from urllib.parse import parse_qsl, urlsplit
 
 from .driver import DriverError, Reason
 
-__all__ = ["Endpoint", "parse_endpoint", "parse_options", "resolve", "split_address"]
+__all__ = ["Endpoint", "Options", "open_tcp", "parse_endpoint", "parse_options", "resolve"]
+
+CONNECT_SECONDS = 2.0
 
 
-@dataclass(frozen=True)
-class Endpoint:
-    """Where a controller listens, and the options that stand behind the question mark."""
+class Options(dict[str, str]):
+    """What stands behind the question mark of an address."""
 
-    host: str
-    port: int
-    options: Mapping[str, str]
-
-    def number(self, name: str, default: int) -> int:
-        """Return an option as a whole number that is not negative.
+    def integer(self, name: str, default: int) -> int:
+        """Return an option as a whole number, decimal or as in 0x2a5.
 
         Raises:
             DriverError: BAD_ADDRESS for anything else.
         """
-        text = self.options.get(name, str(default))
-        if not text.isdecimal():
-            raise DriverError(Reason.BAD_ADDRESS, f"option {name}={text} is not a whole number")
-        return int(text)
+        text = self.get(name)
+        if text is None:
+            return default
+        try:
+            return int(text, 0)
+        except ValueError:
+            raise self.wrong(name, "a whole number") from None
+
+    def positive(self, name: str, default: float) -> float:
+        """Return an option as a positive number.
+
+        Raises:
+            DriverError: BAD_ADDRESS for anything else.
+        """
+        try:
+            number = float(self.get(name, default))
+        except ValueError:
+            number = math.nan
+        if not 0 < number < math.inf:
+            raise self.wrong(name, "a positive number")
+        return number
 
     def sign(self, name: str) -> int:
         """Return an option that is 1 or -1; 1 where it is not given.
@@ -35,10 +49,22 @@ class Endpoint:
         Raises:
             DriverError: BAD_ADDRESS for anything else.
         """
-        text = self.options.get(name, "1")
-        if text not in ("1", "-1"):
-            raise DriverError(Reason.BAD_ADDRESS, f"option {name}={text} is neither 1 nor -1")
-        return int(text)
+        if self.get(name, "1") not in ("1", "-1"):
+            raise self.wrong(name, "1 or -1")
+        return int(self.get(name, "1"))
+
+    def wrong(self, name: str, wanted: str) -> DriverError:
+        """Return the error for an option that is not what is wanted."""
+        return DriverError(Reason.BAD_ADDRESS, f"option {name}={self[name]} is not {wanted}")
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """Where a controller listens."""
+
+    host: str
+    port: int
+    options: Options
 
     def __str__(self) -> str:
         return f"{self.host}:{self.port}"
@@ -58,11 +84,11 @@ def parse_endpoint(
     Raises:
         DriverError: BAD_ADDRESS, with the notation that would work.
     """
-    parts = split_address(f"//{address}")
     try:
+        parts = urlsplit(f"//{address}")
         host, port = parts.hostname or default_host, parts.port or default_port
-    except ValueError:
-        raise bad_address(address, "the port is not a number from 1 to 65535") from None
+    except ValueError as error:
+        raise bad_address(address, str(error)) from None
     if not host:
         raise bad_address(address, "a host is missing")
     if parts.path.strip("/") or parts.username is not None:
@@ -70,26 +96,14 @@ def parse_endpoint(
     return Endpoint(host, port, parse_options(parts.query, options))
 
 
-def split_address(address: str) -> SplitResult:
-    """Split a URL into its parts.
-
-    Raises:
-        DriverError: BAD_ADDRESS when it is none.
-    """
-    try:
-        return urlsplit(address)
-    except ValueError as error:
-        raise bad_address(address, str(error)) from None
-
-
-def parse_options(query: str, known: tuple[str, ...]) -> dict[str, str]:
+def parse_options(query: str, known: tuple[str, ...]) -> Options:
     """Return the options of an address.
 
     Raises:
         DriverError: BAD_ADDRESS for an option that is malformed or not known.
     """
     try:
-        options = dict(parse_qsl(query, strict_parsing=True)) if query else {}
+        options = Options(parse_qsl(query, strict_parsing=True) if query else ())
     except ValueError:
         raise bad_address(query, "options are written as ?name=value&name=value") from None
     for name in options:
@@ -113,9 +127,33 @@ def resolve(host: str) -> str:
         ) from None
 
 
+def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
+    """Connect to an endpoint.
+
+    Args:
+        endpoint: Where.
+        advice: What to look at when the host is there and nothing listens.
+
+    Raises:
+        DriverError: UNREACHABLE.
+    """
+    try:
+        return socket.create_connection((resolve(endpoint.host), endpoint.port), CONNECT_SECONDS)
+    except ConnectionRefusedError:
+        raise DriverError(
+            Reason.UNREACHABLE, f"{endpoint} refused the connection: {advice}"
+        ) from None
+    except OSError as error:
+        raise DriverError(
+            Reason.UNREACHABLE,
+            f"nothing answers at {endpoint} ({error.strerror or error}): check power, address "
+            "and cable",
+        ) from None
+
+
 def bad_address(address: str, why: str) -> DriverError:
     """Return the error for an address that cannot be understood."""
     return DriverError(
         Reason.BAD_ADDRESS,
-        f"address {address.removeprefix('//')!r}: {why}; expected HOST[:PORT][?option=value]",
+        f"address {address!r}: {why}; expected HOST[:PORT][?option=value]",
     )

@@ -18,7 +18,7 @@ import time
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
 
-from .address import Endpoint, parse_endpoint, resolve
+from .address import CONNECT_SECONDS, Endpoint, open_tcp, parse_endpoint
 from .datagrams import DatagramSocket
 from .driver import Driver, DriverError, JointState, Reason, match_joints
 from .franka_state import JOINTS, FrankaState, decode_state
@@ -28,7 +28,6 @@ __all__ = ["PORT", "VERSIONS", "Franka"]
 PORT = 1337
 VERSIONS = range(3, 11)
 FIRST_VERSION = 5  # the last of the Panda; any other robot answers with its own
-CONNECT_SECONDS = 2.0
 SETTLE_SECONDS = 0.2  # between a refused connection and the next
 
 CONNECT = 0
@@ -113,9 +112,8 @@ class Franka(Driver):
 
 def _connect(endpoint: Endpoint) -> tuple[socket.socket, DatagramSocket]:
     """Open the connection with the version that the robot speaks."""
-    robot = resolve(endpoint.host)
-    version = endpoint.number("version", FIRST_VERSION)
-    session = _try_version(robot, endpoint, version)
+    version = endpoint.options.integer("version", FIRST_VERSION)
+    session = _try_version(endpoint, version)
     if isinstance(session, int):
         if session not in VERSIONS or session == version or "version" in endpoint.options:
             raise DriverError(
@@ -124,7 +122,7 @@ def _connect(endpoint: Endpoint) -> tuple[socket.socket, DatagramSocket]:
                 f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here",
             )
         time.sleep(SETTLE_SECONDS)
-        version, session = session, _try_version(robot, endpoint, session)
+        version, session = session, _try_version(endpoint, session)
     if isinstance(session, int):
         raise DriverError(
             Reason.PROTOCOL,
@@ -133,13 +131,11 @@ def _connect(endpoint: Endpoint) -> tuple[socket.socket, DatagramSocket]:
     return session
 
 
-def _try_version(
-    robot: str, endpoint: Endpoint, version: int
-) -> tuple[socket.socket, DatagramSocket] | int:
+def _try_version(endpoint: Endpoint, version: int) -> tuple[socket.socket, DatagramSocket] | int:
     """Ask for one version; return the open sockets, or the robot's own version if it refuses."""
     with ExitStack() as opened:
-        tcp = opened.enter_context(_open_tcp(robot, endpoint))
-        udp = opened.enter_context(closing(DatagramSocket((tcp.getsockname()[0], 0), robot)))
+        tcp = opened.enter_context(_open_tcp(endpoint))
+        udp = opened.enter_context(closing(_open_udp(tcp)))
         try:
             tcp.sendall(REQUEST.pack(CONNECT, 0, REQUEST.size, version, udp.port))
             response = _receive_exactly(tcp, RESPONSE.size)
@@ -156,24 +152,19 @@ def _try_version(
         return tcp, udp
 
 
-def _open_tcp(robot: str, endpoint: Endpoint) -> socket.socket:
-    try:
-        tcp = socket.create_connection((robot, endpoint.port), CONNECT_SECONDS)
-    except ConnectionRefusedError:
-        raise DriverError(
-            Reason.UNREACHABLE,
-            f"the robot at {endpoint} refused the connection: activate FCI in Desk",
-        ) from None
-    except OSError as error:
-        raise DriverError(
-            Reason.UNREACHABLE,
-            f"nothing answers at {endpoint} ({error.strerror or error}): check address and cable",
-        ) from None
+def _open_tcp(endpoint: Endpoint) -> socket.socket:
+    """Connect, and have a robot that vanishes noticed within seconds."""
+    tcp = open_tcp(endpoint, "activate FCI in Desk, and unlock the joints")
     tcp.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 1)
     tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, 3)
     tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 1)
     return tcp
+
+
+def _open_udp(tcp: socket.socket) -> DatagramSocket:
+    """Open a port for the states, on the interface by which the robot is reached."""
+    return DatagramSocket((tcp.getsockname()[0], 0), robot=tcp.getpeername()[0])
 
 
 def _receive_exactly(tcp: socket.socket, count: int) -> bytes:

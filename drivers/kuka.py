@@ -32,7 +32,7 @@ class Kuka(Driver):
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         endpoint = parse_endpoint(address, PORT, options=("bind", "effort"))
-        self._sign = endpoint.sign("effort")
+        self._sign = endpoint.options.sign("effort")
         self._where = endpoint.host
         self._malformed = self._late = self._replies = self._unanswered = 0
         self._last: StateMessage | None = None

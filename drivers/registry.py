@@ -43,7 +43,17 @@ class DriverInfo:
 DRIVERS: dict[str, DriverInfo] = {
     info.name: info
     for info in (
+        DriverInfo("franka", "mukca.drivers.franka:Franka", "Panda, FR3: FCI"),
+        DriverInfo(
+            "kinova", "mukca.drivers.kinova:Kinova", "Gen2, JACO: RS-485, CAN; Gen3: Kortex"
+        ),
+        DriverInfo("kuka", "mukca.drivers.kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
         DriverInfo("mock", "mukca.drivers.mock:Mock", "a simulated arm: replays a recording"),
+        DriverInfo("piper", "mukca.drivers.piper:Piper", "AgileX Piper: CAN", needs=("can",)),
+        DriverInfo(
+            "ros", "mukca.drivers.ros:Ros", "any arm in ROS: rosbridge", needs=("roslibpy",)
+        ),
+        DriverInfo("ur", "mukca.drivers.ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
     )
 }
 

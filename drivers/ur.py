@@ -12,12 +12,11 @@ such an output was not proven.
 Address: ``HOST[:PORT][?rate=HZ&effort=OUTPUT]``.
 """
 
-import socket
 import struct
 import time
 from collections.abc import Sequence
 
-from .address import Endpoint, parse_endpoint, resolve
+from .address import CONNECT_SECONDS, Endpoint, open_tcp, parse_endpoint
 from .driver import Driver, DriverError, JointState, Reason, match_joints
 from .rtde import (
     CONTROLLER_VERSION,
@@ -37,7 +36,6 @@ __all__ = ["PORT", "Ur"]
 
 PORT = 30004
 JOINTS = 6
-CONNECT_SECONDS = 2.0
 E_SERIES = 5  # first major version of its software
 SLOW, FAST = 125, 500  # Hz, of a CB3 and of an e-series controller
 STATES_BETWEEN = 1.5  # periods apart: beyond it a state is missing
@@ -52,7 +50,7 @@ class Ur(Driver):
         self._where = str(endpoint)
         self._stream = bytearray()
         self._last: RtdeState | None = None
-        self._tcp = _open_tcp(endpoint)
+        self._tcp = open_tcp(endpoint, "is the robot's controller started?")
         try:
             self._recipe = self._set_up(endpoint)
         except BaseException:
@@ -100,7 +98,7 @@ class Ur(Driver):
         if len(version) != 16:
             raise self._unusable(ValueError("a malformed controller version"))
         fastest = FAST if struct.unpack(">4I", version)[0] >= E_SERIES else SLOW
-        self._rate = min(endpoint.number("rate", fastest), fastest) or fastest
+        self._rate = min(endpoint.options.positive("rate", fastest), fastest)
         self._tcp.sendall(encode_setup(self._rate, effort))
         try:
             recipe = decode_recipe(self._reply_to(SETUP_OUTPUTS), effort)
@@ -173,16 +171,3 @@ class Ur(Driver):
 
     def _ended(self) -> DriverError:
         return DriverError(Reason.UNREACHABLE, f"the robot at {self._where} ended the connection")
-
-
-def _open_tcp(endpoint: Endpoint) -> socket.socket:
-    try:
-        tcp = socket.create_connection((resolve(endpoint.host), endpoint.port), CONNECT_SECONDS)
-    except OSError as error:
-        raise DriverError(
-            Reason.UNREACHABLE,
-            f"nothing answers at {endpoint} ({error.strerror or error}): is the robot on, and "
-            "its network set up?",
-        ) from None
-    tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return tcp

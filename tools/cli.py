@@ -37,7 +37,9 @@ class Command(Protocol):
 VERBS: dict[str, str] = {
     "drivers": "list the arms that can be read, and what each needs",
     "demo": "record, calibrate and validate a simulated arm, from start to end",
+    "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
     "solve": "calibrate a robot from recordings",
+    "stream": "show a robot's live joint angles, rate and gaps",
     "validate": "measure a calibration on other recordings",
 }
 

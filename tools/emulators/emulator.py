@@ -134,6 +134,11 @@ class Emulator(ABC):
                 self._watched[file]()
 
     def _send_next(self, moment: float) -> None:
+        state = self.next_state(moment)
+        self.send_state(self.number, state, moment)
+
+    def next_state(self, moment: float) -> JointState:
+        """Return what is sent next, counted and noted."""
         state = self.arm.state(moment)
         if self.sabotage.strikes("freeze", moment):
             state = self._frozen = self._frozen or state
@@ -141,7 +146,7 @@ class Emulator(ABC):
             self._frozen = None
         self.number += 1
         self.journal.sent(self.number, state)
-        self.send_state(self.number, state, moment)
+        return state
 
     def packets(self, payload: bytes, moment: float, identifier: int = 0) -> Sequence[Packet]:
         """Return what is really sent for a message."""

@@ -31,7 +31,7 @@ class KukaEmulator(Emulator):
             address, 30200, options=("client", "multiplier"), default_host="127.0.0.2"
         )
         self._client = (endpoint.options.get("client", "127.0.0.1"), endpoint.port)
-        self._multiplier = endpoint.number("multiplier", 1)
+        self._multiplier = endpoint.options.integer("multiplier", 1)
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._udp.bind((endpoint.host, endpoint.port))
         self._stranger = stranger_socket()
