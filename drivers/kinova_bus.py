@@ -5,6 +5,7 @@ messages to a USB bridge at 115200 baud, 8 data bits, even parity and 2 stop bit
 it may differ. The ISO-TP transfer (ISO 15765-2) is what a serial-to-CAN gateway would carry.
 """
 
+import termios
 import time
 
 import serial
@@ -110,11 +111,12 @@ def open_serial(rest: str) -> PolledArm:
             bytesize=options.integer("databits", 8),
             parity=PARITIES[parity],
             stopbits=options.positive("stopbits", 2),
+            timeout=0,
             exclusive=True,
         )
     except ValueError as error:
         raise DriverError(Reason.BAD_ADDRESS, f"serial://{rest}: {error}") from None
-    except (OSError, serial.SerialException) as error:
+    except (OSError, termios.error) as error:
         raise DriverError(
             Reason.UNREACHABLE,
             f"serial port {port} cannot be opened: {error}; is the adapter plugged in, does "

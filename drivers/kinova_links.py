@@ -1,5 +1,10 @@
 """What carries Kinova's messages of 20 bytes: a serial line, or ISO-TP on a CAN bus."""
 
+import select
+import termios
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
 import serial
@@ -34,36 +39,46 @@ class Link(Protocol):
 
 
 class SerialLink:
-    """A serial line."""
+    """A serial line, opened not to block."""
 
     def __init__(self, port: serial.Serial) -> None:
         self._port = port
 
     def send(self, message: bytes) -> None:
         """Send a message."""
-        try:
+        with self._told():
             self._port.write(message)
-        except (OSError, serial.SerialException) as error:
-            raise _lost(self._port.port, error) from None
 
     def receive(self, wait: float) -> bytes:
         """Return 20 bytes, or what came of them."""
-        try:
-            self._port.timeout = wait
-            return self._port.read(MESSAGE_BYTES)
-        except (OSError, TypeError, serial.SerialException) as error:
-            raise _lost(self._port.port, error) from None
+        deadline = time.monotonic() + wait
+        received = b""
+        with self._told():
+            while len(received) < MESSAGE_BYTES:
+                left = max(0.0, deadline - time.monotonic())
+                if not select.select([self._port.fileno()], [], [], left)[0]:
+                    break
+                received += self._port.read(MESSAGE_BYTES - len(received))
+        return received
 
     def flush(self) -> None:
         """Throw away what has come in."""
-        try:
+        with self._told():
             self._port.reset_input_buffer()
-        except (OSError, serial.SerialException) as error:
-            raise _lost(self._port.port, error) from None
 
     def close(self) -> None:
         """Close the port."""
         self._port.close()
+
+    @contextmanager
+    def _told(self) -> Generator[None, None, None]:
+        """Turn what a lost line raises into the driver's error."""
+        try:
+            yield
+        except (OSError, TypeError, ValueError, termios.error) as error:
+            raise DriverError(
+                Reason.UNREACHABLE, f"serial port {self._port.port} is lost: {error}"
+            ) from None
 
 
 class IsoTpLink:
@@ -97,7 +112,3 @@ class IsoTpLink:
             self._open = False
             self._stack.stop()
             self._bus.shutdown()
-
-
-def _lost(port: object, error: BaseException) -> DriverError:
-    return DriverError(Reason.UNREACHABLE, f"serial port {port} is lost: {error}")

@@ -76,6 +76,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     except KeyboardInterrupt:
         pass
     finally:
+        emulator.close()
         journal.close()
     return 0
 
@@ -83,7 +84,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 def _load(name: str) -> type[Emulator]:
     module, _, attribute = EMULATORS[name].partition(":")
     loaded: type[Emulator] = getattr(
-        importlib.import_module(f"...emulators.{module}", __package__), attribute
+        importlib.import_module(f"..emulators.{module}", __package__), attribute
     )
     return loaded
 

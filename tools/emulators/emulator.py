@@ -105,6 +105,9 @@ class Emulator(ABC):
         if math.isnan(self._begun):
             self._begun = time.monotonic()
 
+    def close(self) -> None:  # noqa: B027 - most have nothing to do
+        """Leave what does not close by itself at the end of the program."""
+
     def watch(self, file: int, callback: Callable[[], None]) -> None:
         """Call back whenever a file descriptor can be read."""
         self._watched[file] = callback
@@ -129,7 +132,7 @@ class Emulator(ABC):
     def _poll(self, wait: float | None) -> None:
         """Call back for what came in, waiting for it no longer than told [s]."""
         readable, _, _ = select.select(list(self._watched), [], [], wait)
-        for file in readable:
+        for file in reversed(readable):  # clients that leave come before clients that join
             if file in self._watched:
                 self._watched[file]()
 

@@ -62,6 +62,11 @@ class KinovaEmulator(Emulator):
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send nothing: these actuators only answer."""
 
+    def close(self) -> None:
+        """Leave the bus."""
+        if self.version == "can":
+            self._bus.shutdown()
+
     def _read_line(self) -> None:
         self._buffer += os.read(self._line, 4096)
         while len(self._buffer) >= MESSAGE_BYTES:

@@ -50,6 +50,10 @@ class PiperEmulator(Emulator):
                 self._own[sent_as, data] += 1
                 self._bus.send(can.Message(arbitration_id=sent_as, data=data, is_extended_id=False))
 
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()
+
     def _overhear(self) -> None:
         """Note a frame, unless it is one of ours that the bus brings back."""
         frame = self._bus.recv(0)
