@@ -9,28 +9,13 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
-from typing import NoReturn, Protocol
+from typing import NoReturn
 
 from .. import MukcaError
+from .commands import Command
 from .terminal import Terminal
 
 __all__ = ["main"]
-
-
-class Command(Protocol):
-    """What a module in ``tools/commands`` offers."""
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Add the verb's arguments, and an example as the parser's epilog."""
-        ...
-
-    def run(self, arguments: argparse.Namespace, terminal: Terminal) -> int:
-        """Do the work and return the exit status.
-
-        Raises:
-            MukcaError: What is wrong with the input, in one line.
-        """
-        ...
 
 
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
@@ -54,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _command(arguments.verb).run(arguments, terminal)
     except MukcaError as error:
         sys.stderr.write(f"mukca {arguments.verb}: {_one_line(error)}\n")
-        return getattr(error, "exit_status", 2)
+        return 1 if error.failed else 2
     except KeyboardInterrupt:
         sys.stderr.write(f"mukca {arguments.verb}: interrupted\n")
         return 130

@@ -1,0 +1,174 @@
+"""A calibrated robot, and the file that keeps it: ``calibration.json``.
+
+The file holds the nominal and the calibrated model, every sample and all figures, so that later
+commands need no other file.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import MukcaError
+from .kinematics import BallModel
+from .parameters import Parameter, all_parameters
+from .urdf import Chain, read_chain
+from .urdf_text import Origin, relocate_meshes, scan, set_origins
+
+__all__ = [
+    "FORMAT",
+    "Calibration",
+    "CalibrationError",
+    "calibration_of",
+    "load_calibration",
+    "load_document",
+]
+
+Vector = NDArray[np.float64]
+FORMAT = "mukca-calibration-1"
+
+
+class CalibrationError(MukcaError):
+    """A calibration file cannot be read."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A robot with calibrated joint origins."""
+
+    chain: Chain
+    """The nominal robot."""
+    parameters: tuple[Parameter, ...]
+    """What was calibrated."""
+    values: Vector
+    """The calibrated parameters, shape (n,) [m, rad]."""
+
+    @cached_property
+    def model(self) -> BallModel:
+        """The ball's position as a function of :attr:`parameters` and joint positions."""
+        return BallModel(self.chain, [p.index for p in self.parameters])
+
+    def ball(self, q: Vector) -> Vector:
+        """Return the ball's centre in the base frame [m].
+
+        Args:
+            q: Joint positions in chain order, shape (m,) or (N, m) [rad].
+
+        Returns:
+            Shape (3,) or (N, 3).
+        """
+        points = self.model.points(self.values, np.atleast_2d(np.asarray(q, dtype=float)))
+        return points[0] if np.ndim(q) == 1 else points
+
+    def nominal_ball(self, q: Vector) -> Vector:
+        """Return the ball's centre by the nominal model; see :meth:`ball`."""
+        points = self.model.points(self.model.nominal, np.atleast_2d(np.asarray(q, dtype=float)))
+        return points[0] if np.ndim(q) == 1 else points
+
+    def urdf(self, folder: Path | None = None) -> bytes:
+        """Return the calibrated URDF: joint origins replaced, all else as it was.
+
+        Args:
+            folder: Where it will stand; relative mesh paths are rewritten to be found from
+                there. None leaves them.
+        """
+        origins = self.model.origins(self.values)
+        changed = {joint.name: _origin(origins[i]) for i, joint in enumerate(self.chain.joints)}
+        text = set_origins(self.chain.text, changed)
+        source = Path(self.chain.source)
+        if folder is None or not source.is_file():
+            return text
+        return relocate_meshes(scan(text, self.chain.source), source.parent, folder)
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return the parameters: joint, component, unit, nominal, calibrated, change."""
+        return [
+            {
+                "name": p.name,
+                "joint": p.joint,
+                "component": p.component,
+                "unit": p.unit,
+                "nominal": float(nominal),
+                "calibrated": float(value),
+                "change": float(value - nominal),
+            }
+            for p, nominal, value in zip(
+                self.parameters, self.model.nominal, self.values, strict=True
+            )
+        ]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what :func:`load_calibration` reads back."""
+        chain = self.chain
+        return {
+            "model": {
+                "name": chain.name,
+                "source": chain.source,
+                "sha256": chain.sha256,
+                "base": chain.base,
+                "tip": chain.tip,
+                "joint_names": list(chain.joint_names),
+                "nominal_urdf": chain.text.data.decode(),
+                "calibrated_urdf": self.urdf().decode(),
+            },
+            "parameters": self.table(),
+        }
+
+
+def _origin(numbers: Vector) -> Origin:
+    x, y, z, roll, pitch, yaw = numbers.tolist()
+    return Origin((x, y, z), (roll, pitch, yaw))
+
+
+def load_document(file: Path) -> dict[str, Any]:
+    """Return all that a calibration file holds.
+
+    Raises:
+        CalibrationError: Missing, not JSON, or not a calibration of this format.
+    """
+    try:
+        document: Any = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CalibrationError(f"{file}: {error.strerror}; expected a calibration.json") from None
+    except ValueError as error:
+        raise CalibrationError(f"{file}: not a calibration.json: {error}") from None
+    if not isinstance(document, dict) or cast("Any", document).get("format") != FORMAT:
+        raise CalibrationError(f"{file}: not a calibration.json of this version ({FORMAT})")
+    return cast("dict[str, Any]", document)
+
+
+def load_calibration(file: Path) -> Calibration:
+    """Read a calibration file.
+
+    Raises:
+        CalibrationError: Not such a file, or one whose parts do not fit each other.
+    """
+    return calibration_of(load_document(file), str(file))
+
+
+def calibration_of(document: Mapping[str, Any], source: str) -> Calibration:
+    """Return the calibrated robot of a document; see :func:`load_document`.
+
+    Raises:
+        CalibrationError: The document's parts do not fit each other.
+    """
+    try:
+        model = document["model"]
+        chain = read_chain(
+            scan(model["nominal_urdf"].encode(), source),
+            source=model["source"],
+            base=model["base"],
+            tip=model["tip"],
+        )
+        rows = {row["name"]: float(row["calibrated"]) for row in document["parameters"]}
+        parameters = tuple(p for p in all_parameters(chain) if p.name in rows)
+        if len(parameters) != len(rows):
+            raise ValueError("parameters of other joints than the model's")
+        return Calibration(chain, parameters, np.array([rows[p.name] for p in parameters]))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise CalibrationError(f"{source}: damaged calibration.json: {error!r}") from None

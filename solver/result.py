@@ -1,0 +1,107 @@
+"""The figures of a calibration: per placement, in summary, and over the iterations."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .calibrate import Fit
+from .calibration import Calibration
+from .kinematics import BallModel
+from .measurements import Measurement
+from .validate import Metrics, cost_terms, evaluate, mean_metrics
+
+__all__ = ["figures", "history", "samples", "summarise"]
+
+Vector = NDArray[np.float64]
+Models = dict[str, tuple[BallModel, Vector]]
+"""The models that are compared: name, and how each predicts the ball."""
+
+
+def models_of(calibration: Calibration, ball_refitted: Fit | None = None) -> Models:
+    """Return the models to compare: nominal, calibrated, and nominal with the ball refitted."""
+    model = calibration.model
+    models = {"nominal": (model, model.nominal), "calibrated": (model, calibration.values)}
+    if ball_refitted is not None:
+        models["ball_refitted"] = (ball_refitted.problem.model, ball_refitted.x)
+    return models
+
+
+def figures(
+    models: Models, train: Sequence[Measurement], test: Sequence[Measurement]
+) -> dict[str, Any]:
+    """Return ``placements`` and ``summary`` of the machine-readable result, SI units.
+
+    Args:
+        models: What to compare.
+        train: Placements that the calibration was fitted to.
+        test: Placements held out.
+    """
+    rows: list[dict[str, Any]] = []
+    summary: dict[str, Any] = {}
+    for role, placements in (("train", train), ("test", test)):
+        metrics = {
+            name: [_evaluate(*model, m) for m in placements] for name, model in models.items()
+        }
+        for i, measured in enumerate(placements):
+            rows.append(
+                {
+                    "name": measured.name,
+                    "role": role,
+                    "samples": list(measured.counts),
+                    "distance": measured.distance,
+                    **{name: of_model[i].as_dict() for name, of_model in metrics.items()},
+                }
+            )
+        summary[role] = summarise(metrics) if placements else None
+    return {"placements": rows, "summary": summary}
+
+
+def summarise(metrics: dict[str, list[Metrics]]) -> dict[str, Any]:
+    """Return the means over placements for each model, and the error removed by the calibration."""
+    means = {name: mean_metrics(of_model) for name, of_model in metrics.items()}
+    before = means["nominal"].mean_absolute_error
+    after = means["calibrated"].mean_absolute_error
+    removed = 1 - after / before if before > 0 else 0.0
+    return {**{name: m.as_dict() for name, m in means.items()}, "removed_error": removed}
+
+
+def _evaluate(model: BallModel, x: Vector, measured: Measurement) -> Metrics:
+    return evaluate(model.points(x, measured.positions), measured)
+
+
+def history(fit: Fit, test: Sequence[Measurement]) -> list[dict[str, Any]]:
+    """Return inconsistency and distortion [m^2] after each iteration, mean over placements."""
+    model = fit.problem.model
+
+    def terms(x: Vector, placements: Sequence[Measurement]) -> dict[str, float] | None:
+        if not placements:
+            return None
+        pairs = [cost_terms(model.points(x, m.positions), m) for m in placements]
+        inconsistency, distortion = np.mean(pairs, axis=0).tolist()
+        return {"inconsistency": inconsistency, "distortion": distortion}
+
+    return [
+        {"iteration": i, "train": terms(x, fit.problem.training), "test": terms(x, test)}
+        for i, x in enumerate(fit.solution.iterates)
+    ]
+
+
+def samples(measured: Measurement, role: str) -> dict[str, Any]:
+    """Return a placement's samples for the calibration file, columns in chain order."""
+    return {
+        "name": measured.name,
+        "role": role,
+        "distance": measured.distance,
+        "files": [str(file) for file in measured.placement.files],
+        "samples": [
+            {
+                "socket": sample.socket,
+                "position": list(sample.position),
+                "effort": None if sample.effort is None else list(sample.effort),
+                "where": sample.where,
+            }
+            for sample in measured.placement.samples
+        ],
+    }

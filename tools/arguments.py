@@ -1,0 +1,104 @@
+"""Arguments that several verbs share: the robot, and the placements."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .. import MukcaError
+
+if TYPE_CHECKING:
+    from ..solver.measurements import Measurement
+    from ..solver.urdf import Chain
+
+__all__ = ["UsageError", "add_robot", "chain_of", "measure_all", "split_test"]
+
+
+class UsageError(MukcaError):
+    """Arguments that do not go together."""
+
+
+def add_robot(parser: argparse.ArgumentParser) -> None:
+    """Add ``--robot`` and what says where its chain begins and ends."""
+    group = parser.add_argument_group("robot")
+    group.add_argument(
+        "--robot", required=True, metavar="R", help="a shipped robot's name, or a URDF file"
+    )
+    group.add_argument("--base", metavar="LINK", help="the base link (default: the root)")
+    group.add_argument(
+        "--tip", metavar="LINK", default="ball_link", help="the ball's link (default: %(default)s)"
+    )
+    group.add_argument(
+        "--flange", metavar="LINK", help="for a URDF without a ball: the link that carries it"
+    )
+    group.add_argument(
+        "--ball",
+        metavar=("X", "Y", "Z"),
+        nargs=3,
+        type=float,
+        help="with --flange: the ball's centre in that link's frame, in metres",
+    )
+
+
+def chain_of(arguments: argparse.Namespace) -> "Chain":
+    """Return the chain that the arguments of :func:`add_robot` name.
+
+    Raises:
+        UsageError: One of --flange and --ball without the other.
+        ModelError: No such robot, link, or chain.
+    """
+    from ..solver.urdf import load_chain
+
+    if (arguments.flange is None) != (arguments.ball is None):
+        raise UsageError("--flange LINK and --ball X Y Z go together: a link, and the ball on it")
+    return load_chain(
+        arguments.robot,
+        base=arguments.base,
+        tip=arguments.tip,
+        flange=arguments.flange,
+        ball=None if arguments.ball is None else tuple(arguments.ball),
+    )
+
+
+def measure_all(
+    paths: Sequence[Path], chain: "Chain", distance: float | None
+) -> "list[Measurement]":
+    """Read and check all placements that paths stand for.
+
+    Raises:
+        MukcaError: A placement that cannot be read or used; the message names it.
+    """
+    from ..recorder.dataset import find_placements, read_placement
+    from ..solver.measurements import measure
+
+    return [measure(read_placement(path), chain, distance) for path in find_placements(paths)]
+
+
+def split_test(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Return the held-out placements, without those that a test folder shares with training.
+
+    Args:
+        train: Paths of placements, or folders of them.
+        test: Likewise.
+
+    Returns:
+        The placements to test on, and a line for each that was left out.
+
+    Raises:
+        UsageError: A training placement is named for the test too.
+    """
+    from ..recorder.dataset import find_placements
+
+    trained = {path.resolve() for path in find_placements(train)}
+    kept: list[Path] = []
+    left_out: list[str] = []
+    for path in test:
+        inside = find_placements([path])
+        for placement in inside:
+            if placement.resolve() not in trained:
+                kept.append(placement)
+            elif placement == path:
+                raise UsageError(f"{path}: trained on, so it cannot be held out as well")
+            else:
+                left_out.append(f"{placement}: trained on, so left out of the test")
+    return kept, left_out

@@ -1,0 +1,238 @@
+"""Synthetic recordings of an arm whose true kinematics are known.
+
+A person's session is imitated: the ball sits in a socket, and the arm is guided to random
+configurations within its limits, its last link tilted away from the vertical by as much as the
+printed socket allows. What is written down are the joint positions that put the *true* ball there.
+"""
+
+# CasADi has no types, and NumPy's linear algebra few.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import MukcaError
+from ..recorder.dataset import Placement, Sample
+from ..solver.kinematics import ball_position, link_frames
+from ..solver.urdf import Chain
+from ..solver.urdf_text import Origin
+
+__all__ = ["Base", "SimulationError", "perturb", "reachable_bases", "record", "write_holes"]
+
+Vector = NDArray[np.float64]
+BATCH = 256
+MAX_TILT = np.deg2rad(50)
+"""How far the neck of the ball leans from the vertical [rad]; the printed socket allows 60 deg."""
+
+
+class SimulationError(MukcaError):
+    """An arm that cannot do what is asked of it."""
+
+
+@dataclass(frozen=True)
+class Base:
+    """Where a socket base stands: its sockets' centres in the robot's base frame."""
+
+    name: str
+    centre: Vector
+    """Between sockets 0 and 1, shape (3,) [m]."""
+    direction: Vector
+    """Unit vector from socket 0 to socket 1."""
+    distance: float = 0.05
+    """Between the sockets' centres [m]."""
+
+    @property
+    def sockets(self) -> tuple[Vector, Vector]:
+        """The centres of sockets 0 and 1."""
+        half = 0.5 * self.distance * self.direction
+        return self.centre - half, self.centre + half
+
+
+def perturb(
+    chain: Chain, generator: np.random.Generator, translation: float, angle: float
+) -> Chain:
+    """Return an arm like the nominal one, its actuated joints' and ball's origins a little off.
+
+    Args:
+        chain: The nominal arm.
+        generator: Source of randomness.
+        translation: Standard deviation of x, y, z [m].
+        angle: Standard deviation of roll, pitch, yaw [rad]; the ball's own are left, since they
+            have no effect.
+    """
+    joints = tuple(
+        replace(joint, origin=_shifted(joint.origin, generator, translation, angle))
+        if joint.actuated or joint is chain.ball_joint
+        else joint
+        for joint in chain.joints
+    )
+    return replace(chain, joints=joints)
+
+
+def _shifted(
+    origin: Origin, generator: np.random.Generator, translation: float, angle: float
+) -> Origin:
+    x, y, z = (np.array(origin.xyz) + generator.normal(0, translation, 3)).tolist()
+    roll, pitch, yaw = (np.array(origin.rpy) + generator.normal(0, angle, 3)).tolist()
+    return Origin((x, y, z), (roll, pitch, yaw))
+
+
+class Guide:
+    """Finds configurations that put the ball at points: what the user's hand does."""
+
+    def __init__(self, chain: Chain) -> None:
+        q = ca.SX.sym("q", len(chain.actuated))
+        origins = ca.DM(chain.origins.ravel())
+        p = ca.SX(ball_position(chain.joints, origins, q))
+        neck = ca.SX(link_frames(chain.joints, origins, q)[-1][0])[:, 2]
+        pose = ca.vertcat(p, neck)
+        function = ca.Function("pose", [q], [pose, ca.densify(ca.jacobian(pose, q))], {"cse": True})
+        self.chain = chain
+        self._poses = function.map(BATCH)
+        # Arms with endless or very wide joints are guided through one turn only.
+        self.lower = np.array([max(j.lower, -np.pi) for j in chain.actuated])
+        self.upper = np.array([min(j.upper, np.pi) for j in chain.actuated])
+
+    def reach(self, points: Vector, generator: np.random.Generator, rounds: int = 40) -> Vector:
+        """Return one random configuration within the limits for each point.
+
+        Args:
+            points: Where the ball is to be, shape (N, 3) [m].
+            generator: Source of randomness.
+            rounds: How many batches of random starts may bring nothing.
+
+        Returns:
+            Joint positions, shape (N, m).
+
+        Raises:
+            SimulationError: A point is out of reach.
+        """
+        found = np.full((len(points), len(self.lower)), np.nan)
+        failures = 0
+        while (missing := np.flatnonzero(np.isnan(found[:, 0]))).size:
+            if failures == rounds:
+                where = np.round(points[missing[0]], 3).tolist()
+                raise SimulationError(f"{self.chain.name}: cannot reach {where}")
+            rows = np.resize(missing, BATCH)
+            q, arrived = self._solve(points[rows], generator)
+            found[rows[arrived]] = q[arrived]
+            failures = 0 if arrived.any() else failures + 1
+        return found
+
+    def _solve(
+        self, points: Vector, generator: np.random.Generator
+    ) -> tuple[Vector, NDArray[np.bool_]]:
+        """Return damped Newton solutions from random starts, and which of them arrived."""
+        q = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
+        targets = np.concatenate([points, _random_necks(generator)], axis=1)
+        for step in range(30):
+            pose, J = self._linear(q)
+            error = targets - pose
+            damping = 1e-4 if step < 18 else 1e-10
+            JJ = J @ J.transpose(0, 2, 1) + damping * np.eye(6)
+            dq = (J.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
+            q = q + dq * np.minimum(1.0, 0.5 / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
+        error = targets - self._linear(q)[0]
+        exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
+        tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
+        inside = np.all((self.lower < q) & (q < self.upper), axis=1)
+        return q, exact & tilted & inside
+
+    def _linear(self, q: Vector) -> tuple[Vector, Vector]:
+        """Return ball and neck, shape (B, 6), and their derivatives, shape (B, 6, m)."""
+        pose, by_q = self._poses(q.T)
+        return pose.full().T, by_q.full().T.reshape(BATCH, -1, 6).transpose(0, 2, 1)
+
+
+def _random_necks(generator: np.random.Generator) -> Vector:
+    """Return directions within the allowed tilt of straight down, even over the cap."""
+    height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
+    angle = generator.uniform(-np.pi, np.pi, BATCH)
+    radius = np.sqrt(1 - height**2)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), -height], axis=1)
+
+
+def record(
+    arm: Chain,
+    base: Base,
+    generator: np.random.Generator,
+    *,
+    samples: int = 30,
+    noise: float = 0.0,
+) -> Placement:
+    """Return a placement recorded with an arm.
+
+    Args:
+        arm: With its true kinematics.
+        base: Where the sockets are.
+        generator: Source of randomness.
+        samples: Configurations in each socket.
+        noise: Standard deviation of the ball's seat, per axis [m].
+
+    Raises:
+        SimulationError: The base is out of the arm's reach.
+    """
+    seats = np.repeat(base.sockets, samples, axis=0)
+    seats = seats + generator.normal(0, 1, seats.shape) * noise
+    positions = Guide(arm).reach(seats, generator)
+    found = tuple(Sample(tuple(q), socket=i // samples) for i, q in enumerate(positions.tolist()))
+    return Placement(base.name, found, arm.joint_names, base.distance)
+
+
+def reachable_bases(
+    chain: Chain, generator: np.random.Generator, count: int, distance: float = 0.05
+) -> list[Base]:
+    """Return places for the base that are spread over an arm's workspace and within its reach.
+
+    They stand on a table at the height of the robot's base or up to a quarter of its reach above,
+    each far from those before.
+
+    Raises:
+        SimulationError: No such places were found.
+    """
+    guide = Guide(chain)
+    reach = float(np.linalg.norm(chain.origins[:, :3], axis=1).sum())
+    bases: list[Base] = []
+    for _ in range(400):
+        radius, angle = generator.uniform(0.35, 0.65) * reach, generator.uniform(-2.0, 2.0)
+        height = generator.uniform(0.0, 0.25) * reach
+        centre = np.array([radius * np.cos(angle), radius * np.sin(angle), height])
+        turn = generator.uniform(-np.pi, np.pi)
+        base = Base(
+            f"placement_{len(bases)}",
+            centre,
+            np.array([np.cos(turn), np.sin(turn), 0.0]),
+            distance,
+        )
+        apart = all(np.linalg.norm(centre - other.centre) > 0.2 * reach for other in bases)
+        if apart and _reachable(guide, base, generator):
+            bases.append(base)
+        if len(bases) == count:
+            return bases
+    raise SimulationError(f"{chain.name}: found {len(bases)} of {count} places for the base")
+
+
+def _reachable(guide: Guide, base: Base, generator: np.random.Generator) -> bool:
+    """Tell whether several ways lead to both sockets, as a person would see at once."""
+    try:
+        guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
+    except SimulationError:
+        return False
+    return True
+
+
+def write_holes(placement: Placement, folder: Path) -> None:
+    """Write a placement as ``hole_0.csv``, ``hole_1.csv``; the floats read back exactly."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for socket in sorted({sample.socket for sample in placement.samples}):
+        lines = [
+            ",".join(map(repr, sample.position))
+            for sample in placement.samples
+            if sample.socket == socket
+        ]
+        (folder / f"hole_{socket}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
