@@ -51,7 +51,7 @@ __all__ = ["FAULTS", "Fault", "Mock", "SimulatedArm"]
 FAULTS = ("drop", "silent", "freeze", "repeat", "nan", "jump", "zeros", "short", "push")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Fault:
     """One misbehaviour, from a moment of the arm's time on."""
 

@@ -7,7 +7,8 @@ A test module subclasses it once for each robot::
         joints = 6
 
         @pytest.fixture(scope="class")
-        def address(self):
+        @classmethod
+        def address(cls):
             with my_simulated_arm() as port:
                 yield f"127.0.0.1:{port}"
 """

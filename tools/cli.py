@@ -20,9 +20,12 @@ __all__ = ["main"]
 
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
-    "drivers": "list the arms that can be read, and what each needs",
+    "convert": "write recordings in the other form",
     "demo": "record, calibrate and validate a simulated arm, from start to end",
+    "drivers": "list the arms that can be read, and what each needs",
     "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
+    "info": "show what is in recordings",
+    "record": "record at the robot, in the terminal",
     "solve": "calibrate a robot from recordings",
     "stream": "show a robot's live joint angles, rate and gaps",
     "validate": "measure a calibration on other recordings",

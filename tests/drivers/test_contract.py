@@ -18,9 +18,10 @@ class Emulated(DriverContract):
     options: tuple[str, ...] = ()
 
     @pytest.fixture(scope="class")
-    def address(self, tmp_path_factory):
-        folder = tmp_path_factory.mktemp(self.emulator)
-        with emulated(self.emulator, folder, *self.options) as emulation:
+    @classmethod
+    def address(cls, tmp_path_factory):
+        folder = tmp_path_factory.mktemp(cls.emulator)
+        with emulated(cls.emulator, folder, *cls.options) as emulation:
             yield emulation.address
 
 
@@ -109,12 +110,12 @@ class TestHardware(DriverContract):
     """On robots: pytest tests/drivers/test_contract.py -k Hardware --hardware franka=172.16.0.2"""
 
     @pytest.fixture(scope="class")
-    def address(self, request):
+    @classmethod
+    def address(cls, request):
         robots = request.config.getoption("--hardware")
         if not robots:
             pytest.skip("no --hardware NAME=ADDRESS")
         name, _, address = robots[0].partition("=")
-        cls = type(self)
         cls.driver = staticmethod(lambda address, names=None: open_driver(name, address, names))
         with open_driver(name, address) as driver:
             cls.joints = len(driver.joint_names)

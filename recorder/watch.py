@@ -1,0 +1,262 @@
+"""Watches the stream of joint states: is it sound, is the arm still, and what is its average?
+
+The rules, all on the robot's own clock (:attr:`JointState.stamp`), so that they do not depend on
+how busy this computer is:
+
+* The arm is *still* when the standard deviation of every joint over the window is at most
+  ``still``. A joint that drifts evenly by D over the window has D / sqrt(12).
+* A state with another number of joints than the model, a number that is not finite, zeros only, or
+  a stamp that does not advance is a *fault*; so is a *jump*, a step that is over 3 degrees off
+  what the speed before it leads to. No window reaches across a fault. After a jump nothing is
+  trusted until the joint has jumped back.
+* The stream is *frozen* when it repeats one state to the last digit although its sensors are
+  noisy, or although the arm was just moving (:mod:`mukca.recorder.freeze`).
+* It is *silent* when no state has come for a quarter of a second, and *late* when states take half
+  a second longer from the robot to here than they once did.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..drivers import JointState
+from .freeze import Freeze
+from .session import Joint
+
+__all__ = ["Rest", "Watch"]
+
+SILENT = 0.25
+"""Longest pause of a stream that is alive [s]."""
+LATE = 0.5
+"""Longest delay of a stream that is live [s]."""
+DRIFT = 1e-3
+"""How much faster or slower than the host's clock the robot's may run."""
+JUMP = math.radians(3.0)
+"""The least that a jump is [rad] or [m]."""
+JUMP_ACCELERATION = 50.0
+"""More than any arm's joint is led with by hand [rad/s^2]; it allows more in slow streams."""
+CHECK_EVERY = 0.02
+"""How often stillness is looked at [s]."""
+LEAST_STATES = 5
+"""The fewest states that make an average."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """The average over a window in which the arm was still."""
+
+    position: tuple[float, ...]
+    spread: tuple[float, ...]
+    """Standard deviation of each joint [rad]."""
+    effort: tuple[float, ...] | None
+    effort_spread: tuple[float, ...] | None
+    stamp: float
+    """Stamp of the last state [s]."""
+    states: int
+
+
+class Watch:
+    """Follows a stream, one state at a time.
+
+    Args:
+        joints: The model's actuated joints.
+        window: How long an average is [s].
+        still: Largest standard deviation of a joint of an arm that is still [rad].
+    """
+
+    def __init__(
+        self, joints: Sequence[Joint], *, window: float = 0.3, still: float = 5e-4
+    ) -> None:
+        self.joints = tuple(joints)
+        self.window = window
+        self.still = still
+        self.latest: JointState | None = None
+        """The last sound state."""
+        self.arrival = -math.inf
+        """When the last state came, sound or not [s, monotonic]."""
+        self.rest: Rest | None = None
+        """The average of the last window, while the arm is still."""
+        self.settled = False
+        """Whether the arm has been still for longer than a whole window."""
+        self._states: deque[JointState] = deque()
+        self._arrivals: deque[float] = deque()
+        self._fault: str | None = None
+        self._offsets = [0.0] * len(self.joints)
+        self._speeds = [0.0] * len(self.joints)
+        self._freeze = Freeze()
+        self._stamp = -math.inf
+        self._next_check = -math.inf
+        self._moving: str | None = None
+        self._still_since = math.nan
+        self._least_delay = math.inf
+        self._delay = 0.0
+
+    def feed(self, state: JointState, arrival: float) -> bool:
+        """Take a state in; return whether stillness was looked at anew.
+
+        Args:
+            state: The state.
+            arrival: When it came [s, monotonic].
+        """
+        self._count(arrival, state.stamp)
+        fault = self._wrong(state)
+        self._stamp = state.stamp
+        if fault:
+            self._fault = fault
+            self._restart()
+            return False
+        self._follow(state)
+        self.latest = state
+        self._states.append(state)
+        while self._states[0].stamp < state.stamp - self.window * (1 + 1e-9):
+            self._states.popleft()
+        if state.stamp < self._next_check:
+            return False
+        self._next_check = state.stamp + CHECK_EVERY
+        self._look()
+        return True
+
+    def rate(self, now: float) -> float:
+        """States per second over the last second."""
+        while self._arrivals and self._arrivals[0] < now - 1.0:
+            self._arrivals.popleft()
+        return float(len(self._arrivals))
+
+    def age(self, now: float) -> float:
+        """Time since the last state came [s]."""
+        return now - self.arrival
+
+    def trouble(self, now: float) -> str | None:
+        """Say why nothing may be captured now; None if the arm is still and the stream sound."""
+        return self._unsound(now) or (None if self.rest else self._moving or "still moving")
+
+    def _unsound(self, now: float) -> str | None:
+        if self.age(now) > SILENT:
+            silent = f"for {self.age(now):.1f} s" if math.isfinite(self.arrival) else "yet"
+            return f"the stream is silent: no state {silent}"
+        if self._fault:
+            return self._fault
+        for joint, offset in zip(self.joints, self._offsets, strict=True):
+            if abs(offset) > JUMP / 2:
+                return (
+                    f"{joint.name} jumped by {joint.shown(offset)} between two states and has not "
+                    "come back; if the arm is right, finish with q and start again"
+                )
+        if self._freeze.frozen:
+            return "the stream is frozen: it repeats one state to the last digit"
+        if self._delay > LATE:
+            return f"the stream is stale: states come {self._delay:.1f} s late"
+        return None
+
+    def _count(self, arrival: float, stamp: float) -> None:
+        """Follow rate and delay."""
+        self._arrivals.append(arrival)
+        while self._arrivals[0] < arrival - 1.0:
+            self._arrivals.popleft()
+        allowed = DRIFT * (arrival - self.arrival) if math.isfinite(self.arrival) else 0.0
+        self.arrival = arrival
+        if stamp < self._stamp:
+            self._least_delay = math.inf
+        delay = arrival - stamp
+        self._least_delay = min(self._least_delay + allowed, delay)
+        self._delay = delay - self._least_delay
+
+    def _wrong(self, state: JointState) -> str | None:
+        """Say what is wrong with a state by itself, or after the one before."""
+        if len(state.position) != len(self.joints):
+            return f"{len(state.position)} joints came, but the model has {len(self.joints)}"
+        if state.effort is not None and len(state.effort) != len(self.joints):
+            return f"{len(state.effort)} efforts came, but the model has {len(self.joints)} joints"
+        if not math.isfinite(math.fsum(state.position)):
+            return f"{self._broken(state.position)}: not a number"
+        if state.effort is not None and not math.isfinite(math.fsum(state.effort)):
+            return f"effort of {self._broken(state.effort)}: not a number"
+        if not any(state.position):
+            return "all joints read exactly 0: the controller is not up yet"
+        if state.stamp == self._stamp:
+            return "the robot's stamp does not advance: the same state came again"
+        if not state.stamp > self._stamp:
+            return "the robot's stamp went back"
+        return None
+
+    def _broken(self, values: Sequence[float]) -> str:
+        pairs = zip(self.joints, values, strict=True)
+        return next(f"{joint.name} came as {v}" for joint, v in pairs if not math.isfinite(v))
+
+    def _follow(self, state: JointState) -> None:
+        """Look for jumps and for a frozen stream."""
+        before = self.latest
+        if before is None:
+            return
+        was_frozen = self._freeze.frozen
+        self._freeze.feed(before, state)
+        if was_frozen and not self._freeze.frozen:  # the arm may have moved on meanwhile
+            self._restart()
+            return
+        elapsed = state.stamp - before.stamp
+        if elapsed <= 0:
+            return
+        limit = max(JUMP, JUMP_ACCELERATION * elapsed**2)
+        for i, (old, new) in enumerate(zip(before.position, state.position, strict=True)):
+            surprise = new - old - self._speeds[i] * elapsed
+            if abs(surprise) > limit:
+                self._offsets[i] += surprise
+                self._restart()
+            else:
+                self._speeds[i] = (new - old) / elapsed
+
+    def _restart(self) -> None:
+        """Begin a new window."""
+        self._states.clear()
+        self.rest = None
+        self.settled = False
+        self._still_since = math.nan
+        self._moving = None
+        self._next_check = -math.inf
+
+    def _look(self) -> None:
+        """Average the window, if it is whole and the arm was still."""
+        self.rest = None
+        states = self._states
+        state = states[-1]
+        stamps = np.array([state.stamp for state in states])
+        gap = float(np.max(np.diff(stamps))) if len(stamps) > 1 else math.inf
+        if stamps[-1] - stamps[0] < 0.9 * self.window or gap > self.window / 2:
+            self._moving = "too few states yet: wait a moment"
+        elif len(states) < LEAST_STATES:
+            self._moving = f"only {len(states)} states in {self.window:g} s: use a longer --window"
+        else:
+            self._fault = None
+            self._average(stamps)
+        if self.rest is None:
+            self._still_since = math.nan
+        elif math.isnan(self._still_since):
+            self._still_since = state.stamp
+        self.settled = state.stamp - self._still_since >= self.window
+
+    def _average(self, stamps: np.ndarray) -> None:
+        positions = np.array([state.position for state in self._states])
+        spread = positions.std(axis=0)
+        worst = int(np.argmax(spread))
+        if spread[worst] > self.still:
+            joint = self.joints[worst]
+            swing = float(np.ptp(positions[:, worst]))
+            self._moving = f"still moving: {joint.name} by {joint.shown(swing)}"
+            return
+        efforts = [state.effort for state in self._states if state.effort is not None]
+        whole = len(efforts) == len(self._states)
+        self.rest = Rest(
+            position=_floats(positions.mean(axis=0)),
+            spread=_floats(spread),
+            effort=_floats(np.mean(efforts, axis=0)) if whole else None,
+            effort_spread=_floats(np.std(efforts, axis=0)) if whole else None,
+            stamp=float(stamps[-1]),
+            states=len(stamps),
+        )
+
+
+def _floats(values: np.ndarray) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
