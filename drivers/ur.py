@@ -16,7 +16,7 @@ import struct
 import time
 from collections.abc import Sequence
 
-from .address import CONNECT_SECONDS, Endpoint, open_tcp, parse_endpoint
+from .address import CONNECT_SECONDS, open_tcp, parse_endpoint
 from .driver import Driver, DriverError, JointState, Reason, match_joints
 from .rtde import (
     CONTROLLER_VERSION,
@@ -48,11 +48,13 @@ class Ur(Driver):
         endpoint = parse_endpoint(address, PORT, options=("rate", "effort"))
         self._joint_names = match_joints(joint_names, JOINTS, "a UR arm")
         self._where = str(endpoint)
+        self._wanted_rate = endpoint.options.positive("rate", FAST)
+        self._effort = endpoint.options.get("effort")
         self._stream = bytearray()
         self._last: RtdeState | None = None
         self._tcp = open_tcp(endpoint, "is the robot's controller started?")
         try:
-            self._recipe = self._set_up(endpoint)
+            self._recipe = self._set_up()
         except BaseException:
             self.close()
             raise
@@ -87,9 +89,8 @@ class Ur(Driver):
         """End the connection."""
         self._tcp.close()
 
-    def _set_up(self, endpoint: Endpoint) -> Recipe:
+    def _set_up(self) -> Recipe:
         """Agree on the protocol, ask for the outputs, and start."""
-        effort = endpoint.options.get("effort")
         if self._ask(PROTOCOL_VERSION, struct.pack(">H", 2)) != b"\x01":
             raise DriverError(
                 Reason.PROTOCOL, f"the robot at {self._where} does not speak RTDE version 2"
@@ -98,10 +99,10 @@ class Ur(Driver):
         if len(version) != 16:
             raise self._unusable(ValueError("a malformed controller version"))
         fastest = FAST if struct.unpack(">4I", version)[0] >= E_SERIES else SLOW
-        self._rate = min(endpoint.options.positive("rate", fastest), fastest)
-        self._tcp.sendall(encode_setup(self._rate, effort))
+        self._rate = min(self._wanted_rate, fastest)
+        self._tcp.sendall(encode_setup(self._rate, self._effort))
         try:
-            recipe = decode_recipe(self._reply_to(SETUP_OUTPUTS), effort)
+            recipe = decode_recipe(self._reply_to(SETUP_OUTPUTS), self._effort)
         except ValueError as error:
             raise self._unusable(error) from None
         if self._ask(START) != b"\x01":

@@ -83,7 +83,7 @@ def emulated(name: str, folder: Path, *options: str, address: str = "") -> Itera
 def own_address(name: str, options: tuple[str, ...] = ()) -> str:
     """Return an address for an emulator that nobody else uses."""
     if name == "piper" or (name == "kinova" and "can" in options):
-        return f"udp_multicast/{own_group()}?port=43113&hop_limit=0"
+        return own_bus()
     if name == "kinova":
         return ""
     if name == "kuka":
@@ -97,7 +97,6 @@ def own_host() -> str:
     return f"127.{20 + _worker}.{number // 200}.{1 + number % 200}"
 
 
-def own_group() -> str:
-    """Return a multicast group that nobody else uses."""
-    number = next(_numbers)
-    return f"239.{74 + _worker}.{number // 200}.{1 + number % 200}"
+def own_bus() -> str:
+    """Return a CAN bus that nobody else uses: one by its port, since Linux mixes the groups."""
+    return f"udp_multicast/239.74.163.2?port={43200 + 200 * _worker + next(_numbers)}&hop_limit=0"

@@ -1,7 +1,7 @@
 """One set of tests over every adapter, with its emulator or stand-in, and on hardware."""
 
 import pytest
-from drivers.emulation import emulated, own_group, own_host
+from drivers.emulation import emulated, own_bus, own_host
 from mukca.drivers.franka import Franka
 from mukca.drivers.kinova import Kinova
 from mukca.drivers.kuka import Kuka
@@ -94,7 +94,7 @@ class TestKinovaCan(Emulated):
     emulator = "kinova"
     options = ("--version", "can")
     joints = 6
-    nobody = f"can://udp_multicast/{own_group()}?port=43113&hop_limit=0"
+    nobody = f"can://{own_bus()}"
     wrong = "can://no_such_interface/can0"
 
 
@@ -102,7 +102,7 @@ class TestPiper(Emulated):
     driver = Piper
     emulator = "piper"
     joints = 6
-    nobody = f"udp_multicast/{own_group()}?port=43113&hop_limit=0"
+    nobody = own_bus()
     wrong = "can0?bitrate=fast"
 
 

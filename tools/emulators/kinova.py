@@ -36,7 +36,7 @@ class KinovaEmulator(Emulator):
         if self.version == "serial":
             self._line, other = os.openpty()
             tty.setraw(other)
-            self._address = f"serial://{os.ttyname(other)}"
+            self._address = f"serial://{os.ttyname(other)}?parity=none"  # it has none
             self.watch(self._line, self._read_line)
             return
         bus = parse_can_address(address or DEFAULT_BUS)
