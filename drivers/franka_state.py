@@ -32,7 +32,7 @@ MODES = (
     "automatic error recovery",
 )
 
-# In the order of the flags; the last four stand only where there are 41.
+# In the order of the flags, as libfranka names them; where there are 37, the last four lack.
 ERRORS = (
     "joint position limits violation",
     "cartesian position limits violation",
@@ -57,16 +57,16 @@ ERRORS = (
     "cartesian motion generator acceleration discontinuity",
     "cartesian motion generator elbow sign inconsistent",
     "cartesian motion generator start elbow invalid",
+    "force controller desired force tolerance violation",
+    "start elbow sign inconsistent",
+    "communication constraints violation",
+    "power limit violation",
     "cartesian motion generator joint position limits violation",
     "cartesian motion generator joint velocity limits violation",
     "cartesian motion generator joint velocity discontinuity",
     "cartesian motion generator joint acceleration discontinuity",
     "cartesian position motion generator invalid frame",
-    "force controller desired force tolerance violation",
     "controller torque discontinuity",
-    "start elbow sign inconsistent",
-    "communication constraints violation",
-    "power limit violation",
     "joint p2p insufficient torque for planning",
     "tau j range violation",
     "instability detected",

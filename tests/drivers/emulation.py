@@ -56,13 +56,19 @@ class Emulation:
 
 
 @contextmanager
-def emulated(name: str, folder: Path, *options: str, address: str = "") -> Iterator[Emulation]:
+def emulated(
+    name: str,
+    folder: Path,
+    *options: str,
+    address: str = "",
+    command: tuple[str, ...] = (sys.executable, "-m", "mukca"),
+) -> Iterator[Emulation]:
     """Run an emulator; by default at an address that nobody else uses."""
     journal = folder / f"journal{next(_numbers)}.jsonl"
-    command = [sys.executable, "-m", "mukca", "emulate", name, "--json", "--journal", str(journal)]
+    arguments = ("emulate", name, "--json", "--journal", str(journal))
     address = address or own_address(name, options)
     process = subprocess.Popen(
-        [*command, "--address", address, *options], stdout=subprocess.PIPE, text=True
+        [*command, *arguments, "--address", address, *options], stdout=subprocess.PIPE, text=True
     )
     emulation = None
     try:

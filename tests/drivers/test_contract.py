@@ -2,11 +2,16 @@
 
 import pytest
 from drivers.emulation import emulated, own_bus, own_host
+from drivers.kortex_stand_in import kortex_arm
+from drivers.rosbridge import ARM, rosbridge
+
 from mukca.drivers.franka import Franka
 from mukca.drivers.kinova import Kinova
 from mukca.drivers.kuka import Kuka
+from mukca.drivers.mock import Mock
 from mukca.drivers.piper import Piper
 from mukca.drivers.registry import open_driver
+from mukca.drivers.ros import Ros
 from mukca.drivers.testing import DriverContract
 from mukca.drivers.ur import Ur
 
@@ -104,6 +109,54 @@ class TestPiper(Emulated):
     joints = 6
     nobody = own_bus()
     wrong = "can0?bitrate=fast"
+
+
+class TestKinovaKortex(DriverContract):
+    driver = Kinova
+    joints = 7
+    nobody = f"kortex://{own_host()}"
+    wrong = "kortex://127.0.0.1?rate=0"
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def address(cls):
+        with kortex_arm() as arm:
+            yield arm.address
+
+    def test_says_that_nobody_answers(self, address):
+        super().test_says_that_nobody_answers()
+
+
+class TestRos(DriverContract):
+    driver = Ros
+    joints = 3
+    model = ARM
+    nobody = own_host()
+    wrong = "127.0.0.1?effort=0"
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def address(cls):
+        with rosbridge() as bridge:
+            yield bridge.address
+
+    @pytest.fixture
+    def opened(self, address):
+        with Ros(address, ARM) as driver:
+            yield driver
+
+
+class TestMock(DriverContract):
+    driver = Mock
+    joints = 2
+    wrong = "poses.csv?rate=fast"
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def address(cls, tmp_path_factory):
+        poses = tmp_path_factory.mktemp("mock") / "poses.csv"
+        poses.write_text("0.1,0.2\n0.3,-0.4\n")
+        return str(poses)
 
 
 class TestHardware(DriverContract):
