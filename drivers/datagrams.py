@@ -2,6 +2,7 @@
 
 import socket
 import time
+from collections.abc import Iterator
 
 from .driver import DriverError, Reason
 
@@ -41,8 +42,11 @@ class DatagramSocket:
         """The local port."""
         return self._socket.getsockname()[1]
 
-    def receive(self, deadline: float) -> tuple[bytes, tuple[str, int]] | None:
-        """Return the robot's next datagram and its source, or None when time is up.
+    def until(self, deadline: float) -> Iterator[tuple[bytes, tuple[str, int]]]:
+        """Yield the robot's datagrams with their source, until time is up.
+
+        What is there already is yielded even when time is up before, but only once, so that a
+        flood of datagrams that are of no use holds nobody up.
 
         Args:
             deadline: When to give up, by :func:`time.monotonic` [s].
@@ -50,21 +54,24 @@ class DatagramSocket:
         Raises:
             DriverError: UNREACHABLE when the socket is closed or the network is down.
         """
-        while True:
-            try:
-                self._socket.settimeout(max(0.0, deadline - time.monotonic()))
-                datagram, source = self._socket.recvfrom(LARGEST_DATAGRAM)
-            except (TimeoutError, BlockingIOError):
-                return None
-            except OSError as error:
-                raise DriverError(
-                    Reason.UNREACHABLE, f"the connection is lost: {error.strerror}"
-                ) from None
-            if source[0] == self.robot:
-                return datagram, source
-            self.strangers += 1
+        while (received := self._receive(deadline)) is not None:
+            if received[1][0] == self.robot:
+                yield received
+            else:
+                self.strangers += 1
             if time.monotonic() > deadline:
-                return None
+                return
+
+    def _receive(self, deadline: float) -> tuple[bytes, tuple[str, int]] | None:
+        try:
+            self._socket.settimeout(max(0.0, deadline - time.monotonic()))
+            return self._socket.recvfrom(LARGEST_DATAGRAM)
+        except (TimeoutError, BlockingIOError):
+            return None
+        except OSError as error:
+            raise DriverError(
+                Reason.UNREACHABLE, f"the connection is lost: {error.strerror}"
+            ) from None
 
     def send(self, datagram: bytes, target: tuple[str, int]) -> None:
         """Send one datagram; the network may lose it, as any."""

@@ -66,10 +66,9 @@ class Franka(Driver):
 
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
-        deadline = time.monotonic() + timeout
-        while (received := self._udp.receive(deadline)) is not None:
+        for datagram, _ in self._udp.until(time.monotonic() + timeout):
             try:
-                state = decode_state(received[0])
+                state = decode_state(datagram)
             except ValueError as error:
                 self._reject(error)
                 continue

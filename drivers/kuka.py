@@ -12,7 +12,7 @@ port that the application sends to, opened here on LOCAL, by default on all inte
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from .address import parse_endpoint, resolve
 from .datagrams import DatagramSocket
@@ -63,8 +63,7 @@ class Kuka(Driver):
 
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
-        deadline = time.monotonic() + timeout
-        while (message := self._receive(deadline)) is not None:
+        for message in self._messages(time.monotonic() + timeout):
             if message.position:
                 return self._state(message)
         last = f"; its session was {self.status}" if self._last else ""
@@ -78,8 +77,7 @@ class Kuka(Driver):
 
     def _await_session(self, joint_names: Sequence[str] | None, port: int) -> tuple[str, ...]:
         """Wait for the first message with joints, and match them with the model's."""
-        deadline = time.monotonic() + FIRST_MESSAGE_SECONDS
-        while (message := self._receive(deadline)) is not None:
+        for message in self._messages(time.monotonic() + FIRST_MESSAGE_SECONDS):
             if message.position:
                 return match_joints(joint_names, len(message.position), "the KUKA arm")
         if self._malformed:
@@ -92,10 +90,9 @@ class Kuka(Driver):
             "application that opens FRI to this computer (docs/kuka.md)",
         )
 
-    def _receive(self, deadline: float) -> StateMessage | None:
-        """Return the next message in order, answered where an answer is due."""
-        while (received := self._udp.receive(deadline)) is not None:
-            datagram, source = received
+    def _messages(self, deadline: float) -> Iterator[StateMessage]:
+        """Yield messages in order, each answered if an answer is due, until time is up."""
+        for datagram, source in self._udp.until(deadline):
             try:
                 message = decode_message(datagram)
             except ValueError:
@@ -107,8 +104,7 @@ class Kuka(Driver):
             self._last = message
             self._refuse_command(message)
             self._answer(message, source)
-            return message
-        return None
+            yield message
 
     def _is_next(self, message: StateMessage) -> bool:
         """Tell whether a message follows the last one, and count those between."""

@@ -45,8 +45,10 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
         effort = _numbers(efforts, order, len(names)) if efforts else None
         stamp = message["header"]["stamp"]
         seconds = _first(stamp, "sec", "secs") + _first(stamp, "nanosec", "nsecs") * 1e-9
-    except (AttributeError, KeyError, IndexError, TypeError) as error:
-        raise ValueError(f"a message that is no JointState: {error}") from None
+    except (AttributeError, KeyError, IndexError, OverflowError, TypeError) as error:
+        raise ValueError(f"a message that is no JointState: {error!r}") from None
+    if not math.isfinite(seconds):
+        raise ValueError("a message with a stamp that is no number")
     return JointState(seconds, position, effort and tuple(sign * value for value in effort))
 
 
@@ -164,6 +166,6 @@ def _numbers(values: Sequence[Any], order: Sequence[int], count: int) -> tuple[f
     return picked
 
 
-def _first(stamp: dict[str, Any], *names: str) -> float:
-    """Return the first of several keys' values: ROS 1 and 2 name them differently."""
-    return float(next(stamp[name] for name in names if name in stamp))
+def _first(stamp: dict[str, Any], name: str, other: str) -> float:
+    """Return a part of a stamp, which ROS 2 and 1 name differently."""
+    return float(stamp[name] if name in stamp else stamp[other])

@@ -73,11 +73,8 @@ class Ur(Driver):
         """Return the next state; see :meth:`Driver.read`."""
         deadline = time.monotonic() + timeout
         while True:
-            kind, payload = self._receive(deadline)
-            if kind != DATA:  # texts for people, and replies
-                continue
             try:
-                state = self._recipe.decode(payload)
+                state = self._recipe.decode(self._next(DATA, deadline))
             except ValueError as error:
                 raise self._unusable(error) from None
             if self._is_next(state):
@@ -118,20 +115,27 @@ class Ur(Driver):
 
     def _reply_to(self, kind: int) -> bytes:
         """Return the payload of the reply to a request."""
-        deadline = time.monotonic() + CONNECT_SECONDS
-        while True:
-            try:
-                got, payload = self._receive(deadline)
-            except DriverError as error:
-                if error.reason is Reason.SILENT:
-                    raise DriverError(
-                        Reason.BUSY,
-                        f"{self._where} took the connection but did not answer; is RTDE "
-                        "switched on, and does another program use all of its connections?",
-                    ) from None
+        try:
+            return self._next(kind, time.monotonic() + CONNECT_SECONDS)
+        except DriverError as error:
+            if error.reason is not Reason.SILENT:
                 raise
+            raise DriverError(
+                Reason.BUSY,
+                f"{self._where} took the connection but did not answer: is RTDE switched on, "
+                "and does another program use all of its connections?",
+            ) from None
+
+    def _next(self, kind: int, deadline: float) -> bytes:
+        """Return the payload of the next package of a type; others, as texts, are left out."""
+        while True:
+            got, payload = self._receive(deadline)
             if got == kind:
                 return payload
+            if time.monotonic() > deadline:
+                raise DriverError(
+                    Reason.SILENT, f"no state from the robot at {self._where}, but other packages"
+                )
 
     def _receive(self, deadline: float) -> tuple[int, bytes]:
         """Return the next package, waiting for it."""
