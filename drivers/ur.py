@@ -81,6 +81,8 @@ class Ur(Driver):
                 self._last = state
                 return JointState(state.timestamp, state.position, state.effort)
             self.rejected += 1
+            if time.monotonic() > deadline:
+                raise DriverError(Reason.SILENT, f"only old states from the robot at {self._where}")
 
     def close(self) -> None:
         """End the connection."""
@@ -118,7 +120,7 @@ class Ur(Driver):
         try:
             return self._next(kind, time.monotonic() + CONNECT_SECONDS)
         except DriverError as error:
-            if error.reason is not Reason.SILENT:
+            if error.reason is Reason.PROTOCOL:
                 raise
             raise DriverError(
                 Reason.BUSY,
