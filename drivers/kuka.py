@@ -36,6 +36,8 @@ class Kuka(Driver):
         self._where = endpoint.host
         self._malformed = self._late = self._replies = self._unanswered = 0
         self._last: StateMessage | None = None
+        self._waiting: StateMessage | None = None
+        """The message that told how many joints there are, not yet read."""
         local = (endpoint.options.get("bind", "0.0.0.0"), endpoint.port)  # noqa: S104
         self._udp = DatagramSocket(local, resolve(endpoint.host))
         try:
@@ -63,6 +65,9 @@ class Kuka(Driver):
 
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
+        if self._waiting is not None:
+            message, self._waiting = self._waiting, None
+            return self._state(message)
         for message in self._messages(time.monotonic() + timeout):
             if message.position:
                 return self._state(message)
@@ -79,6 +84,7 @@ class Kuka(Driver):
         """Wait for the first message with joints, and match them with the model's."""
         for message in self._messages(time.monotonic() + FIRST_MESSAGE_SECONDS):
             if message.position:
+                self._waiting = message
                 return match_joints(joint_names, len(message.position), "the KUKA arm")
         if self._malformed:
             raise DriverError(

@@ -1,9 +1,11 @@
 """What a controller or the network gets wrong never becomes a joint angle, and is counted."""
 
 import time
+from itertools import pairwise
 
 import pytest
 from drivers.emulation import emulated
+
 from mukca.drivers import DriverError, Reason
 from mukca.drivers.reconnect import Reconnecting
 from mukca.drivers.registry import open_driver
@@ -32,7 +34,10 @@ def assert_were_sent(states, sent, tolerance=1e-6):
     truths = iter(sent.values())
     for state in states:
         assert any(
-            all(abs(a - b) <= tolerance for a, b in zip(state.position, truth["position"]))
+            all(
+                abs(a - b) <= tolerance
+                for a, b in zip(state.position, truth["position"], strict=True)
+            )
             for truth in truths  # goes on where the last state was found
         ), f"{state} was never sent, or earlier"
 
@@ -57,7 +62,7 @@ def test_what_is_read_was_sent(name, version, faults, tmp_path):
         assert_were_sent(states, emulation.sent(), 1e-5 if name == "piper" else 1e-6)
     assert min(counts) > 0, "faults were neither missed nor rejected"
     if name != "piper":  # whose states carry no clock
-        period = min(b.stamp - a.stamp for a, b in zip(states, states[1:]))
+        period = min(b.stamp - a.stamp for a, b in pairwise(states))
         lost = round((states[-1].stamp - states[0].stamp) / period) + 1 - len(states)
         assert counts[0] == lost
 
@@ -93,62 +98,72 @@ def test_a_stream_that_lost_its_order_ends(fault, tmp_path):
 
 @pytest.mark.parametrize("name", ["franka", "kuka", "ur", "piper", "kinova"])
 def test_a_silence_is_told_and_survived(name, tmp_path):
-    with emulated(name, tmp_path, *options("silent@1.5+1.5")) as emulation:
-        with open_driver(name, emulation.address) as driver:
-            start, silent = time.monotonic(), 0.0
-            while time.monotonic() < start + 60 and not silent:
-                asked = time.monotonic()
-                try:
-                    driver.read(0.4)
-                except DriverError as error:
-                    assert error.reason is Reason.SILENT
-                    silent = time.monotonic() - asked
-            assert 0.3 < silent < 5, "the timeout was not kept"
-            assert read_states(driver, 5)
+    with (
+        emulated(name, tmp_path, *options("silent@1.5+1.5")) as emulation,
+        open_driver(name, emulation.address) as driver,
+    ):
+        start, silent = time.monotonic(), 0.0
+        while time.monotonic() < start + 60 and not silent:
+            asked = time.monotonic()
+            try:
+                driver.read(0.4)
+            except DriverError as error:
+                assert error.reason is Reason.SILENT
+                silent = time.monotonic() - asked
+        assert 0.3 < silent < 5, "the timeout was not kept"
+        assert read_states(driver, 5)
 
 
 @pytest.mark.parametrize("name", ["franka", "ur"])
 def test_a_connection_that_ends_is_told_and_made_again(name, tmp_path):
-    with emulated(name, tmp_path, *options("hangup@1+1")) as emulation:
-        with Reconnecting(lambda: open_driver(name, emulation.address)) as driver:
-            end = time.monotonic() + 60
-            while not driver.drops:
-                assert time.monotonic() < end
-                try:
-                    driver.read(1)
-                except DriverError as error:
-                    assert error.reason is Reason.SILENT
-            assert "ended the connection" in driver.trouble or "closed" in driver.trouble
-            assert read_states(driver, 5)
-            assert driver.drops == 1
+    with (
+        emulated(name, tmp_path, *options("hangup@1+1")) as emulation,
+        Reconnecting(lambda: open_driver(name, emulation.address)) as driver,
+    ):
+        end = time.monotonic() + 60
+        while not driver.drops:
+            assert time.monotonic() < end
+            try:
+                driver.read(1)
+            except DriverError as error:
+                assert error.reason is Reason.SILENT
+        assert "ended the connection" in driver.trouble or "closed" in driver.trouble
+        assert read_states(driver, 5)
+        assert driver.drops == 1
 
 
 @pytest.mark.parametrize("name", ["franka", "kuka", "ur", "kinova"])
 def test_a_controller_that_takes_nobody_is_told(name, tmp_path):
     """Busy where the connection is taken, unreachable where no answer tells them apart."""
-    with emulated(name, tmp_path, *options("busy")) as emulation:
-        with pytest.raises(DriverError) as caught:
-            open_driver(name, emulation.address)
+    with (
+        emulated(name, tmp_path, *options("busy")) as emulation,
+        pytest.raises(DriverError) as caught,
+    ):
+        open_driver(name, emulation.address)
     expected = {"franka": Reason.BUSY, "ur": Reason.BUSY}.get(name, Reason.UNREACHABLE)
     assert caught.value.reason is expected
 
 
 def test_franka_serves_one_client_at_a_time(tmp_path):
-    with emulated("franka", tmp_path) as emulation:
-        with open_driver("franka", emulation.address) as driver:
-            driver.read(5)
-            with pytest.raises(DriverError) as caught:
-                open_driver("franka", emulation.address)
-            assert driver.read(5)
+    with (
+        emulated("franka", tmp_path) as emulation,
+        open_driver("franka", emulation.address) as driver,
+    ):
+        driver.read(5)
+        with pytest.raises(DriverError) as caught:
+            open_driver("franka", emulation.address)
+        assert driver.read(5)
     assert caught.value.reason is Reason.BUSY
     assert "another program holds FCI" in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["franka", "kuka", "ur"])
 def test_a_version_that_cannot_be_read_is_told(name, tmp_path):
-    with emulated(name, tmp_path, *options("version")) as emulation:
-        with pytest.raises(DriverError) as caught:
-            open_driver(name, emulation.address)
+    with (
+        emulated(name, tmp_path, *options("version")) as emulation,
+        pytest.raises(DriverError) as caught,
+    ):
+        open_driver(name, emulation.address)
     assert caught.value.reason is Reason.PROTOCOL
     if name == "franka":
         assert "99" in str(caught.value)
@@ -159,10 +174,9 @@ def test_a_version_that_cannot_be_read_is_told(name, tmp_path):
 def test_kuka_leaves_a_session_that_commands(version, start, tmp_path):
     fault = options(f"commanding@{start}")
     with emulated("kuka", tmp_path, "--version", version, *fault) as emulation:
-        with pytest.raises(DriverError) as caught:
-            with open_driver("kuka", emulation.address) as driver:
-                while True:
-                    driver.read(5)
+        with pytest.raises(DriverError) as caught, open_driver("kuka", emulation.address) as driver:
+            while True:
+                driver.read(5)
         replies = len(emulation.received())
         time.sleep(0.5)
         assert len(emulation.received()) == replies, "a reply to a commanding session"
