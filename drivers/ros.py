@@ -11,6 +11,7 @@ Address: ``HOST[:PORT][?topic=/joint_states&effort=-1]``; PORT is 9090 by defaul
 
 import math
 import queue
+import threading
 import time
 from collections.abc import Sequence
 from typing import Any, cast
@@ -64,6 +65,8 @@ class Ros(Driver):
         self._where = f"{self._topic_name} of the rosbridge at {endpoint}"
         self._messages: queue.Queue[Any] = queue.Queue(LONGEST_QUEUE)
         self._client, self._topic = _subscribe(endpoint, self._topic_name, self._put)
+        self._ended = threading.Event()
+        self._client.on("close", self._lose)
         try:
             self._joint_names = self._match(joint_names)
         except BaseException:
@@ -83,14 +86,14 @@ class Ros(Driver):
                 return decode_message(message, self._joint_names, self._sign)
             except ValueError:
                 self.rejected += 1
-        if not self._client.is_connected:
+        if self._ended.is_set():
             raise DriverError(Reason.UNREACHABLE, f"the connection to {self._where} is lost")
         raise DriverError(Reason.SILENT, f"no joint states on {self._where} for {timeout:g} s")
 
     def close(self) -> None:
         """End the subscription and the connection."""
-        self._client.factory.stopTrying()
-        if self._client.is_connected:
+        if not self._ended.is_set():
+            self._ended.set()
             self._topic.unsubscribe()
             self._client.close()
 
@@ -119,6 +122,9 @@ class Ros(Driver):
         except queue.Full:
             self.missed += 1
 
+    def _lose(self, *_: object) -> None:
+        self._ended.set()
+
     def _get(self, deadline: float) -> Any:
         try:
             return self._messages.get(timeout=max(0.0, deadline - time.monotonic()))
@@ -140,10 +146,11 @@ def _subscribe(endpoint: Endpoint, topic: str, callback: Any) -> tuple[Any, Any]
     try:
         client.run(timeout=CONNECT_SECONDS)
     except Exception as error:
-        client.factory.stopTrying()
         raise DriverError(
             Reason.PROTOCOL, f"what listens at {endpoint} is no rosbridge: {error}"
         ) from None
+    finally:
+        client.factory.stopTrying()  # a lost connection is made again above, subscription and all
     subscription = library.Topic(client, topic, "sensor_msgs/JointState")
     subscription.subscribe(callback)
     return client, subscription
