@@ -43,7 +43,7 @@ class Freeze:
         self._rests = 0
         self._steps = self._turns = 0
         self._step: tuple[float, ...] = ()
-        self._speed = 0.0
+        self._speed = self._last_speed = 0.0
 
     def feed(self, before: JointState, state: JointState) -> None:
         """Take two consecutive states in."""
@@ -56,7 +56,8 @@ class Freeze:
     def _repeats(self, before: JointState, state: JointState, elapsed: float) -> None:
         if math.isnan(self._since):
             self._since = before.stamp
-            self._stopped_dead = self._speed > max(SLOW, DEAD_STOP * elapsed)
+            speed = min(self._speed, self._last_speed)
+            self._stopped_dead = speed > max(SLOW, DEAD_STOP * elapsed)
         if state.stamp - self._since >= LONG:
             noisy = self._steps >= SEEN and self._turns > NOISY * self._steps
             noisy = noisy and self._rests < USUAL
@@ -69,8 +70,9 @@ class Freeze:
             self._rests += 1
         self._since = math.nan
         self.frozen = False
+        self._last_speed = length / elapsed
         # smoothed over some ten states, so that noise alone makes no speed
-        self._speed += 0.1 * (length / elapsed - self._speed)
+        self._speed += 0.1 * (self._last_speed - self._speed)
         if before.effort is not None and state.effort is not None:
             step += _difference(before.effort, state.effort)
         self._steps += 1

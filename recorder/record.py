@@ -109,10 +109,11 @@ class Recorder:
             self._next_frame = 0.0
 
     def _take_states(self) -> None:
-        for arrival, state in self.stream.take():
-            looked = self.watch.feed(state, arrival)
-            if looked and self.script:
-                self._follow_script(self.script, arrival)
+        while states := self.stream.take():  # until none came while the last were looked at
+            for arrival, state in states:
+                looked = self.watch.feed(state, arrival)
+                if looked and self.script:
+                    self._follow_script(self.script, arrival)
         if self.script:
             self._follow_script(self.script, time.monotonic())
 

@@ -193,7 +193,7 @@ class Recording:
         status = os.fstat(self._fd)
         if status.st_nlink == 0 or status.st_size != self._size:
             raise RecordingError(
-                f"{self.file}: was changed by another program; finish with q and start again"
+                f"{self.file.name} was changed by another program; finish with q and start again"
             )
         try:
             _write(self._fd, line)
@@ -202,7 +202,9 @@ class Recording:
             with suppress(OSError):
                 os.ftruncate(self._fd, self._size)
                 os.fsync(self._fd)
-            raise RecordingError(f"{self.file}: cannot be saved: {error.strerror}") from None
+            raise RecordingError(
+                f"{self.file.name} cannot be written to: {error.strerror}; nothing was lost"
+            ) from None
         self._size += len(line)
 
 

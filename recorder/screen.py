@@ -13,7 +13,7 @@ from .session import Joint, Session
 
 __all__ = ["View", "render"]
 
-KEYS = "space capture  d undo  s next socket  0-9 socket  q finish  ? help"
+KEYS = "space capture  d undo  s next  0-9 socket  q finish  ? help"
 HELP = """\
 space, a    capture: average the last moment, in which the arm must be still
 d, u        undo the last capture; its line stays in the file, marked
@@ -108,8 +108,7 @@ def _banner(view: View, width: int) -> list[Text]:
     lines: list[Text] = []
     for row, word in enumerate(("", f"SOCKET {session.socket}", "")):
         big = "  ".join(_DIGITS[int(digit)][row] for digit in str(session.socket))
-        line = Text(f"  {big}  {word:<12}", style=style)
-        line.append("  ")
+        line = Text().append(f"  {big}  {word:<12}", style=style).append("  ")
         line.append(*says[row])
         lines.append(line)
     return lines

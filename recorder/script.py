@@ -108,7 +108,10 @@ class Script:
     def _check_patience(self, now: float, step: Step, trouble: str | None) -> None:
         if self._begun and now - self._begun[0] > PATIENCE + step.pause:
             reason = f"the arm came to no new rest ({trouble})" if step.key else "no state came"
-            raise ScriptError(f"{self.name}: waited {PATIENCE:g} s, but {reason}", failed=True)
+            raise ScriptError(
+                f"{self.name}: waited {PATIENCE:g} s, but {reason}; what was captured is saved",
+                failed=True,
+            )
 
     def read(self) -> None:
         """Read what there is; call it when the descriptor is ready.

@@ -40,6 +40,8 @@ JUMP_ACCELERATION = 50.0
 """More than any arm's joint is led with by hand [rad/s^2]; it allows more in slow streams."""
 CHECK_EVERY = 0.02
 """How often stillness is looked at [s]."""
+ABSURD = 1e6
+"""No joint's position or effort is as large as this."""
 LEAST_STATES = 5
 """The fewest states that make an average."""
 
@@ -65,14 +67,21 @@ class Watch:
         joints: The model's actuated joints.
         window: How long an average is [s].
         still: Largest standard deviation of a joint of an arm that is still [rad].
+        live: Whether a stream that is late counts as unsound.
     """
 
     def __init__(
-        self, joints: Sequence[Joint], *, window: float = 0.3, still: float = 5e-4
+        self,
+        joints: Sequence[Joint],
+        *,
+        window: float = 0.3,
+        still: float = 5e-4,
+        live: bool = True,
     ) -> None:
         self.joints = tuple(joints)
         self.window = window
         self.still = still
+        self.live = live
         self.latest: JointState | None = None
         """The last sound state."""
         self.arrival = -math.inf
@@ -147,7 +156,7 @@ class Watch:
                 )
         if self._freeze.frozen:
             return "the stream is frozen: it repeats one state to the last digit"
-        if self._delay > LATE:
+        if self.live and self._delay > LATE:
             return f"the stream is stale: states come {self._delay:.1f} s late"
         return None
 
@@ -170,10 +179,12 @@ class Watch:
             return f"{len(state.position)} joints came, but the model has {len(self.joints)}"
         if state.effort is not None and len(state.effort) != len(self.joints):
             return f"{len(state.effort)} efforts came, but the model has {len(self.joints)} joints"
-        if not math.isfinite(math.fsum(state.position)):
-            return f"{self._broken(state.position)}: not a number"
-        if state.effort is not None and not math.isfinite(math.fsum(state.effort)):
-            return f"effort of {self._broken(state.effort)}: not a number"
+        if broken := self._broken(state.position):
+            return f"{broken}, which is no joint position"
+        if state.effort is not None and (broken := self._broken(state.effort)):
+            return f"effort of {broken}, which is no effort"
+        if not math.isfinite(state.stamp):
+            return f"the robot's stamp came as {state.stamp}"
         if not any(state.position):
             return "all joints read exactly 0: the controller is not up yet"
         if state.stamp == self._stamp:
@@ -182,9 +193,11 @@ class Watch:
             return "the robot's stamp went back"
         return None
 
-    def _broken(self, values: Sequence[float]) -> str:
+    def _broken(self, values: Sequence[float]) -> str | None:
+        if all([-ABSURD < value < ABSURD for value in values]):  # false for NaN
+            return None
         pairs = zip(self.joints, values, strict=True)
-        return next(f"{joint.name} came as {v}" for joint, v in pairs if not math.isfinite(v))
+        return next(f"{joint.name} came as {v}" for joint, v in pairs if not -ABSURD < v < ABSURD)
 
     def _follow(self, state: JointState) -> None:
         """Look for jumps and for a frozen stream."""

@@ -76,9 +76,11 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     chain = chain_of(arguments)
     with ExitStack() as stack:
         outcome = _record(arguments, chain, terminal, stack)
-    if outcome.signal == 1:
+    try:
+        _say_outcome(outcome, arguments, terminal)
+        sys.stdout.flush()
+    except OSError:
         _mute()
-    _say_outcome(outcome, arguments, terminal)
     if outcome.signal is not None:
         return 128 + outcome.signal
     return 1 if outcome.refused and _is_scripted(arguments) else 0
@@ -115,7 +117,7 @@ def _record(
     recorder = Recorder(
         session=_session(arguments, joints, recording),
         stream=stream,
-        watch=Watch(joints, window=arguments.window, still=arguments.still),
+        watch=Watch(joints, window=arguments.window, still=arguments.still, live=script is None),
         recording=recording,
         display=stack.enter_context(_display(terminal)),
         title=f"{chain.name}  {arguments.driver}  {arguments.out}",
