@@ -2,7 +2,7 @@
 
 import argparse
 
-from ...drivers.registry import DriverInfo, list_drivers
+from ...drivers.registry import DriverInfo, list_drivers, try_plugin
 from ..terminal import Terminal
 
 _EXAMPLE = """example:
@@ -18,17 +18,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """List all drivers."""
-    drivers = list_drivers()
+    drivers = [try_plugin(info) for info in list_drivers()]
     if arguments.json:
         terminal.emit({"drivers": [_as_json(info) for info in drivers]})
         return 0
     width = max(len(info.name) for info in drivers)
     for info in drivers:
         terminal.say(f"{info.name:{width}}  {_state(info):11}  {info.arms} ({info.source})")
+        if info.broken:
+            terminal.warn(info.broken)
     return 0
 
 
 def _state(info: DriverInfo) -> str:
+    if info.broken:
+        return "broken"
     return "needs " + ", ".join(info.missing) if info.missing else "ready"
 
 
@@ -38,5 +42,6 @@ def _as_json(info: DriverInfo) -> dict[str, object]:
         "arms": info.arms,
         "needs": list(info.needs),
         "missing": list(info.missing),
+        "broken": info.broken or None,
         "source": info.source,
     }
