@@ -22,7 +22,7 @@ GOES_ON = 1e-3
 """How far the first step after a rest goes at most [rad]."""
 USUAL = 3
 """A stream that has rested so often does so in good health."""
-SEEN = 500
+SEEN = 100
 """Nothing is known of a stream's noise before so many steps."""
 NOISY = 0.3
 """A stream is noisy where this share of its steps turns back on the step before."""

@@ -4,7 +4,7 @@ import logging
 import select
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from .display import Display
 from .keyboard import HangUp, Keyboard
@@ -53,13 +53,14 @@ class Recorder:
     title: str = ""
     keyboard: Keyboard | None = None
     script: Script | None = None
-    push: Push = field(default_factory=lambda: Push(()))
+    push: Push | None = None
     check: Callable[[Sequence[Sample]], str | None] | None = None
     """What a model of the arm says to the last of some samples; None if it looks right."""
     drops: Callable[[], int] = lambda: 0
     """How often the connection was lost."""
 
     def __post_init__(self) -> None:
+        self._push = self.push or Push(self.session.joints)
         self._refused = 0
         self._help = False
         self._pushed: str | None = None
@@ -96,13 +97,12 @@ class Recorder:
             sources.append(self.script)
         pause = max(0.0, self._next_frame - time.monotonic())
         ready, _, _ = select.select(sources, [], [], pause)
-        keys = ""
-        for source in ready:
-            if isinstance(source, Keyboard):
-                keys = "".join(source.read())
-            else:
-                source.read()
-        if keys:
+        if signals in ready:
+            signals.read()
+        if self.script and self.script in ready:
+            self.script.read()
+        if self.keyboard and self.keyboard in ready:
+            keys = self.keyboard.read()
             self._take_states()  # what came before the key was pressed
             for key in keys:
                 self._press(key, time.monotonic())
@@ -127,7 +127,7 @@ class Recorder:
         elif not silent and self._silent_since is not None:
             self._tell(f"the stream is back after {now - self._silent_since:.1f} s")
             self._silent_since = None
-        self._pushed = self.push.look(self.watch.rest) if self.watch.rest else None
+        self._pushed = self._push.look(self.watch.rest) if self.watch.rest else None
 
     # -- keys ------------------------------------------------------------------------------------
 
@@ -169,7 +169,7 @@ class Recorder:
             self._refuse(str(error))
             return
         self.session = self.session.captured(sample)
-        self._pushed = self.push.look(rest)
+        self._pushed = self._push.look(rest)
         self._say_captured(sample)
 
     def _say_captured(self, sample: Sample) -> None:

@@ -81,7 +81,7 @@ def render(view: View, width: int, height: int, *, plain: bool = False) -> Group
         plain: Draw with ASCII only.
     """
     if width < _SMALLEST[0] or height < _SMALLEST[1]:
-        return Group(Text(f"terminal too small: {width} x {height}"))
+        return Group(Text(f"too small: {width} x {height}"[:width]))
     top = [_title(view, width), *_banner(view, width), *_counts(view.session, width), _stream(view)]
     bottom = [Text(_fit(KEYS, width), style="bold")]
     middle = _help(width) if view.help else _middle(view, width, height - len(top) - len(bottom))
@@ -89,6 +89,8 @@ def render(view: View, width: int, height: int, *, plain: bool = False) -> Group
     lines = [*top, *(middle + [Text()] * room)[:room], *bottom]
     for line in lines:
         line.no_wrap = True
+        if not line.plain.isprintable():  # what a driver said may hold anything
+            line.plain = "".join([c if c.isprintable() else "?" for c in line.plain])
         if plain:
             line.plain = line.plain.translate(_PLAIN)
         line.truncate(width)

@@ -19,6 +19,7 @@ session is finished as by ``q``.
 
 import os
 import re
+import select
 from collections import deque
 from dataclasses import dataclass
 
@@ -114,16 +115,19 @@ class Script:
             )
 
     def read(self) -> None:
-        """Read what there is; call it when the descriptor is ready.
+        """Read all that there is; call it when the descriptor is ready.
 
         Raises:
             ScriptError: A word that means nothing.
         """
-        data = os.read(self._descriptor, 65536)
-        self._read_all = not data
-        *lines, self._rest = (self._rest + data.decode(errors="replace")).split("\n")
+        while not self._read_all and select.select([self], [], [], 0)[0]:
+            data = os.read(self._descriptor, 65536)
+            self._read_all = not data
+            self._rest += data.decode(errors="replace")
+        *lines, self._rest = self._rest.split("\n")
         if self._read_all:
             lines.append(self._rest)
+            self._rest = ""
         for line in lines:
             for word in line.partition("#")[0].split():
                 self._steps.extend(self._parse(word))

@@ -194,7 +194,7 @@ class Watch:
         return None
 
     def _broken(self, values: Sequence[float]) -> str | None:
-        if all([-ABSURD < value < ABSURD for value in values]):  # false for NaN
+        if all(-ABSURD < value < ABSURD for value in values):  # false for NaN
             return None
         pairs = zip(self.joints, values, strict=True)
         return next(f"{joint.name} came as {v}" for joint, v in pairs if not -ABSURD < v < ABSURD)

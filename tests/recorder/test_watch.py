@@ -105,11 +105,15 @@ def test_a_settled_average_holds_nothing_of_the_move_before() -> None:
 @pytest.mark.parametrize("start", [2.5, 3.5])
 def test_every_fault_is_told_and_bars_capture(fault: str, told: str, start: float) -> None:
     """While it shows, and afterwards until a whole window of sound states has come."""
-    watch = fed(arm(f"{fault}@{start}+0.4"), start + 0.4)
+    watch = Watch(JOINTS)
+    source = arm(f"{fault}@{start}+0.4", rate=500)
+    fed(source, start + 0.4, watch)
     assert told in str(watch.trouble(start + 0.4))
-    watch = fed(arm(f"{fault}@{start}+0.4"), start + 0.6)
-    assert watch.trouble(start + 0.6) is not None
-    watch = fed(arm(f"{fault}@{start}+0.4"), 4.8)
+    after = [(m, s) for m, s in sent(source, 4.8) if m >= start + 0.4]
+    for moment, state in after:
+        watch.feed(state, moment)
+        if moment < start + 0.65:
+            assert watch.trouble(moment) is not None, moment
     assert watch.trouble(4.8) is None
 
 
