@@ -52,8 +52,8 @@ class StateMessage:
     """Measured joint angles [rad]; empty when the message has none, as it may when idle."""
     torque: tuple[float, ...] | None
     """Measured joint torques [N m]."""
-    stamp: float | None
-    """The controller's clock [s]."""
+    stamp: float
+    """The controller's clock [s]; without one in the message, counted in send periods."""
     framed: bool
     """FRI 2.7 framing, in which the reply must come too."""
 
@@ -84,14 +84,15 @@ def decode_message(datagram: bytes) -> StateMessage:
     torque = _joint_values(monitor, 2)
     if len(torque) not in (0, len(position)):
         raise ValueError(f"an FRI message with {len(position)} angles and {len(torque)} torques")
+    sequence = _varint(header, 2)
     return StateMessage(
-        sequence=_varint(header, 2),
+        sequence=sequence,
         session=Session(_varint(connection, 1)),
         quality=QUALITIES[quality],
         receive_multiplier=_varint(connection, 4, 1),
         position=position,
         torque=torque or None,
-        stamp=_stamp(monitor),
+        stamp=_stamp(monitor, sequence * _varint(connection, 3, 1) * 1e-3),
         framed=framed,
     )
 
@@ -144,9 +145,9 @@ def _joint_values(fields: Fields, number: int) -> tuple[float, ...]:
     return tuple(values)
 
 
-def _stamp(monitor: Fields) -> float | None:
+def _stamp(monitor: Fields, default: float) -> float:
     if 15 not in monitor:
-        return None
+        return default
     stamp = _fields(_bytes(monitor, 15))
     return _varint(stamp, 1) + _varint(stamp, 2) * 1e-9
 

@@ -83,16 +83,22 @@ class PolledArm:
         while True:
             self._link.flush()
             self._link.send(encode_poll(actuator))
-            wait = min(deadline - time.monotonic(), ANSWER_SECONDS)
-            message = self._link.receive(max(0.0, wait))
-            try:
-                return decode_reply(message, actuator)
-            except ValueError:
-                self.rejected += bool(message)
+            reply = self._answer(actuator, min(deadline, time.monotonic() + ANSWER_SECONDS))
+            if reply is not None:
+                return reply
             if time.monotonic() >= deadline:
                 raise DriverError(
                     Reason.SILENT, f"actuator 0x{actuator:02x} on {self._where} does not answer"
                 )
+
+    def _answer(self, actuator: int, until: float) -> ActuatorReply | None:
+        """Return an actuator's answer; what else comes, as a late answer to before, is counted."""
+        while message := self._link.receive(max(0.0, until - time.monotonic())):
+            try:
+                return decode_reply(message, actuator)
+            except ValueError:
+                self.rejected += 1
+        return None
 
 
 def open_serial(rest: str) -> PolledArm:

@@ -142,6 +142,5 @@ class Kuka(Driver):
             self._unanswered = 0
 
     def _state(self, message: StateMessage) -> JointState:
-        stamp = time.monotonic() if message.stamp is None else message.stamp
         effort = message.torque and tuple(self._sign * torque for torque in message.torque)
-        return JointState(stamp, message.position, effort)
+        return JointState(message.stamp, message.position, effort)

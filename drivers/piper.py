@@ -4,7 +4,7 @@ The arm sends three frames of two joints each, in turn, whatever anybody does. N
 the bus is only listened to. The frames carry no number, so that a missing one is told by its
 turn, and a state with one is counted as missed.
 
-Efforts are None: these frames have none.
+Stamps are when the last frame came in, evened out. Efforts are None: these frames have none.
 
 Address: a CAN bus, ``[INTERFACE/]CHANNEL``, see :mod:`mukca.drivers.canbus`; ``can0`` by default.
 """
@@ -16,6 +16,7 @@ from collections.abc import Sequence
 
 import can
 
+from .arrival import EvenStamps
 from .canbus import open_bus, parse_can_address
 from .driver import Driver, DriverError, JointState, Reason, match_joints
 
@@ -24,6 +25,7 @@ __all__ = ["IDENTIFIERS", "Piper", "decode_frame"]
 JOINTS = 6
 IDENTIFIERS = (0x2A5, 0x2A6, 0x2A7)  # joints 1 and 2, 3 and 4, 5 and 6
 FIRST_STATE_SECONDS = 2.0
+PERIOD = 0.005  # s, about
 UNIT = math.radians(1e-3)  # thousandths of a degree
 LARGEST_COUNT = 360_000
 PAIR = struct.Struct(">ii")
@@ -54,6 +56,7 @@ class Piper(Driver):
         """Angles of the frames of this turn, as far as they have come."""
         self._lost = True
         """Whether this turn is given up; also before the first."""
+        self._stamp = EvenStamps(PERIOD)
         self._pending: JointState | None = None
         self._bus = open_bus(bus, IDENTIFIERS)
         self._open = True
@@ -122,7 +125,7 @@ class Piper(Driver):
         if len(self._angles) < JOINTS:
             return None
         position, self._angles = tuple(self._angles), []
-        return JointState(time.monotonic(), position)
+        return JointState(self._stamp(frame.timestamp or time.monotonic()), position)
 
     def _lose_turn(self) -> None:
         """Give up the state of this turn, and wait for the first frame of the next."""

@@ -46,12 +46,12 @@ def test_a_message(version):
 
 def test_joint_values_may_be_packed():
     packed = b"\x0a" + varint(56) + struct.pack("<7d", *Q)
-    body = nested(1, numbers({1: 0x245142, 2: 1, 3: 0})) + nested(3, nested(1, packed))
-    body += nested(4, numbers({1: 1, 2: 0}))
+    body = nested(1, numbers({1: 0x245142, 2: 7, 3: 0})) + nested(3, nested(1, packed))
+    body += nested(4, numbers({1: 1, 2: 0, 3: 10}))
     decoded = decode_message(body)
     assert decoded.position == Q
     assert decoded.torque is None
-    assert decoded.stamp is None
+    assert decoded.stamp == pytest.approx(0.07)  # seven periods of 10 ms
 
 
 class Controller:

@@ -41,6 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--hold", type=float, default=1.0, metavar="S", help="rest at a pose (1)")
     parser.add_argument("--move", type=float, default=1.0, metavar="S", help="move to the next (1)")
+    parser.add_argument("--delay", type=float, default=0.0, metavar="S", help="first pose: rest so "
+        "much longer (0)")  # fmt: skip
     parser.add_argument("--noise", type=float, default=2e-5, metavar="RAD", help="encoders (2e-5)")
     parser.add_argument("--rate", type=float, metavar="HZ", help="states per second")
     parser.add_argument("--fault", action="append", default=[], help="misbehave; may be repeated")
@@ -67,6 +69,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
             Sabotage(faults, arguments.seed),
             journal,
         )
+        emulator.delay = arguments.delay
     except OSError as error:
         raise MukcaError(f"{arguments.controller}: cannot listen: {error}") from None
     _tell(arguments, emulator, terminal)
@@ -91,8 +94,8 @@ def _load(name: str) -> type[Emulator]:
 
 def _arm(arguments: argparse.Namespace, kind: type[Emulator], version: str) -> SimulatedArm:
     rate = arguments.rate or kind.RATES[version]
-    if not (rate > 0 and arguments.hold >= 0 and arguments.move > 0 and arguments.noise >= 0):
-        raise MukcaError("--rate and --move are positive, --hold and --noise are not negative")
+    if min(rate, arguments.move) <= 0 or min(arguments.hold, arguments.delay, arguments.noise) < 0:
+        raise MukcaError("--rate and --move are positive; --hold, --delay, --noise not negative")
     motion = arguments.hold, arguments.move
     if arguments.recording is None:
         return wandering_arm(kind.JOINTS, rate, motion, arguments.noise)

@@ -72,6 +72,8 @@ class Emulator(ABC):
         self.arm, self.sabotage, self.journal = arm, sabotage, journal
         self.number = 0
         """Number of the last state."""
+        self.delay = 0.0
+        """How much longer the arm rests at its first pose [s]."""
         self._watched: dict[int, Callable[[], None]] = {}
         self._begun = math.nan
         self._frozen: JointState | None = None
@@ -142,7 +144,7 @@ class Emulator(ABC):
 
     def next_state(self, moment: float) -> JointState:
         """Return what is sent next, counted and noted."""
-        state = self.arm.state(moment)
+        state = self.arm.state(max(0.0, moment - self.delay))
         if self.sabotage.strikes("freeze", moment):
             state = self._frozen = self._frozen or state
         else:
