@@ -34,17 +34,17 @@ push        a hand pushes the arm: every effort is off by 5 N m, and trembles
 ==========  ==========================================================================
 """
 
-import csv
 import math
 import random
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import parse_qsl
 
 from .driver import Driver, DriverError, JointState, Reason
 from .motion import Motion
+from .replay import number, read_replay
 
 __all__ = ["FAULTS", "Fault", "Mock", "SimulatedArm"]
 
@@ -280,65 +280,23 @@ def _arm_at(address: str) -> SimulatedArm:
                 faults.append(Fault.parse(value))
             elif name not in known:
                 raise ValueError(f"option {name!r} is none of {', '.join((*known, 'fault'))}")
-            elif (number := _number(value)) is None:
+            elif (parsed := number(value)) is None:
                 raise ValueError(f"option {name}: {value!r} is not a number")
             else:
-                options[name] = number
+                options[name] = parsed
         return _build(Path(path), options, faults)
     except ValueError as error:
         raise DriverError(Reason.BAD_ADDRESS, f"mock:{address}: {error}") from None
 
 
 def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> SimulatedArm:
-    names, configurations, efforts = _recording(path)
-    motion = Motion(
-        configurations, hold=options.pop("hold", Motion.hold), move=options.pop("move", Motion.move)
-    )
-    seed = int(options.pop("seed", 0))
-    values: dict[str, float] = {
-        field.name: options[field.name] for field in fields(SimulatedArm) if field.name in options
-    }
+    replay = read_replay(path)
+    hold, move = options.pop("hold", Motion.hold), options.pop("move", Motion.move)
     return SimulatedArm(
-        motion, joint_names=names, efforts=efforts, seed=seed, faults=faults, **values
+        Motion(replay.configurations, hold=hold, move=move),
+        joint_names=replay.joint_names,
+        efforts=replay.efforts,
+        seed=int(options.pop("seed", 0)),
+        faults=faults,
+        **options,
     )
-
-
-_Rows = list[tuple[float, ...]]
-
-
-def _recording(path: Path) -> tuple[tuple[str, ...], _Rows, _Rows | None]:
-    """Read joint names (none without a header), configurations and efforts to replay."""
-    files = sorted([*path.glob("hole_*.csv"), *path.glob("samples.csv")]) if path.is_dir() else []
-    tables = [_table(file) for file in files or [path]]
-    positions = [row for _, rows, _ in tables for row in rows]
-    efforts = [row for _, _, rows in tables for row in rows]
-    if not positions:
-        raise DriverError(Reason.BAD_ADDRESS, f"mock: {path}: no configuration to replay")
-    return tables[0][0], positions, efforts if len(efforts) == len(positions) else None
-
-
-def _table(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
-    try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            lines = [line for line in csv.reader(stream) if line]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise DriverError(Reason.BAD_ADDRESS, f"mock: {file}: cannot be read: {error}") from None
-    header = lines.pop(0) if lines and _number(lines[0][0]) is None else []
-    prefix = "position." if any(name.startswith("position.") for name in header) else ""
-    wanted = [i for i, name in enumerate(header) if name.startswith(prefix)]
-    wanted = wanted or list(range(len(lines[0]) if lines else 0))
-    measured = [i for i, name in enumerate(header) if name.startswith("effort.")]
-    names = tuple(header[i].removeprefix(prefix) for i in wanted if header)
-    pick: Callable[[list[int]], _Rows] = lambda columns: [  # noqa: E731
-        tuple(float(line[i]) for i in columns)
-        for line in lines
-        if columns and all(i < len(line) and line[i].strip() for i in columns)
-    ]
-    return names, pick(wanted), pick(measured)
-
-
-def _number(cell: str) -> float | None:
-    try:
-        return float(cell)
-    except ValueError:
-        return None

@@ -1,11 +1,11 @@
 """Puts views on a terminal: only the lines that changed, so that SSH has little to carry."""
 
 import os
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from types import TracebackType
 from typing import Protocol
 
-from rich.console import Console
+from rich.console import Console, ConsoleDimensions
 
 from .keyboard import HangUp
 from .screen import View, render
@@ -16,8 +16,8 @@ _ENTER = "\x1b[?1049h\x1b[?25l\x1b[2J"
 _LEAVE = "\x1b[?25h\x1b[?1049l"
 
 
-class Display(Protocol):
-    """Where the operator looks."""
+class Display(AbstractContextManager[object], Protocol):
+    """Where the operator looks, for as long as it is open."""
 
     def show(self, view: View) -> None:
         """Show what is known now.
@@ -40,7 +40,7 @@ class Screen:
         self._descriptor = console.file.fileno()
         self._plain = not console.encoding.lower().startswith("utf")
         self._lines: list[str] = []
-        self._size = (0, 0)
+        self._size = ConsoleDimensions(0, 0)
 
     def __enter__(self) -> "Screen":
         self._write(_ENTER)
@@ -57,10 +57,10 @@ class Screen:
 
     def show(self, view: View) -> None:
         """Draw a view."""
-        width, height = self._console.size
+        width, height = size = self._terminal_size()
         text = ""
-        if (width, height) != self._size:
-            self._size = (width, height)
+        if size != self._size:
+            self._size = self._console.size = size
             self._lines = []
             text = "\x1b[2J"
         with self._console.capture() as capture:
@@ -75,6 +75,14 @@ class Screen:
     def bell(self) -> None:
         """Ring the terminal's bell."""
         self._write("\a")
+
+    def _terminal_size(self) -> ConsoleDimensions:
+        """Ask the terminal itself: what the shell exported in COLUMNS may be out of date."""
+        try:
+            columns, rows = os.get_terminal_size(self._descriptor)
+        except OSError:
+            raise HangUp from None
+        return ConsoleDimensions(columns or 80, rows or 24)  # a serial line does not know its size
 
     def _write(self, text: str) -> None:
         data = text.encode(self._console.encoding, errors="replace")

@@ -16,7 +16,7 @@ Both are hints and shown as such; a capture is not refused for them.
 from collections.abc import Callable, Sequence
 
 from .session import Joint
-from .watch import Rest
+from .rest import Rest
 
 __all__ = ["Push"]
 

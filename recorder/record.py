@@ -1,15 +1,17 @@
 """The recorder: joins stream, keys, session, file and display."""
 
-import logging
 import select
+import signal
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from .display import Display
 from .keyboard import HangUp, Keyboard
 from .push import Push
 from .recording import Recording
+from .rest import Rest
 from .samples import Sample
 from .screen import View
 from .script import Script
@@ -17,14 +19,12 @@ from .session import Session
 from .signals import Signals
 from .stream import Stream
 from .tables import RecordingError
-from .watch import SILENT, Rest, Watch
+from .watch import SILENT, Watch
 
 __all__ = ["Outcome", "Recorder"]
 
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,6 @@ class Recorder:
     push: Push | None = None
     check: Callable[[Sequence[Sample]], str | None] | None = None
     """What a model of the arm says to the last of some samples; None if it looks right."""
-    drops: Callable[[], int] = lambda: 0
-    """How often the connection was lost."""
 
     def __post_init__(self) -> None:
         self._push = self.push or Push(self.session.joints)
@@ -75,15 +73,16 @@ class Recorder:
         Raises:
             ScriptError: The key script is wrong, or waits for what does not come.
         """
-        with Signals() as signals:
+        with Signals() as signals:  # first, so that no signal leaves the terminal as it is now
             try:
-                while not self.session.finished and signals.received is None:
-                    self._wait(signals)
-                    self._take_states()
-                    self._follow_stream()
-                    self._draw()
+                with self.display, self.keyboard or nullcontext():
+                    while not self.session.finished and signals.received is None:
+                        self._wait(signals)
+                        self._take_states()
+                        self._follow_stream()
+                        self._draw()
             except HangUp:
-                return Outcome(self.session, signals.received or 1, self._refused)
+                return Outcome(self.session, signals.received or signal.SIGHUP, self._refused)
             return Outcome(self.session, signals.received, self._refused)
 
     # -- what comes in ---------------------------------------------------------------------------
@@ -105,7 +104,8 @@ class Recorder:
             keys = self.keyboard.read()
             self._take_states()  # what came before the key was pressed
             for key in keys:
-                self._press(key, time.monotonic())
+                if not self.session.finished:
+                    self._press(key, time.monotonic())
             self._next_frame = 0.0
 
     def _take_states(self) -> None:
@@ -117,13 +117,19 @@ class Recorder:
         if self.script:
             self._follow_script(self.script, time.monotonic())
 
+    def _trouble(self, now: float) -> str | None:
+        """Say why nothing may be captured now; None if it may."""
+        if self.stream.trouble and self.watch.age(now) > SILENT:
+            return f"the stream is silent: {self.stream.trouble}"
+        return self.watch.trouble(now)
+
     def _follow_stream(self) -> None:
         """Tell when the stream falls silent, and when it is back."""
         now = time.monotonic()
         silent = now - max(self.watch.arrival, self._started) > SILENT
         if silent and self._silent_since is None:
             self._silent_since = now
-            self._alarm(f"the stream is silent: {self.stream.trouble or 'no state comes'}")
+            self._alarm(self._trouble(now) or "the stream is silent")
         elif not silent and self._silent_since is not None:
             self._tell(f"the stream is back after {now - self._silent_since:.1f} s")
             self._silent_since = None
@@ -147,7 +153,7 @@ class Recorder:
 
     def _capture(self, now: float) -> None:
         rest = self.watch.rest
-        reason = self.watch.trouble(now)
+        reason = self._trouble(now)
         if rest and not reason:
             reason = self.session.refusal(rest.position)
         if not rest or reason:
@@ -225,7 +231,7 @@ class Recorder:
     def _no_new_rest(self, now: float) -> str | None:
         """Say why the arm does not rest where a script may capture; None if it does."""
         rest = self.watch.rest
-        trouble = self.watch.trouble(now)
+        trouble = self._trouble(now)
         if trouble or not (rest and self.watch.settled):
             return trouble or "not yet still for long enough"
         if self._refused_at and self.session.same(self._refused_at.position, rest.position):
@@ -253,12 +259,13 @@ class Recorder:
                 session=self.session,
                 title=self.title,
                 position=latest.position if latest else None,
-                trouble=self.watch.trouble(now),
+                trouble=self._trouble(now),
                 push=self._pushed,
                 rate=self.watch.rate(now),
                 age=self.watch.age(now),
                 missed=self.stream.missed,
-                drops=self.drops(),
+                drops=self.stream.drops,
+                discarded=self.stream.rejected,
                 help=self._help,
                 scripted=self.script is not None,
             )

@@ -67,6 +67,8 @@ class View:
     """States that were lost on the way."""
     drops: int = 0
     """How often the connection was lost."""
+    discarded: int = 0
+    """Messages that the driver could not use."""
     help: bool = False
     scripted: bool = False
 
@@ -149,7 +151,8 @@ def _counts(session: Session, width: int) -> list[Text]:
 def _stream(view: View) -> Text:
     age = f"{view.age * 1e3:.0f} ms" if view.age < 1 else f"{view.age:.1f} s"
     came = f"last state {age} ago" if math.isfinite(view.age) else "no state yet"
-    lost = f"  connection lost {view.drops}x" if view.drops else ""
+    lost = f"  discarded {view.discarded}" if view.discarded else ""
+    lost += f"  connection lost {view.drops}x" if view.drops else ""
     line = Text(f" stream {view.rate:.0f} Hz  {came}  missed {view.missed}{lost}")
     if view.age > 0.25:
         line.stylize("bold red")

@@ -66,6 +66,7 @@ class Script:
         self._steps: deque[Step] = deque()
         self._rest = ""
         self._read_all = False
+        self._empty = True
         self._begun: tuple[float, float] | None = None
 
     def fileno(self) -> int:
@@ -131,6 +132,11 @@ class Script:
         for line in lines:
             for word in line.partition("#")[0].split():
                 self._steps.extend(self._parse(word))
+                self._empty = False
+        if self._read_all and self._empty:
+            raise ScriptError(
+                f"{self.name} holds no keys; run it in a terminal, or use --keys FILE"
+            )
 
     def _parse(self, word: str) -> list[Step]:
         if pause := _WAIT.fullmatch(word):

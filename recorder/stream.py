@@ -5,6 +5,7 @@ import time
 from collections import deque
 
 from ..drivers import Driver, DriverError, JointState, Reason
+from ..drivers.reconnect import Reconnecting
 
 __all__ = ["Stream"]
 
@@ -44,6 +45,11 @@ class Stream:
     def rejected(self) -> int:
         """Messages that the driver discarded."""
         return self._driver.rejected
+
+    @property
+    def drops(self) -> int:
+        """How often the connection was lost and made again."""
+        return self._driver.drops if isinstance(self._driver, Reconnecting) else 0
 
     def take(self) -> list[tuple[float, JointState]]:
         """Return all states that have come since the last call: arrival [s, monotonic], state."""

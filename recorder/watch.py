@@ -1,10 +1,6 @@
 """Watches the stream of joint states: is it sound, is the arm still, and what is its average?
 
-The rules, all on the robot's own clock (:attr:`JointState.stamp`), so that they do not depend on
-how busy this computer is:
-
-* The arm is *still* when the standard deviation of every joint over the window is at most
-  ``still``. A joint that drifts evenly by D over the window has D / sqrt(12).
+* The arm is *still* by the rule of :mod:`mukca.recorder.rest`.
 * A state with another number of joints than the model, a number that is not finite, zeros only, or
   a stamp that does not advance is a *fault*; so is a *jump*, a step that is over 3 degrees off
   what the speed before it leads to. No window reaches across a fault. After a jump nothing is
@@ -18,15 +14,13 @@ how busy this computer is:
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
-
-import numpy as np
 
 from ..drivers import JointState
 from .freeze import Freeze
+from .rest import Rest, Window
 from .session import Joint
 
-__all__ = ["Rest", "Watch"]
+__all__ = ["Watch"]
 
 SILENT = 0.25
 """Longest pause of a stream that is alive [s]."""
@@ -38,26 +32,10 @@ JUMP = math.radians(3.0)
 """The least that a jump is [rad] or [m]."""
 JUMP_ACCELERATION = 50.0
 """More than any arm's joint is led with by hand [rad/s^2]; it allows more in slow streams."""
-CHECK_EVERY = 0.02
-"""How often stillness is looked at [s]."""
+UNEVEN = 0.05
+"""How far a stamp may be off the moment of measurement, where the host gives it [s]."""
 ABSURD = 1e6
 """No joint's position or effort is as large as this."""
-LEAST_STATES = 5
-"""The fewest states that make an average."""
-
-
-@dataclass(frozen=True, slots=True)
-class Rest:
-    """The average over a window in which the arm was still."""
-
-    position: tuple[float, ...]
-    spread: tuple[float, ...]
-    """Standard deviation of each joint [rad]."""
-    effort: tuple[float, ...] | None
-    effort_spread: tuple[float, ...] | None
-    stamp: float
-    """Stamp of the last state [s]."""
-    states: int
 
 
 class Watch:
@@ -79,27 +57,18 @@ class Watch:
         live: bool = True,
     ) -> None:
         self.joints = tuple(joints)
-        self.window = window
-        self.still = still
         self.live = live
         self.latest: JointState | None = None
         """The last sound state."""
         self.arrival = -math.inf
         """When the last state came, sound or not [s, monotonic]."""
-        self.rest: Rest | None = None
-        """The average of the last window, while the arm is still."""
-        self.settled = False
-        """Whether the arm has been still for longer than a whole window."""
-        self._states: deque[JointState] = deque()
+        self._window = Window(joints, window, still)
         self._arrivals: deque[float] = deque()
         self._fault: str | None = None
         self._offsets = [0.0] * len(self.joints)
         self._speeds = [0.0] * len(self.joints)
         self._freeze = Freeze()
         self._stamp = -math.inf
-        self._next_check = -math.inf
-        self._moving: str | None = None
-        self._still_since = math.nan
         self._least_delay = math.inf
         self._delay = 0.0
 
@@ -115,18 +84,24 @@ class Watch:
         self._stamp = state.stamp
         if fault:
             self._fault = fault
-            self._restart()
+            self._window.restart()
             return False
         self._follow(state)
         self.latest = state
-        self._states.append(state)
-        while self._states[0].stamp < state.stamp - self.window * (1 + 1e-9):
-            self._states.popleft()
-        if state.stamp < self._next_check:
-            return False
-        self._next_check = state.stamp + CHECK_EVERY
-        self._look()
-        return True
+        looked = self._window.add(state)
+        if self._window.whole:
+            self._fault = None
+        return looked
+
+    @property
+    def rest(self) -> Rest | None:
+        """The average of the last window, while the arm is still."""
+        return self._window.rest
+
+    @property
+    def settled(self) -> bool:
+        """Whether the arm has been still for longer than a whole window."""
+        return self._window.settled
 
     def rate(self, now: float) -> float:
         """States per second over the last second."""
@@ -140,7 +115,7 @@ class Watch:
 
     def trouble(self, now: float) -> str | None:
         """Say why nothing may be captured now; None if the arm is still and the stream sound."""
-        return self._unsound(now) or (None if self.rest else self._moving or "still moving")
+        return self._unsound(now) or (None if self.rest else self._window.moving)
 
     def _unsound(self, now: float) -> str | None:
         if self.age(now) > SILENT:
@@ -207,7 +182,7 @@ class Watch:
         was_frozen = self._freeze.frozen
         self._freeze.feed(before, state)
         if was_frozen and not self._freeze.frozen:  # the arm may have moved on meanwhile
-            self._restart()
+            self._window.restart()
             return
         elapsed = state.stamp - before.stamp
         if elapsed <= 0:
@@ -215,61 +190,8 @@ class Watch:
         limit = max(JUMP, JUMP_ACCELERATION * elapsed**2)
         for i, (old, new) in enumerate(zip(before.position, state.position, strict=True)):
             surprise = new - old - self._speeds[i] * elapsed
-            if abs(surprise) > limit:
+            if abs(surprise) > max(limit, UNEVEN * abs(self._speeds[i])):
                 self._offsets[i] += surprise
-                self._restart()
+                self._window.restart()
             else:
                 self._speeds[i] = (new - old) / elapsed
-
-    def _restart(self) -> None:
-        """Begin a new window."""
-        self._states.clear()
-        self.rest = None
-        self.settled = False
-        self._still_since = math.nan
-        self._moving = None
-        self._next_check = -math.inf
-
-    def _look(self) -> None:
-        """Average the window, if it is whole and the arm was still."""
-        self.rest = None
-        states = self._states
-        state = states[-1]
-        stamps = np.array([state.stamp for state in states])
-        gap = float(np.max(np.diff(stamps))) if len(stamps) > 1 else math.inf
-        if stamps[-1] - stamps[0] < 0.9 * self.window or gap > self.window / 2:
-            self._moving = "too few states yet: wait a moment"
-        elif len(states) < LEAST_STATES:
-            self._moving = f"only {len(states)} states in {self.window:g} s: use a longer --window"
-        else:
-            self._fault = None
-            self._average(stamps)
-        if self.rest is None:
-            self._still_since = math.nan
-        elif math.isnan(self._still_since):
-            self._still_since = state.stamp
-        self.settled = state.stamp - self._still_since >= self.window
-
-    def _average(self, stamps: np.ndarray) -> None:
-        positions = np.array([state.position for state in self._states])
-        spread = positions.std(axis=0)
-        worst = int(np.argmax(spread))
-        if spread[worst] > self.still:
-            joint = self.joints[worst]
-            swing = float(np.ptp(positions[:, worst]))
-            self._moving = f"still moving: {joint.name} by {joint.shown(swing)}"
-            return
-        efforts = [state.effort for state in self._states if state.effort is not None]
-        whole = len(efforts) == len(self._states)
-        self.rest = Rest(
-            position=_floats(positions.mean(axis=0)),
-            spread=_floats(spread),
-            effort=_floats(np.mean(efforts, axis=0)) if whole else None,
-            effort_spread=_floats(np.std(efforts, axis=0)) if whole else None,
-            stamp=float(stamps[-1]),
-            states=len(stamps),
-        )
-
-
-def _floats(values: np.ndarray) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)

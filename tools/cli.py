@@ -20,7 +20,9 @@ __all__ = ["main"]
 
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
+    "check": "look at recordings before they are fitted",
     "convert": "write recordings in the other form",
+    "crossval": "leave each placement out once, and train on each alone",
     "demo": "record, calibrate and validate a simulated arm, from start to end",
     "drivers": "list the arms that can be read, and what each needs",
     "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
@@ -34,6 +36,8 @@ VERBS: dict[str, str] = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status."""
+    # The matrices here are small: threads of the linear algebra cost more than they bring.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = list(sys.argv[1:] if argv is None else argv)
     parser = build_parser(words[0] if words else None)
     arguments = parser.parse_args(words)

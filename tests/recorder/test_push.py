@@ -3,8 +3,8 @@
 import pytest
 
 from mukca.recorder.push import Push
+from mukca.recorder.rest import Rest
 from mukca.recorder.session import Joint
-from mukca.recorder.watch import Rest
 
 JOINTS = (Joint("shoulder"), Joint("elbow"))
 QUIET = (0.02, 0.02)

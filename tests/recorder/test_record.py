@@ -39,6 +39,12 @@ class Seen:
     bells: int = 0
     sleep: float = 0.0
 
+    def __enter__(self) -> "Seen":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
     def show(self, view: View) -> None:
         self.views.append(view)
         time.sleep(self.sleep)
@@ -103,6 +109,13 @@ def test_a_script_captures_every_rest_once(record) -> None:
     assert outcome.session.counts == (3, 2) and outcome.refused == 0 and outcome.signal is None
 
 
+def test_a_script_does_the_same_however_busy_the_computer_is(record, tmp_path: Path) -> None:
+    outcome, _ = record(arm(), "a*2 s a q")
+    (tmp_path / "front/samples.csv").unlink()
+    slow, _ = record(arm(), "a*2 s a q", Seen(sleep=0.3))
+    assert [s.position for s in slow.session.live] == [s.position for s in outcome.session.live]
+
+
 def test_the_end_of_the_keys_finishes(record) -> None:
     outcome, _ = record(arm(), "a")
     assert outcome.session.finished and outcome.session.counts == (1, 0)
@@ -147,6 +160,12 @@ class Presser:
         for _ in range(200):
             time.sleep(0.03)
             os.write(self._writer, b"ua")
+
+    def __enter__(self) -> "Presser":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
 
     def fileno(self) -> int:
         return self._reader

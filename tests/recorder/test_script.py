@@ -40,8 +40,6 @@ def keys(made: Script) -> Iterator[str]:
         ("a # s q ?\nq", "aq"),
         ("as*2 !d 1 ?", "asasd1?"),
         ("wait=2 a wait=.5", "a"),
-        ("", ""),
-        ("# nothing", ""),
     ],
 )
 def test_words_become_keys(text: str, pressed: str, chunk: int) -> None:
@@ -53,6 +51,12 @@ def test_a_word_without_a_meaning_is_told(word: str) -> None:
     with pytest.raises(ScriptError, match=r"keys\.txt: .* is no word of a key script") as caught:
         script(f"a s\n{word} q")
     assert repr(word) in str(caught.value) and not caught.value.failed
+
+
+@pytest.mark.parametrize("text", ["", "# nothing", " \n\n"])
+def test_a_script_without_keys_is_told(text: str) -> None:
+    with pytest.raises(ScriptError, match="holds no keys"):
+        script(text)
 
 
 def test_a_capture_waits_for_a_new_rest_and_other_keys_do_not() -> None:

@@ -136,7 +136,8 @@ def test_the_screen_is_readable_without_colour(hand: Path, tmp_path: Path) -> No
 
 
 def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> None:
-    with TerminalSession(command(hand, tmp_path / "front")) as terminal:
+    stale = {"COLUMNS": "80", "LINES": "24"}  # as some shells export them
+    with TerminalSession(command(hand, tmp_path / "front"), environment=stale) as terminal:
         for columns, rows in ((80, 24), (120, 40), (60, 20), (80, 24)):
             terminal.resize(columns, rows)
             deadline = time.monotonic() + 20
@@ -145,6 +146,7 @@ def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> N
                 assert time.monotonic() < deadline, terminal.text
                 time.sleep(0.05)
                 shown = terminal.screen.display
+            assert max(len(line.rstrip()) for line in shown) > columns - 4
         terminal.resize(20, 5)
         terminal.wait_for("too small")
 
@@ -307,6 +309,15 @@ def test_bad_usage_is_one_line(tmp_path: Path, scripted, more: list[str], told: 
     assert done.status == 2
     assert told in done.errors and done.errors.count("\n") == 1
     assert not (tmp_path / "front").exists()
+
+
+def test_neither_keys_nor_a_terminal_is_told(hand: Path, tmp_path: Path) -> None:
+    words = fast(hand, tmp_path / "front")
+    done = subprocess.run(
+        words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "standard input holds no keys; run it in a terminal" in done.stderr
 
 
 def test_a_word_that_is_no_key_is_told(tmp_path: Path, scripted) -> None:

@@ -4,7 +4,7 @@ import argparse
 import shlex
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 from ..files import OutputError, refuse_existing, write_files
 from ..terminal import Terminal
@@ -23,7 +23,7 @@ DEMO_SEED = 2920
 """Such a draw is off by 20 mm at the median; with this seed it is 7 to 9 mm, as real arms are."""
 ORIGIN_DEVIATION = (5e-3, 12e-3)
 """Standard deviation of the true origins from the nominal ones [m, rad]."""
-SPEED = 8
+SPEED = 10
 """The hand is so much faster than a person's, and the recorder with it."""
 KEYS = "keys.txt"
 SEAT_NOISE = 5e-5
@@ -114,16 +114,26 @@ def _remove_simulated(recordings: Path) -> None:
     Raises:
         OutputError: One of them is of another arm.
     """
-    from ...recorder.dataset import METADATA, read_metadata
+    from ...recorder.dataset import METADATA
     from ...recorder.samples import SAMPLES
 
     for base in demo_bases():
         folder = recordings / base.name
-        sessions = read_metadata(folder / METADATA).get("sessions", [])
-        if any(not str(session["driver"]).startswith("mock:") for session in sessions):
+        if (folder / SAMPLES).exists() and not _is_simulated(folder / METADATA):
             raise OutputError(f"{folder}: holds a recording of a real arm; choose another --out")
         for name in (SAMPLES, METADATA):
             (folder / name).unlink(missing_ok=True)
+
+
+def _is_simulated(metadata: Path) -> bool:
+    """Tell whether a recording was made with the mock alone."""
+    from ...recorder.dataset import read_metadata
+
+    sessions: Any = read_metadata(metadata).get("sessions")
+    if not isinstance(sessions, list) or not sessions:
+        return False
+    rows = cast("list[dict[str, Any]]", sessions)
+    return all(isinstance(row, dict) and str(row.get("driver")).startswith("mock:") for row in rows)  # pyright: ignore[reportUnnecessaryIsInstance]
 
 
 def _run(command: Command, words: list[str], terminal: Terminal) -> int:

@@ -24,16 +24,19 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         return 0
     width = max(len(info.name) for info in drivers)
     for info in drivers:
-        terminal.say(f"{info.name:{width}}  {_state(info):11}  {info.arms} ({info.source})")
+        terminal.say(f"{info.name:{width}}  {info.arms} ({info.source}); {_state(info)}")
         if info.broken:
             terminal.warn(info.broken)
     return 0
 
 
 def _state(info: DriverInfo) -> str:
+    """Say what a driver needs, and whether it is there."""
     if info.broken:
-        return "broken"
-    return "needs " + ", ".join(info.missing) if info.missing else "ready"
+        return "BROKEN"
+    if info.missing:
+        return f"NOT READY: needs {', '.join(info.missing)}, not installed"
+    return f"ready, with {', '.join(info.needs)}" if info.needs else "ready"
 
 
 def _as_json(info: DriverInfo) -> dict[str, object]:

@@ -2,7 +2,6 @@
 
 import argparse
 import logging
-import math
 import os
 import shlex
 import sys
@@ -74,8 +73,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Record until the operator finishes."""
     _check(arguments)
     chain = chain_of(arguments)
-    with ExitStack() as stack:
-        outcome = _record(arguments, chain, terminal, stack)
+    outcome = _record(arguments, chain, terminal)
     try:
         _say_outcome(outcome, arguments, terminal)
         sys.stdout.flush()
@@ -96,9 +94,7 @@ def joints_of(chain: "Chain") -> "tuple[Joint, ...]":
     )
 
 
-def _record(
-    arguments: argparse.Namespace, chain: "Chain", terminal: Terminal, stack: ExitStack
-) -> "Outcome":
+def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -> "Outcome":
     """Open all that a session needs, in the order in which it can fail, and run it."""
     from ...recorder.push import Push
     from ...recorder.record import Recorder
@@ -107,27 +103,26 @@ def _record(
     from ..hints import gravity_of, seat_check
 
     joints = joints_of(chain)
-    keyboard, script = _keys(arguments, stack)
-    stack.enter_context(_quiet())
-    driver = _connect(arguments.driver, chain.joint_names)
-    stack.callback(driver.close)
-    recording = stack.enter_context(_recording(arguments, chain, joints))
-    stream = Stream(driver)
-    stack.callback(stream.close)
-    recorder = Recorder(
-        session=_session(arguments, joints, recording),
-        stream=stream,
-        watch=Watch(joints, window=arguments.window, still=arguments.still, live=script is None),
-        recording=recording,
-        display=stack.enter_context(_display(terminal)),
-        title=f"{chain.name}  {arguments.driver}  {arguments.out}",
-        keyboard=keyboard and stack.enter_context(keyboard),
-        script=script,
-        push=Push(joints, gravity_of(chain)),
-        check=seat_check(chain),
-        drops=lambda: driver.drops,
-    )
-    return recorder.run()
+    with ExitStack() as stack:
+        keyboard, script = _keys(arguments, stack)
+        stack.enter_context(_quiet())
+        driver = stack.enter_context(_connect(arguments.driver, chain.joint_names))
+        recording = stack.enter_context(_recording(arguments, chain, joints))
+        stream = Stream(driver)
+        stack.callback(stream.close)
+        live = script is None
+        return Recorder(
+            session=_session(arguments, joints, recording),
+            stream=stream,
+            watch=Watch(joints, window=arguments.window, still=arguments.still, live=live),
+            recording=recording,
+            display=_display(terminal),
+            title=f"{chain.name}  {arguments.driver}  {arguments.out}",
+            keyboard=keyboard,
+            script=script,
+            push=Push(joints, gravity_of(chain)),
+            check=seat_check(chain),
+        ).run()
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -138,10 +133,13 @@ def _check(arguments: argparse.Namespace) -> None:
         ("still", 1e-9, 0.1),
         ("sockets", 1, 10),
         ("target", 1, 10_000),
+        ("warm_up", 0, 1e6),
+        ("temperature", -100, 200),
     ):
         value = getattr(arguments, name)
-        if not (low <= value <= high and math.isfinite(value)):
-            raise UsageError(f"--{name} {value:g}: expected {low:g} to {high:g}")
+        if value is not None and not low <= value <= high:
+            option = name.replace("_", "-")
+            raise UsageError(f"--{option} {value:g}: expected {low:g} to {high:g}")
 
 
 def _is_scripted(arguments: argparse.Namespace) -> bool:
