@@ -1,5 +1,6 @@
 """Arms of third parties: the example is used as its readme says, and broken ones are named."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -32,13 +33,17 @@ def installed(tmp_path_factory):
     return target
 
 
+def listed(path):
+    """Return what `mukca drivers` lists, by name, and its warnings."""
+    done = run("-m", "mukca", "drivers", "--json", path=path)
+    drivers = json.loads(done.stdout)["drivers"]
+    return {driver["name"]: driver for driver in drivers}, done.stderr.splitlines()
+
+
 def test_it_is_listed_with_its_package_and_version(installed):
-    listed = run("-m", "mukca", "drivers", path=installed).stdout
-    (line,) = [line for line in listed.splitlines() if line.startswith("heron")]
-    assert line.split(maxsplit=2)[1:] == [
-        "ready",
-        "A Heron that streams its state. (mukca-heron 1.0)",
-    ]
+    heron = listed(installed)[0]["heron"]
+    assert (heron["source"], heron["broken"]) == ("mukca-heron 1.0", None)
+    assert heron["arms"] == "A Heron that streams its state."
 
 
 def test_it_is_opened_by_name(installed):
@@ -79,21 +84,21 @@ def broken(tmp_path):
     return tmp_path
 
 
-def test_broken_plugins_are_named_and_stop_no_other(broken):
-    done = run("-m", "mukca", "drivers", path=broken)
-    lines = {line.split()[0]: line.split()[1] for line in done.stdout.splitlines()}
-    assert {name: lines[f"broken-{name}"] for name in BROKEN} == dict.fromkeys(BROKEN, "broken")
-    assert lines["franka"] == lines["mock"] == "ready"
-    warnings = done.stderr.splitlines()
-    for name, expected in [
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
         ("raises", "no licence"),
         ("lacks", "a_package_that_is_nowhere"),
         ("empty", "has no attribute 'Arm'"),
         ("other", "is no subclass of Driver"),
-    ]:
-        (warning,) = [line for line in warnings if f"'broken-{name}'" in line]
-        assert f"plugin-{name} 0.1" in warning
-        assert expected in warning
+    ],
+)
+def test_broken_plugins_are_named_and_stop_no_other(broken, name, expected):
+    drivers, warnings = listed(broken)
+    assert drivers["franka"]["broken"] is drivers["mock"]["broken"] is None
+    assert f"plugin-{name} 0.1" in drivers[f"broken-{name}"]["broken"]
+    (warning,) = [line for line in warnings if f"'broken-{name}'" in line]
+    assert expected in warning
 
 
 @pytest.mark.parametrize("name", BROKEN)

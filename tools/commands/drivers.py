@@ -19,14 +19,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """List all drivers."""
     drivers = [try_plugin(info) for info in list_drivers()]
+    for info in drivers:
+        if info.broken:
+            terminal.warn(info.broken)
     if arguments.json:
         terminal.emit({"drivers": [_as_json(info) for info in drivers]})
         return 0
     width = max(len(info.name) for info in drivers)
     for info in drivers:
         terminal.say(f"{info.name:{width}}  {info.arms} ({info.source}); {_state(info)}")
-        if info.broken:
-            terminal.warn(info.broken)
     return 0
 
 
