@@ -36,7 +36,8 @@ class Journal:
     def sent(self, number: int, state: JointState) -> None:
         """Note a state that went out."""
         if self._stream:
-            self._write({"sent": number, "position": state.position, "effort": state.effort})
+            told = {"position": state.position, "effort": state.effort}
+            self._write({"sent": number, "at": time.monotonic(), **told})
 
     def close(self) -> None:
         """Write what is left."""
