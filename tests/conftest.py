@@ -11,6 +11,16 @@ from mukca.tools.simulate import Base, perturb, record, write_holes
 ROOT = Path(__file__).parents[1]
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--hardware",
+        action="append",
+        default=[],
+        metavar="NAME=ADDRESS",
+        help="run the drivers' contract on a robot, as in franka=172.16.0.2; may be repeated",
+    )
+
+
 @pytest.fixture(scope="session")
 def recordings() -> Path:
     """Recordings of real arms, which stand beside the project or not at all."""
