@@ -1,5 +1,10 @@
 """What tests share: where real recordings are, and small simulated ones."""
 
+import os
+
+# As the command line does, before NumPy is loaded: the matrices here are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from pathlib import Path
 
 import numpy as np
