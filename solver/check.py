@@ -86,7 +86,7 @@ class Inspection:
 
     measured: Measurement
     floor: float
-    """Mean absolute error of a fit to this placement alone [m]."""
+    """Mean absolute error of a fit to this placement alone, samples by their weight [m]."""
     changes: tuple[Change, ...]
     findings: tuple[Finding, ...]
     centre: Vector
@@ -110,9 +110,9 @@ def inspect_all(
     Raises:
         NotConverged: A fit did not settle.
     """
-    together = _fit(chain, parameters, measurements, load)
     alone = [_fit(chain, parameters, [measured], load) for measured in measurements]
-    floors = [float(np.linalg.norm(fitted.residuals, axis=1).mean()) for fitted in alone]
+    together = _fit(chain, parameters, measurements, load) if len(alone) > 1 else alone[0]
+    floors = [_floor(fitted) for fitted in alone]
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
         changes = _changes(measured, together)
@@ -192,6 +192,11 @@ def _fit(
 ) -> Estimate:
     data = observe(measurements, chain, load=load, tied=False)
     return estimate(build_map_problem(chain, parameters, data))
+
+
+def _floor(alone: Estimate) -> float:
+    errors = np.linalg.norm(alone.residuals, axis=1)
+    return float(np.average(errors, weights=alone.weights))
 
 
 def _changes(measured: Measurement, together: Estimate) -> tuple[Change, ...]:

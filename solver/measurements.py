@@ -100,7 +100,7 @@ def measure(
         MeasurementError: Too few sockets or samples, angles far outside the limits, or a
             distance that cannot be.
     """
-    warnings: list[str] = []
+    warnings = list(placement.remarks)
     names = placement.joint_names
     if names is not None and not set(names) & set(chain.joint_names):
         warnings.append(

@@ -21,12 +21,17 @@ __all__ = ["main"]
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
     "demo": "record, calibrate and validate a simulated arm, from start to end",
+    "print-parts": "write the socket base and the ball as files for a 3D printer",
+    "drivers": "list the arms that can be read, and what each needs",
+    "record": "record at the robot, in the terminal",
+    "info": "show what is in recordings",
+    "convert": "write recordings in the other form",
     "check": "look at recordings before they are fitted",
     "solve": "calibrate a robot from recordings",
-    "report": "write the report of a calibration, and say its verdict",
     "validate": "measure a calibration on other recordings",
-    "compare": "hold calibrations of one robot against each other on the same data",
     "crossval": "leave each placement out once, and train on each alone",
+    "report": "write the report of a calibration, and say its verdict",
+    "compare": "hold calibrations of one robot against each other on the same data",
 }
 
 

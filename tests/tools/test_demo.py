@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mukca.recorder.dataset import Sample, read_placement
+from mukca.recorder.recording import Metadata, Recording
 from mukca.solver.calibration import load_calibration
 from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
@@ -36,3 +38,22 @@ def test_the_calibrated_demo_arm_is_the_true_one(demo: Path) -> None:
     found = np.linalg.norm(np.diff(calibration.ball(q), axis=0), axis=1)
     nominal = np.linalg.norm(np.diff(calibration.nominal_ball(q), axis=0), axis=1)
     assert np.abs(found - lengths).mean() < 0.15 * np.abs(nominal - lengths).mean()
+
+
+def test_the_demo_records_with_the_recorder(demo: Path) -> None:
+    for name in ("front", "left", "right"):
+        taken, truth = (read_placement(demo / folder / name) for folder in ("recordings", "hand"))
+        assert np.abs(taken.positions - truth.positions).max() < 6 * 2e-5 / np.sqrt(75)
+        assert taken.sockets.tolist() == truth.sockets.tolist() == [0] * 30 + [1] * 30
+        assert taken.efforts is not None
+
+
+def test_the_demo_never_removes_a_recording_of_a_real_arm(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    metadata = Metadata("panda", ("a",), ("rad",), 0.05, session={"driver": "franka:1.2.3.4"})
+    with Recording(tmp_path / "recordings/left", metadata) as recording:
+        recording.capture(Sample((0.1,), 0, number=1))
+    assert main(["demo", "--out", str(tmp_path), "--force"]) == 2
+    assert "left: holds a recording of a real arm" in capsys.readouterr().err
+    assert len(read_placement(tmp_path / "recordings/left").samples) == 1

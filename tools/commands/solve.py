@@ -221,7 +221,8 @@ def look_at(
         return train, {}, [f"the data could not be checked: {error}"]
     findings = [finding for one in seen for finding in one.findings]
     if arguments.split_moved:
-        train = [split_moved(one) for one in seen[: len(train)]]
+        alone = inspect_all(chain, choose_parameters(chain), train, load) if test else seen
+        train = [split_moved(one) for one in alone]
     looked = {
         "checks": [finding.as_dict() for finding in findings],
         "next_placement": {"text": next_placement(chain, seen)},
