@@ -48,8 +48,7 @@ def base(name: str) -> Part:
 
 @cache
 def ball(name: str) -> Part:
-    part = BALLS[name]
-    return ball_part(name, part, SocketBase(ball=part.ball))
+    return ball_part(name, BALLS[name])
 
 
 @cache

@@ -23,6 +23,7 @@ VERBS: dict[str, str] = {
     "demo": "record, calibrate and validate a simulated arm, from start to end",
     "print-parts": "write the socket base and the ball as files for a 3D printer",
     "drivers": "list the arms that can be read, and what each needs",
+    "stream": "show a robot's live joint angles, rate and gaps",
     "record": "record at the robot, in the terminal",
     "info": "show what is in recordings",
     "convert": "write recordings in the other form",
@@ -32,6 +33,7 @@ VERBS: dict[str, str] = {
     "crossval": "leave each placement out once, and train on each alone",
     "report": "write the report of a calibration, and say its verdict",
     "compare": "hold calibrations of one robot against each other on the same data",
+    "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
 }
 
 

@@ -40,7 +40,11 @@ def build_parts(base: SocketBase, balls: Mapping[str, BallPart]) -> Iterator[Par
     """
     yield base_part(base)
     for name, ball in balls.items():
-        yield ball_part(name, ball, base)
+        try:
+            check_tilt(base, ball)
+        except PrintableError as error:
+            raise PrintableError(f"{name}: {error}") from None
+        yield ball_part(name, ball)
 
 
 def base_part(base: SocketBase) -> Part:
@@ -59,16 +63,12 @@ def base_part(base: SocketBase) -> Part:
     return _checked(base.name, base.solid(), facts)
 
 
-def ball_part(name: str, ball: BallPart, base: SocketBase) -> Part:
-    """Build a ball part, and check it alone and in the sockets of a base.
+def ball_part(name: str, ball: BallPart) -> Part:
+    """Build a ball part, and check it by itself.
 
     Raises:
-        PrintableError: It cannot be printed, or hits the base when it leans.
+        PrintableError: It cannot be printed.
     """
-    try:
-        check_tilt(base, ball)
-    except PrintableError as error:
-        raise PrintableError(f"{name}: {error}") from None
     facts = {
         "ball": [x / 1000 for x in ball.position],
         "ball_diameter": ball.ball / 1000,

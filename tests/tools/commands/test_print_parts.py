@@ -1,5 +1,7 @@
 """``mukca print-parts`` as people and scripts use it."""
 
+import contextlib
+import io
 import json
 from pathlib import Path
 
@@ -30,9 +32,17 @@ def test_one_command_writes_the_base_and_the_ball(
     assert mesh.bounds[1, 2] == pytest.approx(9.5 + 30 + 10, abs=1e-3)
 
 
-def test_without_a_mount_all_of_them_are_written(tmp_path: Path) -> None:
-    assert run("--out", tmp_path, "--format", "stl") == 0
-    assert sorted(file.stem for file in tmp_path.iterdir()) == [
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """A folder with all parts, and what was said about them."""
+    folder = tmp_path_factory.mktemp("parts")
+    with contextlib.redirect_stdout(io.StringIO()) as shown:
+        assert run("--out", folder, "--format", "stl") == 0
+    return folder, shown.getvalue()
+
+
+def test_without_a_mount_all_of_them_are_written(everything: tuple[Path, str]) -> None:
+    assert sorted(file.stem for file in everything[0].iterdir()) == [
         "ball-franka-flange", "ball-franka-hand", "ball-gen3-lite", "ball-iiwa14",
         "ball-iso-50-4-m6", "socket-base-2x50mm",
     ]  # fmt: skip
@@ -131,12 +141,9 @@ def test_an_out_that_is_a_file_gets_one_line(
     assert "is no folder" in capsys.readouterr().err
 
 
-def test_the_places_put_the_ball_onto_the_shipped_models(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_places_put_the_ball_onto_the_shipped_models(everything: tuple[Path, str]) -> None:
     """The words that are shown are accepted, and the ball comes out where they say."""
-    assert run("--out", tmp_path, "--format", "stl") == 0
-    lines = [line for line in capsys.readouterr().out.splitlines() if "place: " in line]
+    lines = [line for line in everything[1].splitlines() if "place: " in line]
     seen = set()
     for line in lines:
         words = line.split()[1:]
