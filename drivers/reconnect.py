@@ -70,6 +70,11 @@ class Reconnecting(Driver):
         """Messages discarded over all connections."""
         return self._earlier_rejected + (self._driver.rejected if self._driver else 0)
 
+    @property
+    def status(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """What the robot says of itself; empty while there is no connection."""
+        return self._driver.status if self._driver else ""
+
     def read(self, timeout: float) -> JointState:
         """Return the next state; making a new connection may take longer than the timeout.
 

@@ -32,6 +32,8 @@ JUMP = math.radians(3.0)
 """The least that a jump is [rad] or [m]."""
 JUMP_ACCELERATION = 50.0
 """More than any arm's joint is led with by hand [rad/s^2]; it allows more in slow streams."""
+UNEVEN = 0.05
+"""How far a stamp may be off the moment of measurement, where the host gives it [s]."""
 ABSURD = 1e6
 """No joint's position or effort is as large as this."""
 
@@ -188,7 +190,7 @@ class Watch:
         limit = max(JUMP, JUMP_ACCELERATION * elapsed**2)
         for i, (old, new) in enumerate(zip(before.position, state.position, strict=True)):
             surprise = new - old - self._speeds[i] * elapsed
-            if abs(surprise) > limit:
+            if abs(surprise) > max(limit, UNEVEN * abs(self._speeds[i])):
                 self._offsets[i] += surprise
                 self._window.restart()
             else:

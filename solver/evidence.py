@@ -272,7 +272,8 @@ class _Iteration:
         scaled = [inverse @ V for V in kinds]
         fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
         before, matters = self.noise, self.joint_effect() > NEGLIGIBLE
-        self.noise = before.updated(np.linalg.solve(fisher, score), self.joint_effect())
+        squares: Vector = np.linalg.solve(fisher, score).astype(np.float64)
+        self.noise = before.updated(squares, self.joint_effect())
         return max(
             abs(log(self.noise.space / before.space)),
             abs(log(self.noise.joint / before.joint)) if matters else 0.0,
@@ -289,7 +290,7 @@ class _Iteration:
 
     def result(self) -> Estimate:
         full = np.zeros((len(self.free), len(self.free)))
-        full[np.ix_(self.free, self.free)] = self.covariance
+        full[np.ix_(self.free, self.free)] = self.widened_covariance()
         _, squares = self.weigh()
         return Estimate(
             self.problem,
@@ -304,6 +305,14 @@ class _Iteration:
             self.evaluations,
             tuple(self.iterates),
         )
+
+    def widened_covariance(self) -> Vector:
+        """Return the covariance with the priors as wide as they may well be."""
+        change = np.zeros(len(self.free))
+        for group in self.groups:
+            if group.width:
+                change[group.members] = group.deviation**-2 - group.width**-2
+        return _inverse(self.hessian + np.diag(change[self.free]))
 
     def log_evidence(self, squares: Vector) -> float:
         """Return the logarithm of the evidence, by Laplace's approximation."""

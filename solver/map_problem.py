@@ -46,6 +46,16 @@ class Group:
     effective: float = 0.0
     """gamma_g: how many of its unknowns the data decide."""
 
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the prior, the uncertainty of its own width included.
+
+        With a width learned from gamma unknowns integrated out, the prior is Student's with gamma
+        degrees of freedom, whose variance is gamma / (gamma - 2) larger; twice at most here.
+        """
+        gamma = max(self.effective, 4.0)
+        return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
+
     def updated(self, squares: float, effective: float) -> "Group":
         """Return the group with the width of the next fixed-point step, gamma s^2 = |x_g|^2."""
         gamma = max(effective, 1e-9)

@@ -1,5 +1,10 @@
 """What tests share: where real recordings are, and small simulated ones."""
 
+import os
+
+# As the command line does, before NumPy is loaded: the matrices here are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +14,16 @@ from mukca.solver.urdf import Chain, load_chain
 from mukca.tools.simulate import Base, perturb, record, write_holes
 
 ROOT = Path(__file__).parents[1]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--hardware",
+        action="append",
+        default=[],
+        metavar="NAME=ADDRESS",
+        help="run the drivers' contract on a robot, as in franka=172.16.0.2; may be repeated",
+    )
 
 
 @pytest.fixture(scope="session")

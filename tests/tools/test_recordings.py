@@ -104,4 +104,4 @@ def test_convert_never_mixes_or_overwrites(
 def test_drivers_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert any(line.startswith("mock") for line in told(capsys, "drivers").splitlines())
     drivers = json.loads(told(capsys, "drivers", "--json"))["drivers"]
-    assert {"name", "arms", "needs", "missing", "source"} == set(drivers[0])
+    assert {"name", "arms", "needs", "missing", "broken", "source"} == set(drivers[0])

@@ -74,7 +74,13 @@ def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path) -> None
     status, text, _ = run(*words)
     assert status == 0
     assert "camera extrinsics" in text and "robot_state_publisher" in text
-    assert {file.name for file in out.iterdir()} == {"calibrated.urdf", "calibration.json"}
+    assert {file.name for file in out.iterdir()} == {
+        "calibrated.urdf",
+        "calibration.json",
+        "compensated.urdf",
+        "report.html",
+        "report.json",
+    }
     _, text, _ = run("validate", f"{out}/calibration.json", "front", "left", "right", "--json")
     validated = json.loads(text)
     document = json.loads((out / "calibration.json").read_text())

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ...drivers.registry import DriverInfo, list_drivers
+from ...drivers.registry import DriverInfo, list_drivers, try_plugin
 from ..terminal import Terminal
 
 _EXAMPLE = """example:
@@ -18,7 +18,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """List all drivers."""
-    drivers = list_drivers()
+    drivers = [try_plugin(info) for info in list_drivers()]
+    for info in drivers:
+        if info.broken:
+            terminal.warn(info.broken)
     if arguments.json:
         terminal.emit({"drivers": [_as_json(info) for info in drivers]})
         return 0
@@ -30,6 +33,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 def _state(info: DriverInfo) -> str:
     """Say what a driver needs, and whether it is there."""
+    if info.broken:
+        return "BROKEN"
     if info.missing:
         return f"NOT READY: needs {', '.join(info.missing)}, not installed"
     return f"ready, with {', '.join(info.needs)}" if info.needs else "ready"
@@ -41,5 +46,6 @@ def _as_json(info: DriverInfo) -> dict[str, object]:
         "arms": info.arms,
         "needs": list(info.needs),
         "missing": list(info.missing),
+        "broken": info.broken or None,
         "source": info.source,
     }
