@@ -1,7 +1,7 @@
 """Reads recordings for the simulated arm to replay: just their numbers.
 
-A driver stands below the recorder and does not know its file formats; from any CSV file it takes the
-columns ``position.J`` and ``effort.J`` where the header has such, and else all columns.
+A driver stands below the recorder and does not know its file formats; from any CSV file it takes
+the columns ``position.J`` and ``effort.J`` where the header has such, and else all columns.
 """
 
 import csv

@@ -15,8 +15,8 @@ Both are hints and shown as such; a capture is not refused for them.
 
 from collections.abc import Callable, Sequence
 
-from .session import Joint
 from .rest import Rest
+from .session import Joint
 
 __all__ = ["Push"]
 

@@ -23,7 +23,15 @@ from .observations import Load, observe
 from .parameters import Parameter
 from .urdf import Chain
 
-__all__ = ["Change", "Finding", "Inspection", "inspect_all", "next_placement", "split_moved"]
+__all__ = [
+    "Change",
+    "Finding",
+    "Inspection",
+    "farthest_place",
+    "inspect_all",
+    "next_placement",
+    "split_moved",
+]
 
 Vector = NDArray[np.float64]
 NEAR = np.deg2rad(1.0)
@@ -78,7 +86,7 @@ class Inspection:
 
     measured: Measurement
     floor: float
-    """Mean absolute error of a fit to this placement alone [m]."""
+    """Mean absolute error of a fit to this placement alone, samples by their weight [m]."""
     changes: tuple[Change, ...]
     findings: tuple[Finding, ...]
     centre: Vector
@@ -102,9 +110,9 @@ def inspect_all(
     Raises:
         NotConverged: A fit did not settle.
     """
-    together = _fit(chain, parameters, measurements, load)
     alone = [_fit(chain, parameters, [measured], load) for measured in measurements]
-    floors = [float(np.linalg.norm(fitted.residuals, axis=1).mean()) for fitted in alone]
+    together = _fit(chain, parameters, measurements, load) if len(alone) > 1 else alone[0]
+    floors = [_floor(fitted) for fitted in alone]
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
         changes = _changes(measured, together)
@@ -138,22 +146,15 @@ def split_moved(inspection: Inspection) -> Measurement:
 def next_placement(chain: Chain, seen: Sequence[Inspection]) -> str:
     """Return which placements to train on, and where to record the next one.
 
-    The two most distant placements serve best (paper, Fig. 6). Candidates for a new one stand as
-    far from the base axis and as high as those recorded, on all sides of the robot but its back.
+    The two most distant placements serve best (paper, Fig. 6).
     """
     centres = np.array([one.centre for one in seen])
-    radius = float(np.linalg.norm(centres[:, :2], axis=1).mean())
-    height = float(centres[:, 2].mean())
-    angles = np.deg2rad(np.arange(-90, 91, 15))
-    ring = np.stack(
-        [radius * np.cos(angles), radius * np.sin(angles), np.full(len(angles), height)], axis=1
-    )
-    gaps = np.linalg.norm(ring[:, None] - centres, axis=2).min(axis=1)
-    x, y, z = ring[int(np.argmax(gaps))]
-    side = "left" if y > 0.1 * radius else "right" if y < -0.1 * radius else "front"
+    x, y, z = place = farthest_place(centres)
+    gap = float(np.linalg.norm(centres - place, axis=1).min())
+    side = "left" if y > 0.1 * np.hypot(x, y) else "right" if y < -0.1 * np.hypot(x, y) else "front"
     hint = (
         f"Next, record a placement near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
-        f"{chain.base} (to its {side}), {gaps.max():.2f} m from the nearest so far, or as far that "
+        f"{chain.base} (to its {side}), {gap:.2f} m from the nearest so far, or as far that "
         "way as the arm reaches."
     )
     if len(seen) < 2:
@@ -164,6 +165,25 @@ def next_placement(chain: Chain, seen: Sequence[Inspection]) -> str:
     return f"To train on two, {best} serve best: they are the most distant. {hint}"
 
 
+def farthest_place(centres: Vector) -> Vector:
+    """Return where a new placement would be farthest from those recorded, shape (3,) [m].
+
+    Candidates stand as far from the base axis and as high as those recorded, on all sides of
+    the robot but its back.
+
+    Args:
+        centres: Of the placements recorded, in the base frame, shape (P, 3) [m].
+    """
+    radius = float(np.linalg.norm(centres[:, :2], axis=1).mean())
+    height = float(centres[:, 2].mean())
+    angles = np.deg2rad(np.arange(-90, 91, 15))
+    ring = np.stack(
+        [radius * np.cos(angles), radius * np.sin(angles), np.full(len(angles), height)], axis=1
+    )
+    gaps = np.linalg.norm(ring[:, None] - centres, axis=2).min(axis=1)
+    return ring[int(np.argmax(gaps))]
+
+
 def _fit(
     chain: Chain,
     parameters: Sequence[Parameter],
@@ -172,6 +192,11 @@ def _fit(
 ) -> Estimate:
     data = observe(measurements, chain, load=load, tied=False)
     return estimate(build_map_problem(chain, parameters, data))
+
+
+def _floor(alone: Estimate) -> float:
+    errors = np.linalg.norm(alone.residuals, axis=1)
+    return float(np.average(errors, weights=alone.weights))
 
 
 def _changes(measured: Measurement, together: Estimate) -> tuple[Change, ...]:

@@ -252,22 +252,28 @@ class _Iteration:
         return change
 
     def update_noise(self, inverse: Vector, step: Vector) -> float:
-        """Take one step for the noise: what is left over, over the directions left to it."""
+        """Take one step of Fisher scoring for s_x^2 and s_q^2; return the relative change.
+
+        The score of each is what is left over of it in the residuals, less what was to be
+        expected in the directions that the fit leaves to it (restricted maximum likelihood).
+        """
         w = self.weights
         e = self.residuals_before + self.jacobian_before @ step
         u = np.einsum("nij,nj->ni", inverse, e)
         J = self.jacobian_before[:, :, self.free]
         leverage = (J @ self.covariance) @ J.transpose(0, 2, 1)
         left = inverse - INFORMATION * w[:, None, None] * inverse @ leverage @ inverse
-        space = float(np.sum(w * np.sum(u**2, axis=1)) / np.trace(left, axis1=1, axis2=2).sum())
-        joint = 1.0
-        if self.noise.joint:
-            Jq = self.by_joints_before
-            v = np.einsum("nij,ni->nj", Jq, u)
-            spread = Jq @ Jq.transpose(0, 2, 1)
-            joint = float(np.sum(w * np.sum(v**2, axis=1)) / np.sum(left * spread))
+        Jq = self.by_joints_before
+        kinds = [np.broadcast_to(np.eye(3), inverse.shape), Jq @ Jq.transpose(0, 2, 1)]
+        kinds = kinds if self.noise.joint else kinds[:1]
+        score = [
+            float(np.sum(w * np.einsum("ni,nij,nj->n", u, V, u)) - np.sum(left * V)) for V in kinds
+        ]
+        scaled = [inverse @ V for V in kinds]
+        fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
         before, matters = self.noise, self.joint_effect() > NEGLIGIBLE
-        self.noise = before.updated(space, joint, self.joint_effect())
+        squares: Vector = np.linalg.solve(fisher, score).astype(np.float64)
+        self.noise = before.updated(squares, self.joint_effect())
         return max(
             abs(log(self.noise.space / before.space)),
             abs(log(self.noise.joint / before.joint)) if matters else 0.0,
@@ -284,7 +290,7 @@ class _Iteration:
 
     def result(self) -> Estimate:
         full = np.zeros((len(self.free), len(self.free)))
-        full[np.ix_(self.free, self.free)] = self.covariance
+        full[np.ix_(self.free, self.free)] = self.widened_covariance()
         _, squares = self.weigh()
         return Estimate(
             self.problem,
@@ -299,6 +305,14 @@ class _Iteration:
             self.evaluations,
             tuple(self.iterates),
         )
+
+    def widened_covariance(self) -> Vector:
+        """Return the covariance with the priors as wide as they may well be."""
+        change = np.zeros(len(self.free))
+        for group in self.groups:
+            if group.width:
+                change[group.members] = group.deviation**-2 - group.width**-2
+        return _inverse(self.hessian + np.diag(change[self.free]))
 
     def log_evidence(self, squares: Vector) -> float:
         """Return the logarithm of the evidence, by Laplace's approximation."""

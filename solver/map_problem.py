@@ -46,6 +46,16 @@ class Group:
     effective: float = 0.0
     """gamma_g: how many of its unknowns the data decide."""
 
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the prior, the uncertainty of its own width included.
+
+        With a width learned from gamma unknowns integrated out, the prior is Student's with gamma
+        degrees of freedom, whose variance is gamma / (gamma - 2) larger; twice at most here.
+        """
+        gamma = max(self.effective, 4.0)
+        return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
+
     def updated(self, squares: float, effective: float) -> "Group":
         """Return the group with the width of the next fixed-point step, gamma s^2 = |x_g|^2."""
         gamma = max(effective, 1e-9)
@@ -65,21 +75,18 @@ class Noise:
     joint: float
     """s_q [rad]; 0 where the data do not support it."""
 
-    def updated(self, space: float, joint: float, effect: float) -> "Noise":
-        """Return the noise of the next fixed-point step.
+    def updated(self, step: Vector, effect: float) -> "Noise":
+        """Return the noise after a step of its squares, each by a factor of 4 at most.
 
-        Where one of two scales vanishes the fixed point is slow, so the lesser takes double steps
-        down; noise in space is kept from zero, since no ball sits without any play.
+        Noise in space is kept from zero, since no ball sits without any play.
 
         Args:
-            space: Factor by which the fixed point changes s_x^2.
-            joint: Factor by which it changes s_q^2.
+            step: Change of s_x^2 [m^2] and, unless it is zero, of s_q^2 [rad^2].
             effect: What the noise of the joints does to the ball, relative to that in space.
         """
-        power = 1.0 if effect > 1 and space < 1 else 0.5
-        s_x = self.space * space**power
-        power = 1.0 if effect < 1 and joint < 1 else 0.5
-        s_q = self.joint * joint**power
+        squares = np.array([self.space, self.joint])[: len(step)] ** 2
+        scales = np.sqrt(np.clip(squares + step, squares / 4, 4 * squares)).tolist()
+        s_x, s_q = scales if len(scales) == 2 else (scales[0], 0.0)
         reach = effect * self.space / self.joint if self.joint else 0.0
         return Noise(max(s_x, NEGLIGIBLE * s_q * reach, 1e-9), s_q)
 

@@ -161,8 +161,9 @@ def observe(
     for m in measurements:
         if tied and not any(labels.index((m.name, socket)) in ends for socket in m.sockets):
             raise KnownError(
-                f"{m.name}: only one socket, and no known distance ties it; record another "
-                f"socket, or give --known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
+                f"{m.placement.path or m.name}: only socket {m.sockets[0]} has samples, and no "
+                "known distance ties it; record the other socket too, or give "
+                f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
             )
     index = np.concatenate(
         [np.repeat([labels.index((m.name, s)) for s in m.sockets], m.counts) for m in measurements]

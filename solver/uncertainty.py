@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from .deflection import coefficient_names
 from .evidence import INFORMATION, Estimate
+from .kinematics import gravity_torques, rotation, rotation_rpy
 from .observations import Load
-from .urdf import Chain
+from .urdf import Chain, Joint
 
 __all__ = [
     "CANNOT_SEE",
@@ -58,7 +59,7 @@ def prior_deviations(found: Estimate) -> Vector:
     """Return the prior standard deviation of every unknown before the centres."""
     widths = np.zeros(found.problem.size)
     for group in found.groups:
-        widths[group.members] = group.width
+        widths[group.members] = group.deviation
     return widths
 
 
@@ -142,66 +143,79 @@ def weak_directions(found: Estimate) -> list[Direction]:
 
 
 def _structural(chain: Chain, found: Estimate) -> list[tuple[str, Vector]]:
-    """Return changes of the free geometry that leave every ball where it is, with their names."""
-    from .kinematics import rotation, rotation_rpy
+    """Return changes of the free geometry that no ball can show, with their names.
 
+    The base frame may move as a whole; the ball may turn in place; and each joint may slide along
+    its axis or turn about it, if the next free joint undoes that.
+    """
     problem = found.problem
     place = {p.index: i for i, p in enumerate(problem.parameters)}
     free = [j for j in range(len(chain.joints)) if all(6 * j + k in place for k in range(6))]
     origins = problem.model.origins(found.values)
     named: list[tuple[str, Vector]] = []
 
-    def vector(entries: dict[int, float]) -> Vector:
-        v = np.zeros(problem.geometry)
-        for index, value in entries.items():
-            v[place[index]] = value
-        return v
+    def add(text: str, changes: dict[int, Vector]) -> None:
+        vector = np.zeros(problem.geometry)
+        for joint, change in changes.items():
+            vector[[place[6 * joint + k] for k in range(6)]] = change
+        named.append((text, vector))
 
     if free and chain.joints[free[0]].actuated:
-        named += [("the base frame", vector({6 * free[0] + k: 1.0})) for k in range(6)]
+        for k in range(6):
+            add("the base frame", {free[0]: np.eye(6)[k]})
     ball = len(chain.joints) - 1
     if ball in free:
-        named += [("the ball's orientation", vector({6 * ball + k: 1.0})) for k in (3, 4, 5)]
+        for k in (3, 4, 5):
+            add("the ball's orientation", {ball: np.eye(6)[k]})
     for one, other in pairwise(free):
         joint = chain.joints[one]
-        if not joint.actuated or other != one + 1:
+        if not joint.actuated or any(j.actuated for j in chain.joints[one + 1 : other]):
             continue
-        following = chain.joints[other]
-        axis = np.array(joint.axis)
-        R = np.array(rotation_rpy(origins[one, 3:]).full())
-        slide = {6 * one + k: float((R @ axis)[k]) for k in range(3)}
-        slide |= {6 * other + k: float(-axis[k]) for k in range(3)}
-        named.append((f"sliding along {joint.name}'s axis", vector(slide)))
+        against = "the ball" if other == ball else chain.joints[other].name
+        R, p = _between(chain.joints, origins, one, other)
+        own, axis = _frame(origins[one])[0], np.array(joint.axis)
+        slide, back = np.zeros(6), np.zeros(6)
+        slide[:3], back[:3] = own @ axis, -R.T @ axis
+        add(f"sliding along {joint.name}'s axis", {one: slide, other: back})
         if joint.type == "prismatic":
             continue
-        h = 1e-6
-        turned = np.array(rotation(joint.axis, h).full())
-        turn = {6 * one + 3 + k: v for k, v in enumerate(_rpy(R @ turned, origins[one, 3:], h))}
-        back = np.array(rotation(joint.axis, -h).full())
-        moved = (back @ origins[other, :3] - origins[other, :3]) / h
-        turn |= {6 * other + k: float(moved[k]) for k in range(3)}
-        R_next = np.array(rotation_rpy(origins[other, 3:]).full())
-        turn |= {
-            6 * other + 3 + k: v for k, v in enumerate(_rpy(back @ R_next, origins[other, 3:], h))
-        }
-        against = "the ball" if following is chain.ball_joint else following.name
-        named.append((f"{joint.name}'s offset against {against}", vector(turn)))
+        turn = np.concatenate([np.zeros(3), _rates(origins[one], own @ axis)])
+        lever = origins[other, :3] + R.T @ p
+        back = np.concatenate([-np.cross(R.T @ axis, lever), _rates(origins[other], -R.T @ axis)])
+        add(f"{joint.name}'s offset against {against}", {one: turn, other: back})
     return named
 
 
-def _rpy(R: Vector, near: Vector, h: float) -> list[float]:
-    """Return the rate of roll, pitch, yaw that leads from angles to a rotation h away."""
-    from .kinematics import rotation_rpy
+def _frame(origin: Vector) -> tuple[Vector, Vector]:
+    """Return rotation and translation of an origin."""
+    return np.array(rotation_rpy(origin[3:]).full()), origin[:3]
 
-    R_near = np.array(rotation_rpy(near).full())
-    rates = []
-    for k in range(3):
-        step = np.zeros(3)
-        step[k] = 1e-6
-        dR = (np.array(rotation_rpy(near + step).full()) - R_near) / 1e-6
-        rates.append(dR.ravel())
-    solution = np.linalg.lstsq(np.array(rates).T, ((R - R_near) / h).ravel(), rcond=None)[0]
-    return solution.tolist()
+
+def _between(
+    joints: Sequence[Joint], origins: Vector, one: int, other: int
+) -> tuple[Vector, Vector]:
+    """Return rotation and translation from one joint's child link to another's parent link."""
+    transform = np.eye(4)
+    for j in range(one + 1, other):
+        assert not joints[j].actuated
+        step = np.eye(4)
+        step[:3, :3], step[:3, 3] = _frame(origins[j])
+        transform = transform @ step
+    return transform[:3, :3], transform[:3, 3]
+
+
+def _rates(origin: Vector, spin: Vector) -> Vector:
+    """Return the rates of roll, pitch and yaw of a rotation that spins about a parent's vector.
+
+    With R = Rz(yaw) Ry(pitch) Rx(roll), the spin is the sum of the rates times the axes as they
+    stand: x after pitch and yaw, y after yaw, and z.
+    """
+    _, pitch, yaw = origin[3:]
+    Rz = np.array(rotation((0, 0, 1), yaw).full())
+    Ry = np.array(rotation((0, 1, 0), pitch).full())
+    axes = np.stack([Rz @ Ry @ [1, 0, 0], Rz @ [0, 1, 0], np.array([0, 0, 1])], axis=1)
+    rates: Vector = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
+    return rates
 
 
 def workspace(chain: Chain, count: int, seed: int = 0) -> Vector:
@@ -252,8 +266,6 @@ def predicted_deviation(found: Estimate, by_socket: Sequence[tuple[Vector, Vecto
 
 def workspace_deviation(found: Estimate, load: Load, pairs: int = 200) -> dict[str, float]:
     """Return median and worst predicted error of distances between random poses [m]."""
-    from .kinematics import gravity_torques
-
     chain = found.problem.chain
     q = workspace(chain, 2 * pairs)
     torque = gravity_torques(chain, q, load.gravity, load.payload)

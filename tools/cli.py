@@ -20,17 +20,20 @@ __all__ = ["main"]
 
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
-    "check": "look at recordings before they are fitted",
-    "convert": "write recordings in the other form",
-    "crossval": "leave each placement out once, and train on each alone",
     "demo": "record, calibrate and validate a simulated arm, from start to end",
+    "print-parts": "write the socket base and the ball as files for a 3D printer",
     "drivers": "list the arms that can be read, and what each needs",
-    "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
-    "info": "show what is in recordings",
-    "record": "record at the robot, in the terminal",
-    "solve": "calibrate a robot from recordings",
     "stream": "show a robot's live joint angles, rate and gaps",
+    "record": "record at the robot, in the terminal",
+    "info": "show what is in recordings",
+    "convert": "write recordings in the other form",
+    "check": "look at recordings before they are fitted",
+    "solve": "calibrate a robot from recordings",
     "validate": "measure a calibration on other recordings",
+    "crossval": "leave each placement out once, and train on each alone",
+    "report": "write the report of a calibration, and say its verdict",
+    "compare": "hold calibrations of one robot against each other on the same data",
+    "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
 }
 
 

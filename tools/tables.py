@@ -20,7 +20,7 @@ _COLUMNS = (
 def metrics_table(figures: Mapping[str, Any]) -> Table:
     """Return nominal and calibrated errors of every placement, and the summaries [mm]."""
     table = _table("errors in mm, nominal > calibrated")
-    table.add_column("placement", overflow="fold", min_width=20)
+    table.add_column("placement", overflow="fold", min_width=16)
     table.add_column("samples", justify="right", no_wrap=True)
     for title, _ in _COLUMNS:
         table.add_column(title, justify="right", no_wrap=True)

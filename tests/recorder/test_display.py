@@ -3,6 +3,7 @@
 import io
 import os
 import re
+import select
 from dataclasses import replace
 
 import pytest
@@ -25,11 +26,11 @@ class Terminal:
         self.screen = Screen(Console(file=self.stream, force_terminal=True))
 
     def written(self) -> str:
-        os.set_blocking(self.master, False)
-        try:
-            return os.read(self.master, 1_000_000).decode()
-        except BlockingIOError:
-            return ""
+        """All that was written by now; a pseudo-terminal hands it over a little later."""
+        text = b""
+        while select.select([self.master], [], [], 0.2)[0]:
+            text += os.read(self.master, 65536)
+        return text.decode()
 
     def close(self) -> None:
         self.stream.close()

@@ -34,7 +34,7 @@ def test_json_is_one_object_with_the_agreed_keys(run) -> None:
     status, out, _ = run("solve", "front", "--test", "left", "right", "--robot", "panda", "--json")
     assert status == 0
     result = json.loads(out)
-    assert result["robot"] == "panda" and result["method"] == "paper"
+    assert result["robot"] == "panda" and result["method"] == "auto"
     assert result["optimizer"] == "gauss-newton" and result["converged"] is True
     assert result["iterations"] >= 1 and result["solve_seconds"] > 0
     assert [(p["role"], p["samples"]) for p in result["placements"]] == [
@@ -45,6 +45,7 @@ def test_json_is_one_object_with_the_agreed_keys(run) -> None:
     for figures in (*result["placements"], result["summary"]["train"], result["summary"]["test"]):
         for model in ("nominal", "calibrated", "ball_refitted"):
             assert set(figures[model]) == {"mean_absolute_error", "max_error", "distance_error"}
+    assert result["groups"] and result["noise"] and result["uncertainty"]["weak_directions"]
     test = [p["calibrated"] for p in result["placements"] if p["role"] == "test"]
     summary = result["summary"]["test"]["calibrated"]
     assert summary["mean_absolute_error"] == np.mean([m["mean_absolute_error"] for m in test])
@@ -73,7 +74,13 @@ def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path) -> None
     status, text, _ = run(*words)
     assert status == 0
     assert "camera extrinsics" in text and "robot_state_publisher" in text
-    assert {file.name for file in out.iterdir()} == {"calibrated.urdf", "calibration.json"}
+    assert {file.name for file in out.iterdir()} == {
+        "calibrated.urdf",
+        "calibration.json",
+        "compensated.urdf",
+        "report.html",
+        "report.json",
+    }
     _, text, _ = run("validate", f"{out}/calibration.json", "front", "left", "right", "--json")
     validated = json.loads(text)
     document = json.loads((out / "calibration.json").read_text())
@@ -117,7 +124,8 @@ def test_results_are_overwritten_only_by_force(run, tmp_path) -> None:
 
 def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path) -> None:
     # Regularisation holds the nominal lengths, so the base cannot come out 20 mm longer.
-    words = ("solve", "front", "--robot", "panda", "--distance", "0.07", "--regularization", "1")
+    words = ("solve", "front", "--robot", "panda", "--distance", "0.07")
+    words = (*words, "--method", "paper", "--regularization", "1")
     status, out, err = run(*words, "--out", str(tmp_path / "c"), "--json")
     assert status == 1
     assert "session" in err and "--accept-distorted" in err
@@ -127,7 +135,7 @@ def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path) -> None:
 
 
 def test_not_converged_is_status_1_and_no_result(run, tmp_path) -> None:
-    words = ("solve", "front", "--robot", "panda", "--max-iterations", "1")
+    words = ("solve", "front", "--robot", "panda", "--method", "paper", "--max-iterations", "1")
     status, out, err = run(*words, "--json", "--out", str(tmp_path / "c"))
     assert (status, out) == (1, "")
     assert "did not converge" in err and not (tmp_path / "c").exists()
@@ -207,8 +215,15 @@ def test_bad_recordings_get_one_line(run, session, tmp_path, hole_0, told: str) 
         (("front", "--base", "ball_link"), "no joint moves"),
         (("front", "--flange", "panda_link8"), "--flange LINK and --ball X Y Z go together"),
         (("front", "--free", "joint9"), "'joint9' is no joint or parameter"),
-        (("front", "--regularization", "-1"), "regularization -1"),
-        (("front", "--max-iterations", "0"), "--max-iterations 0"),
+        (("front", "--method", "paper", "--regularization", "-1"), "regularization -1"),
+        (("front", "--method", "paper", "--max-iterations", "0"), "--max-iterations 0"),
+        (("front", "--optimizer", "ipopt"), "--optimizer belongs to --method paper"),
+        (("front", "--method", "paper", "--payload", "1"), "--payload belongs to --method auto"),
+        (("front", "--payload", "-1"), "--payload -1"),
+        (("front", "--gravity", "0", "0", "1"), "--gravity: 1 m/s^2"),
+        (("front", "--known", "front:0-front:1"), "expected A:0-B:0=0.175"),
+        (("front", "--known", "front:0-left:1=0.2"), "socket left:1 is not there"),
+        (("front", "--distance-deviation", "-1"), "--distance-deviation -1"),
     ],
 )
 def test_bad_arguments_get_one_line(run, words: tuple[str, ...], told: str) -> None:

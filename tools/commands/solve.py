@@ -20,7 +20,6 @@ from ..files import refuse_existing, write_files
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
-    from ...solver.check import Finding
     from ...solver.measurements import Measurement
     from ...solver.observations import KnownDistance
     from ..outcome import Outcome
@@ -31,6 +30,18 @@ EXAMPLE = """example:
 A placement is a folder with a recording, or with hole_0.csv and hole_1.csv; a folder of
 placements stands for all of them."""
 
+COMMON = (
+    "base",
+    "tip",
+    "flange",
+    "ball",
+    "distance",
+    "free",
+    "fix",
+    "split_moved",
+    "accept_distorted",
+)
+"""Options of both methods that change the result."""
 ONLY_PAPER = {"optimizer": "gauss-newton", "regularization": 1e-4, "max_iterations": 200}
 """Options of ``--method paper``, and their defaults."""
 ONLY_AUTO: dict[str, Any] = {
@@ -132,15 +143,13 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     sockets = 1 if arguments.method == "auto" else 2
     train = measure_all(arguments.train, chain, arguments.distance, sockets=sockets)
     test = measure_all(test_paths, chain, arguments.distance, sockets=sockets)
-    train, findings, hint = look_at(chain, train, arguments)
+    train, looked, said = look_at(chain, train, test, arguments)
     warnings = [*left_out, *(line for m in (*train, *test) for line in m.warnings)]
-    for line in [*warnings, *map(str, findings)]:
+    for line in [*warnings, *said]:
         terminal.warn(line)
     outcome = calibrate(chain, train, test, arguments, terminal)
     result = outcome.result
-    result["checks"] = [finding.as_dict() for finding in findings]
-    result["next_placement"] = {"text": hint}
-    result["warnings"] = warnings
+    result.update(looked, warnings=warnings)
     show(terminal, result)
     status = 0
     if outcome.distorted and not arguments.accept_distorted:
@@ -153,6 +162,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         status = 1
     elif arguments.out is not None:
         result["outputs"] = write(arguments.out, outcome, train, test)
+        report(arguments.out, terminal)
     if arguments.json:
         terminal.emit(result)
     if status == 0:
@@ -184,20 +194,40 @@ def settle(arguments: argparse.Namespace) -> None:
 
 
 def look_at(
-    chain: Chain, train: "list[Measurement]", arguments: argparse.Namespace
-) -> "tuple[list[Measurement], list[Finding], str]":
-    """Return the placements, split where a base moved if asked for; findings; what to record."""
+    chain: Chain,
+    train: "list[Measurement]",
+    test: "list[Measurement]",
+    arguments: argparse.Namespace,
+) -> "tuple[list[Measurement], dict[str, Any], list[str]]":
+    """Look at all placements; what is held out is looked at here and never by the fit.
+
+    Returns:
+        The placements to train on, split where a base moved if asked for; ``checks`` and
+        ``next_placement`` of the result, where the data could be checked; a line for each
+        finding.
+    """
     from ...solver.check import inspect_all, next_placement, split_moved
     from ...solver.measurements import check_distinct
+    from ...solver.optimizers import NotConverged
     from ...solver.parameters import choose_parameters
 
-    check_distinct(train)
+    check_distinct([*train, *test])
     load = load_of(arguments)
-    seen = inspect_all(chain, choose_parameters(chain), train, load)
+    try:
+        seen = inspect_all(chain, choose_parameters(chain), [*train, *test], load)
+    except NotConverged as error:
+        if arguments.split_moved:
+            raise
+        return train, {}, [f"the data could not be checked: {error}"]
     findings = [finding for one in seen for finding in one.findings]
     if arguments.split_moved:
-        train = [split_moved(one) for one in seen]
-    return train, findings, next_placement(chain, seen)
+        alone = inspect_all(chain, choose_parameters(chain), train, load) if test else seen
+        train = [split_moved(one) for one in alone]
+    looked = {
+        "checks": [finding.as_dict() for finding in findings],
+        "next_placement": {"text": next_placement(chain, seen)},
+    }
+    return train, looked, list(map(str, findings))
 
 
 def calibrate(
@@ -208,11 +238,9 @@ def calibrate(
     terminal: Terminal,
 ) -> "Outcome":
     """Return the outcome of the method asked for."""
-    from ...solver.measurements import check_distinct
     from ...solver.parameters import choose_parameters
     from ..outcome import AutoSettings, calibrate_by_auto, calibrate_by_paper, provenance
 
-    check_distinct([*train, *test])
     parameters = choose_parameters(chain, arguments.free, arguments.fix)
     if arguments.method == "paper":
         outcome = calibrate_by_paper(
@@ -233,7 +261,7 @@ def calibrate(
         )
         with terminal.progress() as progress:
             outcome = calibrate_by_auto(chain, parameters, train, test, settings, progress)
-    names = ("distance", "free", "fix", *(ONLY_PAPER if arguments.method == "paper" else ONLY_AUTO))
+    names = (*COMMON, *(ONLY_PAPER if arguments.method == "paper" else ONLY_AUTO))
     outcome.result.update(
         robot=arguments.robot,
         settings={name: getattr(arguments, name) for name in names},
@@ -322,6 +350,7 @@ def write(
         contents["compensated.urdf"] = calibration.urdf(folder, compensated=True)
         outputs["compensated_urdf"] = str(folder / "compensated.urdf")
     outputs["calibration"] = str(folder / "calibration.json")
+    outputs["report"] = str(folder / "report.html")
     document = {
         "format": FORMAT,
         **calibration.as_dict(),
@@ -337,12 +366,24 @@ def write(
     return outputs
 
 
+def report(folder: Path, terminal: Terminal) -> None:
+    """Write the report of the calibration in a folder, and show its verdict."""
+    from ...solver.calibration import load_document
+    from ..report.build import build_report
+    from ..report.terminal import show_verdict
+
+    file = folder / "calibration.json"
+    made = build_report(load_document(file), str(file))
+    write_files(folder, made.files)
+    show_verdict(terminal.console, made.figures)
+
+
 def last_words(outputs: dict[str, str]) -> list[str]:
     """Return what to do with the result."""
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
     lines = [
-        f"Wrote {outputs['calibration']}",
+        f"Wrote {outputs['calibration']}, and {outputs['report']} to read",
         f"Wrote {outputs['urdf']}: load it instead of the nominal URDF, in robot_state_publisher, "
         "MoveIt, Pinocchio, Drake, or whatever computes the arm's kinematics.",
     ]
