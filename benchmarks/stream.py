@@ -114,15 +114,18 @@ class UrRtde(Driver):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
+        """Nobody asks."""
         return ()
 
     def read(self, timeout: float) -> JointState:
+        """Poll until the time stamp is another."""
         while (stamp := self._robot.getTimestamp()) == self._last:
             time.sleep(2e-4)
         self._last = stamp
         return JointState(stamp, tuple(self._robot.getActualQ()))
 
     def close(self) -> None:
+        """End the connection."""
         self._robot.disconnect()
 
 

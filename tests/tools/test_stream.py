@@ -6,7 +6,7 @@ import subprocess
 import time
 
 import pytest
-from drivers.emulation import emulated
+from emulation import emulated
 from terminal_session import MUKCA, TerminalSession
 
 from mukca.tools.cli import main
