@@ -7,7 +7,8 @@
 The emulator is a program of its own and writes down when it sent each state (its journal); the
 latency is from then to when the state was read here, by the clock that both share. The CPU share
 is of one core, for reading and decoding alone. The baseline of each line is a loop that receives
-the same bytes and decodes nothing; the ratio of the two is printed.
+the same bytes and decodes nothing; the ratio of the two is printed. The last line is the UR read
+through ur-rtde's receive interface instead, where that is installed.
 """
 
 import argparse
@@ -17,9 +18,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
-from mukca.drivers import Driver
+from mukca.drivers import Driver, JointState
 from mukca.drivers.registry import open_driver
 
 STREAMS = {
@@ -36,13 +39,15 @@ CLOCKS = {"franka": 0.0, "kuka": 1_700_000_000.0, "ur": 0.0}  # where the contro
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("names", nargs="*", default=list(STREAMS), metavar="NAME")
+    parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--seconds", type=float, default=60.0)
     arguments = parser.parse_args()
+    if not arguments.names:
+        arguments.names = [*STREAMS, *(["ur, by ur-rtde"] if find_spec("rtde_receive") else [])]
     print(f"{'stream':18} {'states':>7} {'sent':>7} {'lost':>5} {'CPU':>7} {'x bare':>7}", end="")
     print(f" {'p50':>9} {'p99':>9} {'max':>9}")
     for name in arguments.names:
-        controller, options = STREAMS[name]
+        controller, options = STREAMS[name.partition(",")[0]]
         with tempfile.TemporaryDirectory() as folder:
             journal = Path(folder) / "journal.jsonl"
             measure(name, controller, options, journal, arguments.seconds)
@@ -60,7 +65,8 @@ def measure(
         assert emulator.stdout
         select.select([emulator.stdout], [], [], 30)
         address = json.loads(emulator.stdout.readline())["driver"].partition(":")[2]
-        with open_driver(controller, address) as driver:
+        opened = UrRtde(address) if "ur-rtde" in name else open_driver(controller, address)
+        with opened as driver:
             arrivals, cpu = read(driver, seconds)
             missed = driver.missed
         with open_driver(controller, address) as driver:
@@ -94,6 +100,33 @@ def read(driver: Driver, seconds: float) -> tuple[list[tuple[float, float]], flo
         state = driver.read(5)
         arrivals.append((time.monotonic(), state.stamp))
     return arrivals, (time.process_time() - used) / (time.monotonic() - start)
+
+
+class UrRtde(Driver):
+    """For comparison: ur-rtde's receive interface, polled for a new state."""
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        from rtde_receive import RTDEReceiveInterface
+
+        host = address.partition(":")[0]
+        self._robot = RTDEReceiveInterface(host, 500.0, ["timestamp", "actual_q"])
+        self._last = -1.0
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Nobody asks."""
+        return ()
+
+    def read(self, timeout: float) -> JointState:
+        """Poll until the time stamp is another."""
+        while (stamp := self._robot.getTimestamp()) == self._last:
+            time.sleep(2e-4)
+        self._last = stamp
+        return JointState(stamp, tuple(self._robot.getActualQ()))
+
+    def close(self) -> None:
+        """End the connection."""
+        self._robot.disconnect()
 
 
 def receive(driver: Driver, seconds: float) -> float:

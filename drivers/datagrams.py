@@ -1,5 +1,6 @@
 """Datagrams from one robot: everything that another host sends is counted and thrown away."""
 
+import errno
 import socket
 import time
 from collections.abc import Iterator
@@ -21,7 +22,7 @@ class DatagramSocket:
         robot: The robot's IPv4 address.
 
     Raises:
-        DriverError: The port is taken, or the host is not one of this computer's.
+        DriverError: BUSY when the port is taken, BAD_ADDRESS when it is none of this computer's.
     """
 
     def __init__(self, local: tuple[str, int], robot: str) -> None:
@@ -33,8 +34,9 @@ class DatagramSocket:
             self._socket.bind(local)
         except OSError as error:
             self._socket.close()
+            reason = Reason.BUSY if error.errno == errno.EADDRINUSE else Reason.BAD_ADDRESS
             raise DriverError(
-                Reason.BUSY, f"UDP {local[0]}:{local[1]} cannot be opened here: {error.strerror}"
+                reason, f"UDP {local[0]}:{local[1]} cannot be opened here: {error.strerror}"
             ) from None
 
     @property

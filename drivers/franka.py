@@ -41,11 +41,14 @@ class Franka(Driver):
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         endpoint = parse_endpoint(address, PORT, options=("version",))
+        version = endpoint.options.integer("version", FIRST_VERSION)
+        if version not in VERSIONS:
+            raise endpoint.options.wrong("version", f"from {VERSIONS[0]} to {VERSIONS[-1]}")
         self._joint_names = match_joints(joint_names, JOINTS, "a Franka arm")
         self._where = str(endpoint)
         self._malformed = self._late = 0
         self._last: FrankaState | None = None
-        self._tcp, self._udp = _connect(endpoint)
+        self._tcp, self._udp = _connect(endpoint, version)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -109,9 +112,8 @@ class Franka(Driver):
         )
 
 
-def _connect(endpoint: Endpoint) -> tuple[socket.socket, DatagramSocket]:
-    """Open the connection with the version that the robot speaks."""
-    version = endpoint.options.integer("version", FIRST_VERSION)
+def _connect(endpoint: Endpoint, version: int) -> tuple[socket.socket, DatagramSocket]:
+    """Open the connection, with the version that the robot speaks if it refuses the given one."""
     session = _try_version(endpoint, version)
     if isinstance(session, int):
         if session not in VERSIONS or session == version or "version" in endpoint.options:

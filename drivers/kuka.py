@@ -86,6 +86,11 @@ class Kuka(Driver):
             if message.position:
                 self._waiting = message
                 return match_joints(joint_names, len(message.position), "the KUKA arm")
+        if self._last is not None:
+            raise DriverError(
+                Reason.WRONG_MODE,
+                f"the FRI session of {self._where} is {self.status} and tells no joint angles",
+            )
         if self._malformed:
             raise DriverError(
                 Reason.PROTOCOL, f"what {self._where} sends to UDP port {port} is not FRI"

@@ -22,7 +22,7 @@ __all__ = [
     "RtdeState",
     "decode_recipe",
     "encode_package",
-    "encode_setup",
+    "setup_payload",
     "take_package",
 ]
 
@@ -119,8 +119,8 @@ def encode_package(kind: int, payload: bytes = b"") -> bytes:
     return HEADER.pack(HEADER.size + len(payload), kind) + payload
 
 
-def encode_setup(frequency: float, effort: str | None) -> bytes:
-    """Return the request for outputs.
+def setup_payload(frequency: float, effort: str | None) -> bytes:
+    """Return the payload of the request for outputs.
 
     Args:
         frequency: How often the controller is to send them [Hz].
@@ -128,7 +128,7 @@ def encode_setup(frequency: float, effort: str | None) -> bytes:
     """
     names = [*OUTPUTS, *([effort] if effort else [])]
     listed = "".join(f"{name}," for name in names).encode()
-    return encode_package(SETUP_OUTPUTS, struct.pack(">d", frequency) + listed)
+    return struct.pack(">d", frequency) + listed
 
 
 def decode_recipe(payload: bytes, effort: str | None) -> Recipe:

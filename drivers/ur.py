@@ -28,7 +28,7 @@ from .rtde import (
     RtdeState,
     decode_recipe,
     encode_package,
-    encode_setup,
+    setup_payload,
     take_package,
 )
 
@@ -99,9 +99,9 @@ class Ur(Driver):
             raise self._unusable(ValueError("a malformed controller version"))
         fastest = FAST if struct.unpack(">4I", version)[0] >= E_SERIES else SLOW
         self._rate = min(self._wanted_rate, fastest)
-        self._tcp.sendall(encode_setup(self._rate, self._effort))
+        outputs = self._ask(SETUP_OUTPUTS, setup_payload(self._rate, self._effort))
         try:
-            recipe = decode_recipe(self._reply_to(SETUP_OUTPUTS), self._effort)
+            recipe = decode_recipe(outputs, self._effort)
         except ValueError as error:
             raise self._unusable(error) from None
         if self._ask(START) != b"\x01":
@@ -109,18 +109,12 @@ class Ur(Driver):
         return recipe
 
     def _ask(self, kind: int, payload: bytes = b"") -> bytes:
+        """Send a request and return the payload of its reply."""
         try:
             self._tcp.sendall(encode_package(kind, payload))
-        except OSError:
-            raise self._ended() from None
-        return self._reply_to(kind)
-
-    def _reply_to(self, kind: int) -> bytes:
-        """Return the payload of the reply to a request."""
-        try:
             return self._next(kind, time.monotonic() + CONNECT_SECONDS)
-        except DriverError as error:
-            if error.reason is Reason.PROTOCOL:
+        except (OSError, DriverError) as error:
+            if isinstance(error, DriverError) and error.reason is Reason.PROTOCOL:
                 raise
             raise DriverError(
                 Reason.BUSY,

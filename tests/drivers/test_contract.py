@@ -1,9 +1,13 @@
 """One set of tests over every adapter, with its emulator or stand-in, and on hardware."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
-from drivers.emulation import emulated, own_bus, own_host
-from drivers.kortex_stand_in import kortex_arm
-from drivers.rosbridge import ARM, rosbridge
+from emulation import emulated, own_bus, own_host
+from kortex_stand_in import kortex_arm
+from rosbridge import ARM, rosbridge
 
 from mukca.drivers.franka import Franka
 from mukca.drivers.kinova import Kinova
@@ -14,6 +18,8 @@ from mukca.drivers.registry import open_driver
 from mukca.drivers.ros import Ros
 from mukca.drivers.testing import DriverContract
 from mukca.drivers.ur import Ur
+
+ROOT = Path(__file__).parents[2]
 
 
 class Emulated(DriverContract):
@@ -174,3 +180,20 @@ class TestHardware(DriverContract):
             cls.joints = len(driver.joint_names)
             cls.model = driver.joint_names
         return address
+
+
+def test_the_contract_runs_on_hardware(tmp_path):
+    """The option reaches a robot: here an emulator that passes for one."""
+    with emulated("ur", tmp_path) as emulation:
+        command = [sys.executable, "-m", "pytest", __file__, "-k", "TestHardware", "-q"]
+        command += ["-p", "no:xdist", "-p", "no:cacheprovider", "--rootdir", str(ROOT)]
+        done = subprocess.run(
+            [*command, "--hardware", f"ur={emulation.address}"],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            cwd=ROOT,
+        )
+        emulation.stop()
+        assert "11 passed, 2 skipped" in done.stdout, done.stdout
+        assert len(emulation.sent()) > 100

@@ -4,7 +4,7 @@ import time
 from itertools import pairwise
 
 import pytest
-from drivers.emulation import emulated
+from emulation import emulated
 
 from mukca.drivers import DriverError, Reason
 from mukca.drivers.reconnect import Reconnecting

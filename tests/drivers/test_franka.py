@@ -3,8 +3,8 @@
 import time
 
 import pytest
-from drivers.emulation import emulated
-from drivers.listeners import answering
+from emulation import emulated
+from listeners import answering
 
 from mukca.drivers import DriverError, JointState, Reason
 from mukca.drivers.franka import Franka
@@ -34,6 +34,13 @@ def test_a_version_can_be_demanded(tmp_path):
         with Franka(f"{emulation.address}?version=9") as driver:
             assert driver.read(5)
     assert caught.value.reason is Reason.PROTOCOL
+
+
+@pytest.mark.parametrize("version", ["2", "11", "99999", "-1", "x"])
+def test_a_version_that_nobody_speaks_is_a_bad_address(version):
+    with pytest.raises(DriverError) as caught:
+        Franka(f"127.0.0.1:9?version={version}")
+    assert caught.value.reason is Reason.BAD_ADDRESS
 
 
 @pytest.mark.parametrize(

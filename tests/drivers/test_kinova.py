@@ -5,8 +5,8 @@ import time
 
 import pytest
 import serial
-from drivers.emulation import emulated
-from drivers.kortex_stand_in import TORQUES, kortex_arm
+from emulation import emulated
+from kortex_stand_in import TORQUES, kortex_arm
 
 from mukca.drivers import DriverError, Reason
 from mukca.drivers.kinova import Kinova, Unwrap

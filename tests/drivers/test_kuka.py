@@ -6,7 +6,7 @@ import threading
 import time
 
 import pytest
-from drivers.emulation import emulated, own_host
+from emulation import emulated, own_host
 
 from mukca.drivers import DriverError, JointState, Reason
 from mukca.drivers.fri import Session, decode_message, encode_reply
@@ -156,3 +156,19 @@ def test_a_port_that_is_taken_is_told():
             Kuka(f"127.0.0.2:{port}?bind={host}")
     assert caught.value.reason is Reason.BUSY
     assert time.monotonic() - start < 2
+
+
+def test_an_address_that_is_not_this_computers_is_told():
+    with pytest.raises(DriverError, match="cannot be opened here") as caught:
+        Kuka("127.0.0.2?bind=8.8.8.8")
+    assert caught.value.reason is Reason.BAD_ADDRESS
+
+
+def test_a_session_without_joint_angles_is_told(controller):
+    empty = JointState(0.0, (), ())
+    for delay in range(8):
+        threading.Timer(0.2 + 0.1 * delay, controller.send, [delay, 0, 1, empty]).start()
+    host = controller.socket.getsockname()[0]
+    with pytest.raises(DriverError, match="idle, excellent and tells no joint angles") as caught:
+        Kuka(f"{host}:{controller.port}?bind={controller.client}")
+    assert caught.value.reason is Reason.WRONG_MODE

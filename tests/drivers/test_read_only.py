@@ -8,9 +8,9 @@ import re
 import struct
 
 import pytest
-from drivers.emulation import emulated
-from drivers.kortex_stand_in import kortex_arm
-from drivers.rosbridge import ARM, rosbridge
+from emulation import emulated
+from kortex_stand_in import kortex_arm
+from rosbridge import ARM, rosbridge
 
 from mukca.drivers import DriverError
 from mukca.drivers.reconnect import Reconnecting

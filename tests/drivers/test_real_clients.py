@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 import pytest
-from drivers.emulation import emulated
+from emulation import emulated
 
 CLIENT_SECONDS = 60
 

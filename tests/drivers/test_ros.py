@@ -3,8 +3,8 @@
 import json
 
 import pytest
-from drivers.listeners import saying
-from drivers.rosbridge import ARM, NAMES, joint_state, rosbridge
+from listeners import saying
+from rosbridge import ARM, NAMES, joint_state, rosbridge
 
 from mukca.drivers import DriverError, Reason
 from mukca.drivers.ros import Ros, decode_message

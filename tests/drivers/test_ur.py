@@ -4,11 +4,11 @@ import struct
 import time
 
 import pytest
-from drivers.emulation import emulated
-from drivers.listeners import saying
+from emulation import emulated
+from listeners import saying
 
 from mukca.drivers import DriverError, Reason
-from mukca.drivers.rtde import encode_package, encode_setup, take_package
+from mukca.drivers.rtde import encode_package, setup_payload, take_package
 from mukca.drivers.ur import Ur
 
 
@@ -29,8 +29,9 @@ def test_what_is_no_package(stream):
 
 def test_the_request_for_outputs():
     names = b"timestamp,actual_q,robot_mode,safety_mode,target_moment,"
-    expected = struct.pack(">HBd", 11 + len(names), ord("O"), 500.0) + names
-    assert encode_setup(500, "target_moment") == expected
+    payload = setup_payload(500, "target_moment")
+    assert payload == struct.pack(">d", 500.0) + names
+    assert encode_package(ord("O"), payload)[:3] == struct.pack(">HB", 11 + len(names), ord("O"))
 
 
 @pytest.mark.parametrize(("version", "rate"), [("3.15", 125), ("5.11", 500)])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drivers.emulation import emulated
+from emulation import emulated
 from terminal_session import MUKCA, TerminalSession
 
 from mukca.recorder.dataset import Placement, Sample, read_placement

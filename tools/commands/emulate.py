@@ -72,9 +72,9 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         emulator.delay = arguments.delay
     except OSError as error:
         raise MukcaError(f"{arguments.controller}: cannot listen: {error}") from None
-    _tell(arguments, emulator, terminal)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
+        _tell(arguments, emulator, terminal)
         emulator.serve()
     except KeyboardInterrupt:
         pass
@@ -93,7 +93,7 @@ def _load(name: str) -> type[Emulator]:
 
 
 def _arm(arguments: argparse.Namespace, kind: type[Emulator], version: str) -> SimulatedArm:
-    rate = arguments.rate or kind.RATES[version]
+    rate = kind.RATES[version] if arguments.rate is None else arguments.rate
     if min(rate, arguments.move) <= 0 or min(arguments.hold, arguments.delay, arguments.noise) < 0:
         raise MukcaError("--rate and --move are positive; --hold, --delay, --noise not negative")
     motion = arguments.hold, arguments.move

@@ -1,6 +1,7 @@
 """``mukca stream``: a robot's live joint angles, to check a connection before recording."""
 
 import argparse
+import logging
 import math
 import sys
 import time
@@ -41,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Show states until the end that was asked for, or Ctrl-C."""
+    logging.getLogger("mukca").addHandler(logging.NullHandler())  # drops are told here
     name, _, address = arguments.driver.partition(":")
     with ExitStack() as stack:
         driver = Reconnecting(lambda: open_driver(name, address))
