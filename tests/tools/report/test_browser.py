@@ -12,6 +12,8 @@ import pytest
 from mukca.tools.cli import main
 
 playwright = pytest.importorskip("playwright.sync_api")
+expect = playwright.expect
+expect.set_options(timeout=30_000)
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 OPTIONS = (
@@ -53,7 +55,7 @@ def show(browser) -> Iterator[Any]:
         page.on("dialog", lambda dialog: complaints.append(dialog.message))
         page.on("request", lambda request: requests.append(request.url))
         page.goto(file.as_uri())
-        page.wait_for_function("document.querySelectorAll('canvas:not([data-yaw])').length === 0")
+        expect(page.locator("canvas:not([data-yaw])")).to_have_count(0)
         return page
 
     yield show
@@ -137,18 +139,12 @@ def test_the_views_turn_under_the_mouse(show, report, scene) -> None:
     page.mouse.down()
     page.mouse.move(box["x"] + 220, box["y"] + 140, steps=4)
     page.mouse.up()
-    page.wait_for_function(
-        f"document.querySelector('canvas[data-scene={scene}]').dataset.yaw !== '{yaw}'"
-    )
+    expect(canvas).not_to_have_attribute("data-yaw", yaw)
     assert canvas.screenshot() != before
     canvas.dblclick()
-    page.wait_for_function(
-        f"document.querySelector('canvas[data-scene={scene}]').dataset.yaw === '{yaw}'"
-    )
+    expect(canvas).to_have_attribute("data-yaw", yaw)
     canvas.press("ArrowLeft")
-    page.wait_for_function(
-        f"document.querySelector('canvas[data-scene={scene}]').dataset.yaw !== '{yaw}'"
-    )
+    expect(canvas).not_to_have_attribute("data-yaw", yaw)
 
 
 def test_both_clouds_turn_together_and_can_be_filtered(show, report) -> None:
@@ -160,10 +156,8 @@ def test_both_clouds_turn_together_and_can_be_filtered(show, report) -> None:
     assert clouds.first.get_attribute("data-yaw") == clouds.last.get_attribute("data-yaw")
     count = int(clouds.first.get_attribute("data-points"))
     page.select_option("[data-control=filter]", "train")
-    page.wait_for_function(
-        f"[...document.querySelectorAll('canvas[data-scene=errors]')]"
-        f".every(canvas => +canvas.dataset.points === {count // 3})"
-    )
+    for cloud in clouds.all():
+        expect(cloud).to_have_attribute("data-points", str(count // 3))
 
 
 def test_the_arm_moves_with_the_slider(show, report) -> None:
@@ -171,9 +165,7 @@ def test_the_arm_moves_with_the_slider(show, report) -> None:
     canvas = page.locator("canvas[data-scene=arm]")
     before = canvas.screenshot()
     page.locator("[data-control=configuration]").fill("7")
-    page.wait_for_function(
-        "document.querySelector('canvas[data-scene=arm]').dataset.configuration === '7'"
-    )
+    expect(canvas).to_have_attribute("data-configuration", "7")
     assert canvas.screenshot() != before
     page.locator("[data-control=overlay]").uncheck()
     page.wait_for_timeout(100)
