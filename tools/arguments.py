@@ -71,9 +71,9 @@ def chain_of(arguments: argparse.Namespace) -> "Chain":
     )
 
 
-def add_load(parser: argparse.ArgumentParser) -> None:
+def add_load(parser: argparse.ArgumentParser, purpose: str = "joint compliance") -> None:
     """Add what pulls at the joints."""
-    group = parser.add_argument_group("load, for joint compliance")
+    group = parser.add_argument_group(f"load, for {purpose}")
     group.add_argument(
         "--payload", type=float, metavar="KG", help="mass at the ball beyond the model's"
     )

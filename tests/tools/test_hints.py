@@ -8,6 +8,7 @@ import pytest
 
 from mukca.recorder.dataset import Sample, read_placement
 from mukca.solver.kinematics import gravity_torques
+from mukca.solver.observations import Load
 from mukca.solver.urdf import Chain
 from mukca.tools.hints import gravity_of, seat_check
 
@@ -18,7 +19,15 @@ def test_gravity_is_the_model_s(panda: Chain) -> None:
     for q in np.random.default_rng(0).uniform(-1, 1, (3, 7)):
         expected = gravity_torques(panda, q[None])[0]
         assert gravity(q.tolist()) == pytest.approx(expected)
-        assert gravity((q + 1e-3).tolist()) == pytest.approx(expected, abs=0.2)
+
+
+def test_gravity_is_the_load_s(panda: Chain) -> None:
+    load = Load(gravity=(0.0, 9.81, 0.0), payload=0.5)
+    gravity = gravity_of(panda, load)
+    q = np.random.default_rng(0).uniform(-1, 1, 7)
+    assert gravity is not None
+    expected = gravity_torques(panda, q[None], load.gravity, load.payload)[0]
+    assert gravity(q.tolist()) == pytest.approx(expected)
 
 
 def test_a_model_without_masses_knows_no_gravity(panda: Chain) -> None:
@@ -27,7 +36,7 @@ def test_a_model_without_masses_knows_no_gravity(panda: Chain) -> None:
 
 def test_a_sample_of_the_other_socket_is_doubted_and_no_other(panda: Chain, session: Path) -> None:
     check = seat_check(panda)
-    samples = list(read_placement(session / "front").samples)
+    samples = read_placement(session / "front").samples
     taken: list[Sample] = []
     for number, sample in enumerate(samples, start=1):
         taken.append(replace(sample, number=number))
@@ -39,4 +48,5 @@ def test_a_sample_of_the_other_socket_is_doubted_and_no_other(panda: Chain, sess
 
 def test_few_samples_cannot_be_judged(panda: Chain, session: Path) -> None:
     first, *_, last = read_placement(session / "front").samples
-    assert seat_check(panda)([first, replace(last, socket=0)]) is None
+    two = [replace(first, number=1), replace(last, socket=0, number=2)]
+    assert seat_check(panda)(two) is None

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...drivers.registry import open_driver
-from ..arguments import UsageError, add_robot, chain_of
+from ..arguments import UsageError, add_load, add_robot, chain_of, load_of
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
@@ -56,11 +56,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--distance", type=float, default=0.05, metavar="M", help="between the centres of sockets "
         "0 and 1, in metres, as measured with a caliper (default: %(default)s)")  # fmt: skip
     add("--sockets", type=int, default=2, metavar="N", help="1 to 10 (default: %(default)s)")
-    add("--target", type=int, default=30, metavar="N", help="samples for each socket")
-    add("--window", type=float, default=0.3, metavar="S", help="seconds that a capture averages")
+    add(
+        "--target",
+        type=int,
+        default=30,
+        metavar="N",
+        help="samples for each socket (default: %(default)s)",
+    )
+    add(
+        "--window",
+        type=float,
+        default=0.3,
+        metavar="S",
+        help="seconds that a capture averages (default: %(default)s)",
+    )
     add("--still", type=float, default=5e-4, metavar="RAD", help="largest standard deviation over "
         "the window of an arm that is still (default: %(default)s)")  # fmt: skip
     add("--keys", type=Path, metavar="FILE", help="read keys from a script")
+    add_load(parser, "noticing a hand on the arm")
     notes = parser.add_argument_group("notes, kept with the recording")
     notes.add_argument("--operator", metavar="NAME")
     notes.add_argument("--serial-number", metavar="TEXT", help="of the arm")
@@ -103,6 +116,7 @@ def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -
     from ..hints import gravity_of, seat_check
 
     joints = joints_of(chain)
+    gravity = gravity_of(chain, load_of(arguments))
     with ExitStack() as stack:
         keyboard, script = _keys(arguments, stack)
         stack.enter_context(_quiet())
@@ -120,7 +134,7 @@ def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -
             title=f"{chain.name}  {arguments.driver}  {arguments.out}",
             keyboard=keyboard,
             script=script,
-            push=Push(joints, gravity_of(chain)),
+            push=Push(joints, gravity),
             check=seat_check(chain),
         ).run()
 
