@@ -21,7 +21,7 @@ import numpy as np
 
 from mukca.recorder.dataset import Placement, find_placements, read_placement
 from mukca.solver.auto import calibrate_auto
-from mukca.solver.evidence import Estimate
+from mukca.solver.estimate import Estimate
 from mukca.solver.kinematics import gravity_torques
 from mukca.solver.measurements import Measurement, measure
 from mukca.solver.observations import KnownDistance, observe

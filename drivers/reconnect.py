@@ -63,17 +63,20 @@ class Reconnecting(Driver):
     @property
     def missed(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
         """States missed over all connections; those sent between two connections do not count."""
-        return self._earlier_missed + (self._driver.missed if self._driver else 0)
+        driver = self._driver  # another thread may be losing it
+        return self._earlier_missed + (driver.missed if driver else 0)
 
     @property
     def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Messages discarded over all connections."""
-        return self._earlier_rejected + (self._driver.rejected if self._driver else 0)
+        driver = self._driver
+        return self._earlier_rejected + (driver.rejected if driver else 0)
 
     @property
     def status(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
         """What the robot says of itself; empty while there is no connection."""
-        return self._driver.status if self._driver else ""
+        driver = self._driver
+        return driver.status if driver else ""
 
     def read(self, timeout: float) -> JointState:
         """Return the next state; making a new connection may take longer than the timeout.
@@ -104,7 +107,7 @@ class Reconnecting(Driver):
         """Take note of a failed read, and drop the connection if it is of no more use."""
         if error.reason is Reason.SILENT:
             silent = time.monotonic() - self._last_state
-            self.trouble = f"no state for {silent:.1f} s"
+            self.trouble = f"{error}; silent for {silent:.1f} s"
             if silent < self._silence:
                 return
         else:

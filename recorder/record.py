@@ -25,6 +25,8 @@ __all__ = ["Outcome", "Recorder"]
 
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
+MOST_STATES = 500
+"""So many are looked at in one go; more wait, so that keys, signals and the screen do not."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,8 @@ class Recorder:
             sources.append(self.keyboard)
         if self.script and self.script.hungry:
             sources.append(self.script)
-        pause = max(0.0, self._next_frame - time.monotonic())
+        behind = self.stream.waiting > MOST_STATES
+        pause = 0.0 if behind else max(0.0, self._next_frame - time.monotonic())
         ready, _, _ = select.select(sources, [], [], pause)
         if signals in ready:
             signals.read()
@@ -109,11 +112,13 @@ class Recorder:
             self._next_frame = 0.0
 
     def _take_states(self) -> None:
-        while states := self.stream.take():  # until none came while the last were looked at
-            for arrival, state in states:
-                looked = self.watch.feed(state, arrival)
-                if looked and self.script:
-                    self._follow_script(self.script, arrival)
+        """Look at the states that have come, in order, the oldest first."""
+        for arrival, state in self.stream.take(MOST_STATES):
+            looked = self.watch.feed(state, arrival)
+            if looked and self.script:
+                self._follow_script(self.script, arrival)
+            if self.session.finished:
+                return
         if self.script:
             self._follow_script(self.script, time.monotonic())
 
@@ -126,7 +131,7 @@ class Recorder:
     def _follow_stream(self) -> None:
         """Tell when the stream falls silent, and when it is back."""
         now = time.monotonic()
-        silent = now - max(self.watch.arrival, self._started) > SILENT
+        silent = now - max(self.stream.arrival, self._started) > SILENT
         if silent and self._silent_since is None:
             self._silent_since = now
             self._alarm(self._trouble(now) or "the stream is silent")

@@ -1,5 +1,6 @@
 """Reads a driver in a thread of its own, so that no state waits for a screen or a disk."""
 
+import math
 import threading
 import time
 from collections import deque
@@ -27,6 +28,8 @@ class Stream:
         self._waiting: deque[tuple[float, JointState]] = deque()
         self._capacity = capacity
         self._stop = threading.Event()
+        self.arrival = -math.inf
+        """When the newest state came [s, monotonic]."""
         self.dropped = 0
         """States that no consumer came for in time."""
         self.trouble: str | None = None
@@ -51,10 +54,15 @@ class Stream:
         """How often the connection was lost and made again."""
         return self._driver.drops if isinstance(self._driver, Reconnecting) else 0
 
-    def take(self) -> list[tuple[float, JointState]]:
-        """Return all states that have come since the last call: arrival [s, monotonic], state."""
+    @property
+    def waiting(self) -> int:
+        """How many states were not taken yet."""
+        return len(self._waiting)
+
+    def take(self, most: int = 1_000_000) -> list[tuple[float, JointState]]:
+        """Return the oldest states that were not taken yet: arrival [s, monotonic], state."""
         waiting = self._waiting
-        return [waiting.popleft() for _ in range(len(waiting))]
+        return [waiting.popleft() for _ in range(min(most, len(waiting)))]
 
     def close(self) -> None:
         """End the thread and the connection; safe to call twice."""
@@ -84,4 +92,5 @@ class Stream:
         if len(self._waiting) >= self._capacity:
             self._waiting.popleft()
             self.dropped += 1
-        self._waiting.append((time.monotonic(), state))
+        self.arrival = time.monotonic()
+        self._waiting.append((self.arrival, state))

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .deflection import COMPLIANCE, TRANSMISSION
-from .evidence import Estimate, estimate
+from .estimate import Estimate
+from .evidence import estimate
 from .map_problem import build_map_problem
 from .observations import Observations
 from .parameters import Parameter

@@ -9,14 +9,16 @@ and for joints that stood still.
 # pyright: reportUnknownArgumentType=false
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .evidence import NU, Estimate, estimate
+from .changes import Change, find_changes
+from .estimate import Estimate
+from .evidence import estimate
 from .map_problem import build_map_problem
 from .measurements import Measurement
 from .observations import Load, observe
@@ -24,13 +26,11 @@ from .parameters import Parameter
 from .urdf import Chain
 
 __all__ = [
-    "Change",
     "Finding",
     "Inspection",
     "farthest_place",
     "inspect_all",
     "next_placement",
-    "split_moved",
 ]
 
 Vector = NDArray[np.float64]
@@ -38,12 +38,6 @@ NEAR = np.deg2rad(1.0)
 """Two configurations closer than this on every joint are nearly the same."""
 STILL = np.deg2rad(5.0)
 """A joint that moved less than this in a placement tells hardly anything."""
-SIGNIFICANT = 40.0
-"""Of the squared jump over its variance, about 3 were it chance alone."""
-SMALLEST_MOVE = 7.5e-4
-"""A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
-SIDE = 4
-"""Samples needed on each side of a change."""
 FAR = 0.06
 """Robust weight below which a sample is far from its socket, about 9 deviations."""
 BAD_FLOOR = 2.5
@@ -67,17 +61,6 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{self.where}: {self.text}; {self.advice}"
-
-
-@dataclass(frozen=True)
-class Change:
-    """A base that moved while a socket was recorded."""
-
-    socket: int
-    sample: int
-    """The first sample after the move, counted from 0 in its socket."""
-    jump: float
-    """How far the predicted centre moved [m]."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +98,7 @@ def inspect_all(
     floors = [_floor(fitted) for fitted in alone]
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
-        changes = _changes(measured, together)
+        changes = find_changes(measured, together)
         findings = [
             *_moved(measured, changes),
             *_bad_floor(measured, floors[i], floors[:i] + floors[i + 1 :]),
@@ -128,19 +111,6 @@ def inspect_all(
         centre = together.centres[rows].mean(axis=0)
         seen.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
     return seen
-
-
-def split_moved(inspection: Inspection) -> Measurement:
-    """Return the placement with the part after each change as a socket of its own."""
-    placement = inspection.measured.placement
-    samples = list(placement.samples)
-    free = max(sample.socket for sample in samples) + 1
-    for change in inspection.changes:
-        rows = [i for i, s in enumerate(samples) if s.socket == change.socket][change.sample :]
-        for i in rows:
-            samples[i] = replace(samples[i], socket=free)
-        free += 1
-    return replace(inspection.measured, placement=replace(placement, samples=tuple(samples)))
 
 
 def next_placement(chain: Chain, seen: Sequence[Inspection]) -> str:
@@ -197,35 +167,6 @@ def _fit(
 def _floor(alone: Estimate) -> float:
     errors = np.linalg.norm(alone.residuals, axis=1)
     return float(np.average(errors, weights=alone.weights))
-
-
-def _changes(measured: Measurement, together: Estimate) -> tuple[Change, ...]:
-    """Return where the running centre of a socket jumps, at most once each."""
-    data = together.problem.data
-    found: list[Change] = []
-    for socket in measured.sockets:
-        rows = data.sockets == data.labels.index((measured.name, socket))
-        points = together.points[rows]
-        scores = [(*_jump(points, k), k) for k in range(SIDE, len(points) - SIDE + 1)]
-        significance, jump, k = max(scores, default=(0.0, 0.0, 0))
-        if significance > SIGNIFICANT and jump > SMALLEST_MOVE:
-            found.append(Change(socket, k, jump))
-    return tuple(found)
-
-
-def _jump(points: Vector, k: int) -> tuple[float, float]:
-    """Return how significant a jump before sample k is, and its size [m].
-
-    Each side has its own robust centre, so that neither a far sample nor the jump itself hides it.
-    """
-    sides = points[:k], points[k:]
-    medians = [np.median(side, axis=0) for side in sides]
-    squares = [np.sum((p - m) ** 2, axis=1) for p, m in zip(sides, medians, strict=True)]
-    variance = float(np.median(np.concatenate(squares))) / 2.366  # the median of chi2 with 3
-    weights = [1 / (NU + d / variance) for d in squares]
-    centres = [np.average(p, axis=0, weights=w) for p, w in zip(sides, weights, strict=True)]
-    jump = float(np.linalg.norm(centres[1] - centres[0]))
-    return jump**2 / (variance * (1 / k + 1 / (len(points) - k))), jump
 
 
 def _where(measured: Measurement, socket: int, sample: int) -> str:

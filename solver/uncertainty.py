@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .deflection import coefficient_names
-from .evidence import INFORMATION, Estimate
+from .estimate import INFORMATION, Estimate
 from .kinematics import gravity_torques, rotation, rotation_rpy
 from .observations import Load
 from .urdf import Chain, Joint

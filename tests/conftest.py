@@ -1,14 +1,24 @@
 """What tests share: where real recordings are, and small simulated ones."""
 
+import os
+
+# As the command line does, before NumPy is loaded: the matrices here are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from mukca.solver.urdf import Chain, load_chain
 from mukca.tools.simulate import Base, perturb, record, write_holes
 
 ROOT = Path(__file__).parents[1]
+
+# A loaded machine is no failure.
+settings.register_profile("unhurried", deadline=None)
+settings.load_profile("unhurried")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

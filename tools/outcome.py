@@ -19,7 +19,7 @@ from ..solver.urdf import Chain
 from ..solver.validate import CALIPER_DEVIATION, evaluate, is_distorted
 
 if TYPE_CHECKING:
-    from ..solver.evidence import Estimate
+    from ..solver.estimate import Estimate
 
 __all__ = ["AutoSettings", "Outcome", "calibrate_by_auto", "calibrate_by_paper", "provenance"]
 
@@ -130,7 +130,7 @@ def calibrate_by_auto(
     import time
 
     from ..solver.auto import STAGES, calibrate_auto
-    from ..solver.evidence import predict
+    from ..solver.estimate import predict
 
     begin = time.perf_counter()
     data = observe(

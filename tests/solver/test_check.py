@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement, find_placements, read_placement
-from mukca.solver.check import Inspection, inspect_all, next_placement, split_moved
+from mukca.solver.changes import split_at
+from mukca.solver.check import Inspection, inspect_all, next_placement
 from mukca.solver.measurements import measure
 from mukca.solver.parameters import choose_parameters
 from mukca.solver.urdf import load_chain
@@ -55,8 +56,8 @@ def test_a_base_that_moved_is_found_and_can_be_split(panda, true_panda, placemen
     assert (change.socket, change.sample) == (1, 8)
     assert change.jump == pytest.approx(1.5e-3, rel=0.2)
     assert codes(seen) == ["moved"]
-    assert split_moved(seen[0]).counts == (20, 8, 12)
-    assert split_moved(seen[1]).counts == (20, 20)
+    assert split_at(seen[0].measured, seen[0].changes).counts == (20, 8, 12)
+    assert split_at(seen[1].measured, seen[1].changes).counts == (20, 20)
 
 
 def test_samples_in_the_wrong_socket_or_far_away_are_told(panda, placements) -> None:

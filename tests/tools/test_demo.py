@@ -16,7 +16,9 @@ from mukca.tools.commands.demo import demo_arm
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("demo") / "demo"
-    assert main(["demo", "--out", str(out)]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mukca.tools.commands.demo.SPEED", 40)  # nothing but the time depends on it
+        assert main(["demo", "--out", str(out)]) == 0
     return out
 
 

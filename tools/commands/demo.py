@@ -56,6 +56,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         status = _run(validate, ["validate", document, front, *held_out], terminal)
         terminal.say(f"Recordings:      {', '.join((front, *held_out))}")
         terminal.say(f"Calibrated URDF: {calibrated / 'calibrated.urdf'}")
+        terminal.say(f"Report:          {calibrated / 'report.html'}")
     return status
 
 

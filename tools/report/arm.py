@@ -72,6 +72,8 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
 def _true_positions(evidence: Evidence, seen: Seen) -> Vector:
     """Return the joint positions that the calibrated geometry is applied to."""
     calibration, measured = evidence.calibration, seen.measured
+    if not calibration.deflection.extensions:
+        return measured.positions
     torques = calibration.load.torques(evidence.chain, measured)
     return calibration.deflection.true_positions(measured.positions, torques)
 

@@ -45,9 +45,7 @@ def parameter_kinds(figures: Figures) -> dict[str, list[dict[str, Any]]]:
     for row in figures.get("coefficients", []):
         kind = "joint compliance" if row["unit"] == "rad/(N m)" else "transmission error"
         if row["value"] or row["standard_deviation"]:  # the others are switched off
-            kinds.setdefault(kind, []).append(
-                {**row, "name": row["name"].removesuffix(".compliance"), "change": row["value"]}
-            )
+            kinds.setdefault(kind, []).append({**row, "change": row["value"]})
     return kinds
 
 
@@ -55,9 +53,9 @@ def _bars(kind: str, rows: Sequence[Figures]) -> Any:
     factor, shown = shown_unit(rows[0]["unit"])
     # Deviations of what no ball can show are far larger than any change; they are cut off.
     largest = max(abs(row["change"]) for row in rows)
-    spread = max(row.get("standard_deviation") or 0.0 for row in rows)
-    half = 1.15 * factor * max(largest, min(spread, 2 * largest) or 1e-9)
-    names = [row["name"] for row in rows]
+    ends = [abs(row["change"]) + min(row.get("standard_deviation") or 0, largest) for row in rows]
+    half = 1.1 * factor * max(*ends, 1e-9)
+    names = [row["name"].removesuffix(".compliance") for row in rows]
     panel = Rows(f"{kind}, {shown}", names, Axis(-half, half, shown), pitch=15)
     panel.vertical(0, "zero")
     for i, row in enumerate(rows):

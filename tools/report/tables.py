@@ -163,7 +163,9 @@ def _warnings(figures: Figures) -> Element | None:
 def _provenance(figures: Figures) -> Element:
     found = figures["provenance"]
     settings = [
-        f"{key} {value}" for key, value in found["settings"].items() if value not in (None, [], "")
+        f"{key} {value}"
+        for key, value in found["settings"].items()
+        if value not in (None, [], "", False)
     ]
     steps = plural(int(figures["iterations"]), "iteration")
     versions = [f"{name} {number}" for name, number in found["versions"].items()]

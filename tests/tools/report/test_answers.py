@@ -88,9 +88,12 @@ def test_places_are_told_as_the_robot_sees_them() -> None:
 def test_the_drawn_arm_ends_at_the_ball(document) -> None:
     calibration = calibration_of(document, "")
     q = np.array([s["position"] for s in document["data"][0]["samples"]])
+    assert not calibration.deflection.extensions
     origins = calibration.model.origins(calibration.values)
     T = frames(calibration.chain, origins, q)
     assert np.allclose(T[:, 0], np.eye(4))
+    for i, xyz in enumerate(origins[:, :3]):  # each joint stands where its parent's frame says
+        assert np.allclose(T[:, i + 1, :3, 3], T[:, i, :3, :3] @ xyz + T[:, i, :3, 3])
     assert np.allclose(T[:, -1, :3, 3], calibration.ball(q), atol=1e-12)
     R = T[:, :, :3, :3]
     assert np.allclose(R @ R.transpose(0, 1, 3, 2), np.eye(3))

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from mukca.solver.observations import parse_known
 from mukca.solver.urdf import shipped_robots
 from mukca.tools.cli import main
 from mukca.tools.report.build import build_report
@@ -79,12 +80,26 @@ def test_known_distances_are_judged(document) -> None:
     figures = build_report(document, "").figures
     a, b = (figures["placements"][i]["sockets"][0]["centre"] for i in (0, 1))
     length = sum((p - q) ** 2 for p, q in zip(a, b, strict=True)) ** 0.5
-    from mukca.solver.observations import parse_known
-
     good = [parse_known(f"front:0-left:0={length!r}+-0.0001")]
     bad = [parse_known(f"front:0-left:0={length + 1e-3!r}")]
     assert rows(document, known=good)[1]["between_placements"] == "pass"
     assert rows(document, known=bad)[1]["between_placements"] == "fail"
+
+
+def test_distances_that_the_fit_was_told_prove_nothing(document) -> None:
+    document["settings"]["known"] = ["front:0-left:0=0.4"]
+    known = [parse_known("front:0-left:0=0.4")]
+    assert rows(document, known=known)[1]["between_placements"] == "fail"
+    for rows_of in (document["data"], document["placements"]):
+        rows_of[1]["role"] = "train"
+    assert rows(document, known=known)[1]["between_placements"] == "not evaluated"
+
+
+def test_limits_are_no_finer_than_a_printed_socket_resolves(document) -> None:
+    for name, limit in (("ur5e", 3e-4), ("iiwa14", 4.5e-4), ("gen3_lite", 3e-3)):
+        document["model"]["name"] = name
+        found = build_report(document, "").figures["limits"]["mean_absolute_error"]
+        assert found["value"] == pytest.approx(limit)
 
 
 def test_every_shipped_robot_has_limits_and_is_known_by_its_names() -> None:
