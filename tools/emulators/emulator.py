@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import select
 import socket
 import time
@@ -73,8 +74,8 @@ class Emulator(ABC):
         self.arm, self.sabotage, self.journal = arm, sabotage, journal
         self.number = 0
         """Number of the last state."""
-        self.delay = 0.0
-        """How much longer the arm rests at its first pose [s]."""
+        self._released = 0.0
+        """Until when the arm rests at its first pose [s]."""
         self._watched: dict[int, Callable[[], None]] = {}
         self._begun = math.nan
         self._frozen: JointState | None = None
@@ -111,6 +112,17 @@ class Emulator(ABC):
     def close(self) -> None:  # noqa: B027 - most have nothing to do
         """Leave what does not close by itself at the end of the program."""
 
+    def wait_for_line(self, file: int) -> None:
+        """Keep the arm at its first pose until a line, or the end, comes from a file."""
+        self._released = math.inf
+
+        def release() -> None:
+            os.read(file, 1)
+            self._released = self.moment
+            self.unwatch(file)
+
+        self.watch(file, release)
+
     def watch(self, file: int, callback: Callable[[], None]) -> None:
         """Call back whenever a file descriptor can be read."""
         self._watched[file] = callback
@@ -145,7 +157,7 @@ class Emulator(ABC):
 
     def next_state(self, moment: float) -> JointState:
         """Return what is sent next, counted and noted."""
-        state = self.arm.state(max(0.0, moment - self.delay))
+        state = self.arm.state(max(0.0, moment - self._released))
         if self.sabotage.strikes("freeze", moment):
             state = self._frozen = self._frozen or state
         else:
