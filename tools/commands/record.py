@@ -1,6 +1,7 @@
 """``mukca record``: record at the robot, in the terminal."""
 
 import argparse
+import gc
 import logging
 import os
 import shlex
@@ -116,14 +117,15 @@ def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -
     from ..hints import gravity_of, seat_check
 
     joints = joints_of(chain)
-    gravity = gravity_of(chain, load_of(arguments))
+    push, check = Push(joints, gravity_of(chain, load_of(arguments))), seat_check(chain)
     with ExitStack() as stack:
         keyboard, script = _keys(arguments, stack)
         stack.enter_context(_quiet())
+        stack.enter_context(_without_pauses())
         driver = stack.enter_context(_connect(arguments.driver, chain.joint_names))
-        recording = stack.enter_context(_recording(arguments, chain, joints))
         stream = Stream(driver)
         stack.callback(stream.close)
+        recording = stack.enter_context(_recording(arguments, chain, joints))
         live = script is None
         return Recorder(
             session=_session(arguments, joints, recording),
@@ -134,8 +136,8 @@ def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -
             title=f"{chain.name}  {arguments.driver}  {arguments.out}",
             keyboard=keyboard,
             script=script,
-            push=Push(joints, gravity),
-            check=seat_check(chain),
+            push=push,
+            check=check,
         ).run()
 
 
@@ -189,6 +191,20 @@ def _quiet() -> Generator[None, None, None]:
     finally:
         log.removeHandler(handler)
         log.propagate = propagate
+
+
+@contextmanager
+def _without_pauses() -> Generator[None, None, None]:
+    """Keep what was loaded by now out of garbage collection.
+
+    To look through all of it takes a tenth of a second, in which no state is read.
+    """
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 def _connect(text: str, joint_names: tuple[str, ...]) -> "Reconnecting":
