@@ -18,6 +18,8 @@ from .sabotage import Packet, Sabotage
 
 __all__ = ["Emulator", "Journal", "stranger_socket"]
 
+IDLE_SECONDS = 0.5  # a signal just before a wait without end would be seen only after it
+
 
 class Journal:
     """A file of JSON lines: every message that came in, and every state that went out."""
@@ -135,7 +137,7 @@ class Emulator(ABC):
         """Run until interrupted."""
         while True:
             while not self.streaming:
-                self._poll(None)
+                self._poll(IDLE_SECONDS)
             start, count = time.monotonic(), 0
             while self.streaming:
                 due = start + count / self.arm.rate
@@ -144,7 +146,7 @@ class Emulator(ABC):
                     self._send_next(0.0 if math.isnan(self._begun) else max(0.0, due - self._begun))
                     count += 1
 
-    def _poll(self, wait: float | None) -> None:
+    def _poll(self, wait: float) -> None:
         """Call back for what came in, waiting for it no longer than told [s]."""
         readable, _, _ = select.select(list(self._watched), [], [], wait)
         for file in reversed(readable):  # clients that leave come before clients that join
