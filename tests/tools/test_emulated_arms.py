@@ -23,8 +23,8 @@ ROUNDING = {"piper": 1e-5}  # rad: thousandths of a degree
 RATES = {"kinova": 20}  # polled states in a window
 # How long the arm rests at a pose, and moves to the next [s]. Where the host gives the time, a busy
 # computer sees it uneven: such arms are led slowly.
-MOTION = (0.7, 0.7)
-MOTIONS = {"kinova": (1.0, 1.4), "piper": (1.0, 0.7)}
+MOTION = (1.5, 0.7)
+MOTIONS = {"kinova": (2.0, 1.4), "piper": (2.0, 0.7)}
 CANDIDATES = 150
 
 ARMS = [
