@@ -8,6 +8,10 @@ Little-endian and packed. A layout is known by its exact length alone::
     2373   5 to 9            Panda 4.2, FR3 to 5.7     float64   41
     1377   10                FR3 from 5.9              float32   41
 
+A state carries no checksum; that of its UDP datagram guards it on the way. What can be wrong and
+show is refused: the length, the mode, the flags, the success rate, angles beyond a turn, and
+numbers that are none.
+
 The offsets are those of the headers in libfranka-common (Apache-2.0). The layouts of versions 5
 and 10 are proven against libfranka 0.9.2 and 0.21.3; those of 3 and 4 are taken from the source.
 """

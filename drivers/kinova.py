@@ -24,8 +24,7 @@ from .driver import Driver, DriverError, JointState, Reason, match_joints
 __all__ = ["Kinova", "Measurement", "Unwrap"]
 
 HALF_TURN = 180.0
-FASTEST_ROUND = 0.05  # s, at first
-LEEWAY = 0.03  # s: at rest nothing depends on it, and a hand is slow
+ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a hand is slow
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +72,7 @@ class Kinova(Driver):
             raise
         self._unwrap = Unwrap(self._arm.centred)
         self._next_poll = 0.0
-        self._fastest, self._slow = FASTEST_ROUND, 0
+        self._fastest, self._slow = math.inf, 0
         self._open = True
 
     @property
@@ -107,14 +106,14 @@ class Kinova(Driver):
         """Return what the joints were at one moment, and that moment by the monotonic clock.
 
         A round in which this computer, or the bus, was held up is no one moment, and is asked for
-        again: it takes much longer than the fastest.
+        again: it takes much longer than the fastest, which a slow line sets.
         """
         while True:
             start = time.monotonic()
             self._next_poll = start + 1 / self._arm.rate
             measurement = self._arm.measure(deadline)
             end = time.monotonic()
-            if end - start <= 2 * self._fastest + LEEWAY:
+            if end - start <= max(ONE_MOMENT, 2 * self._fastest):
                 self._fastest = min(self._fastest, end - start)
                 return measurement, (start + end) / 2
             self._slow += 1

@@ -118,6 +118,7 @@ def open_serial(rest: str) -> PolledArm:
             parity=PARITIES[parity],
             stopbits=options.positive("stopbits", 2),
             timeout=0,
+            write_timeout=1,  # s: a line that nobody reads fills up, and would block for ever
             exclusive=True,
         )
     except ValueError as error:

@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import can
+import pytest
+
 START_SECONDS = 60
 _numbers = itertools.count()
 _worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
@@ -49,6 +52,12 @@ class Emulation:
         """Return the states that went out, by number."""
         return {entry["sent"]: entry for entry in self.entries() if "sent" in entry}
 
+    def release(self) -> None:
+        """Let an arm move that was told to wait."""
+        assert self.process.stdin is not None
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+
     def stop(self) -> None:
         """End it, with its journal whole."""
         self.process.terminate()
@@ -67,8 +76,13 @@ def emulated(
     journal = folder / f"journal{next(_numbers)}.jsonl"
     arguments = ("emulate", name, "--json", "--journal", str(journal))
     address = address or own_address(name, options)
+    if address.startswith("udp_multicast"):
+        need_multicast()
     process = subprocess.Popen(
-        [*command, *arguments, "--address", address, *options], stdout=subprocess.PIPE, text=True
+        [*command, *arguments, "--address", address, *options],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     )
     emulation = None
     try:
@@ -82,8 +96,7 @@ def emulated(
     finally:
         process.terminate()
         process.wait(30)
-        assert process.stdout is not None
-        process.stdout.close()
+        process.communicate()
 
 
 def own_address(name: str, options: tuple[str, ...] = ()) -> str:
@@ -106,3 +119,12 @@ def own_host() -> str:
 def own_bus() -> str:
     """Return a CAN bus that nobody else uses: one by its port, since Linux mixes the groups."""
     return f"udp_multicast/239.74.163.2?port={43200 + 200 * _worker + next(_numbers)}&hop_limit=0"
+
+
+def need_multicast() -> None:
+    """Skip a test on a computer that has no CAN bus of this kind."""
+    try:
+        with can.Bus("239.74.163.2", "udp_multicast", port=43199, hop_limit=0) as bus:
+            bus.send(can.Message(arbitration_id=0x7FF))
+    except (can.CanError, OSError) as error:
+        pytest.skip(f"no multicast on this computer: {error}")

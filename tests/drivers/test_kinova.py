@@ -1,7 +1,9 @@
 """Kinova: angles without jumps, settings of the line, and kortex_api's absence and errors."""
 
 import math
+import os
 import time
+import tty
 
 import pytest
 import serial
@@ -101,6 +103,19 @@ def test_an_actuator_that_is_not_there_is_named(tmp_path):
     with emulated("kinova", tmp_path) as emulation, told as caught:
         Kinova(f"{emulation.address}&joints=7")
     assert caught.value.reason is Reason.UNREACHABLE
+
+
+def test_a_line_that_nobody_reads_holds_nobody_up():
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    start = time.monotonic()
+    for _ in range(3):
+        with pytest.raises(DriverError) as caught:
+            Kinova(f"serial://{os.ttyname(slave)}?parity=none&joints=1")
+        assert caught.value.reason is Reason.UNREACHABLE
+    assert time.monotonic() - start < 30
+    os.close(master)
+    os.close(slave)
 
 
 def test_a_line_that_is_pulled_out_is_told(tmp_path):

@@ -21,10 +21,11 @@ STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
 NOISE = 2e-5  # rad, of the emulated encoders
 ROUNDING = {"piper": 1e-5}  # rad: thousandths of a degree
 RATES = {"kinova": 20}  # polled states in a window
-HOLD, DELAY = 0.7, 4.0  # s
-MOVES = {"kinova": 1.4}  # s: led slowly, since a busy computer polls unevenly
-MOVE = 0.7  # s, of the others
-CANDIDATES = 300
+# How long the arm rests at a pose, and moves to the next [s]. Where the host gives the time, a busy
+# computer sees it uneven: such arms are led slowly.
+MOTION = (1.5, 0.7)
+MOTIONS = {"kinova": (2.0, 1.4), "piper": (2.0, 0.7)}
+CANDIDATES = 150
 
 ARMS = [
     ("franka", "panda", "5"),
@@ -48,9 +49,9 @@ def placements(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
 
 def short_steps(placement: Placement) -> Iterator[Sample]:
     """Choose samples of each socket as a hand would: on to the nearest."""
+    last = placement.samples[0]
     for socket in (0, 1):
         left = [sample for sample in placement.samples if sample.socket == socket]
-        last = left[0]
         for _ in range(SAMPLES):
             last = min(left, key=lambda sample: math.dist(sample.position, last.position))
             left.remove(last)
@@ -66,13 +67,16 @@ def short_steps(placement: Placement) -> Iterator[Sample]:
 def test_the_truth_is_found(name, robot, version, placements, tmp_path, capsys):
     keys = tmp_path / "keys.txt"
     keys.write_text(f"a*{SAMPLES} s a*{SAMPLES} q")
-    motion = ["--recording", placements / "train", "--noise", NOISE, "--delay", DELAY]
-    motion += ["--hold", HOLD, "--move", MOVES.get(name, MOVE)]
+    hold, move = MOTIONS.get(name, MOTION)
+    motion = ["--recording", placements / "train", "--noise", NOISE]
+    motion += ["--hold", hold, "--move", move, "--wait"]
     with emulated(name, tmp_path, "--version", version, *map(str, motion)) as emulation:
         driver = ("--driver", f"{name}:{emulation.address}", "--window", "0.25")
         command = [*MUKCA, "record", "--robot", robot, *driver]
         out = ("--out", str(tmp_path / "recorded"), "--keys", str(keys))
         with TerminalSession([*command, *out]) as terminal:
+            terminal.wait_for("1 of 30 captured")
+            emulation.release()
             assert terminal.process.wait(150) == 0, terminal.text
 
     recorded = read_placement(tmp_path / "recorded")

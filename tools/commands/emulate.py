@@ -3,6 +3,7 @@
 import argparse
 import importlib
 import signal
+import sys
 from pathlib import Path
 
 from ... import MukcaError
@@ -41,8 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--hold", type=float, default=1.0, metavar="S", help="rest at a pose (1)")
     parser.add_argument("--move", type=float, default=1.0, metavar="S", help="move to the next (1)")
-    parser.add_argument("--delay", type=float, default=0.0, metavar="S", help="first pose: rest so "
-        "much longer (0)")  # fmt: skip
+    parser.add_argument(
+        "--wait", action="store_true", help="rest at the first pose until Enter is pressed"
+    )
     parser.add_argument("--noise", type=float, default=2e-5, metavar="RAD", help="encoders (2e-5)")
     parser.add_argument("--rate", type=float, metavar="HZ", help="states per second")
     parser.add_argument("--fault", action="append", default=[], help="misbehave; may be repeated")
@@ -69,7 +71,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
             Sabotage(faults, arguments.seed),
             journal,
         )
-        emulator.delay = arguments.delay
+        if arguments.wait:
+            emulator.wait_for_line(sys.stdin.fileno())
     except OSError as error:
         raise MukcaError(f"{arguments.controller}: cannot listen: {error}") from None
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -94,8 +97,8 @@ def _load(name: str) -> type[Emulator]:
 
 def _arm(arguments: argparse.Namespace, kind: type[Emulator], version: str) -> SimulatedArm:
     rate = kind.RATES[version] if arguments.rate is None else arguments.rate
-    if min(rate, arguments.move) <= 0 or min(arguments.hold, arguments.delay, arguments.noise) < 0:
-        raise MukcaError("--rate and --move are positive; --hold, --delay, --noise not negative")
+    if min(rate, arguments.move) <= 0 or min(arguments.hold, arguments.noise) < 0:
+        raise MukcaError("--rate and --move are positive; --hold and --noise not negative")
     motion = arguments.hold, arguments.move
     if arguments.recording is None:
         return wandering_arm(kind.JOINTS, rate, motion, arguments.noise)
@@ -108,4 +111,6 @@ def _tell(arguments: argparse.Namespace, emulator: Emulator, terminal: Terminal)
         return
     terminal.say(f"Emulating {arguments.controller}, version {emulator.version}.")
     terminal.say(f"Read it with: mukca stream --driver '{emulator.driver_address}'")
+    if arguments.wait:
+        terminal.say("Press Enter to let the arm move.")
     terminal.say("End it with Ctrl-C.")

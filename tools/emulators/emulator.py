@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import select
 import socket
 import time
@@ -16,6 +17,8 @@ from ...drivers.mock import SimulatedArm
 from .sabotage import Packet, Sabotage
 
 __all__ = ["Emulator", "Journal", "stranger_socket"]
+
+IDLE_SECONDS = 0.5  # a signal just before a wait without end would be seen only after it
 
 
 class Journal:
@@ -73,8 +76,8 @@ class Emulator(ABC):
         self.arm, self.sabotage, self.journal = arm, sabotage, journal
         self.number = 0
         """Number of the last state."""
-        self.delay = 0.0
-        """How much longer the arm rests at its first pose [s]."""
+        self._released = 0.0
+        """Until when the arm rests at its first pose [s]."""
         self._watched: dict[int, Callable[[], None]] = {}
         self._begun = math.nan
         self._frozen: JointState | None = None
@@ -111,6 +114,17 @@ class Emulator(ABC):
     def close(self) -> None:  # noqa: B027 - most have nothing to do
         """Leave what does not close by itself at the end of the program."""
 
+    def wait_for_line(self, file: int) -> None:
+        """Keep the arm at its first pose until a line, or the end, comes from a file."""
+        self._released = math.inf
+
+        def release() -> None:
+            os.read(file, 1)
+            self._released = self.moment
+            self.unwatch(file)
+
+        self.watch(file, release)
+
     def watch(self, file: int, callback: Callable[[], None]) -> None:
         """Call back whenever a file descriptor can be read."""
         self._watched[file] = callback
@@ -123,7 +137,7 @@ class Emulator(ABC):
         """Run until interrupted."""
         while True:
             while not self.streaming:
-                self._poll(None)
+                self._poll(IDLE_SECONDS)
             start, count = time.monotonic(), 0
             while self.streaming:
                 due = start + count / self.arm.rate
@@ -132,7 +146,7 @@ class Emulator(ABC):
                     self._send_next(0.0 if math.isnan(self._begun) else max(0.0, due - self._begun))
                     count += 1
 
-    def _poll(self, wait: float | None) -> None:
+    def _poll(self, wait: float) -> None:
         """Call back for what came in, waiting for it no longer than told [s]."""
         readable, _, _ = select.select(list(self._watched), [], [], wait)
         for file in reversed(readable):  # clients that leave come before clients that join
@@ -145,7 +159,7 @@ class Emulator(ABC):
 
     def next_state(self, moment: float) -> JointState:
         """Return what is sent next, counted and noted."""
-        state = self.arm.state(max(0.0, moment - self.delay))
+        state = self.arm.state(max(0.0, moment - self._released))
         if self.sabotage.strikes("freeze", moment):
             state = self._frozen = self._frozen or state
         else:

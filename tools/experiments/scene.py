@@ -1,0 +1,201 @@
+"""The arm as it truly is, its tool, and what it touches, in MuJoCo."""
+
+# MuJoCo's types are partial.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
+# pyright: reportAttributeAccessIssue=false
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ...solver.urdf import Chain
+from ...solver.urdf_text import set_origins
+
+__all__ = ["HOLE_DEPTH", "JOINT_FRICTION", "PEG_RADIUS", "TIME_STEP", "Scene", "urdf_of"]
+
+Vector = NDArray[np.float64]
+TIME_STEP = 1e-3
+"""Of the physics, and of the controller [s]."""
+JOINT_FRICTION = 0.2
+"""Coulomb friction of each joint, an assumption; it is what the compensator is for [N m]."""
+ROTOR_INERTIA = 0.1
+"""Of each motor, as the joint feels it through the gear [kg m^2]."""
+PEG_RADIUS = 5e-3
+PEG_FILLET = 1e-3
+"""Rounding of the peg's edge [m]."""
+PEG_LENGTH = 0.04
+HOLE_DEPTH = 0.02
+HOLE_SIDES = 24
+HOLE_WALL = 0.06
+"""From the hole's edge to the rim of the block around it [m]."""
+TOUCH: dict[str, Any] = {"priority": 1, "mass": 0}
+PEG_TOUCH = {**TOUCH, "friction": [0.3, 0, 0], "solref": [5 * TIME_STEP, 1]}
+"""Plastic on plastic; much stiffer, and the peg would hop along the wall."""
+PEN_TOUCH = {
+    **TOUCH,
+    "friction": [0.2, 0, 0],
+    "solref": [0.05, 1],
+    "solimp": [0.5, 0.9, 2e-3, 0.5, 2],
+}
+"""A felt tip on paper: it yields by a millimetre, or it would hop."""
+ORANGE = [0.85, 0.3, 0.1, 1]
+
+
+def urdf_of(chain: Chain) -> bytes:
+    """Return a chain's model with the origins that its joints have now."""
+    return set_origins(chain.text, {joint.name: joint.origin for joint in chain.joints})
+
+
+class Scene:
+    """A simulated arm with a peg or a pen at its ball, above a table.
+
+    Args:
+        arm: With its true kinematics.
+        table: Height of the table [m].
+        hole: Diameter of the hole in the block on the table [m]; None for a pen on paper.
+        friction: Coulomb friction of each joint [N m].
+    """
+
+    def __init__(
+        self,
+        arm: Chain,
+        *,
+        table: float,
+        hole: float | None = None,
+        friction: float = JOINT_FRICTION,
+    ) -> None:
+        spec = mujoco.MjSpec.from_string(urdf_of(arm).decode())
+        spec.compiler.fusestatic = False
+        spec.option.timestep = TIME_STEP
+        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        _add_motors(spec, friction)
+        _add_looks(spec, arm)
+        _add_table(spec, table)
+        if hole is None:
+            _add_pen(spec.body(arm.tip))
+        else:
+            _add_peg(spec.body(arm.tip))
+            _add_hole(spec, hole)
+        self.table = table
+        self.model: Any = spec.compile()
+        self.data: Any = mujoco.MjData(self.model)
+        self._tool: int = self.model.body(arm.tip).id
+
+    def reset(self, q: Vector) -> None:
+        """Put the arm at rest at joint positions, shape (m,) [rad]; the hole stays."""
+        hole = self.data.mocap_pos.copy()
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[:] = q
+        self.data.mocap_pos[:] = hole
+        mujoco.mj_forward(self.model, self.data)
+
+    def place_hole(self, centre: Vector) -> None:
+        """Stand the block with the hole somewhere on the table, shape (2,) [m]."""
+        self.data.mocap_pos[0] = [*centre, self.table]
+
+    def show(self, q: Vector) -> None:
+        """Put the arm at joint positions, for a picture only."""
+        self.data.qpos[:] = q
+        mujoco.mj_kinematics(self.model, self.data)
+
+    def step(self, torque: Vector) -> None:
+        """Let the joints exert torques, shape (m,) [N m], for one time step."""
+        self.data.ctrl[:] = torque
+        mujoco.mj_step(self.model, self.data)
+
+    @property
+    def tip(self) -> Vector:
+        """Where the peg's or pen's tip truly is, shape (3,) [m]."""
+        return self.data.xpos[self._tool].copy()
+
+    def contact_force(self) -> Vector:
+        """Return the force of block, table or paper on the tool, shape (3,) [N]."""
+        mujoco.mj_rnePostConstraint(self.model, self.data)
+        return self.data.cfrc_ext[self._tool, 3:].copy()
+
+
+def _add_motors(spec: Any, friction: float) -> None:
+    """Give each joint a motor, its inertia, and friction; MuJoCo keeps the URDF's effort limits."""
+    for joint in spec.joints:
+        joint.armature = ROTOR_INERTIA
+        joint.frictionloss = friction
+        motor = spec.add_actuator(name=joint.name, target=joint.name)
+        motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
+        motor.gainprm[0] = 1.0
+
+
+def _add_looks(spec: Any, arm: Chain) -> None:
+    """Draw a capsule from each joint to the next, and a drum on each joint; they touch nothing."""
+    for joint, following in zip(arm.joints, arm.joints[1:], strict=False):
+        body = spec.body(joint.child)
+        end = np.array(following.origin.xyz)
+        if joint.actuated:
+            _ghost(body, mujoco.mjtGeom.mjGEOM_CYLINDER, [0.055, 0.06, 0], [0.25, 0.28, 0.32, 1])
+        if np.linalg.norm(end) > 0.02:
+            link = _ghost(body, mujoco.mjtGeom.mjGEOM_CAPSULE, [0.04, 0, 0], [0.9, 0.9, 0.92, 1])
+            link.fromto = [0, 0, 0, *end]
+
+
+def _ghost(body: Any, shape: Any, size: list[float], colour: list[float]) -> Any:
+    return body.add_geom(type=shape, size=size, rgba=colour, contype=0, conaffinity=0, mass=0)
+
+
+def _add_peg(body: Any) -> None:
+    """Fix a peg along the ball link's z axis, the middle of its end where the ball's centre was.
+
+    A capsule is its side, and a ring of spheres the rounded edge of its flat end: shapes whose
+    contacts MuJoCo computes exactly.
+    """
+    _stem(body, PEG_RADIUS, 0.0)
+    side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
+    capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
+    body.add_geom(type=capsule, size=[PEG_RADIUS, 0, 0], fromto=side, group=3, **PEG_TOUCH)
+    for angle in np.arange(HOLE_SIDES) * 2 * np.pi / HOLE_SIDES:
+        place = (PEG_RADIUS - PEG_FILLET) * np.array([np.cos(angle), np.sin(angle)])
+        _bead(body, [*place, -PEG_FILLET], PEG_TOUCH)
+
+
+def _add_pen(body: Any) -> None:
+    """Fix a pen like a peg; its tip is one sphere."""
+    _stem(body, PEG_RADIUS, -4 * PEG_FILLET)
+    _bead(body, [0, 0, -PEG_FILLET], PEN_TOUCH)
+
+
+def _stem(body: Any, radius: float, end: float) -> None:
+    stem = _ghost(body, mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, 0, 0], ORANGE)
+    stem.fromto = [0, 0, -PEG_LENGTH, 0, 0, end]
+
+
+def _bead(body: Any, place: list[float], touch: dict[str, Any]) -> None:
+    sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+    body.add_geom(type=sphere, size=[PEG_FILLET, 0, 0], pos=place, rgba=ORANGE, **touch)
+
+
+def _add_table(spec: Any, height: float) -> None:
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[0.45, 0.6, 0.01],
+        pos=[0.55, 0, height - 0.01],
+        rgba=[0.55, 0.6, 0.65, 1],
+    )
+    spec.worldbody.add_light(pos=[0.3, -1.0, 2.0], dir=[0.1, 0.5, -1.0])
+
+
+def _add_hole(spec: Any, diameter: float) -> None:
+    """Stand boxes in a ring, so that a circle of the diameter fits between them."""
+    block = spec.worldbody.add_body(name="block", mocap=True)
+    radius = diameter / 2
+    half_width = (radius + HOLE_WALL) * np.tan(np.pi / HOLE_SIDES)
+    for angle in np.arange(HOLE_SIDES) * 2 * np.pi / HOLE_SIDES:
+        out = radius + HOLE_WALL / 2
+        block.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[HOLE_WALL / 2, half_width, HOLE_DEPTH / 2],
+            pos=[out * np.cos(angle), out * np.sin(angle), HOLE_DEPTH / 2],
+            quat=[np.cos(angle / 2), 0, 0, np.sin(angle / 2)],
+            rgba=[0.3, 0.5, 0.7, 1],
+        )
