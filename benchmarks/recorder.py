@@ -79,6 +79,7 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
         stdout=terminal.slave,
         stderr=terminal.slave,
         env={**os.environ, "TERM": "xterm-256color"},
+        start_new_session=True,
     )
     process = psutil.Process(recorder.pid)
     while not terminal.frames:
