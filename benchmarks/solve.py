@@ -22,7 +22,8 @@ from mukca.recorder.dataset import Placement, Sample, read_placement
 from mukca.solver.calibrate import Problem, build_problem, calibrate
 from mukca.solver.measurements import measure
 from mukca.solver.urdf import load_chain
-from mukca.tools.commands.demo import write_recordings
+from mukca.tools.commands.demo import demo_arm, demo_bases
+from mukca.tools.simulate import record, write_holes
 
 
 def seconds(work: Callable[[], object], runs: int = 15) -> float:
@@ -92,9 +93,11 @@ def commands(folder: Path, robot: str) -> None:
 
     mukca = str(Path(sys.executable).with_name("mukca"))
     imports = seconds(command(sys.executable, "-c", "import numpy, casadi, yourdfpy"), runs=7)
-    solve = seconds(command(mukca, "solve", str(folder), "--robot", robot), runs=7)
     print(f"import of numpy, casadi, yourdfpy {imports:.2f} s")
-    print(f"mukca solve, whole command        {solve:.2f} s   {solve / imports:.2f} x")
+    for method in ("paper", "auto"):
+        words = (mukca, "solve", str(folder), "--robot", robot, "--method", method)
+        solve = seconds(command(*words), runs=7)
+        print(f"mukca solve --method {method:5s}, whole  {solve:.2f} s   {solve / imports:.2f} x")
     nothing = seconds(command(sys.executable, "-c", "pass"), runs=11)
     help_ = seconds(command(mukca, "--help"), runs=11)
     print(f"python -c pass                    {1e3 * nothing:.0f} ms")
@@ -110,8 +113,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.placement
         if folder is None:
-            write_recordings(Path(temporary))
             folder = Path(temporary) / "front"
+            front = record(demo_arm()[1], demo_bases()[0], np.random.default_rng(0), noise=5e-5)
+            write_holes(front, folder)
         if arguments.samples:
             one_size(folder, arguments.robot, arguments.samples)
             return
