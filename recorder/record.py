@@ -113,8 +113,8 @@ class Recorder:
 
     def _take_states(self) -> None:
         """Look at the states that have come, in order, the oldest first."""
-        for arrival, state in self.stream.take(MOST_STATES):
-            looked = self.watch.feed(state, arrival)
+        for arrival, state, connection in self.stream.take(MOST_STATES):
+            looked = self.watch.feed(state, arrival, connection)
             if looked and self.script:
                 self._follow_script(self.script, arrival)
             if self.session.finished:

@@ -25,7 +25,7 @@ class Stream:
 
     def __init__(self, driver: Driver, capacity: int = 120_000) -> None:
         self._driver = driver
-        self._waiting: deque[tuple[float, JointState]] = deque()
+        self._waiting: deque[tuple[float, JointState, int]] = deque()
         self._capacity = capacity
         self._stop = threading.Event()
         self.arrival = -math.inf
@@ -59,8 +59,12 @@ class Stream:
         """How many states were not taken yet."""
         return len(self._waiting)
 
-    def take(self, most: int = 1_000_000) -> list[tuple[float, JointState]]:
-        """Return the oldest states that were not taken yet: arrival [s, monotonic], state."""
+    def take(self, most: int = 1_000_000) -> list[tuple[float, JointState, int]]:
+        """Return the oldest states that were not taken yet.
+
+        Each comes with its arrival [s, monotonic] before it, and behind it how many connections
+        had been lost by then.
+        """
         waiting = self._waiting
         return [waiting.popleft() for _ in range(min(most, len(waiting)))]
 
@@ -93,4 +97,4 @@ class Stream:
             self._waiting.popleft()
             self.dropped += 1
         self.arrival = time.monotonic()
-        self._waiting.append((self.arrival, state))
+        self._waiting.append((self.arrival, state, self.drops))

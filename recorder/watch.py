@@ -4,7 +4,8 @@
 * A state with another number of joints than the model, a number that is not finite, zeros only, or
   a stamp that does not advance is a *fault*; so is a *jump*, a step that is over 3 degrees off
   what the speed before it leads to. No window reaches across a fault. After a jump nothing is
-  trusted until the joint has jumped back.
+  trusted until the joint has jumped back. A new connection begins anew: the arm may have been
+  led anywhere, and the robot's clock may have stood, while there was none.
 * The stream is *frozen* when it repeats one state to the last digit although its sensors are
   noisy, or although the arm was just moving (:mod:`mukca.recorder.freeze`).
 * It is *silent* when no state has come for a quarter of a second, and *late* when states take half
@@ -71,14 +72,19 @@ class Watch:
         self._stamp = -math.inf
         self._least_delay = math.inf
         self._delay = 0.0
+        self._connection = 0
 
-    def feed(self, state: JointState, arrival: float) -> bool:
+    def feed(self, state: JointState, arrival: float, connection: int = 0) -> bool:
         """Take a state in; return whether stillness was looked at anew.
 
         Args:
             state: The state.
             arrival: When it came [s, monotonic].
+            connection: The number of the connection that it came over.
         """
+        if connection != self._connection:
+            self._connection = connection
+            self._begin_anew()
         self._count(arrival, state.stamp)
         fault = self._wrong(state)
         self._stamp = state.stamp
@@ -134,6 +140,17 @@ class Watch:
         if self.live and self._delay > LATE:
             return f"the stream is stale: states come {self._delay:.1f} s late"
         return None
+
+    def _begin_anew(self) -> None:
+        """Compare nothing with what came before."""
+        self.latest = None
+        self._fault = None
+        self._offsets = [0.0] * len(self.joints)
+        self._speeds = [0.0] * len(self.joints)
+        self._freeze = Freeze()
+        self._stamp = -math.inf
+        self._least_delay = math.inf
+        self._window.restart()
 
     def _count(self, arrival: float, stamp: float) -> None:
         """Follow rate and delay."""

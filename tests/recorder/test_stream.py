@@ -8,6 +8,7 @@ import pytest
 from mukca.drivers import Driver, DriverError, JointState, Reason
 from mukca.drivers.mock import Fault, Mock, SimulatedArm
 from mukca.drivers.motion import Motion
+from mukca.drivers.reconnect import Reconnecting
 from mukca.recorder.stream import Stream
 
 
@@ -28,7 +29,7 @@ def test_a_busy_consumer_gets_every_state_in_order() -> None:
     taken: list[JointState] = []
     while len(taken) < 1000:
         time.sleep(0.15)  # a screen that takes its time
-        taken += [state for _, state in stream.take()]
+        taken += [state for _, state, _ in stream.take()]
     stream.close()
     assert [round(state.stamp * 1000) for state in taken] == list(range(len(taken)))
     assert stream.missed == 0
@@ -38,7 +39,7 @@ def test_arrivals_are_when_states_came_not_when_they_were_taken() -> None:
     stream = Stream(mock(rate=100.0))
     time.sleep(0.5)
     now = time.monotonic()
-    arrivals = [arrival for arrival, _ in stream.take()]
+    arrivals = [arrival for arrival, _, _ in stream.take()]
     stream.close()
     assert now - arrivals[0] > 0.25 and arrivals == sorted(arrivals)
 
@@ -66,6 +67,16 @@ def test_a_driver_that_gives_up_ends_the_stream() -> None:
     assert "dropped the connection" in str(stream.trouble)
     stream.close()
     stream.close()
+
+
+def test_states_tell_over_which_connection_they_came() -> None:
+    arm = SimulatedArm(Motion([[0.1, 0.2]]), rate=100.0, faults=[Fault.parse("drop@0.3+0.2")])
+    stream = Stream(Reconnecting(lambda: Mock(arm=arm)))
+    wait_until(lambda: stream.drops == 1 and stream.waiting > 40)
+    stream.close()
+    taken = stream.take()
+    assert [state.stamp >= 0.5 for _, state, _ in taken] == [lost == 1 for _, _, lost in taken]
+    assert {lost for _, _, lost in taken} == {0, 1}
 
 
 class Broken(Driver):

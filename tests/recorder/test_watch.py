@@ -230,3 +230,15 @@ def test_spread_is_a_standard_deviation() -> None:
     used = drawn[last + 1 - watch.rest.states : last + 1]
     assert watch.rest.spread == pytest.approx(used.std(axis=0))
     assert watch.rest.position == pytest.approx(used.mean(axis=0))
+
+
+def test_an_arm_that_was_moved_while_the_stream_was_away_did_not_jump() -> None:
+    """Nor do its states come late, though the robot's clock stood meanwhile."""
+    watch = fed(arm(), 0.5)
+    assert watch.latest is not None
+    stamp, elsewhere = watch.latest.stamp, Motion([PLACES[2]])
+    for state in states(SimulatedArm(elsewhere), 0.5):
+        moved = replace(state, stamp=stamp + 0.001 + state.stamp)
+        watch.feed(moved, 4.0 + state.stamp, connection=1)
+    assert watch.trouble(4.5) is None and watch.rest is not None
+    assert watch.rest.position == pytest.approx(PLACES[2], abs=1e-5)
