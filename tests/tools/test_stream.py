@@ -63,6 +63,17 @@ def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path):
             assert terminal.process.wait(30) == 130
 
 
+@pytest.mark.parametrize("columns", [80, 50])
+def test_the_screen_tells_all_of_a_trouble(tmp_path, columns):
+    """However long it is, and that no state comes any more."""
+    with emulated("franka", tmp_path, "--fault", "silent@1") as emulation:
+        command = [*MUKCA, "stream", "--driver", f"franka:{emulation.address}"]
+        with TerminalSession(command, columns=columns) as terminal:
+            terminal.wait_for("\n0 Hz", "no state", "Desk", "programming", "silent")
+            terminal.press("\x03")
+            assert terminal.process.wait(30) == 130
+
+
 def test_a_drop_is_told_on_standard_error(tmp_path):
     with emulated("ur", tmp_path, "--fault", "hangup@1+0.5") as emulation:
         driver = ("--driver", f"ur:{emulation.address}")

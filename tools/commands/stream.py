@@ -4,6 +4,7 @@ import argparse
 import logging
 import math
 import sys
+import textwrap
 import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from ..meter import Meter
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
+    from rich.console import Group
     from rich.table import Table
 
 READ_SECONDS = 0.2
@@ -94,8 +96,8 @@ class Stream:
             self._read()
             if time.monotonic() >= due:
                 due += LINE_SECONDS
-                terminal.say(f"{self._angles()}  {self._figures()}")
-        terminal.say(f"{self._angles()}  {self._figures()}")
+                terminal.say(f"{self._angles()}  {'; '.join(self._figures())}")
+        terminal.say(f"{self._angles()}  {'; '.join(self._figures())}")
 
     def show_screen(self, terminal: Terminal) -> None:
         """Draw the states ten times a second."""
@@ -106,9 +108,9 @@ class Stream:
             while not self._ended():
                 self._read()
                 if time.monotonic() >= due:
-                    live.update(self._table(), refresh=True)
+                    live.update(self._view(terminal.console.width), refresh=True)
                     due = time.monotonic() + SCREEN_SECONDS
-            live.update(self._table(), refresh=True)
+            live.update(self._view(terminal.console.width), refresh=True)
 
     def _read(self) -> JointState | None:
         """Read one state; None if none came soon."""
@@ -143,21 +145,31 @@ class Stream:
         position = self._state.position if self._state else ()
         return " ".join(f"{math.degrees(angle):9.3f}" for angle in position) + " deg"
 
-    def _figures(self) -> str:
+    def _figures(self) -> list[str]:
+        """Rate, gaps and losses; what the robot says of itself; why no state comes."""
         reading = self._meter.read()
         age = time.monotonic() - self._arrival
+        rate = reading.rate if age < 1 else 0.0
         figures = (
-            f"{reading.rate:.0f} Hz, every {1e3 * reading.interval:.2f} ms "
+            f"{rate:.0f} Hz, every {1e3 * reading.interval:.2f} ms "
             f"(99 %: {1e3 * reading.worst_interval:.2f}), missed {self._driver.missed}, "
             f"rejected {self._driver.rejected}, drops {self._driver.drops}"
         )
         trouble = self._driver.trouble or (f"silent for {age:.1f} s" if age > 1 else "")
-        return "; ".join(part for part in (figures, self._driver.status, trouble) if part)
+        return [part for part in (figures, self._driver.status, trouble) if part]
+
+    def _view(self, width: int) -> "Group":
+        """The table, and below it all of the figures, however long and narrow."""
+        from rich.console import Group
+        from rich.text import Text
+
+        lines = [line for part in self._figures() for line in textwrap.wrap(part, width)]
+        return Group(self._table(), *map(Text, lines))
 
     def _table(self) -> "Table":
         from rich.table import Table
 
-        table = Table(caption=self._figures(), caption_justify="left", caption_style="")
+        table = Table()
         table.add_column("joint")
         for unit in ("deg", "rad", "N m"):
             table.add_column(unit, justify="right", min_width=10)
