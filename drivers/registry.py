@@ -118,7 +118,10 @@ def _load(info: DriverInfo) -> type[Driver]:
             Reason.MISSING_PACKAGE,
             f"driver {info.name!r} of {info.source} needs {error.name}: {error}",
         ) from None
-    except Exception as error:  # a plug-in may fail in any way; it is named and stops no other
+    except (
+        Exception,
+        SystemExit,
+    ) as error:  # a plug-in may fail in any way; it is named and stops no other
         raise DriverError(
             Reason.MISSING_PACKAGE, f"driver {info.name!r} of {info.source} is broken: {error!r}"
         ) from error

@@ -62,6 +62,7 @@ def test_its_own_tests_pass(installed):
 
 BROKEN = {
     "raises": "raise RuntimeError('no licence')",
+    "leaves": "raise SystemExit(3)",
     "lacks": "import a_package_that_is_nowhere",
     "empty": "",
     "other": "Arm = dict",
@@ -88,6 +89,7 @@ def broken(tmp_path):
     ("name", "expected"),
     [
         ("raises", "no licence"),
+        ("leaves", "SystemExit(3)"),
         ("lacks", "a_package_that_is_nowhere"),
         ("empty", "has no attribute 'Arm'"),
         ("other", "is no subclass of Driver"),
