@@ -21,12 +21,14 @@ s           next socket; 0 to 9 go to that socket
 q           finish; everything is on the disk already
 ?           this help; any key leaves it, and does what it does
 
-Guide the arm with the ball in the socket, turn and tilt it as far as it goes, let go
-where the arm holds itself, and capture. Vary every joint: the bars show, within the limits,
-the range that this socket's samples cover, and where the joint is now.
+Guide the arm with the ball in the socket, turn and tilt it as far as it goes,
+let go where the arm holds itself, and capture. Vary every joint: the bars
+show, within the limits, the range that this socket's samples cover, and where
+the joint is now.
 
-Refused: an arm that moves; a stream that is silent, stale, frozen or broken; a
-configuration outside the limits, or within 1 degree of an earlier one on every joint.
+Refused: an arm that moves; a stream that is silent, stale, frozen or broken;
+a configuration outside the limits, or within 1 degree of an earlier one on
+every joint.
 Ctrl-C ends the session too. The same --out continues it."""
 
 # Three rows a digit, five half-rows high.

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from mukca.recorder.samples import Sample
-from mukca.recorder.screen import View, render
+from mukca.recorder.screen import HELP, View, render
 from mukca.recorder.session import Joint, Session
 
 JOINTS = tuple(Joint(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
@@ -108,6 +108,13 @@ def test_all_that_is_needed_is_on_80_by_24(plain: bool) -> None:
 )
 def test_what_holds_now_is_said(more: dict[str, object], says: str) -> None:
     assert any(says in line for line in drawn(view(**more)))
+
+
+def test_all_of_the_help_is_on_80_by_24() -> None:
+    shown = drawn(view(help=True))
+    assert not any("…" in line for line in shown)
+    for line in HELP.splitlines():
+        assert f" {line}".rstrip() in [row.rstrip() for row in shown]
 
 
 def test_the_bar_shows_limits_range_and_place() -> None:
