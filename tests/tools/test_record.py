@@ -320,6 +320,20 @@ def test_neither_keys_nor_a_terminal_is_told(hand: Path, tmp_path: Path) -> None
     assert "standard input holds no keys; run it in a terminal" in done.stderr
 
 
+def test_a_closed_standard_input_is_told(hand: Path, tmp_path: Path) -> None:
+    """As under some service managers; a key script needs none."""
+    words = fast(hand, tmp_path / "front")
+    script = tmp_path / "keys.txt"
+    script.write_text("a q")
+    shell = ["sh", "-c", 'exec "$0" "$@" <&-']
+    done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert "run it in a terminal, or use --keys FILE" in done.stderr
+    words += ["--keys", str(script)]
+    done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "1 in socket 0" in done.stdout
+
+
 def test_a_word_that_is_no_key_is_told(tmp_path: Path, scripted) -> None:
     done = scripted(tmp_path / "front", "a x q")
     assert done.status == 2

@@ -159,7 +159,11 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _is_scripted(arguments: argparse.Namespace) -> bool:
-    return arguments.keys is not None or not sys.stdin.isatty()
+    return arguments.keys is not None or not _has_keyboard()
+
+
+def _has_keyboard() -> bool:
+    return sys.stdin is not None and sys.stdin.isatty()  # pyright: ignore[reportUnnecessaryComparison]
 
 
 def _keys(
@@ -169,14 +173,18 @@ def _keys(
     from ...recorder.keyboard import Keyboard
     from ...recorder.script import Script
 
-    keyboard = Keyboard() if sys.stdin.isatty() else None
+    keyboard = Keyboard() if _has_keyboard() else None
     if arguments.keys is not None:
         try:
             file = stack.enter_context(arguments.keys.open("rb"))
         except OSError as error:
             raise UsageError(f"--keys {arguments.keys}: {error.strerror}") from None
         return keyboard, Script(file.fileno(), str(arguments.keys))
-    return keyboard, None if keyboard else Script(sys.stdin.fileno())
+    if keyboard:
+        return keyboard, None
+    if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
+        raise UsageError("standard input is closed; run it in a terminal, or use --keys FILE")
+    return None, Script(sys.stdin.fileno())
 
 
 @contextmanager
