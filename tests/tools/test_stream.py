@@ -92,6 +92,12 @@ def test_a_drop_is_told_on_standard_error(tmp_path):
         (["stream", "--driver", "ur:127.0.0.1:9", "--count", "0"], "refused"),
         (["emulate", "franka", "--version", "99"], "no version 99; one of: 5, 3, 4"),
         (["emulate", "ur", "--fault", "explode"], "the kind one of drop"),
+        (
+            ["emulate", "piper", "--fault", "version"],
+            "no fault 'version' at piper; there are: drop",
+        ),
+        (["emulate", "ur", "--fault", "commanding@3"], "no fault 'commanding' at ur"),
+        (["emulate", "kinova", "--address", "x"], "leave --address out"),
         (["emulate", "ur", "--fault", "drop:2"], "the share is from 0 to 1"),
         (["emulate", "ur", "--fault", "drop@soon"], "KIND[:SHARE][@START[+DURATION]]"),
         (["emulate", "ur", "--rate", "0"], "--rate and --move are positive"),

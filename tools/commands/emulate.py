@@ -20,12 +20,14 @@ EMULATORS = {
     "piper": "piper:PiperEmulator",
     "ur": "ur:UrEmulator",
 }
+_KINDS = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 _EXAMPLE = f"""example:
   mukca emulate franka --version 10
   mukca stream --driver franka:127.0.0.1        (in another terminal)
 
-faults are KIND[:SHARE][@START[+DURATION]], as in drop:0.05 or silent@3+0.5; the kinds are
-  {", ".join(KINDS)}
+faults are KIND[:SHARE][@START[+DURATION]], as in drop:0.05 or silent@3+0.5: a share of the
+messages, from a time after the first connection on, for so many seconds; the kinds are
+{_KINDS}
 """
 
 
@@ -47,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--noise", type=float, default=2e-5, metavar="RAD", help="encoders (2e-5)")
     parser.add_argument("--rate", type=float, metavar="HZ", help="states per second")
-    parser.add_argument("--fault", action="append", default=[], help="misbehave; may be repeated")
+    parser.add_argument("--fault", action="append", default=[], metavar="KIND...", help="as below; "
+        "may be repeated")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, help="of the faults (0)")
     parser.add_argument("--journal", type=Path, metavar="FILE", help="note what comes in and out")
     parser.add_argument("--json", action="store_true", help="tell the address as a JSON object")
@@ -62,6 +65,12 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
             f"{arguments.controller} has no version {version}; one of: {', '.join(kind.VERSIONS)}"
         )
     faults = [Fault.parse(text) for text in arguments.fault]
+    for fault in faults:
+        if fault.kind not in kind.FAULTS:
+            raise MukcaError(
+                f"no fault {fault.kind!r} at {arguments.controller}; "
+                f"there are: {', '.join(kind.FAULTS)}"
+            )
     journal = Journal(arguments.journal)
     try:
         emulator = kind(

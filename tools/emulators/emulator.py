@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from ... import MukcaError
 from ...drivers import JointState
 from ...drivers.mock import SimulatedArm
-from .sabotage import Packet, Sabotage
+from .sabotage import COMMON_KINDS, Packet, Sabotage
 
 __all__ = ["Emulator", "Journal", "stranger_socket"]
 
@@ -68,6 +68,8 @@ class Emulator(ABC):
     """What it can be; the first is the default."""
     RATES: ClassVar[dict[str, float]]
     """States per second of each version."""
+    FAULTS: ClassVar[tuple[str, ...]] = COMMON_KINDS
+    """What can go wrong with it."""
 
     def __init__(
         self, address: str, version: str, arm: SimulatedArm, sabotage: Sabotage, journal: Journal

@@ -10,6 +10,7 @@ import struct
 from ...drivers import JointState
 from ...drivers.address import parse_endpoint
 from .emulator import Emulator, stranger_socket
+from .sabotage import COMMON_KINDS
 
 __all__ = ["FrankaEmulator"]
 
@@ -35,6 +36,7 @@ class FrankaEmulator(Emulator):
     JOINTS = 7
     VERSIONS = ("5", "3", "4", "6", "7", "8", "9", "10")
     RATES = dict.fromkeys(VERSIONS, 1000.0)
+    FAULTS = (*COMMON_KINDS, "stranger", "version")
 
     def listen(self, address: str) -> None:
         """Open TCP port 1337."""

@@ -12,6 +12,7 @@ import tty
 import can
 import isotp
 
+from ... import MukcaError
 from ...drivers import JointState
 from ...drivers.canbus import open_bus, parse_can_address
 from .emulator import Emulator
@@ -34,6 +35,10 @@ class KinovaEmulator(Emulator):
         """Open a pseudo-terminal, or join a CAN bus."""
         self._buffer = b""
         if self.version == "serial":
+            if address:
+                raise MukcaError(
+                    "kinova, version serial, opens a terminal of its own; leave --address out"
+                )
             self._line, other = os.openpty()
             tty.setraw(other)
             self._address = f"serial://{os.ttyname(other)}?parity=none"  # it has none

@@ -11,6 +11,7 @@ import zlib
 from ...drivers import JointState
 from ...drivers.address import parse_endpoint
 from .emulator import Emulator, stranger_socket
+from .sabotage import COMMON_KINDS
 
 __all__ = ["KukaEmulator"]
 
@@ -24,6 +25,7 @@ class KukaEmulator(Emulator):
     JOINTS = 7
     VERSIONS = ("1.15", "1.11", "1.14", "1.16", "2.5", "2.7")
     RATES = dict.fromkeys(VERSIONS, 200.0)
+    FAULTS = (*COMMON_KINDS, "stranger", "version", "commanding")
 
     def listen(self, address: str) -> None:
         """Bind the controller's UDP port; the session's client is on the same port."""

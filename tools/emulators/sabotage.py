@@ -1,22 +1,8 @@
 """Misbehaviour of an emulated controller: what goes wrong, how often, and when.
 
 A fault is written ``KIND[:SHARE][@START[+DURATION]]``: SHARE of the messages (1), from START (0 s
-after the first connection) for DURATION (for good), as in ``drop:0.05`` or ``silent@3+0.5``.
-
-===========  ===========================================================================
-drop         messages are lost
-reorder      a message comes after the one that follows it
-duplicate    a message comes twice
-truncate     a message ends early
-garble       a message's bytes are random
-stranger     a message comes once more, changed, from another host (UDP)
-freeze       messages come, with the joint angles of the moment at which it began
-silent       nothing comes; the connection stands
-hangup       the connection is ended, and none is taken
-busy         connections are taken and ended without an answer
-version      the controller announces a version that nobody reads
-commanding   the session goes on to commanding (FRI)
-===========  ===========================================================================
+after the first connection; after the start of a controller that just sends) for DURATION (for
+good), as in ``drop:0.05`` or ``silent@3+0.5``. :data:`KINDS` says what there is.
 """
 
 import math
@@ -26,10 +12,24 @@ from dataclasses import dataclass
 
 from ... import MukcaError
 
-__all__ = ["KINDS", "Fault", "Packet", "Sabotage"]
+__all__ = ["COMMON_KINDS", "KINDS", "Fault", "Packet", "Sabotage"]
 
-MESSAGE_KINDS = ("drop", "reorder", "duplicate", "truncate", "garble", "freeze", "silent")
-KINDS = (*MESSAGE_KINDS, "stranger", "hangup", "busy", "version", "commanding")
+KINDS = {
+    "drop": "messages are lost",
+    "reorder": "a message comes after the one that follows it",
+    "duplicate": "a message comes twice",
+    "truncate": "a message ends early",
+    "garble": "a message's bytes are random",
+    "freeze": "messages come, with the joint angles of the moment at which it began",
+    "silent": "nothing comes; the connection stands",
+    "hangup": "the connection is ended, and none is taken",
+    "busy": "connections are taken and ended without an answer",
+    "stranger": "a message comes once more, changed, from another host (franka, kuka)",
+    "version": "it announces a version that nobody reads (franka, kuka, ur)",
+    "commanding": "the session goes on to commanding (kuka)",
+}
+"""What can go wrong; not every controller has a way to show the last three."""
+COMMON_KINDS = tuple(kind for kind in KINDS if kind not in ("stranger", "version", "commanding"))
 
 Packet = tuple[int, bytes]
 """A message: its CAN identifier (0 elsewhere), and its bytes."""

@@ -9,6 +9,7 @@ import struct
 from ...drivers import JointState
 from ...drivers.address import parse_endpoint
 from .emulator import Emulator
+from .sabotage import COMMON_KINDS
 
 __all__ = ["UrEmulator"]
 
@@ -28,6 +29,7 @@ class UrEmulator(Emulator):
     JOINTS = 6
     VERSIONS = ("5.11", "3.15", "10.7")
     RATES = {"5.11": 500.0, "3.15": 125.0, "10.7": 500.0}  # noqa: RUF012
+    FAULTS = (*COMMON_KINDS, "version")
 
     def listen(self, address: str) -> None:
         """Open TCP port 30004."""
