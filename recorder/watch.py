@@ -110,7 +110,9 @@ class Watch:
         return self._window.settled
 
     def rate(self, now: float) -> float:
-        """States per second over the last second."""
+        """States per second over the last second, up to the last state while they come."""
+        if self.age(now) <= SILENT:
+            return float(len(self._arrivals))
         while self._arrivals and self._arrivals[0] < now - 1.0:
             self._arrivals.popleft()
         return float(len(self._arrivals))

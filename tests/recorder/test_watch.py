@@ -204,6 +204,7 @@ def test_too_few_states_are_told() -> None:
 def test_rate_and_age() -> None:
     watch = fed(arm(rate=250.0), 3.0)
     assert watch.rate(3.0) == pytest.approx(250, abs=2)
+    assert watch.rate(3.1) == pytest.approx(250, abs=2)  # looked at a little later
     assert watch.age(3.5) == pytest.approx(0.504)
     assert watch.rate(9.0) == 0
 
