@@ -20,6 +20,7 @@ __all__ = [
     "DRIVERS",
     "ENTRY_POINT_GROUP",
     "DriverInfo",
+    "is_installed",
     "list_drivers",
     "open_driver",
     "try_plugin",
@@ -39,6 +40,8 @@ class DriverInfo:
     """Which arms it reads, and how."""
     needs: tuple[str, ...] = ()
     """Python modules that it imports beyond the standard library."""
+    optional: tuple[tuple[str, str], ...] = ()
+    """More modules, that only some addresses need: the module, and how those addresses begin."""
     source: str = "mukca"
     """The package that provides it, with its version where it is a plug-in."""
     broken: str = ""
@@ -47,7 +50,7 @@ class DriverInfo:
     @property
     def missing(self) -> tuple[str, ...]:
         """Needed modules that are not installed."""
-        return tuple(module for module in self.needs if find_spec(module) is None)
+        return tuple(module for module in self.needs if not is_installed(module))
 
 
 DRIVERS: dict[str, DriverInfo] = {
@@ -55,7 +58,11 @@ DRIVERS: dict[str, DriverInfo] = {
     for info in (
         DriverInfo("franka", "mukca.drivers.franka:Franka", "Panda, FR3: FCI"),
         DriverInfo(
-            "kinova", "mukca.drivers.kinova:Kinova", "Gen2, JACO: RS-485, CAN; Gen3: Kortex"
+            "kinova",
+            "mukca.drivers.kinova:Kinova",
+            "Gen2, JACO: RS-485, CAN; Gen3: Kortex",
+            needs=("serial",),
+            optional=(("isotp", "can://"), ("kortex_api", "kortex://")),
         ),
         DriverInfo("kuka", "mukca.drivers.kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
         DriverInfo("mock", "mukca.drivers.mock:Mock", "a simulated arm: replays a recording"),
@@ -66,6 +73,11 @@ DRIVERS: dict[str, DriverInfo] = {
         DriverInfo("ur", "mukca.drivers.ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
     )
 }
+
+
+def is_installed(module: str) -> bool:
+    """Tell whether a module could be imported, without importing it."""
+    return find_spec(module) is not None
 
 
 def list_drivers() -> list[DriverInfo]:

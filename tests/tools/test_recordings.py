@@ -66,6 +66,20 @@ def test_info_tells_a_torn_end(recorded: Path, capsys: pytest.CaptureFixture[str
     assert "torn off by a crash" in capsys.readouterr().err
 
 
+def test_info_goes_on_after_an_empty_recording(
+    recorded: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As one that was begun, and finished before the first capture."""
+    begun = Metadata("arm", ("shoulder", "rail"), ("rad", "m"), 0.05)
+    Recording(recorded.parent / "begun", begun).close()
+    shown = told(capsys, "info", str(recorded.parent))
+    assert "data/begun: no sample\n  robot      arm\n  distance   50 mm" in shown
+    assert "data/front: 1 in socket 0" in shown
+    empty, _ = json.loads(told(capsys, "info", str(recorded.parent), "--json"))["placements"]
+    assert empty["samples"] == {} and empty["lowest"] is None
+    assert empty["joints"] == ["shoulder", "rail"]
+
+
 @pytest.mark.parametrize("metadata", ['{"units": 5, "sessions": 3}', '{"units": ["m"]}', "{}"])
 def test_info_bears_any_metadata(
     recorded: Path, capsys: pytest.CaptureFixture[str], metadata: str
@@ -86,6 +100,19 @@ def test_convert_there_and_back(
     assert np.array_equal(first.positions, second.positions)
     assert np.array_equal(first.sockets, second.sockets)
     assert second.distance == 0.05
+    shown = told(capsys, "info", str(back))
+    assert "robot      arm" in shown and "operator Ada" in shown
+
+
+@pytest.mark.parametrize("form", ["samples", "holes"])
+def test_convert_never_replaces_what_it_reads(
+    recorded: Path, capsys: pytest.CaptureFixture[str], form: str
+) -> None:
+    before = (recorded / "samples.csv").read_bytes()
+    for path, out in ((recorded, recorded), (recorded.parent, recorded.parent / ".")):
+        assert main(["convert", str(path), "--to", form, "--out", str(out), "--force"]) == 2
+        assert "is what is read; choose another --out" in capsys.readouterr().err
+    assert (recorded / "samples.csv").read_bytes() == before
 
 
 def test_convert_never_mixes_or_overwrites(
@@ -104,4 +131,11 @@ def test_convert_never_mixes_or_overwrites(
 def test_drivers_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert any(line.startswith("mock") for line in told(capsys, "drivers").splitlines())
     drivers = json.loads(told(capsys, "drivers", "--json"))["drivers"]
-    assert {"name", "arms", "needs", "missing", "broken", "source"} == set(drivers[0])
+    assert {"name", "arms", "needs", "missing", "optional", "broken", "source"} == set(drivers[0])
+
+
+def test_what_some_addresses_need_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = told(capsys, "drivers").splitlines()
+    (kinova,) = [line for line in lines if line.startswith("kinova")]
+    assert "ready, with serial; can:// with isotp; " in kinova
+    assert kinova.endswith("kortex:// with kortex_api, NOT installed")

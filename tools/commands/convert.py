@@ -1,13 +1,14 @@
 """``mukca convert``: write recordings in the other form."""
 
 import argparse
+import json
 import math
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
 from ...recorder.convert import hole_files, sample_files
-from ...recorder.dataset import find_placements, read_placement
+from ...recorder.dataset import METADATA, find_placements, read_metadata, read_placement
 from ..arguments import UsageError
 from ..files import OutputError, refuse_existing, write_files
 from ..terminal import Terminal
@@ -15,7 +16,8 @@ from ..terminal import Terminal
 EXAMPLE = """example:
   mukca convert data/front --to holes --out front_for_the_authors_program
 
-A folder of placements becomes a folder of placements. Samples that were taken back are left out."""
+A folder of placements becomes a folder of placements. Samples that were taken back are left out;
+what placement.json says is kept."""
 
 FORMS = {"samples": sample_files, "holes": hole_files}
 
@@ -44,12 +46,19 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         raise UsageError(f"--distance {arguments.distance:g}: expected a positive number of metres")
     folders = find_placements([arguments.path])
     placements = [read_placement(folder) for folder in folders]
-    for folder, placement in zip(folders, placements, strict=True):
+    outs = [arguments.out if f == arguments.path else arguments.out / f.name for f in folders]
+    for folder, out in zip(folders, outs, strict=True):
+        if out.resolve() == folder.resolve():
+            raise OutputError(f"{out}: is what is read; choose another --out")
+    for folder, placement, out in zip(folders, placements, outs, strict=True):
         for remark in placement.remarks:
             terminal.warn(remark)
         known = replace(placement, distance=placement.distance or arguments.distance)
-        out = arguments.out if folder == arguments.path else arguments.out / folder.name
         files = FORMS[arguments.to](known)
+        metadata = read_metadata(folder / METADATA)
+        if metadata:
+            metadata["distance"] = known.distance
+            files[METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
         _refuse_mixture(out, files)
         for file in write_files(out, files).values():
             terminal.say(f"Wrote {file}")

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ...drivers.registry import DriverInfo, list_drivers, try_plugin
+from ...drivers.registry import DriverInfo, is_installed, list_drivers, try_plugin
 from ..terminal import Terminal
 
 _EXAMPLE = """example:
@@ -37,7 +37,13 @@ def _state(info: DriverInfo) -> str:
         return "BROKEN"
     if info.missing:
         return f"NOT READY: needs {', '.join(info.missing)}, not installed"
-    return f"ready, with {', '.join(info.needs)}" if info.needs else "ready"
+    ready = f"ready, with {', '.join(info.needs)}" if info.needs else "ready"
+    return "; ".join([ready, *(_option(*option) for option in info.optional)])
+
+
+def _option(module: str, address: str) -> str:
+    """Say what an address of some kind needs besides."""
+    return f"{address} with {module}{'' if is_installed(module) else ', NOT installed'}"
 
 
 def _as_json(info: DriverInfo) -> dict[str, object]:
@@ -46,6 +52,10 @@ def _as_json(info: DriverInfo) -> dict[str, object]:
         "arms": info.arms,
         "needs": list(info.needs),
         "missing": list(info.missing),
+        "optional": [
+            {"module": module, "address": address, "installed": is_installed(module)}
+            for module, address in info.optional
+        ],
         "broken": info.broken or None,
         "source": info.source,
     }

@@ -9,10 +9,12 @@ from ...recorder.dataset import (
     METADATA,
     Placement,
     find_placements,
+    placement_name,
+    read_distance,
     read_metadata,
     read_placement,
 )
-from ...recorder.samples import SAMPLES, read_samples
+from ...recorder.samples import SAMPLES, SampleFile, read_samples
 from ..terminal import Terminal
 
 EXAMPLE = """example:
@@ -41,6 +43,9 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 def describe(folder: Path) -> dict[str, Any]:
     """Return what a placement holds, in SI units."""
+    content = read_samples(folder / SAMPLES) if (folder / SAMPLES).exists() else None
+    if content and not content.live:
+        return _describe_empty(folder, content)
     placement = read_placement(folder)
     positions = placement.positions
     spreads = [sample.spread for sample in placement.samples if sample.spread]
@@ -51,7 +56,7 @@ def describe(folder: Path) -> dict[str, Any]:
             str(socket): int((placement.sockets == socket).sum())
             for socket in sorted(set(placement.sockets.tolist()))
         },
-        "taken_back": _taken_back(folder),
+        "taken_back": len(content.withdrawn) if content else 0,
         "joints": list(_names(placement)),
         "lowest": positions.min(axis=0).tolist(),
         "highest": positions.max(axis=0).tolist(),
@@ -63,9 +68,22 @@ def describe(folder: Path) -> dict[str, Any]:
     }
 
 
-def _taken_back(folder: Path) -> int:
-    file = folder / SAMPLES
-    return len(read_samples(file).withdrawn) if file.exists() else 0
+def _describe_empty(folder: Path, content: SampleFile) -> dict[str, Any]:
+    """Return the same of a recording without a sample that counts."""
+    return {
+        "name": placement_name(folder),
+        "files": [str(folder / SAMPLES)],
+        "samples": {},
+        "taken_back": len(content.withdrawn),
+        "joints": list(content.joint_names),
+        "lowest": None,
+        "highest": None,
+        "largest_spread": None,
+        "efforts": False,
+        "distance": read_distance(folder / METADATA),
+        "remarks": [],
+        "metadata": read_metadata(folder / METADATA),
+    }
 
 
 def _names(placement: Placement) -> tuple[str, ...]:
@@ -79,7 +97,7 @@ def _show(found: dict[str, Any], terminal: Terminal) -> None:
     distance = found["distance"]
     known = "not known" if distance is None else f"{1e3 * distance:g} mm"
     taken_back = f" ({found['taken_back']} taken back)" if found["taken_back"] else ""
-    terminal.say(f"{found['name']}: {counts}{taken_back}")
+    terminal.say(f"{found['name']}: {counts or 'no sample'}{taken_back}")
     terminal.say(f"  robot      {metadata.get('robot', 'not known')}")
     terminal.say(f"  distance   {known} between sockets 0 and 1")
     terminal.say(f"  efforts    {'recorded' if found['efforts'] else 'none'}")
@@ -94,6 +112,8 @@ def _show(found: dict[str, Any], terminal: Terminal) -> None:
 
 def _joint_lines(found: dict[str, Any]) -> list[str]:
     """One line a joint: the range covered, in degrees, or mm for a prismatic joint."""
+    if not found["samples"]:
+        return []
     count = len(found["joints"])
     units: Any = found["metadata"].get("units")
     known: list[Any] = units if isinstance(units, list) and len(units) == count else [None] * count  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
