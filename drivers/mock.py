@@ -7,17 +7,18 @@ friction, tremor of the hand, quantised encoders, jitter of the controller's clo
 Its address is ``PATH?option=value&...``. PATH is a CSV file of configurations, or a placement
 folder; the options are
 
-===========  =========================================================================
-rate         states per second of the arm's time (1000)
-hold, move   how long each rest and each move lasts [s] (1, 1)
-noise        standard deviation of the encoder noise [rad] (2e-5)
-seed         seed of the noise (0)
-speed        how much faster than real time the arm lives (1)
-buffer       how much of the stream waits for a late reader [s]; older states are lost,
-             and counted as missed (inf)
-fault        ``KIND@START+DURATION`` [s], as in ``nan@3.5+0.2``; may be given several
-             times; DURATION may be ``inf`` and is 0.5 s where it is left out
-===========  =========================================================================
+============  ========================================================================
+rate          states per second of the arm's time (1000)
+hold, move    how long each rest and each move lasts [s] (1, 1)
+noise         standard deviation of the encoder noise [rad] (2e-5)
+effort_noise  the same of the torque sensors' noise [N m] (0.02)
+seed          seed of the noise (0)
+speed         how much faster than real time the arm lives (1)
+buffer        how much of the stream waits for a late reader [s]; older states are
+              lost, and counted as missed (inf)
+fault         ``KIND@START+DURATION`` [s], as in ``nan@3.5+0.2``; may be given several
+              times; DURATION may be ``inf`` and is 0.5 s where it is left out
+============  ========================================================================
 
 and the faults are
 

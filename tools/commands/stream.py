@@ -26,7 +26,7 @@ SCREEN_SECONDS = 0.1
 LINE_SECONDS = 1.0
 _EXAMPLE = """examples:
   mukca stream --driver franka:172.16.0.2
-  mukca stream --driver kinova:serial:///dev/ttyUSB0?baud=115200
+  mukca stream --driver 'kinova:serial:///dev/ttyUSB0?baud=115200'
   mukca stream --driver ur:192.168.1.10 --json --count 1000 > states.jsonl
 """
 
