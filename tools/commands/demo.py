@@ -49,15 +49,15 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return status
 
 
-def demo_arm() -> "tuple[Chain, Chain]":
-    """Return the nominal Panda, and the demo arm as it truly is."""
+def demo_arm(seed: int = DEMO_SEED) -> "tuple[Chain, Chain]":
+    """Return the nominal Panda, and the demo arm as it truly is; or another, drawn like it."""
     import numpy as np
 
     from ...solver.urdf import load_chain
     from ..simulate import perturb
 
     nominal = load_chain("panda")
-    return nominal, perturb(nominal, np.random.default_rng(DEMO_SEED), *ORIGIN_DEVIATION)
+    return nominal, perturb(nominal, np.random.default_rng(seed), *ORIGIN_DEVIATION)
 
 
 def demo_bases() -> "list[Base]":

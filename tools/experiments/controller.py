@@ -1,0 +1,139 @@
+"""Cartesian impedance control with an offset compensator: Eqs. (6) to (8) and Table II.
+
+    M(q) ddq + C(q, dq) dq + g(q) = tau_c + tau_comp + tau_ext                   (6)
+    tau_c    = J' (K (x_goal - Phi(q)) - D J dq) + C dq + g                      (7)
+    tau_comp = J' integral of K (x_goal - Phi(q)) dt, over 5 s                   (8)
+
+Phi, J, C and g are those of the model that the controller is given. The arm itself moves by others.
+"""
+
+# Pinocchio has no types.
+# pyright: reportMissingImports=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from ...solver.urdf import BALL_LINK
+from ...solver.urdf_text import ModelError
+
+__all__ = ["TABLE_II", "ArmModel", "Gains", "ImpedanceController", "pose_error"]
+
+Vector = NDArray[np.float64]
+Pose = Any
+"""A ``pinocchio.SE3``: the tool's pose in the base frame."""
+
+
+class ArmModel:
+    """An arm as one URDF describes it; what a controller knows of it.
+
+    Args:
+        urdf: The model's text.
+        joint_names: The arm's joints, in order.
+        tip: The link that is controlled.
+
+    Raises:
+        ModelError: The text is not a model of an arm with these joints and this link.
+    """
+
+    def __init__(self, urdf: bytes, joint_names: tuple[str, ...], tip: str = BALL_LINK) -> None:
+        try:
+            self.model: Any = pin.buildModelFromXML(urdf.decode())
+        except (ValueError, RuntimeError) as error:
+            raise ModelError(f"not a model that Pinocchio reads: {error}") from None
+        if tuple(self.model.names)[1:] != joint_names:
+            found = ", ".join(tuple(self.model.names)[1:])
+            raise ModelError(f"its joints are {found}; the arm's are {', '.join(joint_names)}")
+        if not self.model.existFrame(tip):
+            raise ModelError(f"it has no link {tip!r}")
+        self.data: Any = self.model.createData()
+        self.tip: int = self.model.getFrameId(tip)
+
+    def pose(self, q: Vector) -> Pose:
+        """Return the tool's pose Phi(q) in the base frame."""
+        pin.framesForwardKinematics(self.model, self.data, q)
+        return self.data.oMf[self.tip].copy()
+
+    def linearise(self, q: Vector) -> tuple[Pose, Vector]:
+        """Return Phi(q), and J(q), shape (6, m): to velocity [m/s] and turning rate [rad/s].
+
+        Both are in the base frame's directions. The pose is overwritten by the next call.
+        """
+        pin.computeJointJacobians(self.model, self.data, q)
+        pose = pin.updateFramePlacement(self.model, self.data, self.tip)
+        return pose, pin.getFrameJacobian(
+            self.model, self.data, self.tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        )
+
+    def bias(self, q: Vector, dq: Vector) -> Vector:
+        """Return C(q, dq) dq + g(q), shape (m,) [N m]."""
+        return pin.nonLinearEffects(self.model, self.data, q, dq)
+
+
+def pose_error(goal: Pose, pose: Pose) -> Vector:
+    """Return x_goal - Phi, shape (6,): translation [m], then rotation vector [rad].
+
+    The rotation takes the pose to the goal and is expressed in the base frame, so that with equal
+    stiffness k about all axes its torque is the gradient of the energy k |rotation|^2 / 2.
+    """
+    error = np.empty(6)
+    error[:3] = goal.translation - pose.translation
+    error[3:] = pin.log3(goal.rotation @ pose.rotation.T)
+    return error
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Stiffness along x, y, z and about them, in the base frame; and the compensator's time."""
+
+    stiffness: tuple[float, float, float, float, float, float]
+    """K: three in N/m, three in N m/rad."""
+    window: float
+    """How long the compensator integrates, Delta t [s]."""
+
+    @property
+    def damping(self) -> Vector:
+        """D = 2 sqrt(K), shape (6,): three in N s/m, three in N m s/rad."""
+        return 2 * np.sqrt(np.array(self.stiffness))
+
+
+TABLE_II = Gains((15000.0, 15000.0, 2000.0, 40.0, 40.0, 40.0), 5.0)
+"""The gains of the paper's Table II."""
+
+
+class ImpedanceController:
+    """Eq. (7), and Eq. (8) while it is asked for."""
+
+    def __init__(self, model: ArmModel, gains: Gains = TABLE_II) -> None:
+        self.model = model
+        self.gains = gains
+        self.stiffness = np.array(gains.stiffness)
+        self.damping = gains.damping
+        self.offset: Vector = np.zeros(6)
+        """The compensator's force and torque at the tool: the integral in Eq. (8)."""
+
+    def torque(
+        self, goal: Pose, q: Vector, dq: Vector, dt: float = 0.0, *, compensate: bool = False
+    ) -> Vector:
+        """Return tau_c + tau_comp for one control step.
+
+        Args:
+            goal: x_goal.
+            q: Joint positions, shape (m,) [rad].
+            dq: Joint velocities, shape (m,) [rad/s].
+            dt: Time since the last step [s].
+            compensate: Let the compensator integrate. Without it tau_comp is zero, and the
+                integral starts anew.
+
+        Returns:
+            Joint torques, shape (m,) [N m].
+        """
+        pose, J = self.model.linearise(q)
+        spring = self.stiffness * pose_error(goal, pose)
+        self.offset = self.offset + spring * dt if compensate else np.zeros(6)
+        wrench = spring - self.damping * (J @ dq) + self.offset
+        return J.T @ wrench + self.model.bias(q, dq)

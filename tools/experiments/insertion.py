@@ -1,0 +1,174 @@
+"""The peg insertion experiment of Section IV-B.
+
+The goal is taught once: the arm, elbow up, is guided into a tight hole, and the pose is written
+down by the model's own forward kinematics. Then the peg is inserted from other postures.
+
+A calibrated model's base frame is free to lean by a degree or two, since nothing outside the arm
+was measured. So no direction is taken from the model's axes: the way out of the hole is taught as
+well, and so are the axes of the table along which the hole is moved.
+"""
+
+# Pinocchio has no types.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cell import TABLE, Cell
+from .controller import Pose
+from .motion import Log, hold, move
+from .postures import pose_above, reach, stratified
+from .scene import HOLE_DEPTH
+
+__all__ = ["CENTRE", "Trial", "insert_at_centre", "insert_on_cross"]
+
+Vector = NDArray[np.float64]
+CENTRE = np.array([0.5, 0.0])
+"""Where the hole was taught, on the table [m]."""
+TAUGHT_DEPTH = 0.015
+"""How deep the peg was in the hole when the goal was taught [m]."""
+INSERTED_DEPTH = 0.005
+"""A peg whose tip came this far below the hole's rim is in it [m]."""
+HOVER = 0.035
+"""Height above the goal from which the peg goes straight down [m]."""
+PLAY = 5e-5
+"""Of the peg in the tight hole in which it is taught: 10 mm in 10.1 mm, to each side [m]."""
+STEP = 0.025
+PER_BRANCH = 6
+BRANCHES = np.array([[1, 1], [-1, -1], [1, -1], [-1, 1]]) / 2**0.5
+"""Directions of the X on the table; the second and fourth go on from the first and third."""
+
+
+@dataclass(frozen=True)
+class Taught:
+    """What was taught, all by the model's forward kinematics."""
+
+    goal: Pose
+    """The peg's pose in the hole."""
+    out: Vector
+    """Unit vector out of the hole, shape (3,)."""
+
+    def moved(self, offset: Vector) -> "Taught":
+        """Return the same for a hole moved by an offset, shape (3,) [m]."""
+        goal = self.goal.copy()
+        goal.translation = goal.translation + offset
+        return Taught(goal, self.out)
+
+    @property
+    def hover(self) -> Pose:
+        """The pose above the hole from which the peg goes in."""
+        return self.moved(HOVER * self.out).goal
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One insertion."""
+
+    log: Log
+    hole: Vector
+    """Where the hole's axis truly was on the table, shape (2,) [m]."""
+    elbow: float
+    """The elbow's angle at the start [rad]."""
+
+    @property
+    def depth(self) -> float:
+        """How far the tip was below the hole's rim in the end, negative above it [m]."""
+        return float(TABLE + HOLE_DEPTH - self.log.tip[-1, 2])
+
+    @property
+    def inserted(self) -> bool:
+        """Whether the peg was in the hole in the end; nothing but the hole lets it below."""
+        return self.depth > INSERTED_DEPTH
+
+    @property
+    def tracking_error(self) -> float:
+        """How far the tip truly was from its place above the hole, before it went down [m]."""
+        return float(np.linalg.norm(self.miss))
+
+    @property
+    def miss(self) -> Vector:
+        """Where the tip was just before it went down, less where it should be, shape (3,) [m]."""
+        return self.log.tip[self.log.during("compensate")[-1]] - tip_at(self.hole, HOVER)
+
+    @property
+    def forces(self) -> Vector:
+        """Magnitude of the contact force from the way down to the end, shape (N,) [N]."""
+        rows = np.concatenate([self.log.during("insert"), self.log.during("rest")])
+        return np.linalg.norm(self.log.force[rows], axis=1)
+
+
+def tip_at(hole: Vector, height: float = 0.0) -> Vector:
+    """Return where a tip truly is that is at the taught depth in a hole, or above that [m]."""
+    return np.array([*hole, TABLE + HOLE_DEPTH - TAUGHT_DEPTH + height])
+
+
+def teach(cell: Cell, hole: Vector, generator: np.random.Generator) -> Taught:
+    """Guide the arm into a tight hole, and as far out as the hole still guides the peg."""
+    goal = cell.model.pose(_guide(cell, tip_at(hole), generator))
+    mouth = cell.model.pose(_guide(cell, tip_at(hole, TAUGHT_DEPTH), generator))
+    out = mouth.translation - goal.translation
+    return Taught(goal, out / np.linalg.norm(out))
+
+
+def _guide(cell: Cell, point: Vector, generator: np.random.Generator) -> Vector:
+    """Return where the arm is guided to; the peg lies in the tight hole with a little play."""
+    radius, angle = PLAY * generator.uniform() ** 0.5, generator.uniform(-np.pi, np.pi)
+    aside = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
+    return cell.guide(point + aside)
+
+
+def insert_at_centre(cell: Cell, count: int, seed: int) -> Iterator[Trial]:
+    """Insert into the hole that was taught, from starts that span the elbow's range."""
+    generator = np.random.default_rng([seed, 0])
+    taught = teach(cell, CENTRE, generator)
+    for fraction in stratified(count, generator):
+        yield insert(cell, CENTRE, taught, float(fraction), generator)
+
+
+def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial]:
+    """Insert at the first positions of the X, 6 on each of 4 branches, 25 mm apart.
+
+    Taught are the centre and the ends of two branches; all goals follow from these.
+    """
+    generator = np.random.default_rng([seed, 1])
+    taught = teach(cell, CENTRE, generator)
+    axes: list[Vector] = []
+    for branch in BRANCHES[::2]:
+        end = teach(cell, CENTRE + PER_BRANCH * STEP * branch, generator)
+        axis = end.goal.translation - taught.goal.translation
+        axes += [axis / np.linalg.norm(axis), -axis / np.linalg.norm(axis)]
+    for place, fraction in enumerate(stratified(count, generator)):
+        branch, step = place % len(BRANCHES), 1 + place // len(BRANCHES)
+        hole = CENTRE + step * STEP * BRANCHES[branch]
+        goal = taught.moved(step * STEP * axes[branch])
+        yield insert(cell, hole, goal, float(fraction), generator)
+
+
+def insert(
+    cell: Cell, hole: Vector, taught: Taught, fraction: float, generator: np.random.Generator
+) -> Trial:
+    """Go above the hole, let the compensator remove the offset, and put the peg in without it.
+
+    Args:
+        cell: The arm and its surroundings.
+        hole: Where the hole's axis truly is on the table, shape (2,) [m].
+        taught: Where the model has it.
+        fraction: Where in the elbow's range the arm starts, 0 to 1.
+        generator: Source of randomness.
+    """
+    start = cell.start(tip_at(hole, HOVER), fraction, generator)
+    cell.scene.place_hole(hole)
+    window = 5.0
+    log = cell.perform(
+        start,
+        [
+            move("approach", 3.0, cell.model.pose(start), taught.hover),
+            hold("compensate", window, taught.hover, compensate=True),
+            move("insert", 4.0, taught.hover, taught.goal),
+            hold("rest", 1.0, taught.goal),
+        ],
+    )
+    return Trial(log, hole, cell.elbow(start))

@@ -1,0 +1,68 @@
+"""The models that a controller is given: nominal, calibrated, true, or a file."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ...recorder.dataset import Placement
+from ...solver.calibrate import build_problem, calibrate
+from ...solver.calibration import Calibration
+from ...solver.measurements import measure
+from ...solver.urdf import Chain
+from ...solver.urdf_text import ModelError
+from ..simulate import Base, record
+from .scene import urdf_of
+
+__all__ = ["WORDS", "calibrated_urdf", "model_urdf", "record_placements"]
+
+WORDS = ("nominal", "calibrated", "true")
+SEAT_NOISE = 5e-5
+"""How well the ball sits, standard deviation per axis [m]."""
+ALONG_X, ALONG_Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+PLACEMENTS = {
+    "front": ((0.5, 0.0, 0.1), ALONG_Y),
+    "left": ((0.35, 0.4, 0.1), ALONG_Y),
+    "right": ((0.35, -0.4, 0.1), ALONG_Y),
+    "far": ((0.6, 0.0, 0.1), ALONG_X),
+}
+"""Where the socket base stands, and the direction from socket 0 to socket 1."""
+
+
+def record_placements(arm: Chain, seed: int) -> list[Placement]:
+    """Return four placements recorded with an arm, 30 configurations in each socket."""
+    generator = np.random.default_rng([seed, 2])
+    bases = [Base(name, np.array(p), np.array(u)) for name, (p, u) in PLACEMENTS.items()]
+    return [record(arm, base, generator, noise=SEAT_NOISE) for base in bases]
+
+
+def calibrated_urdf(nominal: Chain, placements: Sequence[Placement]) -> bytes:
+    """Return the URDF that ``mukca solve`` exports from these placements."""
+    problem = build_problem(nominal, [measure(placement, nominal) for placement in placements])
+    return Calibration(nominal, problem.parameters, calibrate(problem).x).urdf()
+
+
+def model_urdf(word: str, nominal: Chain, arm: Chain, seed: int) -> bytes:
+    """Return the text of a model.
+
+    Args:
+        word: ``nominal``; ``calibrated`` from recordings made now; ``true``; or a URDF file.
+        nominal: The arm's nominal model.
+        arm: The arm as it truly is.
+        seed: Of the recordings.
+
+    Raises:
+        ModelError: The file cannot be read.
+    """
+    if word == "nominal":
+        return nominal.text.data
+    if word == "calibrated":
+        return calibrated_urdf(nominal, record_placements(arm, seed))
+    if word == "true":
+        return urdf_of(arm)
+    try:
+        return Path(word).read_bytes()
+    except OSError as error:
+        words = ", ".join(WORDS)
+        reason = error.strerror or "cannot be read"
+        raise ModelError(f"model {word!r}: {reason}; give a URDF file, or {words}") from None

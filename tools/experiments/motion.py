@@ -1,0 +1,89 @@
+"""Motions of the tool, phase after phase, and what was measured in them."""
+
+# Pinocchio has no types.
+# pyright: reportMissingImports=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from .controller import ImpedanceController, Pose
+from .scene import TIME_STEP, Scene
+
+__all__ = ["Log", "Phase", "hold", "move", "run"]
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A stretch of a motion."""
+
+    name: str
+    duration: float
+    """[s]."""
+    goal: Callable[[float], Pose]
+    """x_goal at a fraction of the duration, 0 to 1."""
+    compensate: bool = False
+    """Whether the offset compensator is on."""
+
+
+def move(name: str, duration: float, start: Pose, end: Pose) -> Phase:
+    """Return a phase along a straight line, at rest at both ends (minimum jerk)."""
+    turn = pin.log3(end.rotation @ start.rotation.T)
+    way = end.translation - start.translation
+
+    def goal(fraction: float) -> Pose:
+        s = fraction**3 * (10 - 15 * fraction + 6 * fraction**2)
+        return pin.SE3(pin.exp3(s * turn) @ start.rotation, start.translation + s * way)
+
+    return Phase(name, duration, goal)
+
+
+def hold(name: str, duration: float, pose: Pose, *, compensate: bool = False) -> Phase:
+    """Return a phase that stays at a pose."""
+    return Phase(name, duration, lambda _: pose, compensate)
+
+
+@dataclass(frozen=True)
+class Log:
+    """A motion as it went, one row a control step."""
+
+    phase: tuple[str, ...]
+    q: Vector
+    """Joint positions, shape (N, m) [rad]."""
+    tip: Vector
+    """Where the tip truly was, shape (N, 3) [m]."""
+    force: Vector
+    """Contact force on the tool, shape (N, 3) [N]."""
+    offset: Vector
+    """The compensator's force and torque at the tool, shape (N, 6) [N, N m]."""
+
+    def during(self, name: str) -> NDArray[np.int64]:
+        """Return the rows of a phase."""
+        return np.array([i for i, phase in enumerate(self.phase) if phase == name])
+
+
+def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) -> Log:
+    """Move the arm from where it stands, under a controller, and record it.
+
+    Returns:
+        All phases' rows, one after the other.
+    """
+    names: list[str] = []
+    rows: list[tuple[Vector, Vector, Vector, Vector]] = []
+    q, dq = scene.data.qpos, scene.data.qvel
+    for phase in phases:
+        steps = round(phase.duration / TIME_STEP)
+        names += [phase.name] * steps
+        for step in range(1, steps + 1):
+            torque = controller.torque(
+                phase.goal(step / steps), q, dq, TIME_STEP, compensate=phase.compensate
+            )
+            rows.append((q.copy(), scene.tip, scene.contact_force(), controller.offset))
+            scene.step(torque)
+    return Log(tuple(names), *(np.array(column) for column in zip(*rows, strict=True)))
