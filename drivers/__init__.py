@@ -1,5 +1,5 @@
 """Robots to joint states: read-only adapters, and the contract that they keep."""
 
-from .driver import Driver, DriverError, JointState, Reason
+from .driver import Driver, DriverError, JointState, Reason, match_joints
 
-__all__ = ["Driver", "DriverError", "JointState", "Reason"]
+__all__ = ["Driver", "DriverError", "JointState", "Reason", "match_joints"]

@@ -22,7 +22,7 @@ from types import TracebackType
 
 from .. import MukcaError
 
-__all__ = ["Driver", "DriverError", "JointState", "Reason"]
+__all__ = ["Driver", "DriverError", "JointState", "Reason", "match_joints"]
 
 
 class Reason(Enum):
@@ -88,7 +88,10 @@ class Driver(ABC):
     """States that the robot sent and that did not arrive, by its own sequence numbers."""
 
     rejected: int = 0
-    """Messages that were discarded: malformed, or not from the robot's address."""
+    """Messages that were discarded: malformed, late, or not from the robot's address."""
+
+    status: str = ""
+    """What the robot says of itself, its mode and its errors, in words; empty if nothing."""
 
     @abstractmethod
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None: ...
@@ -128,3 +131,25 @@ class Driver(ABC):
     def __iter__(self) -> Iterator[JointState]:
         while True:
             yield self.read(timeout=1.0)
+
+
+def match_joints(joint_names: Sequence[str] | None, count: int, robot: str) -> tuple[str, ...]:
+    """Return the names of a robot's joints: the model's if there is one, else ``joint1``...
+
+    Args:
+        joint_names: The model's actuated joints, or None without a model.
+        count: How many joints the robot has.
+        robot: What the robot is, for the message.
+
+    Raises:
+        DriverError: WRONG_ROBOT when the model has another number of joints.
+    """
+    if joint_names is None:
+        return tuple(f"joint{index}" for index in range(1, count + 1))
+    if len(joint_names) != count:
+        raise DriverError(
+            Reason.WRONG_ROBOT,
+            f"{robot} has {count} joints, but the model has {len(joint_names)} "
+            f"({', '.join(joint_names)}); choose the model of this robot",
+        )
+    return tuple(joint_names)

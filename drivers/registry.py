@@ -8,14 +8,22 @@ arm by an entry point of the group ``mukca.drivers`` in a package of its own::
 """
 
 import importlib
+import inspect
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 
 from .driver import Driver, DriverError, Reason
 
-__all__ = ["DRIVERS", "ENTRY_POINT_GROUP", "DriverInfo", "list_drivers", "open_driver"]
+__all__ = [
+    "DRIVERS",
+    "ENTRY_POINT_GROUP",
+    "DriverInfo",
+    "list_drivers",
+    "open_driver",
+    "try_plugin",
+]
 
 ENTRY_POINT_GROUP = "mukca.drivers"
 
@@ -33,6 +41,8 @@ class DriverInfo:
     """Python modules that it imports beyond the standard library."""
     source: str = "mukca"
     """The package that provides it, with its version where it is a plug-in."""
+    broken: str = ""
+    """What is wrong with a plug-in, where it was tried; see :func:`try_plugin`."""
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -43,7 +53,17 @@ class DriverInfo:
 DRIVERS: dict[str, DriverInfo] = {
     info.name: info
     for info in (
+        DriverInfo("franka", "mukca.drivers.franka:Franka", "Panda, FR3: FCI"),
+        DriverInfo(
+            "kinova", "mukca.drivers.kinova:Kinova", "Gen2, JACO: RS-485, CAN; Gen3: Kortex"
+        ),
+        DriverInfo("kuka", "mukca.drivers.kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
         DriverInfo("mock", "mukca.drivers.mock:Mock", "a simulated arm: replays a recording"),
+        DriverInfo("piper", "mukca.drivers.piper:Piper", "AgileX Piper: CAN", needs=("can",)),
+        DriverInfo(
+            "ros", "mukca.drivers.ros:Ros", "any arm in ROS: rosbridge", needs=("roslibpy",)
+        ),
+        DriverInfo("ur", "mukca.drivers.ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
     )
 }
 
@@ -52,6 +72,20 @@ def list_drivers() -> list[DriverInfo]:
     """Return the drivers of the table, then those of installed plug-ins, by name."""
     plugins = entry_points(group=ENTRY_POINT_GROUP)
     return [*DRIVERS.values(), *(_plugin(point) for point in sorted(plugins, key=_name))]
+
+
+def try_plugin(info: DriverInfo) -> DriverInfo:
+    """Import a plug-in's driver, and describe it by its own first line, or as broken.
+
+    What mukca itself provides is returned as it is: its vendors' packages load only on use.
+    """
+    if info.name in DRIVERS and DRIVERS[info.name] is info:
+        return info
+    try:
+        told = inspect.getdoc(_load(info)) or "plug-in"
+    except DriverError as error:
+        return replace(info, broken=str(error))
+    return replace(info, arms=told.splitlines()[0])
 
 
 def open_driver(name: str, address: str, joint_names: Sequence[str] | None = None) -> Driver:

@@ -3,16 +3,42 @@
 A *placement* is a folder: one position of the socket base, with the samples taken there.
 Two forms are read wherever a placement is:
 
+``samples.csv``
+    What ``mukca record`` writes: a header, then one line an event, only ever appended.
+
+    ============  =====  ===================================================================
+    column        unit   meaning
+    ============  =====  ===================================================================
+    event                ``capture``, or ``undo``, which takes an earlier capture back
+    sample               number of the capture, from 1; for ``undo`` the one taken back
+    socket               number of the socket in which the ball sat, from 0
+    time          s      host's clock, since 1970-01-01 UTC
+    stamp         s      the robot's own time of the last averaged state
+    states               how many joint states were averaged
+    position.J    rad    mean position of joint J; m where the joint is prismatic
+    spread.J      rad    standard deviation of the position of joint J over those states
+    effort.J      N m    mean effort that joint J exerted on the arm beyond it, at rest equal
+                         to the gravity torque; empty where the robot does not measure it
+    ============  =====  ===================================================================
+
+    All ``position`` columns come first, in chain order, then all ``spread``, then all
+    ``effort``. ``time``, ``stamp`` and ``spread`` are empty where a converted recording does not
+    know them. Numbers read back exactly as they were measured. A line without a line break at
+    the end of the file was torn off by a crash: it is not read, and :attr:`Placement.remarks`
+    says so.
+
 ``hole_0.csv``, ``hole_1.csv``, ...
     One file a socket, one configuration a line: joint positions in chain order [rad], [m] for a
     prismatic joint, separated by commas. A header with the joints' names may stand first.
 
 ``placement.json``
     Beside either form, optional there: an object whose key ``distance`` is the distance between
-    the sockets' centres [m].
+    the sockets' centres [m]. ``mukca record`` also writes ``robot``, ``model_sha256``,
+    ``joints``, ``units``, ``sockets``, and under ``sessions``, for each time that it was started
+    there: ``driver``, ``started`` (UTC), ``window`` [s], ``still`` [rad], ``version``, and what
+    the operator had to say.
 """
 
-import csv
 import json
 import math
 import re
@@ -25,36 +51,20 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import MukcaError
+from .samples import SAMPLES, Sample, read_samples
+from .tables import RecordingError, read_table
 
 __all__ = [
     "Placement",
     "RecordingError",
     "Sample",
     "find_placements",
+    "read_metadata",
     "read_placement",
 ]
 
 _HOLE = re.compile(r"hole_(\d+)\.csv")
 METADATA = "placement.json"
-
-
-class RecordingError(MukcaError):
-    """A recording cannot be read, or does not hold what it must."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sample:
-    """One captured configuration."""
-
-    position: tuple[float, ...]
-    """Joint positions in chain order [rad], [m] for a prismatic joint."""
-    socket: int
-    """Number of the socket in which the ball sat."""
-    effort: tuple[float, ...] | None = None
-    """What each joint exerted on the arm beyond it [N m], where the robot measured it."""
-    where: str = ""
-    """File and line, for messages."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +80,8 @@ class Placement:
     """Distance between the sockets' centres [m], where the metadata give it."""
     files: tuple[Path, ...] = ()
     """The files that it was read from."""
+    remarks: tuple[str, ...] = ()
+    """What a reader should know about the files, one line each."""
 
     @cached_property
     def positions(self) -> NDArray[np.float64]:
@@ -112,7 +124,8 @@ class Placement:
             replace(
                 sample,
                 position=tuple(sample.position[i] for i in order),
-                effort=None if sample.effort is None else tuple(sample.effort[i] for i in order),
+                effort=sample.effort and tuple(sample.effort[i] for i in order),
+                spread=sample.spread and tuple(sample.spread[i] for i in order),
             )
             for sample in self.samples
         )
@@ -160,8 +173,8 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
         inside = sorted(child for child in path.iterdir() if child.is_dir() and is_placement(child))
         if not inside:
             raise RecordingError(
-                f"{path}: no recording in this folder; expected hole_0.csv and hole_1.csv, "
-                "or folders that hold them"
+                f"{path}: no recording in this folder; expected {SAMPLES}, or hole_0.csv and "
+                "hole_1.csv, or folders that hold them"
             )
         found.extend(inside)
     return found
@@ -169,7 +182,7 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
 
 def is_placement(folder: Path) -> bool:
     """Tell whether a folder holds a recording."""
-    return any(_HOLE.fullmatch(child.name) for child in folder.iterdir())
+    return (folder / SAMPLES).exists() or bool(_holes(folder))
 
 
 def read_placement(folder: Path) -> Placement:
@@ -178,11 +191,43 @@ def read_placement(folder: Path) -> Placement:
     Raises:
         RecordingError: A missing, empty or malformed file; the message names file and line.
     """
-    holes = sorted(
+    holes = _holes(folder)
+    recorded = (folder / SAMPLES).exists()
+    if recorded and holes:
+        raise RecordingError(
+            f"{folder}: holds both {SAMPLES} and {holes[0][1].name}; keep one of them there"
+        )
+    return _read_recorded(folder) if recorded else _read_holes(folder, holes)
+
+
+def _holes(folder: Path) -> list[tuple[int, Path]]:
+    """Return the authors' files in a folder by socket."""
+    return sorted(
         (int(match[1]), child)
         for child in folder.iterdir()
         if (match := _HOLE.fullmatch(child.name))
     )
+
+
+def _read_recorded(folder: Path) -> Placement:
+    file = folder / SAMPLES
+    content = read_samples(file)
+    if not content.live:
+        raise RecordingError(f"{file}: holds no sample")
+    torn = f"{file}: the last line was torn off by a crash and is not read"
+    return Placement(
+        name=placement_name(folder),
+        samples=content.live,
+        joint_names=content.joint_names,
+        distance=read_distance(folder / METADATA),
+        files=(file,),
+        remarks=(torn,) if content.torn.strip() else (),
+    )
+
+
+def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
+    if not holes:
+        raise RecordingError(f"{folder}: no recording in this folder")
     tables = [(socket, read_table(file)) for socket, file in holes]
     first = tables[0][1]
     for _, table in tables[1:]:
@@ -212,21 +257,30 @@ def placement_name(folder: Path) -> str:
     return "/".join(folder.resolve().parts[-2:]).lstrip("/")
 
 
-def read_distance(file: Path) -> float | None:
-    """Return the socket distance in a placement's metadata [m]; None where there is none.
+def read_metadata(file: Path) -> dict[str, Any]:
+    """Return a placement's metadata; empty where there are none.
 
     Raises:
-        RecordingError: The file is not JSON, or the distance is not a positive number.
+        RecordingError: The file cannot be read, or holds no JSON object.
     """
     if not file.exists():
-        return None
+        return {}
     try:
         metadata: Any = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise RecordingError(f"{file}: cannot be read as JSON: {error}") from None
     if not isinstance(metadata, dict):
         raise RecordingError(f'{file}: expected a JSON object, as in {{"distance": 0.05}}')
-    distance = cast("dict[str, Any]", metadata).get("distance")
+    return cast("dict[str, Any]", metadata)
+
+
+def read_distance(file: Path) -> float | None:
+    """Return the socket distance in a placement's metadata [m]; None where there is none.
+
+    Raises:
+        RecordingError: The file is not JSON, or the distance is not a positive number.
+    """
+    distance = read_metadata(file).get("distance")
     if distance is None:
         return None
     if (
@@ -236,75 +290,3 @@ def read_distance(file: Path) -> float | None:
     ):
         raise RecordingError(f"{file}: distance {distance!r} is not a positive number of metres")
     return float(distance)
-
-
-@dataclass(frozen=True)
-class Table:
-    """Numbers from a CSV file, with the line each row stands on."""
-
-    file: Path
-    header: tuple[str, ...] | None
-    lines: tuple[int, ...]
-    rows: tuple[tuple[float, ...], ...]
-
-
-def read_table(file: Path) -> Table:
-    """Read a CSV file of finite numbers, with or without one header line.
-
-    Raises:
-        RecordingError: Missing, empty, header only, ragged, or a cell that is no finite number.
-    """
-    try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            reader = csv.reader(stream)
-            records = [
-                (reader.line_num, row) for row in reader if any(cell.strip() for cell in row)
-            ]
-    except OSError as error:
-        raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
-    except (UnicodeDecodeError, csv.Error):
-        raise RecordingError(f"{file}: not a text file of comma-separated numbers") from None
-    if not records:
-        raise RecordingError(f"{file}: empty; expected one configuration a line")
-    header = _header(records[0][1])
-    if header:
-        records = records[1:]
-    if not records:
-        raise RecordingError(f"{file}: only a header; expected one configuration a line below it")
-    width = len(header or records[0][1])
-    rows = tuple(_numbers(file, line, row, width) for line, row in records)
-    return Table(file, header, tuple(line for line, _ in records), rows)
-
-
-def _header(cells: Sequence[str]) -> tuple[str, ...] | None:
-    """Return a line's cells as names if none of them is a number."""
-    if any(_is_number(cell) or not cell.strip() for cell in cells):
-        return None
-    return tuple(cell.strip() for cell in cells)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _numbers(file: Path, line: int, cells: Sequence[str], width: int) -> tuple[float, ...]:
-    if len(cells) != width:
-        raise RecordingError(f"{file}:{line}: {len(cells)} columns where {width} are expected")
-    try:
-        numbers = tuple(float(cell) for cell in cells)
-    except ValueError:
-        column = next(i for i, cell in enumerate(cells) if not _is_number(cell))
-        raise RecordingError(
-            f"{file}:{line}: column {column + 1} is {cells[column]!r}, not a number"
-        ) from None
-    if not all(map(math.isfinite, numbers)):
-        column = next(i for i, number in enumerate(numbers) if not math.isfinite(number))
-        raise RecordingError(
-            f"{file}:{line}: column {column + 1} is {cells[column].strip()}, not a finite number; "
-            "delete the line if the capture failed"
-        )
-    return numbers

@@ -6,7 +6,7 @@ commands need no other file.
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import MukcaError
-from .kinematics import BallModel
+from .deflection import Deflection
+from .kinematics import BallModel, gravity_torques
+from .observations import Load
 from .parameters import Parameter, all_parameters
 from .urdf import Chain, read_chain
 from .urdf_text import Origin, relocate_meshes, scan, set_origins
@@ -39,45 +41,75 @@ class CalibrationError(MukcaError):
 
 @dataclass(frozen=True)
 class Calibration:
-    """A robot with calibrated joint origins."""
+    """A robot with calibrated joint origins and, where the data support it, joint deflections.
+
+    The ball's centre is Phi(Theta, q'), where q' are the joint positions corrected by
+    :mod:`mukca.solver.deflection`.
+    """
 
     chain: Chain
     """The nominal robot."""
     parameters: tuple[Parameter, ...]
-    """What was calibrated."""
+    """What was calibrated of its geometry."""
     values: Vector
     """The calibrated parameters, shape (n,) [m, rad]."""
+    deflection: Deflection = field(default_factory=Deflection)
+    """What corrects the joint positions before the geometry is applied."""
+    load: Load = field(default_factory=Load)
+    """What pulls at the joints where no effort is measured."""
+    exported: Vector | None = None
+    """The best parameters for those who know nothing of deflections; None where there are none."""
 
     @cached_property
     def model(self) -> BallModel:
         """The ball's position as a function of :attr:`parameters` and joint positions."""
         return BallModel(self.chain, [p.index for p in self.parameters])
 
-    def ball(self, q: Vector) -> Vector:
+    def ball(self, q: Vector, effort: Vector | None = None) -> Vector:
         """Return the ball's centre in the base frame [m].
 
         Args:
             q: Joint positions in chain order, shape (m,) or (N, m) [rad].
+            effort: What the joints exert on the arm, of the same shape [N m]; None for the
+                gravity torques of the model's masses.
 
         Returns:
             Shape (3,) or (N, 3).
         """
-        points = self.model.points(self.values, np.atleast_2d(np.asarray(q, dtype=float)))
-        return points[0] if np.ndim(q) == 1 else points
+        positions = np.atleast_2d(np.asarray(q, dtype=float))
+        if self.deflection.extensions:
+            load = self.load
+            torque = (
+                gravity_torques(self.chain, positions, load.gravity, load.payload)
+                if effort is None
+                else np.atleast_2d(np.asarray(effort, dtype=float))
+            )
+            positions = self.deflection.true_positions(positions, torque)
+        return self._points(self.values, positions, q)
+
+    def geometric_ball(self, q: Vector) -> Vector:
+        """Return the ball's centre by the exported URDF; see :meth:`ball`."""
+        return self._points(self.values if self.exported is None else self.exported, q, q)
 
     def nominal_ball(self, q: Vector) -> Vector:
         """Return the ball's centre by the nominal model; see :meth:`ball`."""
-        points = self.model.points(self.model.nominal, np.atleast_2d(np.asarray(q, dtype=float)))
+        return self._points(self.model.nominal, q, q)
+
+    def _points(self, parameters: Vector, positions: Vector, q: Vector) -> Vector:
+        points = self.model.points(parameters, np.atleast_2d(np.asarray(positions, dtype=float)))
         return points[0] if np.ndim(q) == 1 else points
 
-    def urdf(self, folder: Path | None = None) -> bytes:
+    def urdf(self, folder: Path | None = None, *, compensated: bool = False) -> bytes:
         """Return the calibrated URDF: joint origins replaced, all else as it was.
 
         Args:
             folder: Where it will stand; relative mesh paths are rewritten to be found from
                 there. None leaves them.
+            compensated: Give the geometry for joint positions that are corrected first, instead
+                of the best one for those that are not.
         """
-        origins = self.model.origins(self.values)
+        values = self.values if compensated or self.exported is None else self.exported
+        origins = self.model.origins(values)
         changed = {joint.name: _origin(origins[i]) for i, joint in enumerate(self.chain.joints)}
         text = set_origins(self.chain.text, changed)
         source = Path(self.chain.source)
@@ -96,9 +128,14 @@ class Calibration:
                 "nominal": float(nominal),
                 "calibrated": float(value),
                 "change": float(value - nominal),
+                "exported": float(exported),
             }
-            for p, nominal, value in zip(
-                self.parameters, self.model.nominal, self.values, strict=True
+            for p, nominal, value, exported in zip(
+                self.parameters,
+                self.model.nominal,
+                self.values,
+                self.values if self.exported is None else self.exported,
+                strict=True,
             )
         ]
 
@@ -117,6 +154,13 @@ class Calibration:
                 "calibrated_urdf": self.urdf().decode(),
             },
             "parameters": self.table(),
+            "deflection": {
+                extension: values.tolist()
+                for extension, values in zip(
+                    self.deflection.extensions, self.deflection.coefficients, strict=True
+                )
+            },
+            "load": {"gravity": list(self.load.gravity), "payload": self.load.payload},
         }
 
 
@@ -165,10 +209,25 @@ def calibration_of(document: Mapping[str, Any], source: str) -> Calibration:
             base=model["base"],
             tip=model["tip"],
         )
-        rows = {row["name"]: float(row["calibrated"]) for row in document["parameters"]}
+        rows = {row["name"]: row for row in document["parameters"]}
         parameters = tuple(p for p in all_parameters(chain) if p.name in rows)
         if len(parameters) != len(rows):
             raise ValueError("parameters of other joints than the model's")
-        return Calibration(chain, parameters, np.array([rows[p.name] for p in parameters]))
+        values, exported = (
+            np.array([float(rows[p.name][key]) for p in parameters])
+            for key in ("calibrated", "exported")
+        )
+        deflection = document["deflection"]
+        x, y, z = map(float, document["load"]["gravity"])
+        return Calibration(
+            chain,
+            parameters,
+            values,
+            Deflection(
+                tuple(deflection), tuple(np.array(v, dtype=float) for v in deflection.values())
+            ),
+            Load((x, y, z), float(document["load"]["payload"])),
+            exported if deflection else None,
+        )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise CalibrationError(f"{source}: damaged calibration.json: {error!r}") from None

@@ -23,7 +23,14 @@ from numpy.typing import NDArray
 
 from .urdf import Chain, Joint
 
-__all__ = ["BallModel", "Linearisation", "ball_position", "gravity_torques", "link_frames"]
+__all__ = [
+    "BallModel",
+    "Linearisation",
+    "ball_position",
+    "gravity_function",
+    "gravity_torques",
+    "link_frames",
+]
 
 Vector = NDArray[np.float64]
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
@@ -157,11 +164,18 @@ def gravity_torques(
     Returns:
         Torques [N m] ([N] for a prismatic joint), shape (N, m).
     """
+    torque = gravity_function(chain, gravity, payload)
+    return torque.map(len(positions))(positions.T).full().T
+
+
+def gravity_function(
+    chain: Chain, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
+) -> Any:
+    """Return :func:`gravity_torques` as a CasADi function of one configuration."""
     q = ca.SX.sym("q", len(chain.actuated))
     frames = link_frames(chain.joints, ca.DM(chain.origins.ravel()), q)
     energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
     for body in chain.bodies:
         R, p = frames[body.joint]
         energy -= body.mass * ca.dot(ca.DM(gravity), p + R @ ca.DM(body.centre))
-    torque = ca.Function("gravity", [q], [ca.densify(ca.gradient(ca.SX(energy), q))])
-    return torque.map(len(positions))(positions.T).full().T
+    return ca.Function("gravity", [q], [ca.densify(ca.gradient(ca.SX(energy), q))])

@@ -59,6 +59,19 @@ class Measurement:
         return np.concatenate(self.by_socket)
 
     @cached_property
+    def efforts(self) -> NDArray[np.float64] | None:
+        """Measured joint efforts, row for row as :attr:`positions`; None without them."""
+        efforts, sockets = self.placement.efforts, self.placement.sockets
+        if efforts is None:
+            return None
+        return np.concatenate([efforts[sockets == k] for k in self.sockets])
+
+    @property
+    def has_distance(self) -> bool:
+        """Whether there are two sockets for the distance to lie between."""
+        return len(self.sockets) > 1
+
+    @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Where each socket's samples stand among :attr:`positions`."""
         ends = np.cumsum([len(rows) for rows in self.by_socket]).tolist()
@@ -70,7 +83,9 @@ class Measurement:
         return tuple(len(rows) for rows in self.by_socket)
 
 
-def measure(placement: Placement, chain: Chain, distance: float | None = None) -> Measurement:
+def measure(
+    placement: Placement, chain: Chain, distance: float | None = None, *, sockets: int = 2
+) -> Measurement:
     """Check a placement against the robot.
 
     Args:
@@ -78,13 +93,14 @@ def measure(placement: Placement, chain: Chain, distance: float | None = None) -
         chain: The robot.
         distance: Between the sockets' centres [m]; None for the placement's metadata, or
             :data:`DEFAULT_DISTANCE` where they say nothing.
+        sockets: How many sockets it must have at least.
 
     Raises:
         RecordingError: The columns are not the chain's joints.
         MeasurementError: Too few sockets or samples, angles far outside the limits, or a
             distance that cannot be.
     """
-    warnings: list[str] = []
+    warnings = list(placement.remarks)
     names = placement.joint_names
     if names is not None and not set(names) & set(chain.joint_names):
         warnings.append(
@@ -98,9 +114,10 @@ def measure(placement: Placement, chain: Chain, distance: float | None = None) -
             f"{placement.name}: distance {distance} m as given, not the recording's "
             f"{placement.distance} m"
         )
-    chosen = distance if distance is not None else placement.distance
-    measured = Measurement(ordered, check_distance(chosen or DEFAULT_DISTANCE), tuple(warnings))
-    _check_sockets(measured)
+    chosen = placement.distance if distance is None else distance
+    chosen = DEFAULT_DISTANCE if chosen is None else chosen
+    measured = Measurement(ordered, check_distance(chosen), tuple(warnings))
+    _check_sockets(measured, sockets)
     return measured
 
 
@@ -158,12 +175,12 @@ def _check_limits(placement: Placement, chain: Chain, warnings: list[str]) -> No
         warnings.append(text)
 
 
-def _check_sockets(measured: Measurement) -> None:
+def _check_sockets(measured: Measurement, least: int) -> None:
     where = measured.placement.path or measured.name
-    if len(set(measured.sockets)) < 2:
+    if len(measured.sockets) < least:
         raise MeasurementError(
             f"{where}: only socket {measured.sockets[0]} has samples; the distance between two "
-            "sockets sets the scale, so record hole_0.csv and hole_1.csv"
+            "sockets sets the scale, so record hole_0.csv and hole_1.csv, or tie it by --known"
         )
     for socket in measured.sockets:
         samples = [s for s in measured.placement.samples if s.socket == socket]

@@ -73,7 +73,8 @@ def gauss_newton(
     damping = 1e-14
     while len(iterates) <= max_iterations:
         step, promised = _damped_step(residuals, jacobian, damping)
-        if promised <= tolerance * 1e-2 * cost:  # nothing to be gained beyond rounding
+        # A full step that promises nothing beyond rounding: this is the minimum.
+        if damping < 1e-8 and promised <= tolerance * 1e-2 * cost:
             return Solution(x, tuple(iterates))
         new_residuals, new_jacobian = evaluate(x + step)
         new_cost = float(new_residuals @ new_residuals)

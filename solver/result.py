@@ -1,6 +1,6 @@
 """The figures of a calibration: per placement, in summary, and over the iterations."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,23 +8,31 @@ from numpy.typing import NDArray
 
 from .calibrate import Fit
 from .calibration import Calibration
-from .kinematics import BallModel
 from .measurements import Measurement
 from .validate import Metrics, cost_terms, evaluate, mean_metrics
 
 __all__ = ["figures", "history", "samples", "summarise"]
 
 Vector = NDArray[np.float64]
-Models = dict[str, tuple[BallModel, Vector]]
-"""The models that are compared: name, and how each predicts the ball."""
+Models = dict[str, Callable[[Measurement], Vector]]
+"""The models that are compared: name, and how each predicts the balls of a placement."""
 
 
 def models_of(calibration: Calibration, ball_refitted: Fit | None = None) -> Models:
-    """Return the models to compare: nominal, calibrated, and nominal with the ball refitted."""
-    model = calibration.model
-    models = {"nominal": (model, model.nominal), "calibrated": (model, calibration.values)}
+    """Return the models to compare.
+
+    Nominal, calibrated, the exported geometry where it differs, and nominal with the ball
+    refitted where that is given.
+    """
+    models: Models = {
+        "nominal": lambda m: calibration.nominal_ball(m.positions),
+        "calibrated": lambda m: calibration.ball(m.positions, m.efforts),
+    }
+    if calibration.exported is not None:
+        models["geometric"] = lambda m: calibration.geometric_ball(m.positions)
     if ball_refitted is not None:
-        models["ball_refitted"] = (ball_refitted.problem.model, ball_refitted.x)
+        fit = ball_refitted
+        models["ball_refitted"] = lambda m: fit.problem.model.points(fit.x, m.positions)
     return models
 
 
@@ -42,7 +50,7 @@ def figures(
     summary: dict[str, Any] = {}
     for role, placements in (("train", train), ("test", test)):
         metrics = {
-            name: [_evaluate(*model, m) for m in placements] for name, model in models.items()
+            name: [evaluate(predict(m), m) for m in placements] for name, predict in models.items()
         }
         for i, measured in enumerate(placements):
             rows.append(
@@ -67,29 +75,44 @@ def summarise(metrics: dict[str, list[Metrics]]) -> dict[str, Any]:
     return {**{name: m.as_dict() for name, m in means.items()}, "removed_error": removed}
 
 
-def _evaluate(model: BallModel, x: Vector, measured: Measurement) -> Metrics:
-    return evaluate(model.points(x, measured.positions), measured)
+def history(
+    iterates: Sequence[Callable[[Measurement], Vector]],
+    train: Sequence[Measurement],
+    test: Sequence[Measurement],
+) -> list[dict[str, Any]]:
+    """Return inconsistency and distortion [m^2] after each iteration, mean over placements.
 
+    Args:
+        iterates: How the model predicts the balls of a placement, the nominal one first.
+        train: Placements that the calibration was fitted to.
+        test: Placements held out.
+    """
 
-def history(fit: Fit, test: Sequence[Measurement]) -> list[dict[str, Any]]:
-    """Return inconsistency and distortion [m^2] after each iteration, mean over placements."""
-    model = fit.problem.model
-
-    def terms(x: Vector, placements: Sequence[Measurement]) -> dict[str, float] | None:
+    def terms(
+        predict: Callable[[Measurement], Vector], placements: Sequence[Measurement]
+    ) -> dict[str, float] | None:
         if not placements:
             return None
-        pairs = [cost_terms(model.points(x, m.positions), m) for m in placements]
+        pairs = [cost_terms(predict(m), m) for m in placements]
         inconsistency, distortion = np.mean(pairs, axis=0).tolist()
         return {"inconsistency": inconsistency, "distortion": distortion}
 
     return [
-        {"iteration": i, "train": terms(x, fit.problem.training), "test": terms(x, test)}
-        for i, x in enumerate(fit.solution.iterates)
+        {"iteration": i, "train": terms(predict, train), "test": terms(predict, test)}
+        for i, predict in enumerate(iterates)
     ]
 
 
-def samples(measured: Measurement, role: str) -> dict[str, Any]:
-    """Return a placement's samples for the calibration file, columns in chain order."""
+def samples(
+    measured: Measurement, role: str, weights: Sequence[float] | None = None
+) -> dict[str, Any]:
+    """Return a placement's samples for the calibration file, columns in chain order.
+
+    Args:
+        measured: The placement.
+        role: ``train`` or ``test``.
+        weights: Robust weight of each sample, where the fit gave some.
+    """
     return {
         "name": measured.name,
         "role": role,
@@ -101,7 +124,8 @@ def samples(measured: Measurement, role: str) -> dict[str, Any]:
                 "position": list(sample.position),
                 "effort": None if sample.effort is None else list(sample.effort),
                 "where": sample.where,
+                **({} if weights is None else {"weight": weights[i]}),
             }
-            for sample in measured.placement.samples
+            for i, sample in enumerate(measured.placement.samples)
         ],
     }

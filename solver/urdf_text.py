@@ -232,7 +232,10 @@ def add_ball(text: UrdfText, flange: str, xyz: tuple[float, float, float], link:
     """
     joint = link.removesuffix("_link") + "_joint"
     if link in text.links or joint in text.joint_tags:
-        raise ModelError(f"the model already has {link!r} or {joint!r}; leave out --flange")
+        raise ModelError(
+            f"the model already has {link!r} or {joint!r}; leave out --flange, or give the new "
+            "ball another name, as in --tip printed_ball"
+        )
     place = " ".join(map(repr, map(float, xyz)))
     new = (
         f"  <link name={quoteattr(link)}/>\n"

@@ -29,10 +29,11 @@ class Metrics:
     mean_absolute_error: float
     """Mean over the samples of |Phi(q_i) - mu_k|, k the socket of sample i."""
     max_error: float
-    distance_error: float
-    """|mu1 - mu0| - d, signed; over several placements the mean of the absolute values."""
+    distance_error: float | None
+    """|mu1 - mu0| - d, signed; over several placements the mean of the absolute values. None
+    where there is one socket only."""
 
-    def as_dict(self) -> dict[str, float]:
+    def as_dict(self) -> dict[str, float | None]:
         """Return the figures by name [m]."""
         return {
             "mean_absolute_error": self.mean_absolute_error,
@@ -60,16 +61,22 @@ def evaluate(points: NDArray[np.float64], measured: Measurement) -> Metrics:
             for rows, centre in zip(measured.slices, centres, strict=True)
         ]
     )
-    length = float(np.linalg.norm(centres[1] - centres[0]))
-    return Metrics(float(errors.mean()), float(errors.max()), length - measured.distance)
+    return Metrics(float(errors.mean()), float(errors.max()), _distance_error(centres, measured))
+
+
+def _distance_error(centres: NDArray[np.float64], measured: Measurement) -> float | None:
+    if not measured.has_distance:
+        return None
+    return float(np.linalg.norm(centres[1] - centres[0])) - measured.distance
 
 
 def mean_metrics(metrics: Sequence[Metrics]) -> Metrics:
     """Return the summary of several placements: the means, and the largest maximum."""
+    lengths = [abs(m.distance_error) for m in metrics if m.distance_error is not None]
     return Metrics(
         float(np.mean([m.mean_absolute_error for m in metrics])),
         max(m.max_error for m in metrics),
-        float(np.mean([abs(m.distance_error) for m in metrics])),
+        float(np.mean(lengths)) if lengths else None,
     )
 
 
@@ -80,8 +87,7 @@ def cost_terms(points: NDArray[np.float64], measured: Measurement) -> tuple[floa
         float(np.sum((points[rows] - centre) ** 2))
         for rows, centre in zip(measured.slices, centres, strict=True)
     )
-    length = float(np.linalg.norm(centres[1] - centres[0]))
-    return squares / len(points), (length - measured.distance) ** 2
+    return squares / len(points), (_distance_error(centres, measured) or 0.0) ** 2
 
 
 def is_distorted(metrics: Metrics, measured: Measurement) -> bool:
@@ -91,6 +97,8 @@ def is_distorted(metrics: Metrics, measured: Measurement) -> bool:
     3 sqrt(s_d^2 + MAE^2 (1/N0 + 1/N1)), or beyond a fifth of the distance: such a model has
     shrunk or bent the robot to bring the samples together.
     """
+    if metrics.distance_error is None:
+        return False
     N0, N1 = measured.counts[:2]
     scatter = metrics.mean_absolute_error**2 * (1 / N0 + 1 / N1)
     allowed = min(3 * (CALIPER_DEVIATION**2 + scatter) ** 0.5, 0.2 * measured.distance)

@@ -1,7 +1,9 @@
 """Arguments that several verbs share: the robot, and the placements."""
 
 import argparse
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,9 +11,18 @@ from .. import MukcaError
 
 if TYPE_CHECKING:
     from ..solver.measurements import Measurement
+    from ..solver.observations import Load
     from ..solver.urdf import Chain
 
-__all__ = ["UsageError", "add_robot", "chain_of", "measure_all", "split_test"]
+__all__ = [
+    "UsageError",
+    "add_load",
+    "add_robot",
+    "chain_of",
+    "load_of",
+    "measure_all",
+    "split_test",
+]
 
 
 class UsageError(MukcaError):
@@ -60,8 +71,47 @@ def chain_of(arguments: argparse.Namespace) -> "Chain":
     )
 
 
+def add_load(parser: argparse.ArgumentParser, purpose: str = "joint compliance") -> None:
+    """Add what pulls at the joints."""
+    group = parser.add_argument_group(f"load, for {purpose}")
+    group.add_argument(
+        "--payload", type=float, metavar="KG", help="mass at the ball beyond the model's"
+    )
+    group.add_argument(
+        "--gravity",
+        nargs=3,
+        type=float,
+        metavar=("X", "Y", "Z"),
+        help="acceleration in the base frame in m/s^2, for an arm on a wall or ceiling",
+    )
+
+
+def load_of(arguments: argparse.Namespace) -> "Load":
+    """Return the load that the arguments of :func:`add_load` name.
+
+    Raises:
+        UsageError: A negative payload, or a gravity that is not about 9.8 m/s^2.
+    """
+    from ..solver.observations import Load
+
+    load = Load()
+    if arguments.payload is not None:
+        if not 0 <= arguments.payload < 1000:
+            raise UsageError(f"--payload {arguments.payload}: give kilograms, zero or more")
+        load = replace(load, payload=arguments.payload)
+    if arguments.gravity is not None:
+        strength = math.hypot(*arguments.gravity)
+        if not 9 < strength < 11:
+            raise UsageError(
+                f"--gravity: {strength:.3g} m/s^2; give its three components, for an arm that "
+                "hangs from the ceiling 0 0 9.81"
+            )
+        load = replace(load, gravity=tuple(arguments.gravity))
+    return load
+
+
 def measure_all(
-    paths: Sequence[Path], chain: "Chain", distance: float | None
+    paths: Sequence[Path], chain: "Chain", distance: float | None, *, sockets: int = 2
 ) -> "list[Measurement]":
     """Read and check all placements that paths stand for.
 
@@ -71,7 +121,10 @@ def measure_all(
     from ..recorder.dataset import find_placements, read_placement
     from ..solver.measurements import measure
 
-    return [measure(read_placement(path), chain, distance) for path in find_placements(paths)]
+    return [
+        measure(read_placement(path), chain, distance, sockets=sockets)
+        for path in find_placements(paths)
+    ]
 
 
 def split_test(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], list[str]]:

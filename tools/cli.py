@@ -21,13 +21,27 @@ __all__ = ["main"]
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
     "demo": "record, calibrate and validate a simulated arm, from start to end",
+    "print-parts": "write the socket base and the ball as files for a 3D printer",
+    "drivers": "list the arms that can be read, and what each needs",
+    "stream": "show a robot's live joint angles, rate and gaps",
+    "record": "record at the robot, in the terminal",
+    "info": "show what is in recordings",
+    "convert": "write recordings in the other form",
+    "check": "look at recordings before they are fitted",
     "solve": "calibrate a robot from recordings",
     "validate": "measure a calibration on other recordings",
+    "crossval": "leave each placement out once, and train on each alone",
+    "report": "write the report of a calibration, and say its verdict",
+    "compare": "hold calibrations of one robot against each other on the same data",
+    "simulate": "try a peg insertion with the nominal and the calibrated model",
+    "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
 }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status."""
+    # The matrices here are small: threads of the linear algebra cost more than they bring.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = list(sys.argv[1:] if argv is None else argv)
     parser = build_parser(words[0] if words else None)
     arguments = parser.parse_args(words)

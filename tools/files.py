@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from .. import MukcaError
@@ -14,15 +14,25 @@ class OutputError(MukcaError):
     """Results cannot be written where they were asked for."""
 
 
-def refuse_existing(folder: Path, *, force: bool) -> None:
+def refuse_existing(folder: Path, names: Iterable[str] | None = None, *, force: bool) -> None:
     """See that an output folder may be written, before the work begins.
 
+    Args:
+        folder: The folder.
+        names: The files that will be written, if others may lie beside them.
+        force: Whether to overwrite.
+
     Raises:
-        OutputError: It exists and ``force`` is not given, or it is no folder.
+        OutputError: The folder, or one of the files, exists and ``force`` is not given, or the
+            folder is none.
     """
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: exists and is no folder; choose another --out")
-    if folder.exists() and not force:
+    if names is not None:
+        taken = [] if force else [folder / name for name in names if (folder / name).exists()]
+        if taken:
+            raise OutputError(f"{taken[0]}: exists; choose another --out, or --force to overwrite")
+    elif folder.exists() and not force:
         raise OutputError(f"{folder}: exists; choose another --out, or --force to overwrite")
 
 

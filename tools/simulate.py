@@ -9,7 +9,7 @@ printed socket allows. What is written down are the joint positions that put the
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 # pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import casadi as ca
@@ -18,11 +18,20 @@ from numpy.typing import NDArray
 
 from .. import MukcaError
 from ..recorder.dataset import Placement, Sample
-from ..solver.kinematics import ball_position, link_frames
+from ..solver.deflection import Deflection
+from ..solver.kinematics import BallModel, ball_position, gravity_torques, link_frames
 from ..solver.urdf import Chain
 from ..solver.urdf_text import Origin
 
-__all__ = ["Base", "SimulationError", "perturb", "reachable_bases", "record", "write_holes"]
+__all__ = [
+    "Base",
+    "Imperfection",
+    "SimulationError",
+    "perturb",
+    "reachable_bases",
+    "record",
+    "write_holes",
+]
 
 Vector = NDArray[np.float64]
 BATCH = 256
@@ -157,6 +166,21 @@ def _random_necks(generator: np.random.Generator) -> Vector:
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), -height], axis=1)
 
 
+@dataclass(frozen=True)
+class Imperfection:
+    """What else is not ideal in an arm and its recording."""
+
+    noise: float = 0.0
+    """Standard deviation of the ball's seat, per axis [m]."""
+    deflection: Deflection = field(default_factory=Deflection)
+    """Joint compliance and transmission error."""
+    backlash: float = 0.0
+    """Full play of each joint [rad]; the hand pushes it to either side at random."""
+    hand: float = 0.0
+    """Standard deviation per axis of a force of the hand on the ball [N]; it is then measured:
+    the samples carry joint efforts."""
+
+
 def record(
     arm: Chain,
     base: Base,
@@ -164,6 +188,7 @@ def record(
     *,
     samples: int = 30,
     noise: float = 0.0,
+    imperfection: Imperfection | None = None,
 ) -> Placement:
     """Return a placement recorded with an arm.
 
@@ -173,15 +198,36 @@ def record(
         generator: Source of randomness.
         samples: Configurations in each socket.
         noise: Standard deviation of the ball's seat, per axis [m].
+        imperfection: What else is not ideal; its own noise counts then.
 
     Raises:
         SimulationError: The base is out of the arm's reach.
     """
+    how = imperfection or Imperfection(noise)
     seats = np.repeat(base.sockets, samples, axis=0)
-    seats = seats + generator.normal(0, 1, seats.shape) * noise
-    positions = Guide(arm).reach(seats, generator)
-    found = tuple(Sample(tuple(q), socket=i // samples) for i, q in enumerate(positions.tolist()))
+    seats = seats + generator.normal(0, 1, seats.shape) * how.noise
+    true = Guide(arm).reach(seats, generator)
+    torques = gravity_torques(arm, true)
+    if how.hand:
+        force = generator.normal(0, how.hand, (len(true), 3))
+        slopes = BallModel(arm, []).linearise(np.empty(0), true).by_joints
+        torques = torques - np.einsum("nij,ni->nj", slopes, force)
+    read = _readings(true, torques, how.deflection)
+    read = read + generator.choice([-0.5, 0.5], read.shape) * how.backlash
+    efforts = map(tuple, torques.tolist()) if how.hand else [None] * len(read)
+    found = tuple(
+        Sample(tuple(q), socket=i // samples, effort=effort)
+        for i, (q, effort) in enumerate(zip(read.tolist(), efforts, strict=True))
+    )
     return Placement(base.name, found, arm.joint_names, base.distance)
+
+
+def _readings(true: Vector, torques: Vector, deflection: Deflection) -> Vector:
+    """Return what the encoders read at true joint positions: the inverse of the deflection."""
+    read = true
+    for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
+        read = true - (deflection.true_positions(read, torques) - read)
+    return read
 
 
 def reachable_bases(

@@ -20,7 +20,7 @@ _COLUMNS = (
 def metrics_table(figures: Mapping[str, Any]) -> Table:
     """Return nominal and calibrated errors of every placement, and the summaries [mm]."""
     table = _table("errors in mm, nominal > calibrated")
-    table.add_column("placement", overflow="fold")
+    table.add_column("placement", overflow="fold", min_width=16)
     table.add_column("samples", justify="right", no_wrap=True)
     for title, _ in _COLUMNS:
         table.add_column(title, justify="right", no_wrap=True)
@@ -31,7 +31,7 @@ def metrics_table(figures: Mapping[str, Any]) -> Table:
         summary = figures["summary"][role]
         if summary is not None:
             removed = f"{100 * summary['removed_error']:.1f} % less"
-            table.add_row(f"= {title}, mean", removed, *_cells(summary), style="bold")
+            table.add_row(f"= {title}", removed, *_cells(summary), style="bold")
             table.add_section()
     return table
 
@@ -41,10 +41,12 @@ def _table(title: str) -> Table:
 
 
 def _cells(row: Mapping[str, Any]) -> list[str]:
-    return [
-        f"{1e3 * row['nominal'][key]:.3f} > {1e3 * row['calibrated'][key]:.3f}"
-        for _, key in _COLUMNS
-    ]
+    pairs = [(row["nominal"][key], row["calibrated"][key]) for _, key in _COLUMNS]
+    return [f"{_mm(before)} > {_mm(after)}" for before, after in pairs]
+
+
+def _mm(metres: float | None) -> str:
+    return "-" if metres is None else f"{1e3 * metres:.3f}"
 
 
 def parameters_table(rows: Sequence[Mapping[str, Any]]) -> Table:
@@ -60,4 +62,34 @@ def parameters_table(rows: Sequence[Mapping[str, Any]]) -> Table:
             for c in COMPONENTS
         ]
         table.add_row(joint, *cells)
+    return table
+
+
+def left_out_table(result: Mapping[str, Any]) -> Table:
+    """Return the errors in each placement when it was left out [mm]."""
+    table = _table("errors in mm of each placement, trained on all others")
+    table.add_column("placement", overflow="fold")
+    for title, _ in _COLUMNS:
+        table.add_column(title, justify="right")
+    spreads = {row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])}
+    if spreads:
+        table.add_column("MAE over bootstrap fits to all", justify="right")
+    rows: list[Mapping[str, Any]] = [*result["left_out"], {"name": "= mean", **result["summary"]}]
+    for row in rows:
+        cells = [_mm(row[key]) for _, key in _COLUMNS]
+        if spreads:
+            cells.append(f"+- {_mm(spreads[row['name']])}" if row["name"] in spreads else "")
+        table.add_row(row["name"], *cells)
+    return table
+
+
+def matrix_table(matrix: Mapping[str, Any]) -> Table:
+    """Return the mean absolute errors, trained on the row's placement alone [mm]."""
+    table = _table("MAE in mm: trained on the row's placement alone, measured on the column's")
+    table.add_column("", overflow="fold")
+    for i in range(len(matrix["names"])):
+        table.add_column(f"{i + 1}", justify="right")
+    for i, (name, row) in enumerate(zip(matrix["names"], matrix["matrix"], strict=True)):
+        cells = [f"({_mm(v)})" if i == j else _mm(v) for j, v in enumerate(row)]
+        table.add_row(f"{i + 1} {name}", *cells)
     return table

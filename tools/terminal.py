@@ -6,10 +6,13 @@ error; without it, people read standard output.
 
 import json as _json
 import sys
+from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
     from rich.console import Console
 
 __all__ = ["Terminal"]
@@ -27,6 +30,26 @@ class Terminal:
         from rich.console import Console
 
         return Console(stderr=self.json, highlight=False, soft_wrap=True)
+
+    @contextmanager
+    def progress(self, total: int | None = None) -> "Generator[Callable[[str], None]]":
+        """Show what long work is at, on a terminal only.
+
+        Args:
+            total: Number of steps, where it is known.
+
+        Yields:
+            To be told the name of each step as it begins.
+        """
+        if not sys.stderr.isatty():
+            yield lambda _: None
+            return
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with Progress(console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("", total=total)
+            yield lambda step: bar.update(task, description=step, advance=1)
 
     def say(self, text: str) -> None:
         """Write a line for people, as it is."""

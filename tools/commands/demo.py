@@ -2,12 +2,13 @@
 
 import argparse
 import shlex
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
-from ..files import refuse_existing
+from ..files import OutputError, refuse_existing, write_files
 from ..terminal import Terminal
-from . import Command, solve, validate
+from . import Command, record, solve, validate
 
 if TYPE_CHECKING:
     from ...solver.urdf import Chain
@@ -22,6 +23,9 @@ DEMO_SEED = 2920
 """Such a draw is off by 20 mm at the median; with this seed it is 7 to 9 mm, as real arms are."""
 ORIGIN_DEVIATION = (5e-3, 12e-3)
 """Standard deviation of the true origins from the nominal ones [m, rad]."""
+SPEED = 10
+"""The hand is so much faster than a person's, and the recorder with it."""
+KEYS = "keys.txt"
 SEAT_NOISE = 5e-5
 """How well the ball sits, standard deviation per axis [m]."""
 
@@ -37,16 +41,31 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Record three placements of the demo arm, calibrate on one, validate on the others."""
     out: Path = arguments.out
     refuse_existing(out, force=arguments.force)
-    terminal.say("Recording the demo arm: 2 x 30 configurations at each of three placements")
-    write_recordings(out / "recordings")
-    front, calibrated = out / "recordings/front", out / "calibrated"
-    held_out = [str(out / "recordings/left"), str(out / "recordings/right")]
-    words = ["solve", str(front), "--robot", "panda", "--test", *held_out, "--out", str(calibrated)]
+    recordings, calibrated = out / "recordings", out / "calibrated"
+    _remove_simulated(recordings)
+    simulate_hand(out / "hand", out / KEYS)
+    front, *held_out = (str(recordings / base.name) for base in demo_bases())
+    for folder in (front, *held_out):
+        status = _run(record, record_words(Path(folder), out), terminal)
+        if status != 0:
+            return status
+    words = ["solve", front, "--robot", "panda", "--test", *held_out, "--out", str(calibrated)]
     status = _run(solve, [*words, "--force"] if arguments.force else words, terminal)
     if status == 0:
         document = str(calibrated / "calibration.json")
-        status = _run(validate, ["validate", document, *held_out], terminal)
+        status = _run(validate, ["validate", document, front, *held_out], terminal)
+        terminal.say(f"Recordings:      {', '.join((front, *held_out))}")
+        terminal.say(f"Calibrated URDF: {calibrated / 'calibrated.urdf'}")
+        terminal.say(f"Report:          {calibrated / 'report.html'}")
     return status
+
+
+def record_words(folder: Path, out: Path) -> list[str]:
+    """Return the command that records a placement while the mock moves the arm, sped up."""
+    hand = out / "hand" / folder.name
+    driver = f"mock:{hand}?rate=250&speed={SPEED}&hold=0.65&move=0.6"
+    words = ["record", "--robot", "panda", "--driver", driver, "--out", str(folder)]
+    return [*words, "--keys", str(out / KEYS)]
 
 
 def demo_arm(seed: int = DEMO_SEED) -> "tuple[Chain, Chain]":
@@ -71,16 +90,51 @@ def demo_bases() -> "list[Base]":
     return [Base(name, np.array(place), along_y) for name, place in places.items()]
 
 
-def write_recordings(folder: Path) -> None:
-    """Write a recording of the demo arm at each place into a folder of its own."""
+def simulate_hand(folder: Path, keys: Path) -> None:
+    """Write where a hand leads the demo arm at each place, and the keys that it presses there."""
     import numpy as np
 
-    from ..simulate import record, write_holes
+    from ...recorder.convert import sample_files
+    from ...solver.kinematics import gravity_torques
+    from ..simulate import record
 
     _, arm = demo_arm()
     generator = np.random.default_rng(0)
     for base in demo_bases():
-        write_holes(record(arm, base, generator, noise=SEAT_NOISE), folder / base.name)
+        led = record(arm, base, generator, noise=SEAT_NOISE)
+        efforts = gravity_torques(arm, led.positions).tolist()
+        pairs = zip(led.samples, efforts, strict=True)
+        held = tuple(replace(sample, effort=tuple(effort)) for sample, effort in pairs)
+        write_files(folder / base.name, sample_files(replace(led, samples=held)))
+    write_files(keys.parent, {keys.name: b"a*30  s  a*30  q\n"})
+
+
+def _remove_simulated(recordings: Path) -> None:
+    """Remove an earlier demo's recordings, which a recorder would else continue.
+
+    Raises:
+        OutputError: One of them is of another arm.
+    """
+    from ...recorder.dataset import METADATA
+    from ...recorder.samples import SAMPLES
+
+    for base in demo_bases():
+        folder = recordings / base.name
+        if (folder / SAMPLES).exists() and not _is_simulated(folder / METADATA):
+            raise OutputError(f"{folder}: holds a recording of a real arm; choose another --out")
+        for name in (SAMPLES, METADATA):
+            (folder / name).unlink(missing_ok=True)
+
+
+def _is_simulated(metadata: Path) -> bool:
+    """Tell whether a recording was made with the mock alone."""
+    from ...recorder.dataset import read_metadata
+
+    sessions: Any = read_metadata(metadata).get("sessions")
+    if not isinstance(sessions, list) or not sessions:
+        return False
+    rows = cast("list[dict[str, Any]]", sessions)
+    return all(isinstance(row, dict) and str(row.get("driver")).startswith("mock:") for row in rows)  # pyright: ignore[reportUnnecessaryIsInstance]
 
 
 def _run(command: Command, words: list[str], terminal: Terminal) -> int:

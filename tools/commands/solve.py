@@ -1,23 +1,26 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
 import argparse
-import hashlib
 import json
-import platform
-from datetime import datetime, timezone
-from importlib.metadata import version
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...solver.urdf import Chain
-from ..arguments import UsageError, add_robot, chain_of, measure_all, split_test
+from ..arguments import (
+    chain_of,
+    load_of,
+    measure_all,
+    split_test,
+)
 from ..files import refuse_existing, write_files
+from ..solve_options import COMMON, ONLY_AUTO, ONLY_PAPER, add_options, settle
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
-    from ...solver.calibrate import Fit
-    from ...solver.calibration import Calibration
     from ...solver.measurements import Measurement
+    from ...solver.observations import KnownDistance
+    from ..outcome import Outcome
 
 EXAMPLE = """example:
   mukca solve recordings/front --test recordings --robot panda --out calibrated
@@ -29,68 +32,39 @@ placements stands for all of them."""
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.epilog = EXAMPLE
-    parser.add_argument("train", nargs="+", type=Path, metavar="TRAIN", help="placements to fit")
-    parser.add_argument(
-        "--test", nargs="+", type=Path, default=[], metavar="HELD_OUT", help="placements held out"
-    )
-    add_robot(parser)
-    fit = parser.add_argument_group("fit")
-    fit.add_argument("--method", choices=("paper",), default="paper", help="Eq. (5) of the paper")
-    fit.add_argument(
-        "--optimizer",
-        choices=("gauss-newton", "ipopt"),
-        default="gauss-newton",
-        help="both reach the same minimum; ipopt is the paper's (default: %(default)s)",
-    )
-    fit.add_argument(
-        "--distance",
-        type=float,
-        metavar="M",
-        help="distance of the sockets' centres in metres (default: the recording's, or 0.05)",
-    )
-    fit.add_argument(
-        "--regularization", type=float, default=1e-4, metavar="L", help="lambda (default: 1e-4)"
-    )
-    words = "joint names, JOINT.x .. JOINT.yaw, JOINT.xyz or JOINT.rpy; * stands for any text"
-    fit.add_argument("--free", nargs="+", default=[], metavar="P", help=f"what is free: {words}")
-    fit.add_argument("--fix", nargs="+", default=[], metavar="P", help="what is not, likewise")
-    fit.add_argument("--max-iterations", type=int, default=200, metavar="N", help="steps allowed")
-    fit.add_argument(
-        "--accept-distorted",
-        action="store_true",
-        help="export even a model that does not reproduce the sockets' distance",
-    )
-    output = parser.add_argument_group("output")
-    output.add_argument("--out", type=Path, metavar="DIR", help="write the results to this folder")
-    output.add_argument("--force", action="store_true", help="overwrite results in DIR")
-    output.add_argument("--json", action="store_true", help="print one JSON object, SI units")
+    add_options(parser)
 
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
-    if arguments.max_iterations < 1:
-        raise UsageError(f"--max-iterations {arguments.max_iterations}: at least 1 is needed")
+    settle(arguments)
     if arguments.out is not None:
         refuse_existing(arguments.out, force=arguments.force)
     chain = chain_of(arguments)
     test_paths, left_out = split_test(arguments.train, arguments.test)
-    train = measure_all(arguments.train, chain, arguments.distance)
-    test = measure_all(test_paths, chain, arguments.distance)
+    sockets = 1 if arguments.method == "auto" else 2
+    train = measure_all(arguments.train, chain, arguments.distance, sockets=sockets)
+    test = measure_all(test_paths, chain, arguments.distance, sockets=sockets)
+    train, looked, said = look_at(chain, train, test, arguments)
     warnings = [*left_out, *(line for m in (*train, *test) for line in m.warnings)]
-    for line in warnings:
+    for line in [*warnings, *said]:
         terminal.warn(line)
-    calibration, result, distorted = solve(chain, train, test, arguments, warnings)
+    outcome = calibrate(chain, train, test, arguments, terminal)
+    result = outcome.result
+    result.update(looked, warnings=warnings)
     show(terminal, result)
     status = 0
-    if distorted and not arguments.accept_distorted:
+    if outcome.distorted and not arguments.accept_distorted:
         terminal.warn(
             f"refused: the calibrated model does not reproduce the sockets' distance at "
-            f"{', '.join(distorted)}; it has shrunk or bent to bring the samples together. Check "
-            "--distance, that sockets are not mixed up, and the data; --accept-distorted exports it"
+            f"{', '.join(outcome.distorted)}; it has shrunk or bent to bring the samples together. "
+            "Check --distance, that sockets are not mixed up, and the data; --accept-distorted "
+            "exports it"
         )
         status = 1
     elif arguments.out is not None:
-        result["outputs"] = write(arguments.out, calibration, result, train, test)
+        result["outputs"] = write(arguments.out, outcome, train, test)
+        report(arguments.out, terminal)
     if arguments.json:
         terminal.emit(result)
     if status == 0:
@@ -99,82 +73,102 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return status
 
 
-def solve(
+def look_at(
     chain: Chain,
     train: "list[Measurement]",
     test: "list[Measurement]",
     arguments: argparse.Namespace,
-    warnings: list[str],
-) -> "tuple[Calibration, dict[str, Any], list[str]]":
-    """Return the calibration, its machine-readable result, and placements it distorts."""
-    from ...solver.calibrate import build_problem, calibrate, refit_ball
-    from ...solver.calibration import Calibration
+) -> "tuple[list[Measurement], dict[str, Any], list[str]]":
+    """Look at all placements; what is held out is looked at here and never by the fit.
+
+    Returns:
+        The placements to train on, split where a base moved if asked for; ``checks`` and
+        ``next_placement`` of the result, where the data could be checked; a line for each
+        finding.
+    """
+    from ...solver.changes import split_at
+    from ...solver.check import inspect_all, next_placement
     from ...solver.measurements import check_distinct
+    from ...solver.optimizers import NotConverged
     from ...solver.parameters import choose_parameters
-    from ...solver.result import figures, history, models_of
-    from ...solver.validate import evaluate, is_distorted
 
     check_distinct([*train, *test])
-    problem = build_problem(
-        chain,
-        train,
-        parameters=choose_parameters(chain, arguments.free, arguments.fix),
-        regularization=arguments.regularization,
+    load = load_of(arguments)
+    try:
+        seen = inspect_all(chain, choose_parameters(chain), [*train, *test], load)
+    except NotConverged as error:
+        if arguments.split_moved:
+            raise
+        return train, {}, [f"the data could not be checked: {error}"]
+    findings = [finding for one in seen for finding in one.findings]
+    if arguments.split_moved:
+        alone = inspect_all(chain, choose_parameters(chain), train, load) if test else seen
+        train = [split_at(one.measured, one.changes) for one in alone]
+    looked = {
+        "checks": [finding.as_dict() for finding in findings],
+        "next_placement": {"text": next_placement(chain, seen)},
+    }
+    return train, looked, list(map(str, findings))
+
+
+def calibrate(
+    chain: Chain,
+    train: "list[Measurement]",
+    test: "list[Measurement]",
+    arguments: argparse.Namespace,
+    terminal: Terminal,
+) -> "Outcome":
+    """Return the outcome of the method asked for."""
+    from ...solver.parameters import choose_parameters
+    from ..outcome import AutoSettings, calibrate_by_auto, calibrate_by_paper, provenance
+
+    parameters = choose_parameters(chain, arguments.free, arguments.fix)
+    if arguments.method == "paper":
+        outcome = calibrate_by_paper(
+            chain,
+            parameters,
+            train,
+            test,
+            optimizer=arguments.optimizer,
+            regularization=arguments.regularization,
+            max_iterations=arguments.max_iterations,
+        )
+    else:
+        settings = AutoSettings(
+            known_distances(arguments.known),
+            arguments.distance_deviation,
+            load_of(arguments),
+            tuple(arguments.without),
+        )
+        with terminal.progress() as progress:
+            outcome = calibrate_by_auto(chain, parameters, train, test, settings, progress)
+    names = (*COMMON, *(ONLY_PAPER if arguments.method == "paper" else ONLY_AUTO))
+    outcome.result.update(
+        robot=arguments.robot,
+        settings={name: getattr(arguments, name) for name in names},
+        provenance=provenance(chain, [*train, *test]),
+        outputs={},
     )
-    fit = calibrate(problem, arguments.optimizer, arguments.max_iterations)
-    calibration = Calibration(chain, problem.parameters, fit.x)
-    distorted = [
-        m.name for m in train if is_distorted(evaluate(calibration.ball(m.positions), m), m)
-    ]
-    result: dict[str, Any] = {
-        "robot": arguments.robot,
-        "method": arguments.method,
-        **fit_summary(fit),
-        **figures(models_of(calibration, refit_ball(problem)), train, test),
-        "distorted": distorted,
-        "parameters": calibration.table(),
-        "history": history(fit, test),
-        "settings": {
-            "distance": arguments.distance,
-            "regularization": arguments.regularization,
-            "free": arguments.free,
-            "fix": arguments.fix,
-            "max_iterations": arguments.max_iterations,
-        },
-        "warnings": warnings,
-        "provenance": provenance(chain, train, test),
-        "outputs": {},
-    }
-    return calibration, result, distorted
+    return outcome
 
 
-def fit_summary(fit: "Fit") -> dict[str, Any]:
-    """Return how the optimizer arrived."""
-    return {
-        "optimizer": fit.optimizer,
-        "iterations": fit.solution.iterations,
-        "converged": True,
-        "solve_seconds": fit.seconds,
-    }
+def known_distances(words: Sequence[str]) -> "tuple[KnownDistance, ...]":
+    """Return known distances from words, each one distance or a file of them.
 
+    Raises:
+        KnownError: A distance that cannot be understood.
+    """
+    from ...solver.observations import parse_known
 
-def provenance(
-    chain: Chain, train: "list[Measurement]", test: "list[Measurement]"
-) -> dict[str, Any]:
-    """Return what the result was made from and with: digests, versions, time."""
-    return {
-        "created": datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        "model_sha256": chain.sha256,
-        "data_sha256": {
-            str(file): hashlib.sha256(file.read_bytes()).hexdigest()
-            for measured in (*train, *test)
-            for file in measured.placement.files
-        },
-        "versions": {
-            "python": platform.python_version(),
-            **{name: version(name) for name in ("mukca", "casadi", "numpy", "yourdfpy")},
-        },
-    }
+    lines: list[str] = []
+    for word in words:
+        file = Path(word)
+        if file.is_file():
+            text = file.read_text(encoding="utf-8")
+            lines += [line for line in text.splitlines() if line.split("#")[0].strip()]
+        else:
+            lines.append(word)
+    return tuple(parse_known(line.split("#")[0]) for line in lines)
 
 
 def show(terminal: Terminal, result: dict[str, Any]) -> None:
@@ -183,20 +177,46 @@ def show(terminal: Terminal, result: dict[str, Any]) -> None:
 
     terminal.console.print(metrics_table(result))
     terminal.console.print(parameters_table(result["parameters"]))
-    refitted = result["summary"]["test"] or result["summary"]["train"]
-    terminal.say(
+    for line in spoken(result):
+        terminal.say(line)
+
+
+def spoken(result: dict[str, Any]) -> list[str]:
+    """Return what the tables do not say."""
+    lines = [
         f"{result['optimizer']}: {result['iterations']} iterations in "
-        f"{1e3 * result['solve_seconds']:.0f} ms. With only the ball refitted, the nominal model "
-        f"would stand at {1e3 * refitted['ball_refitted']['mean_absolute_error']:.3f} mm MAE."
-    )
-    if result["summary"]["test"] is None:
-        terminal.say("Not validated: no placement was held out. Add one by --test.")
+        f"{1e3 * result['solve_seconds']:.0f} ms."
+    ]
+    held_out = result["summary"]["test"]
+    summary = held_out or result["summary"]["train"]
+    if "ball_refitted" in summary:
+        error = 1e3 * summary["ball_refitted"]["mean_absolute_error"]
+        lines.append(
+            f"With only the ball refitted, the nominal model stands at {error:.3f} mm MAE."
+        )
+    lines += result.get("choices", [])
+    if "geometric" in summary:
+        full = 1e3 * summary["calibrated"]["mean_absolute_error"]
+        alone = 1e3 * summary["geometric"]["mean_absolute_error"]
+        lines.append(
+            f"The full model, with joint deflections, stands at {full:.3f} mm; the exported URDF, "
+            f"geometry alone, at {alone:.3f} mm."
+        )
+    if "uncertainty" in result:
+        distance = result["uncertainty"]["distance_deviation"]
+        lines.append(
+            f"Predicted error of distances in the workspace, 1 sigma: median "
+            f"{1e3 * distance['median']:.2f} mm, worst {1e3 * distance['worst']:.2f} mm."
+        )
+        lines += [f"Not seen: {text}." for text in result["uncertainty"]["cannot_see"]]
+    if held_out is None:
+        lines.append("Not validated: no placement was held out. Add one by --test.")
+    return lines
 
 
 def write(
     folder: Path,
-    calibration: "Calibration",
-    result: dict[str, Any],
+    outcome: "Outcome",
     train: "list[Measurement]",
     test: "list[Measurement]",
 ) -> dict[str, str]:
@@ -204,35 +224,57 @@ def write(
     from ...solver.calibration import FORMAT
     from ...solver.result import samples
 
-    outputs = {
-        "urdf": str(folder / "calibrated.urdf"),
-        "calibration": str(folder / "calibration.json"),
-    }
+    calibration = outcome.calibration
+    contents = {"calibrated.urdf": calibration.urdf(folder)}
+    outputs = {"urdf": str(folder / "calibrated.urdf")}
+    if calibration.exported is not None:
+        contents["compensated.urdf"] = calibration.urdf(folder, compensated=True)
+        outputs["compensated_urdf"] = str(folder / "compensated.urdf")
+    outputs["calibration"] = str(folder / "calibration.json")
+    outputs["report"] = str(folder / "report.html")
     document = {
         "format": FORMAT,
-        **result,
         **calibration.as_dict(),
-        "data": [*(samples(m, "train") for m in train), *(samples(m, "test") for m in test)],
+        **outcome.result,
+        "data": [
+            *(samples(m, "train", outcome.weights.get(m.name)) for m in train),
+            *(samples(m, "test") for m in test),
+        ],
         "outputs": outputs,
     }
-    write_files(
-        folder,
-        {
-            "calibrated.urdf": calibration.urdf(folder),
-            "calibration.json": json.dumps(document, indent=1, allow_nan=False).encode(),
-        },
-    )
+    contents["calibration.json"] = json.dumps(document, indent=1, allow_nan=False).encode()
+    write_files(folder, contents)
     return outputs
+
+
+def report(folder: Path, terminal: Terminal) -> None:
+    """Write the report of the calibration in a folder, and show its verdict."""
+    from ...solver.calibration import load_document
+    from ..report.build import build_report
+    from ..report.terminal import show_verdict
+
+    file = folder / "calibration.json"
+    made = build_report(load_document(file), str(file))
+    write_files(folder, made.files)
+    show_verdict(terminal.console, made.figures)
 
 
 def last_words(outputs: dict[str, str]) -> list[str]:
     """Return what to do with the result."""
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
-    return [
-        f"Wrote {outputs['calibration']}",
+    lines = [
+        f"Wrote {outputs['calibration']}, and {outputs['report']} to read",
         f"Wrote {outputs['urdf']}: load it instead of the nominal URDF, in robot_state_publisher, "
         "MoveIt, Pinocchio, Drake, or whatever computes the arm's kinematics.",
-        "Redo camera extrinsics, and poses taught in Cartesian space: they hold the old model's "
-        "errors.",
     ]
+    if "compensated_urdf" in outputs:
+        lines.append(
+            f"Wrote {outputs['compensated_urdf']}: only for joint positions that are corrected "
+            "first, see docs/model.md."
+        )
+    lines.append(
+        "Redo camera extrinsics, and poses taught in Cartesian space: they hold the old model's "
+        "errors."
+    )
+    return lines

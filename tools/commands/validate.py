@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
     document = load_document(arguments.calibration)
     calibration = calibration_of(document, str(arguments.calibration))
-    data = measure_all(arguments.data, calibration.chain, arguments.distance)
+    data = measure_all(arguments.data, calibration.chain, arguments.distance, sockets=1)
     for line in (line for measured in data for line in measured.warnings):
         terminal.warn(line)
     train = [m for m in data if _was_trained_on(m, document)]

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cell import TABLE, Cell
-from .controller import Pose
+from .controller import TABLE_II, Pose
 from .motion import Log, hold, move
-from .postures import pose_above, reach, stratified
+from .postures import stratified
 from .scene import HOLE_DEPTH
 
 __all__ = ["CENTRE", "Trial", "insert_at_centre", "insert_on_cross"]
@@ -96,8 +96,7 @@ class Trial:
     @property
     def forces(self) -> Vector:
         """Magnitude of the contact force from the way down to the end, shape (N,) [N]."""
-        rows = np.concatenate([self.log.during("insert"), self.log.during("rest")])
-        return np.linalg.norm(self.log.force[rows], axis=1)
+        return np.linalg.norm(self.log.force[self.log.during("insert", "rest")], axis=1)
 
 
 def tip_at(hole: Vector, height: float = 0.0) -> Vector:
@@ -161,12 +160,11 @@ def insert(
     """
     start = cell.start(tip_at(hole, HOVER), fraction, generator)
     cell.scene.place_hole(hole)
-    window = 5.0
     log = cell.perform(
         start,
         [
             move("approach", 3.0, cell.model.pose(start), taught.hover),
-            hold("compensate", window, taught.hover, compensate=True),
+            hold("compensate", TABLE_II.window, taught.hover, compensate=True),
             move("insert", 4.0, taught.hover, taught.goal),
             hold("rest", 1.0, taught.goal),
         ],

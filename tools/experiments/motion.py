@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .controller import ImpedanceController, Pose
 from .scene import TIME_STEP, Scene
 
-__all__ = ["Log", "Phase", "hold", "move", "run"]
+__all__ = ["Log", "Phase", "hold", "move", "run", "smooth"]
 
 Vector = NDArray[np.float64]
 
@@ -32,13 +32,18 @@ class Phase:
     """Whether the offset compensator is on."""
 
 
+def smooth(fraction: float) -> float:
+    """Return how far a motion of minimum jerk has come after a fraction of its time."""
+    return fraction**3 * (10 - 15 * fraction + 6 * fraction**2)
+
+
 def move(name: str, duration: float, start: Pose, end: Pose) -> Phase:
     """Return a phase along a straight line, at rest at both ends (minimum jerk)."""
     turn = pin.log3(end.rotation @ start.rotation.T)
     way = end.translation - start.translation
 
     def goal(fraction: float) -> Pose:
-        s = fraction**3 * (10 - 15 * fraction + 6 * fraction**2)
+        s = smooth(fraction)
         return pin.SE3(pin.exp3(s * turn) @ start.rotation, start.translation + s * way)
 
     return Phase(name, duration, goal)
@@ -49,9 +54,13 @@ def hold(name: str, duration: float, pose: Pose, *, compensate: bool = False) ->
     return Phase(name, duration, lambda _: pose, compensate)
 
 
+RECORD_EVERY = 5
+"""Control steps from one row of a log to the next."""
+
+
 @dataclass(frozen=True)
 class Log:
-    """A motion as it went, one row a control step."""
+    """A motion as it went, 200 rows a second."""
 
     phase: tuple[str, ...]
     q: Vector
@@ -62,28 +71,33 @@ class Log:
     """Contact force on the tool, shape (N, 3) [N]."""
     offset: Vector
     """The compensator's force and torque at the tool, shape (N, 6) [N, N m]."""
+    steps: int
+    """Control steps, rows or not."""
 
-    def during(self, name: str) -> NDArray[np.int64]:
-        """Return the rows of a phase."""
-        return np.array([i for i, phase in enumerate(self.phase) if phase == name])
+    def during(self, *names: str) -> NDArray[np.int64]:
+        """Return the rows of phases."""
+        return np.array([i for i, phase in enumerate(self.phase) if phase in names])
 
 
 def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) -> Log:
     """Move the arm from where it stands, under a controller, and record it.
 
     Returns:
-        All phases' rows, one after the other.
+        All phases' rows, one after the other; the last of each phase is among them.
     """
     names: list[str] = []
     rows: list[tuple[Vector, Vector, Vector, Vector]] = []
     q, dq = scene.data.qpos, scene.data.qvel
+    steps = 0
     for phase in phases:
-        steps = round(phase.duration / TIME_STEP)
-        names += [phase.name] * steps
-        for step in range(1, steps + 1):
-            torque = controller.torque(
-                phase.goal(step / steps), q, dq, TIME_STEP, compensate=phase.compensate
-            )
-            rows.append((q.copy(), scene.tip, scene.contact_force(), controller.offset))
+        count = round(phase.duration / TIME_STEP)
+        for step in range(1, count + 1):
+            goal = phase.goal(step / count)
+            torque = controller.torque(goal, q, dq, TIME_STEP, compensate=phase.compensate)
             scene.step(torque)
-    return Log(tuple(names), *(np.array(column) for column in zip(*rows, strict=True)))
+            if (count - step) % RECORD_EVERY == 0:
+                names.append(phase.name)
+                rows.append((q.copy(), scene.tip, scene.contact_force(), controller.offset))
+        steps += count
+    q_rows, tips, forces, offsets = (np.array(column) for column in zip(*rows, strict=True))
+    return Log(tuple(names), q_rows, tips, forces, offsets, steps)

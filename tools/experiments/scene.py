@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from ...solver.urdf import Chain
 from ...solver.urdf_text import set_origins
 
-__all__ = ["HOLE_DEPTH", "JOINT_FRICTION", "PEG_RADIUS", "Scene", "urdf_of"]
+__all__ = ["HOLE_DEPTH", "JOINT_FRICTION", "PEG_RADIUS", "TIME_STEP", "Scene", "urdf_of"]
 
 Vector = NDArray[np.float64]
 TIME_STEP = 1e-3
 """Of the physics, and of the controller [s]."""
-JOINT_FRICTION = 0.4
-"""Coulomb friction of each joint [N m]: within what was identified on such arms."""
+JOINT_FRICTION = 0.2
+"""Coulomb friction of each joint, an assumption; it is what the compensator is for [N m]."""
 ROTOR_INERTIA = 0.1
 """Of each motor, as the joint feels it through the gear [kg m^2]."""
 PEG_RADIUS = 5e-3
@@ -31,8 +31,17 @@ HOLE_DEPTH = 0.02
 HOLE_SIDES = 24
 HOLE_WALL = 0.06
 """From the hole's edge to the rim of the block around it [m]."""
-CONTACT_FRICTION = 0.3
-"""Plastic on plastic."""
+TOUCH: dict[str, Any] = {"priority": 1, "mass": 0}
+PEG_TOUCH = {**TOUCH, "friction": [0.3, 0, 0], "solref": [5 * TIME_STEP, 1]}
+"""Plastic on plastic; much stiffer, and the peg would hop along the wall."""
+PEN_TOUCH = {
+    **TOUCH,
+    "friction": [0.2, 0, 0],
+    "solref": [0.05, 1],
+    "solimp": [0.5, 0.9, 2e-3, 0.5, 2],
+}
+"""A felt tip on paper: it yields by a millimetre, or it would hop."""
+ORANGE = [0.85, 0.3, 0.1, 1]
 
 
 def urdf_of(chain: Chain) -> bytes:
@@ -51,7 +60,12 @@ class Scene:
     """
 
     def __init__(
-        self, arm: Chain, *, table: float, hole: float | None = None, friction: float = JOINT_FRICTION
+        self,
+        arm: Chain,
+        *,
+        table: float,
+        hole: float | None = None,
+        friction: float = JOINT_FRICTION,
     ) -> None:
         spec = mujoco.MjSpec.from_string(urdf_of(arm).decode())
         spec.compiler.fusestatic = False
@@ -60,9 +74,11 @@ class Scene:
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         _add_motors(spec, friction)
         _add_looks(spec, arm)
-        _add_tool(spec.body(arm.tip), peg=hole is not None)
         _add_table(spec, table)
-        if hole is not None:
+        if hole is None:
+            _add_pen(spec.body(arm.tip))
+        else:
+            _add_peg(spec.body(arm.tip))
             _add_hole(spec, hole)
         self.table = table
         self.model: Any = spec.compile()
@@ -80,6 +96,11 @@ class Scene:
     def place_hole(self, centre: Vector) -> None:
         """Stand the block with the hole somewhere on the table, shape (2,) [m]."""
         self.data.mocap_pos[0] = [*centre, self.table]
+
+    def show(self, q: Vector) -> None:
+        """Put the arm at joint positions, for a picture only."""
+        self.data.qpos[:] = q
+        mujoco.mj_kinematics(self.model, self.data)
 
     def step(self, torque: Vector) -> None:
         """Let the joints exert torques, shape (m,) [N m], for one time step."""
@@ -123,34 +144,35 @@ def _ghost(body: Any, shape: Any, size: list[float], colour: list[float]) -> Any
     return body.add_geom(type=shape, size=size, rgba=colour, contype=0, conaffinity=0, mass=0)
 
 
-def _add_tool(body: Any, *, peg: bool) -> None:
-    """Fix a tool along the ball link's z axis, the tip where the ball's centre was.
+def _add_peg(body: Any) -> None:
+    """Fix a peg along the ball link's z axis, the middle of its end where the ball's centre was.
 
-    A peg is a capsule for its side, and a ring of spheres for the rounded edge of its flat end:
-    shapes whose contacts MuJoCo computes exactly. A pen is one sphere.
+    A capsule is its side, and a ring of spheres the rounded edge of its flat end: shapes whose
+    contacts MuJoCo computes exactly.
     """
-    touch = {"friction": [CONTACT_FRICTION, 0, 0], "solref": [2 * TIME_STEP, 1], "mass": 0}
-    colour = [0.85, 0.3, 0.1, 1]
-    stem = _ghost(body, mujoco.mjtGeom.mjGEOM_CYLINDER, [PEG_RADIUS, 0, 0], colour)
-    stem.fromto = [0, 0, -PEG_LENGTH, 0, 0, 0 if peg else -4 * PEG_FILLET]
-    if peg:
-        side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
-        body.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-            size=[PEG_RADIUS, 0, 0],
-            fromto=side,
-            group=3,
-            **touch,
-        )
-    count, ring = (HOLE_SIDES, PEG_RADIUS - PEG_FILLET) if peg else (1, 0.0)
-    for angle in np.arange(count) * 2 * np.pi / count:
-        body.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[PEG_FILLET, 0, 0],
-            pos=[ring * np.cos(angle), ring * np.sin(angle), -PEG_FILLET],
-            rgba=colour,
-            **touch,
-        )
+    _stem(body, PEG_RADIUS, 0.0)
+    side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
+    capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
+    body.add_geom(type=capsule, size=[PEG_RADIUS, 0, 0], fromto=side, group=3, **PEG_TOUCH)
+    for angle in np.arange(HOLE_SIDES) * 2 * np.pi / HOLE_SIDES:
+        place = (PEG_RADIUS - PEG_FILLET) * np.array([np.cos(angle), np.sin(angle)])
+        _bead(body, [*place, -PEG_FILLET], PEG_TOUCH)
+
+
+def _add_pen(body: Any) -> None:
+    """Fix a pen like a peg; its tip is one sphere."""
+    _stem(body, PEG_RADIUS, -4 * PEG_FILLET)
+    _bead(body, [0, 0, -PEG_FILLET], PEN_TOUCH)
+
+
+def _stem(body: Any, radius: float, end: float) -> None:
+    stem = _ghost(body, mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, 0, 0], ORANGE)
+    stem.fromto = [0, 0, -PEG_LENGTH, 0, 0, end]
+
+
+def _bead(body: Any, place: list[float], touch: dict[str, Any]) -> None:
+    sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+    body.add_geom(type=sphere, size=[PEG_FILLET, 0, 0], pos=place, rgba=ORANGE, **touch)
 
 
 def _add_table(spec: Any, height: float) -> None:
@@ -159,7 +181,6 @@ def _add_table(spec: Any, height: float) -> None:
         size=[0.45, 0.6, 0.01],
         pos=[0.55, 0, height - 0.01],
         rgba=[0.55, 0.6, 0.65, 1],
-        friction=[CONTACT_FRICTION, 0, 0],
     )
     spec.worldbody.add_light(pos=[0.3, -1.0, 2.0], dir=[0.1, 0.5, -1.0])
 
@@ -177,5 +198,4 @@ def _add_hole(spec: Any, diameter: float) -> None:
             pos=[out * np.cos(angle), out * np.sin(angle), HOLE_DEPTH / 2],
             quat=[np.cos(angle / 2), 0, 0, np.sin(angle / 2)],
             rgba=[0.3, 0.5, 0.7, 1],
-            friction=[CONTACT_FRICTION, 0, 0],
         )

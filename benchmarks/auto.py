@@ -1,0 +1,152 @@
+"""What calibration beyond the paper costs, and what known distances or a longer base bring.
+
+    python benchmarks/auto.py [PLACEMENTS --robot R] [--arms 20]
+
+Without placements, simulated ones of the demo arm are used. Costs are in units of one evaluation
+of the model's own residuals and Jacobian, measured in the same run.
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mukca.recorder.dataset import Placement, find_placements, read_placement
+from mukca.solver.auto import calibrate_auto
+from mukca.solver.estimate import Estimate
+from mukca.solver.kinematics import gravity_torques
+from mukca.solver.measurements import Measurement, measure
+from mukca.solver.observations import KnownDistance, observe
+from mukca.solver.parameters import choose_parameters
+from mukca.solver.uncertainty import workspace
+from mukca.solver.urdf import Chain, load_chain
+from mukca.tools.commands.demo import demo_arm, demo_bases
+from mukca.tools.simulate import perturb, reachable_bases, record
+
+OFF = 5e-5
+"""By so much is the base's distance misread [m]."""
+
+
+def seconds(work: Callable[[], object], runs: int) -> float:
+    """Return the median time of a piece of work, after one run to warm up."""
+    work()
+    times: list[float] = []
+    for _ in range(runs):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return statistics.median(times)
+
+
+def costs(chain: Chain, data: list[Measurement]) -> None:
+    parameters = choose_parameters(chain)
+    one = observe(data[:1], chain)
+    found = calibrate_auto(chain, parameters, one).full
+    problem = found.problem
+
+    def evaluate() -> None:
+        problem.linearise(found.x, one.positions, one.torques)
+
+    evaluation = seconds(evaluate, 30)
+    fit = seconds(lambda: calibrate_auto(chain, parameters, one), 5)
+    print(
+        f"auto, one placement ({data[0].name}): {fit:.2f} s = {fit / evaluation:.0f} evaluations "
+        f"of {1e3 * evaluation:.2f} ms"
+    )
+    everything = observe(data, chain)
+    begin = time.perf_counter()
+    calibrate_auto(chain, parameters, everything)
+    print(
+        f"auto, {len(data)} placements, each left out in turn: {time.perf_counter() - begin:.1f} s"
+    )
+
+
+def distance_errors(found: Estimate, truth: np.ndarray, seed: int) -> np.ndarray:
+    """Return errors of distances up to 400 mm between balls in the workspace [m]."""
+    chain = found.problem.chain
+    q = workspace(chain, 2000, seed)
+    ball = found.predict(q, gravity_torques(chain, q))
+    true = found.problem.model.points(truth, q)
+    lengths = np.linalg.norm(true[1::2] - true[::2], axis=1)
+    errors = np.linalg.norm(ball[1::2] - ball[::2], axis=1) - lengths
+    return errors[lengths < 0.4]
+
+
+def misread(placement: Placement) -> Placement:
+    """Return a placement whose base was measured a little too long."""
+    assert placement.distance is not None
+    return replace(placement, distance=placement.distance + OFF)
+
+
+def scale(arms: int) -> None:
+    """Compare what a misread base does, alone, with known distances, and when it is long."""
+    errors: dict[str, list[np.ndarray]] = {
+        "50 mm base": [],
+        "2 known distances": [],
+        "150 mm base": [],
+    }
+    chain = load_chain("panda")
+    parameters = choose_parameters(chain)
+    for seed in range(arms):
+        generator = np.random.default_rng(seed)
+        arm = perturb(chain, generator, 2e-3, 5e-3)
+        truth = arm.origins.ravel()[[p.index for p in parameters]]
+        long = reachable_bases(arm, generator, 3, distance=0.15)
+        bases = [replace(base, distance=0.05) for base in long]
+        known = tuple(
+            KnownDistance(
+                (bases[0].name, 0),
+                (other.name, 0),
+                float(np.linalg.norm(bases[0].sockets[0] - other.sockets[0]))
+                + generator.normal(0, 5e-5),
+                5e-5,
+            )
+            for other in bases[1:]
+        )
+        for kind, there, also in (
+            ("50 mm base", bases, ()),
+            ("2 known distances", bases, known),
+            ("150 mm base", long, ()),
+        ):
+            placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
+            data = observe(
+                [measure(p, chain) for p in placements], chain, known=also, deviation=OFF
+            )
+            found = calibrate_auto(chain, parameters, data, stages=()).full
+            errors[kind].append(distance_errors(found, truth, seed))
+    baseline = 0.0
+    for kind, parts in errors.items():
+        rms = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+        baseline = baseline or rms
+        print(
+            f"base misread by {1e3 * OFF} mm, {kind:17s}: rms error of distances up to 400 mm "
+            f"{1e3 * rms:.3f} mm, {rms / baseline:.2f} x ({arms} arms)"
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("placements", nargs="*", type=Path)
+    parser.add_argument("--robot", default="panda")
+    parser.add_argument("--arms", type=int, default=20)
+    arguments = parser.parse_args()
+    chain = load_chain(arguments.robot)
+    if arguments.placements:
+        recorded = [read_placement(p) for p in find_placements(arguments.placements)]
+    else:
+        generator = np.random.default_rng(0)
+        recorded = [record(demo_arm()[1], b, generator, noise=5e-5) for b in demo_bases()]
+    costs(chain, [measure(p, chain) for p in recorded])
+    scale(arguments.arms)
+
+
+if __name__ == "__main__":
+    main()

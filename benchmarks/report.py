@@ -1,0 +1,64 @@
+"""What a report costs, against bare imports of what it needs, measured in the same run.
+
+    python benchmarks/report.py [PLACEMENT ... --robot R]
+
+The first placement is trained on, all others are held out. Without any, simulated ones of the
+demo arm are used: six placements of 2 x 30 samples.
+"""
+
+import argparse
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from mukca.tools.commands.demo import SEAT_NOISE, demo_arm
+from mukca.tools.simulate import reachable_bases, record, write_holes
+
+
+def seconds(words: list[str], runs: int = 5) -> float:
+    """Return the median time of a process."""
+    times: list[float] = []
+    for _ in range(runs):
+        begin = time.perf_counter()
+        subprocess.run(words, check=True, capture_output=True)
+        times.append(time.perf_counter() - begin)
+    return statistics.median(times)
+
+
+def simulate(folder: Path, count: int = 6) -> list[str]:
+    """Write placements of the demo arm and return their folders."""
+    nominal, arm = demo_arm()
+    generator = np.random.default_rng(1)
+    bases = reachable_bases(nominal, generator, count)
+    for base in bases:
+        write_holes(record(arm, base, generator, noise=SEAT_NOISE), folder / base.name)
+    return [str(folder / base.name) for base in bases]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("placements", nargs="*")
+    parser.add_argument("--robot", default="panda")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        train, *test = arguments.placements or simulate(folder / "recordings")
+        solve = [sys.executable, "-m", "mukca", "solve", train, "--robot", arguments.robot]
+        out = folder / "out"
+        words = [*solve, "--method", "paper", *(["--test", *test] if test else [])]
+        subprocess.run([*words, "--out", str(out)], check=True, capture_output=True)
+        file = str(out / "calibration.json")
+        report = seconds([sys.executable, "-m", "mukca", "report", file])
+        bare = seconds([sys.executable, "-c", "import numpy, casadi, yourdfpy"])
+        size = (out / "report.html").stat().st_size
+    print(f"{1 + len(test)} placements: report {report:.2f} s, {report / bare:.1f} x bare imports")
+    print(f"report.html: {size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()

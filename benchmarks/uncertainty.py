@@ -1,0 +1,95 @@
+"""How often stated intervals hold the truth, on simulated arms whose truth is known.
+
+    python benchmarks/uncertainty.py [--draws 200]
+
+For each draw a robot is perturbed, recorded at two placements with a noisy seat, calibrated by
+`auto`, and asked for intervals: of distances between far ball positions, of deviations of balls
+from their socket's mean at a third placement, and of parameters that the data decide. The
+caliper's error of the base is drawn too. Stated: 68 % and 95 %.
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import time
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+from mukca.solver.auto import calibrate_auto
+from mukca.solver.kinematics import gravity_torques
+from mukca.solver.measurements import measure
+from mukca.solver.observations import observe
+from mukca.solver.parameters import choose_parameters
+from mukca.solver.uncertainty import deviations, distance_deviations, prior_deviations, workspace
+from mukca.solver.urdf import load_chain
+from mukca.solver.validate import CALIPER_DEVIATION
+from mukca.tools.simulate import perturb, reachable_bases, record
+
+ROBOTS = ("panda", "iiwa14", "gen3_lite", "ur5e")
+
+
+def draw(seed: int) -> dict[str, list[float]]:
+    """Return errors over stated deviations, by kind."""
+    chain = load_chain(ROBOTS[seed % len(ROBOTS)])
+    generator = np.random.default_rng(seed)
+    arm = perturb(chain, generator, 2e-3, 5e-3)
+    bases = reachable_bases(arm, generator, 3)
+    stated = bases[0].distance + generator.normal(0, CALIPER_DEVIATION)
+    placements = [record(arm, base, generator, noise=1e-4) for base in bases]
+    measured = [measure(p, chain, stated) for p in placements]
+    parameters = choose_parameters(chain)
+    found = calibrate_auto(chain, parameters, observe(measured[:2], chain)).full
+    truth = arm.origins.ravel()[found.problem.model.free]
+
+    q = workspace(chain, 80, seed)
+    torque = gravity_torques(chain, q)
+    ball = found.predict(q, torque)
+    true = found.problem.model.points(truth, q)
+    lengths = [np.linalg.norm(p[1::2] - p[::2], axis=1) for p in (ball, true)]
+    distances = (lengths[0] - lengths[1]) / distance_deviations(found, q, torque)
+
+    size = found.problem.size
+    covariance = found.covariance[:size, :size]
+    scatter: list[float] = []
+    held = measured[2]
+    for rows in held.slices:
+        x = held.positions[rows]
+        points, jacobian, _ = found.problem.linearise(found.x, x, gravity_torques(chain, x))
+        exact = found.problem.model.points(truth, x)
+        error = (points - points.mean(axis=0)) - (exact - exact.mean(axis=0))
+        centred = jacobian - jacobian.mean(axis=0)
+        variance = np.einsum("nij,jk,nik->ni", centred, covariance, centred)
+        scatter += (error / np.sqrt(variance)).ravel().tolist()
+
+    n = found.problem.geometry
+    deviation = deviations(found)[:n]
+    decided = (deviation > 0) & (deviation < 0.5 * prior_deviations(found)[:n])
+    parameter = ((found.values - truth) / deviation)[decided]
+    return {
+        "distances": distances.tolist(),
+        "deviations": scatter,
+        "parameters": parameter.tolist(),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--draws", type=int, default=200)
+    draws = parser.parse_args().draws
+    begin = time.perf_counter()
+    with ProcessPoolExecutor() as pool:
+        results = list(pool.map(draw, range(draws)))
+    print(f"{draws} draws over {', '.join(ROBOTS)} in {time.perf_counter() - begin:.0f} s")
+    for kind in ("distances", "deviations", "parameters"):
+        z = np.abs(np.concatenate([result[kind] for result in results]))
+        print(
+            f"{kind:11s} {len(z):6d} values: within 1 sigma {100 * np.mean(z < 1):.1f} % (68.3), "
+            f"within 1.96 sigma {100 * np.mean(z < 1.96):.1f} % (95.0)"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,201 @@
+"""Franka Panda (FER) and FR3: the Franka Control Interface, listened to.
+
+A TCP connection to port 1337 agrees on a protocol version and announces a UDP port; the robot
+then sends its state there once a millisecond. Nothing more is ever sent: no motion, no command,
+not even a datagram. The TCP connection stays open, and closing it ends the stream.
+
+Efforts are ``tau_J``, the torque sensors of the joints' link side. Their sign is that of the
+gravity torque at rest, as the vendor's force control example uses it (tau_J less gravity is what
+acts from outside); it was not proven on a robot here.
+
+Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
+"""
+
+import select
+import socket
+import struct
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack, closing
+
+from .address import CONNECT_SECONDS, Endpoint, open_tcp, parse_endpoint
+from .datagrams import DatagramSocket
+from .driver import Driver, DriverError, JointState, Reason, match_joints
+from .franka_state import JOINTS, FrankaState, decode_state
+
+__all__ = ["PORT", "VERSIONS", "Franka"]
+
+PORT = 1337
+VERSIONS = range(3, 11)
+FIRST_VERSION = 5  # the last of the Panda; any other robot answers with its own
+SETTLE_SECONDS = 0.2  # between a refused connection and the next
+
+CONNECT = 0
+REQUEST = struct.Struct("<IIIHH")  # command, command id, size, version, UDP port
+RESPONSE = struct.Struct("<IIIBH")  # command, command id, size, status, version
+SUCCESS, INCOMPATIBLE = 0, 1
+
+
+class Franka(Driver):
+    """A Panda or FR3 that streams its state at 1 kHz."""
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        endpoint = parse_endpoint(address, PORT, options=("version",))
+        version = endpoint.options.integer("version", FIRST_VERSION)
+        if version not in VERSIONS:
+            raise endpoint.options.wrong("version", f"from {VERSIONS[0]} to {VERSIONS[-1]}")
+        self._joint_names = match_joints(joint_names, JOINTS, "a Franka arm")
+        self._where = str(endpoint)
+        self._malformed = self._late = 0
+        self._last: FrankaState | None = None
+        self._tcp, self._udp = _connect(endpoint, version)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The arm's seven joints, from base to flange."""
+        return self._joint_names
+
+    @property
+    def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Datagrams that were malformed, late, repeated or from another host."""
+        return self._malformed + self._late + self._udp.strangers
+
+    @property
+    def status(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The robot's mode, and the errors that hold."""
+        if self._last is None:
+            return ""
+        return "; ".join((self._last.mode, *self._last.errors))
+
+    def read(self, timeout: float) -> JointState:
+        """Return the next state; see :meth:`Driver.read`."""
+        for datagram, _ in self._udp.until(time.monotonic() + timeout):
+            try:
+                state = decode_state(datagram)
+            except ValueError as error:
+                self._reject(error)
+                continue
+            if self._last is None or state.message_id > self._last.message_id:
+                return self._accept(state)
+            self._late += 1
+        raise self._silence(timeout)
+
+    def close(self) -> None:
+        """End the connection, and with it the robot's stream."""
+        self._tcp.close()
+        self._udp.close()
+
+    def _accept(self, state: FrankaState) -> JointState:
+        if self._last is not None:
+            self.missed += state.message_id - self._last.message_id - 1
+        self._last = state
+        return JointState(state.message_id * 1e-3, state.position, state.torque)
+
+    def _reject(self, error: ValueError) -> None:
+        """Count a malformed datagram; a robot that sends nothing else cannot be read."""
+        self._malformed += 1
+        if self._last is None and self._malformed >= 100:
+            raise DriverError(Reason.PROTOCOL, f"the robot at {self._where} sends {error}")
+
+    def _silence(self, timeout: float) -> DriverError:
+        """Return why no state came: a closed connection, or a robot that says nothing."""
+        if _is_closed(self._tcp):
+            return DriverError(
+                Reason.UNREACHABLE, f"the robot at {self._where} closed the connection"
+            )
+        told = f"no state from the robot at {self._where} for {timeout:g} s; "
+        if self._last is None:
+            return DriverError(Reason.SILENT, told + "does a firewall here block UDP from it?")
+        return DriverError(
+            Reason.SILENT,
+            f"{told}its last mode: {self.status}. Desk may pause FCI in its programming mode",
+        )
+
+
+def _connect(endpoint: Endpoint, version: int) -> tuple[socket.socket, DatagramSocket]:
+    """Open the connection, with the version that the robot speaks if it refuses the given one."""
+    session = _try_version(endpoint, version)
+    if isinstance(session, int):
+        if session not in VERSIONS or session == version or "version" in endpoint.options:
+            raise DriverError(
+                Reason.PROTOCOL,
+                f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
+                f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here",
+            )
+        time.sleep(SETTLE_SECONDS)
+        version, session = session, _try_version(endpoint, session)
+    if isinstance(session, int):
+        raise DriverError(
+            Reason.PROTOCOL,
+            f"the robot at {endpoint} asked for version {version} of FCI, then refused it",
+        )
+    return session
+
+
+def _try_version(endpoint: Endpoint, version: int) -> tuple[socket.socket, DatagramSocket] | int:
+    """Ask for one version; return the open sockets, or the robot's own version if it refuses."""
+    with ExitStack() as opened:
+        tcp = opened.enter_context(_open_tcp(endpoint))
+        udp = opened.enter_context(closing(_open_udp(tcp)))
+        try:
+            tcp.sendall(REQUEST.pack(CONNECT, 0, REQUEST.size, version, udp.port))
+            response = _receive_exactly(tcp, RESPONSE.size)
+        except OSError:
+            raise DriverError(
+                Reason.BUSY,
+                f"the robot at {endpoint} took the connection but did not answer: probably "
+                "another program holds FCI, which serves one at a time; close it and try again",
+            ) from None
+        status, server = _parse_response(response, endpoint)
+        if status == INCOMPATIBLE:
+            return server
+        opened.pop_all()
+        return tcp, udp
+
+
+def _open_tcp(endpoint: Endpoint) -> socket.socket:
+    """Connect, and have a robot that vanishes noticed within seconds."""
+    tcp = open_tcp(endpoint, "activate FCI in Desk, and unlock the joints")
+    tcp.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 1)
+    tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, 3)
+    tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 1)
+    return tcp
+
+
+def _open_udp(tcp: socket.socket) -> DatagramSocket:
+    """Open a port for the states, on the interface by which the robot is reached."""
+    return DatagramSocket((tcp.getsockname()[0], 0), robot=tcp.getpeername()[0])
+
+
+def _receive_exactly(tcp: socket.socket, count: int) -> bytes:
+    deadline = time.monotonic() + CONNECT_SECONDS
+    received = b""
+    while len(received) < count:
+        tcp.settimeout(max(1e-3, deadline - time.monotonic()))
+        more = tcp.recv(count - len(received))
+        if not more:
+            raise ConnectionError
+        received += more
+    return received
+
+
+def _parse_response(response: bytes, endpoint: Endpoint) -> tuple[int, int]:
+    """Return status and server version of a connect response."""
+    command, identifier, size, status, server = RESPONSE.unpack(response)
+    header = (command, identifier, size)
+    if header != (CONNECT, 0, RESPONSE.size) or status not in (SUCCESS, INCOMPATIBLE):
+        raise DriverError(
+            Reason.PROTOCOL,
+            f"what listens at {endpoint} does not speak FCI: it answered {response.hex(' ')}",
+        )
+    return status, server
+
+
+def _is_closed(tcp: socket.socket) -> bool:
+    """Tell whether the other side has ended the connection."""
+    try:
+        readable, _, _ = select.select([tcp], [], [], 0)
+        return bool(readable) and not tcp.recv(1, socket.MSG_PEEK)
+    except (OSError, ValueError):
+        return True

@@ -1,0 +1,170 @@
+"""Kinova: Gen2 and JACO actuators over RS-485 or CAN (experimental), Gen3 over Kortex.
+
+=============================================  =================================================
+``serial://PORT?baud=..&parity=..&stopbits=..``  Gen2, JACO: their actuators' own messages, polled
+``can://[INTERFACE/]CHANNEL?tx=..&rx=..``        the same messages by ISO-TP through a gateway
+``kortex://HOST[:PORT]?user=..&password=..``     Gen3, Gen3 lite, through Kinova's ``kortex_api``
+=============================================  =================================================
+
+All take ``rate=HZ`` (100), how often the arm is asked, and ``effort=-1``, which turns the sign of
+the torques. That sign was not proven: compare a record at rest with the model's gravity torque.
+
+Joint angles come in degrees, and jump from 360 to 0 where a joint turns past its zero; such jumps
+are taken out again. Missed states cannot be told, since answers carry no numbers.
+"""
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from .driver import Driver, DriverError, JointState, Reason, match_joints
+
+__all__ = ["Kinova", "Measurement", "Unwrap"]
+
+HALF_TURN = 180.0
+ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a hand is slow
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """The joints at one moment, as the arm tells them."""
+
+    degrees: tuple[float, ...]
+    torques: tuple[float, ...]
+
+
+class Arm(Protocol):
+    """One way to ask a Kinova arm where it is."""
+
+    joints: int
+    sign: int
+    """1, or -1 to turn the torques."""
+    rate: float
+    """How often to ask [Hz]."""
+    centred: bool
+    """Whether the first angles are meant from -180 to 180 degrees."""
+    rejected: int
+
+    def measure(self, deadline: float) -> Measurement:
+        """Ask all joints, by a moment of the monotonic clock [s].
+
+        Raises:
+            DriverError: SILENT when one does not answer in time.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the connection; safe to call twice."""
+        ...
+
+
+class Kinova(Driver):
+    """A Kinova arm, asked again and again."""
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        self._arm = _connect(address)
+        try:
+            self._joint_names = match_joints(joint_names, self._arm.joints, "the Kinova arm")
+        except DriverError:
+            self._arm.close()
+            raise
+        self._unwrap = Unwrap(self._arm.centred)
+        self._next_poll = 0.0
+        self._fastest, self._slow = math.inf, 0
+        self._open = True
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The arm's joints, from base to flange."""
+        return self._joint_names
+
+    @property
+    def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Answers that were malformed, not to what was asked, or too far apart."""
+        return self._arm.rejected + self._slow
+
+    def read(self, timeout: float) -> JointState:
+        """Return the next state; see :meth:`Driver.read`."""
+        if not self._open:
+            raise DriverError(Reason.UNREACHABLE, "the connection is closed")
+        deadline = time.monotonic() + timeout
+        wait = self._next_poll - time.monotonic()
+        if wait > timeout:
+            time.sleep(timeout)
+            raise DriverError(Reason.SILENT, f"no state for {timeout:g} s")
+        time.sleep(max(0.0, wait))
+        measurement, stamp = self._measure(deadline)
+        return JointState(
+            stamp,
+            self._unwrap(measurement.degrees),
+            tuple(self._arm.sign * torque for torque in measurement.torques),
+        )
+
+    def _measure(self, deadline: float) -> tuple[Measurement, float]:
+        """Return what the joints were at one moment, and that moment by the monotonic clock.
+
+        A round in which this computer, or the bus, was held up is no one moment, and is asked for
+        again: it takes much longer than the fastest, which a slow line sets.
+        """
+        while True:
+            start = time.monotonic()
+            self._next_poll = start + 1 / self._arm.rate
+            measurement = self._arm.measure(deadline)
+            end = time.monotonic()
+            if end - start <= max(ONE_MOMENT, 2 * self._fastest):
+                self._fastest = min(self._fastest, end - start)
+                return measurement, (start + end) / 2
+            self._slow += 1
+            self._fastest *= 1.05  # a bus that is slower for good is believed in the end
+            if end >= deadline:
+                raise DriverError(Reason.SILENT, f"the joints take {end - start:.2g} s to answer")
+
+    def close(self) -> None:
+        """End the connection."""
+        self._open = False
+        self._arm.close()
+
+
+class Unwrap:
+    """Takes the jumps of whole turns out of a stream of angles.
+
+    Args:
+        centred: Whether the first angles are brought between -180 and 180 degrees.
+    """
+
+    def __init__(self, centred: bool) -> None:
+        self._last: tuple[float, ...] | None = None
+        self._centred = centred
+
+    def __call__(self, degrees: Sequence[float]) -> tuple[float, ...]:
+        """Return angles [rad], each within half a turn of the one before."""
+        reference = self._last or ((0.0,) * len(degrees) if self._centred else degrees)
+        self._last = tuple(
+            angle - 2 * HALF_TURN * round((angle - last) / (2 * HALF_TURN))
+            for angle, last in zip(degrees, reference, strict=True)
+        )
+        return tuple(map(math.radians, self._last))
+
+
+def _connect(address: str) -> Arm:
+    """Open the kind of connection that an address names."""
+    scheme, separator, rest = address.partition("://")
+    if separator and scheme == "serial":
+        from .kinova_bus import open_serial
+
+        return open_serial(rest)
+    if separator and scheme == "can":
+        from .kinova_bus import open_can
+
+        return open_can(rest)
+    if separator and scheme == "kortex":
+        from .kinova_kortex import Kortex
+
+        return Kortex(rest)
+    raise DriverError(
+        Reason.BAD_ADDRESS,
+        f"kinova address {address!r}: expected serial://PORT (Gen2, JACO), can://CHANNEL, or "
+        "kortex://HOST (Gen3, Gen3 lite)",
+    )

@@ -1,0 +1,178 @@
+"""Any arm in ROS 1 or 2: ``sensor_msgs/JointState`` through a rosbridge, subscribed to.
+
+Joints are matched by name, so that grippers and other arms on the same topic do no harm. All that
+is sent is the subscription.
+
+Efforts are what the topic says. Their unit and sign are its publisher's; ``effort=-1`` turns the
+sign. Messages lost on their way cannot be told, since ROS 2 no longer numbers them.
+
+Address: ``HOST[:PORT][?topic=/joint_states&effort=-1]``; PORT is 9090 by default.
+"""
+
+import math
+import queue
+import threading
+import time
+from collections.abc import Sequence
+from typing import Any, cast
+
+from .address import Endpoint, open_tcp, parse_endpoint
+from .driver import Driver, DriverError, JointState, Reason
+
+__all__ = ["PORT", "Ros", "decode_message"]
+
+PORT = 9090
+CONNECT_SECONDS = 5.0
+FIRST_STATE_SECONDS = 3.0
+LONGEST_QUEUE = 10_000  # messages that wait for a late reader
+
+
+def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> JointState:
+    """Return the state of the named joints in a JointState message.
+
+    Args:
+        message: What rosbridge made of the message.
+        joint_names: The joints wanted, in order.
+        sign: 1, or -1 to turn the efforts.
+
+    Raises:
+        ValueError: The message lacks a joint, or is none.
+    """
+    try:
+        names = message["name"]
+        order = [names.index(name) for name in joint_names]
+        position = _numbers(message["position"], order, len(names))
+        efforts = message.get("effort")
+        effort = _numbers(efforts, order, len(names)) if efforts else None
+        stamp = message["header"]["stamp"]
+        seconds = _first(stamp, "sec", "secs") + _first(stamp, "nanosec", "nsecs") * 1e-9
+    except (AttributeError, KeyError, IndexError, OverflowError, TypeError) as error:
+        raise ValueError(f"a message that is no JointState: {error!r}") from None
+    if not math.isfinite(seconds):
+        raise ValueError("a message with a stamp that is no number")
+    return JointState(seconds, position, effort and tuple(sign * value for value in effort))
+
+
+class Ros(Driver):
+    """A subscription to a topic with joint states."""
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        endpoint = parse_endpoint(
+            address.removeprefix("ws://"), PORT, ("topic", "effort"), default_host="localhost"
+        )
+        self._sign = endpoint.options.sign("effort")
+        self._topic_name = endpoint.options.get("topic", "/joint_states")
+        self._where = f"{self._topic_name} of the rosbridge at {endpoint}"
+        self._messages: queue.Queue[Any] = queue.Queue(LONGEST_QUEUE)
+        self._client, self._topic = _subscribe(endpoint, self._topic_name, self._put)
+        self._ended = threading.Event()
+        self._client.on("close", self._lose)
+        try:
+            self._joint_names = self._match(joint_names)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints that are read: the model's, or without a model all of the topic's."""
+        return self._joint_names
+
+    def read(self, timeout: float) -> JointState:
+        """Return the next state; see :meth:`Driver.read`."""
+        deadline = time.monotonic() + timeout
+        while (message := self._get(deadline)) is not None:
+            try:
+                return decode_message(message, self._joint_names, self._sign)
+            except ValueError:
+                self.rejected += 1
+        if self._ended.is_set():
+            raise DriverError(Reason.UNREACHABLE, f"the connection to {self._where} is lost")
+        raise DriverError(Reason.SILENT, f"no joint states on {self._where} for {timeout:g} s")
+
+    def close(self) -> None:
+        """End the subscription and the connection."""
+        if not self._ended.is_set():
+            self._ended.set()
+            self._topic.unsubscribe()
+            self._client.close()
+
+    def _match(self, joint_names: Sequence[str] | None) -> tuple[str, ...]:
+        """Wait for a message that has the model's joints, or any joints without a model."""
+        deadline = time.monotonic() + FIRST_STATE_SECONDS
+        seen: set[str] = set()
+        while (message := self._get(deadline)) is not None:
+            names = _names(message)
+            seen.update(names)
+            wanted = names if joint_names is None else tuple(joint_names)
+            if wanted and seen.issuperset(wanted) and set(names).issuperset(wanted):
+                return wanted
+        if not seen:
+            raise DriverError(Reason.UNREACHABLE, f"nobody publishes on {self._where}")
+        missing = [name for name in joint_names or () if name not in seen]
+        raise DriverError(
+            Reason.WRONG_ROBOT,
+            f"{self._where} has no joint {', '.join(missing) or 'states with all joints at once'}; "
+            f"it has {', '.join(sorted(seen))}",
+        )
+
+    def _put(self, message: Any) -> None:
+        try:
+            self._messages.put_nowait(message)
+        except queue.Full:
+            self.missed += 1
+
+    def _lose(self, *_: object) -> None:
+        self._ended.set()
+
+    def _get(self, deadline: float) -> Any:
+        try:
+            return self._messages.get(timeout=max(0.0, deadline - time.monotonic()))
+        except queue.Empty:
+            return None
+
+
+def _subscribe(endpoint: Endpoint, topic: str, callback: Any) -> tuple[Any, Any]:
+    """Connect to a rosbridge and subscribe to a topic."""
+    try:
+        import roslibpy  # pyright: ignore[reportMissingTypeStubs]
+    except ImportError:
+        raise DriverError(
+            Reason.MISSING_PACKAGE, "ros needs roslibpy: pip install 'mukca[ros]'"
+        ) from None
+    open_tcp(endpoint, "is rosbridge running (ros2 launch rosbridge_server ...)?").close()
+    library = cast(Any, roslibpy)
+    client = library.Ros(endpoint.host, endpoint.port)
+    try:
+        client.run(timeout=CONNECT_SECONDS)
+    except Exception as error:
+        raise DriverError(
+            Reason.PROTOCOL, f"what listens at {endpoint} is no rosbridge: {error}"
+        ) from None
+    finally:
+        client.factory.stopTrying()  # a lost connection is made again above, subscription and all
+    subscription = library.Topic(client, topic, "sensor_msgs/JointState")
+    subscription.subscribe(callback)
+    return client, subscription
+
+
+def _names(message: Any) -> tuple[str, ...]:
+    try:
+        return tuple(map(str, message["name"]))
+    except (KeyError, TypeError):
+        return ()
+
+
+def _numbers(values: Sequence[Any], order: Sequence[int], count: int) -> tuple[float, ...]:
+    """Return the finite numbers at the given places of a list of a given length."""
+    if len(values) != count:
+        raise ValueError(f"a message with {count} names and {len(values)} values")
+    picked = tuple(float(values[index]) for index in order)
+    if not all(map(math.isfinite, picked)):
+        raise ValueError("a message with values that are no numbers")
+    return picked
+
+
+def _first(stamp: dict[str, Any], name: str, other: str) -> float:
+    """Return a part of a stamp, which ROS 2 and 1 name differently."""
+    return float(stamp[name] if name in stamp else stamp[other])

@@ -1,0 +1,1 @@
+"""Reads the Heron, an arm that does not exist, for mukca."""

@@ -1,0 +1,126 @@
+"""Puts views on a terminal: only the lines that changed, so that SSH has little to carry."""
+
+import os
+from contextlib import AbstractContextManager, suppress
+from types import TracebackType
+from typing import Protocol
+
+from rich.console import Console, ConsoleDimensions
+
+from .keyboard import HangUp
+from .screen import View, render
+
+__all__ = ["Display", "Lines", "Screen"]
+
+_ENTER = "\x1b[?1049h\x1b[?25l\x1b[2J"
+_LEAVE = "\x1b[?25h\x1b[?1049l"
+
+
+class Display(AbstractContextManager[object], Protocol):
+    """Where the operator looks, for as long as it is open."""
+
+    def show(self, view: View) -> None:
+        """Show what is known now.
+
+        Raises:
+            HangUp: Nobody can see it any more.
+        """
+        ...
+
+    def bell(self) -> None:
+        """Draw attention."""
+        ...
+
+
+class Screen:
+    """A whole terminal screen; what was on it before comes back at the end."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._descriptor = console.file.fileno()
+        self._plain = not console.encoding.lower().startswith("utf")
+        self._lines: list[str] = []
+        self._size = ConsoleDimensions(0, 0)
+
+    def __enter__(self) -> "Screen":
+        self._write(_ENTER)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        with suppress(HangUp):
+            self._write(_LEAVE)
+
+    def show(self, view: View) -> None:
+        """Draw a view."""
+        width, height = size = self._terminal_size()
+        text = ""
+        if size != self._size:
+            self._size = self._console.size = size
+            self._lines = []
+            text = "\x1b[2J"
+        with self._console.capture() as capture:
+            self._console.print(render(view, width, height, plain=self._plain))
+        lines = capture.get().split("\n")[:height]
+        for row, line in enumerate(lines):
+            if row >= len(self._lines) or line != self._lines[row]:
+                text += f"\x1b[{row + 1};1H{line}\x1b[K"
+        self._lines = lines
+        self._write(text)
+
+    def bell(self) -> None:
+        """Ring the terminal's bell."""
+        self._write("\a")
+
+    def _terminal_size(self) -> ConsoleDimensions:
+        """Ask the terminal itself: what the shell exported in COLUMNS may be out of date."""
+        try:
+            columns, rows = os.get_terminal_size(self._descriptor)
+        except OSError:
+            raise HangUp from None
+        return ConsoleDimensions(columns or 80, rows or 24)  # a serial line does not know its size
+
+    def _write(self, text: str) -> None:
+        data = text.encode(self._console.encoding, errors="replace")
+        try:
+            while data:
+                data = data[os.write(self._descriptor, data) :]
+        except OSError:
+            raise HangUp from None
+
+
+class Lines:
+    """Messages as lines of text, for a pipe, a file, or a terminal that can do no more."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._last: object = None
+
+    def __enter__(self) -> "Lines":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        return
+
+    def show(self, view: View) -> None:
+        """Print the messages that are new."""
+        messages = view.session.messages
+        known = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
+        try:
+            for message in messages[known:]:
+                self._console.print(("! " if message.alarm else "") + message.text, markup=False)
+        except OSError:
+            raise HangUp from None
+        self._last = messages[-1] if messages else None
+
+    def bell(self) -> None:
+        """A line needs no bell."""

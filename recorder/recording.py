@@ -1,0 +1,264 @@
+"""A placement's files, open for recording: append-only, locked, and safe against a crash.
+
+A capture is on the disk when :meth:`Recording.capture` returns: written in one piece and
+fsynced. A write that fails in the middle, as on a full disk, is cut off again, so that the file
+holds whole lines only. What a killed recorder left half-written is moved to a file beside it when
+the recording is opened again.
+"""
+
+import fcntl
+import json
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from .dataset import METADATA, is_placement, read_metadata
+from .samples import (
+    SAMPLES,
+    Sample,
+    SampleFile,
+    capture_line,
+    header_line,
+    read_samples,
+    undo_line,
+)
+from .tables import RecordingError
+
+__all__ = ["Metadata", "Recording"]
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """What is written once, beside the samples."""
+
+    robot: str
+    joints: tuple[str, ...]
+    """The robot's actuated joints, in chain order."""
+    units: tuple[str, ...]
+    """``rad`` or ``m`` for each joint."""
+    distance: float
+    """Distance between the centres of sockets 0 and 1 [m]."""
+    sockets: int = 2
+    model_sha256: str = ""
+    session: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """What holds for this start of the recorder alone: driver, window, notes."""
+
+    def agreeing(self) -> dict[str, Any]:
+        """What must be the same whenever the placement is recorded on."""
+        return {
+            "robot": self.robot,
+            "joints": list(self.joints),
+            "distance": self.distance,
+            "sockets": self.sockets,
+        }
+
+
+class Recording:
+    """The files of one placement; no other recorder can open them meanwhile.
+
+    Args:
+        folder: The placement's folder; made where it does not exist.
+        metadata: What is recorded there. An earlier recording there is continued.
+
+    Raises:
+        RecordingError: The folder cannot be written to, holds something else, belongs to another
+            robot, joints or distance, or is being recorded by another program.
+    """
+
+    def __init__(self, folder: Path, metadata: Metadata) -> None:
+        self.folder = folder
+        self.file = folder / SAMPLES
+        self.remarks: list[str] = []
+        """What the operator should know about what was found there."""
+        earlier = self._agree(metadata)
+        try:
+            _make_folder(folder)
+            flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
+            self._fd = os.open(self.file, flags, 0o644)
+        except OSError as error:
+            raise RecordingError(f"{self.file}: cannot be written: {error.strerror}") from None
+        try:
+            self._lock()
+            self.content = self._mend(metadata.joints)
+            _write_metadata(folder / METADATA, _merged(earlier, metadata))
+            self._size = os.fstat(self._fd).st_size
+        except OSError as error:
+            os.close(self._fd)
+            raise RecordingError(f"{folder}: cannot be written: {error.strerror}") from None
+        except BaseException:
+            os.close(self._fd)
+            raise
+
+    def capture(self, sample: Sample) -> None:
+        """Append a capture; it is on the disk when this returns.
+
+        Raises:
+            RecordingError: It cannot be saved; the file is as it was before.
+        """
+        self._append(capture_line(sample))
+
+    def undo(self, sample: Sample, time: float) -> None:
+        """Append the mark that takes a sample back; its line stays in the file.
+
+        Raises:
+            RecordingError: The mark cannot be saved; the file is as it was before.
+        """
+        self._append(undo_line(sample, time))
+
+    def close(self) -> None:
+        """Release the files; safe to call twice."""
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
+
+    def __enter__(self) -> "Recording":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _agree(self, metadata: Metadata) -> dict[str, Any]:
+        """Return the earlier metadata, after checking that they describe the same placement."""
+        if not self.folder.exists():
+            return {}
+        if not self.folder.is_dir():
+            raise RecordingError(f"{self.folder}: not a folder")
+        if not self.file.exists() and is_placement(self.folder):
+            raise RecordingError(
+                f"{self.folder}: holds a recording in the form hole_0.csv; choose another --out"
+            )
+        earlier = read_metadata(self.folder / METADATA)
+        for key, value in metadata.agreeing().items():
+            if key in earlier and earlier[key] != value:
+                raise RecordingError(
+                    f"{self.folder / METADATA}: recorded with {key} {_text(earlier[key])}, "
+                    f"not {_text(value)}; choose another --out to begin anew"
+                )
+        if earlier.get("model_sha256", metadata.model_sha256) != metadata.model_sha256:
+            self.remarks.append("the robot's model has changed since this recording was begun")
+        return earlier
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise RecordingError(
+                f"{self.folder}: another mukca record is writing there; finish it first"
+            ) from None
+
+    def _mend(self, joints: tuple[str, ...]) -> SampleFile:
+        """Move a torn end aside, begin the file where it is new, and return what it holds."""
+        whole, newline, torn = self.file.read_bytes().rpartition(b"\n")
+        if torn:
+            self._set_aside(torn)
+            os.ftruncate(self._fd, len(whole) + len(newline))
+        if not whole:
+            os.ftruncate(self._fd, 0)
+            _write(self._fd, header_line(joints))
+        os.fsync(self._fd)
+        _sync_folder(self.folder)
+        content = read_samples(self.file)
+        if content.joint_names != joints:
+            raise RecordingError(
+                f"{self.file}:1: recorded with joints {_text(content.joint_names)}, "
+                f"not {_text(joints)}; choose another --out to begin anew"
+            )
+        return content
+
+    def _set_aside(self, torn: bytes) -> None:
+        count = 1
+        while (aside := self.folder / f"{SAMPLES}.torn-{count}").exists():
+            count += 1
+        descriptor = os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        try:
+            _write(descriptor, torn)
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+        self.remarks.append(
+            f"the last line of {SAMPLES} was torn off by a crash; it is kept in {aside.name}"
+        )
+
+    def _append(self, line: bytes) -> None:
+        status = os.fstat(self._fd)
+        if status.st_nlink == 0 or status.st_size != self._size:
+            raise RecordingError(
+                f"{self.file.name} was changed by another program; finish with q and start again"
+            )
+        try:
+            _write(self._fd, line)
+            os.fsync(self._fd)
+        except OSError as error:
+            with suppress(OSError):
+                os.ftruncate(self._fd, self._size)
+                os.fsync(self._fd)
+            raise RecordingError(
+                f"{self.file.name} cannot be written to: {error.strerror}; nothing was lost"
+            ) from None
+        self._size += len(line)
+
+
+def _write(descriptor: int, data: bytes) -> None:
+    """Write all of it, or raise OSError."""
+    while data:
+        data = data[os.write(descriptor, data) :]
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder and its parents, each one on the disk before the next is made in it."""
+    if not folder.exists():
+        _make_folder(folder.parent)
+        folder.mkdir(exist_ok=True)
+        _sync_folder(folder.parent)
+
+
+def _sync_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _merged(earlier: dict[str, Any], metadata: Metadata) -> dict[str, Any]:
+    from importlib.metadata import version
+
+    session = {
+        "started": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        "version": version("mukca"),
+        **metadata.session,
+    }
+    before = earlier.get("sessions")
+    return {
+        **earlier,
+        **metadata.agreeing(),
+        "units": list(metadata.units),
+        "model_sha256": earlier.get("model_sha256", metadata.model_sha256),
+        "sessions": [*(before if isinstance(before, list) else []), session],
+    }
+
+
+def _write_metadata(file: Path, metadata: dict[str, Any]) -> None:
+    """Replace the file in one step: a crash leaves the old one or the new one."""
+    temporary = file.with_name(f".{file.name}.tmp")
+    with temporary.open("w", encoding="utf-8") as stream:
+        json.dump(metadata, stream, indent=2)
+        stream.write("\n")
+        stream.flush()
+        os.fsync(stream.fileno())
+    temporary.replace(file)
+    _sync_folder(file.parent)
+
+
+def _text(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]

@@ -1,0 +1,121 @@
+"""The average over a window in which the arm is still: what a capture saves.
+
+The arm is *still* when the standard deviation of every joint over the window is at most ``still``.
+A joint that drifts evenly by D over the window has D / sqrt(12). Time is the robot's own
+(:attr:`JointState.stamp`), so that nothing here depends on how busy this computer is.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..drivers import JointState
+from .session import Joint
+
+__all__ = ["Rest", "Window"]
+
+CHECK_EVERY = 0.02
+"""How often stillness is looked at [s]."""
+LEAST_STATES = 5
+"""The fewest states that make an average."""
+WHOLE = 0.9
+"""A window is whole once it spans this share of its length."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """The average over a window in which the arm was still."""
+
+    position: tuple[float, ...]
+    spread: tuple[float, ...]
+    """Standard deviation of each joint [rad]."""
+    effort: tuple[float, ...] | None
+    effort_spread: tuple[float, ...] | None
+    stamp: float
+    """Stamp of the last state [s]."""
+    states: int
+
+
+class Window:
+    """The states of the last moment.
+
+    Args:
+        joints: The model's actuated joints.
+        length: How long an average is [s].
+        still: Largest standard deviation of a joint of an arm that is still [rad].
+    """
+
+    def __init__(self, joints: Sequence[Joint], length: float, still: float) -> None:
+        self._joints = tuple(joints)
+        self._length = length
+        self._still = still
+        self._states: deque[JointState] = deque()
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all states: no average reaches across this moment."""
+        self._states.clear()
+        self._next_check = -math.inf
+        self._still_since = math.nan
+        self.rest: Rest | None = None
+        """The average, while the arm is still."""
+        self.settled = False
+        """Whether the arm has been still for longer than a whole window."""
+        self.whole = False
+        """Whether the window is full."""
+        self.moving = "too few states yet: wait a moment"
+        """Why there is no average."""
+
+    def add(self, state: JointState) -> bool:
+        """Take a state in; return whether stillness was looked at anew."""
+        states = self._states
+        states.append(state)
+        while states[0].stamp < state.stamp - self._length * (1 + 1e-9):
+            states.popleft()
+        if state.stamp < self._next_check:
+            return False
+        self._next_check = state.stamp + CHECK_EVERY
+        self.rest = self._average()
+        if self.rest is None:
+            self._still_since = math.nan
+        elif math.isnan(self._still_since):
+            self._still_since = state.stamp
+        self.settled = state.stamp - self._still_since >= self._length
+        return True
+
+    def _average(self) -> Rest | None:
+        stamps = np.array([state.stamp for state in self._states])
+        gap = float(np.max(np.diff(stamps))) if len(stamps) > 1 else math.inf
+        self.whole = bool(stamps[-1] - stamps[0] >= WHOLE * self._length >= 2 * WHOLE * gap)
+        if not self.whole:
+            self.moving = "too few states yet: wait a moment"
+            return None
+        if len(stamps) < LEAST_STATES:
+            self.moving = f"only {len(stamps)} states in {self._length:g} s: use a longer --window"
+            return None
+        positions = np.array([state.position for state in self._states])
+        spread = positions.std(axis=0)
+        worst = int(np.argmax(spread))
+        if spread[worst] > self._still:
+            joint = self._joints[worst]
+            swing = float(np.ptp(positions[:, worst]))
+            self.moving = f"still moving: {joint.name} by {joint.shown(swing)}"
+            return None
+        efforts = [state.effort for state in self._states if state.effort is not None]
+        measured = np.array(efforts) if len(efforts) == len(stamps) else None
+        return Rest(
+            position=_floats(positions.mean(axis=0)),
+            spread=_floats(spread),
+            effort=None if measured is None else _floats(measured.mean(axis=0)),
+            effort_spread=None if measured is None else _floats(measured.std(axis=0)),
+            stamp=float(stamps[-1]),
+            states=len(stamps),
+        )
+
+
+def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)

@@ -1,0 +1,209 @@
+"""The file ``samples.csv``: one line an event, as bytes and back.
+
+The columns are documented in :mod:`mukca.recorder.dataset`. A line counts once its line break is
+written; what stands after the last line break was torn off by a crash, and is no event.
+"""
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from .tables import RecordingError
+
+__all__ = ["Sample", "SampleFile", "capture_line", "header_line", "read_samples", "undo_line"]
+
+SAMPLES = "samples.csv"
+CAPTURE, UNDO = "capture", "undo"
+_LEADING = ("event", "sample", "socket", "time", "stamp", "states")
+_PER_JOINT = ("position", "spread", "effort")
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One captured configuration."""
+
+    position: tuple[float, ...]
+    """Joint positions in chain order [rad], [m] for a prismatic joint."""
+    socket: int
+    """Number of the socket in which the ball sat."""
+    effort: tuple[float, ...] | None = None
+    """What each joint exerted on the arm beyond it [N m], where the robot measured it."""
+    where: str = ""
+    """File and line, for messages."""
+    number: int = 0
+    """Counts the captures of a placement from 1; 0 where the file does not number them."""
+    time: float | None = None
+    """When it was captured [s since 1970, UTC]."""
+    stamp: float | None = None
+    """The robot's own time of the last averaged state [s]."""
+    states: int = 1
+    """How many joint states were averaged."""
+    spread: tuple[float, ...] | None = None
+    """Standard deviation of each joint over the averaged states [rad]."""
+
+
+@dataclass(frozen=True)
+class SampleFile:
+    """What a ``samples.csv`` holds."""
+
+    joint_names: tuple[str, ...]
+    samples: tuple[Sample, ...]
+    """All captures in order, withdrawn ones included."""
+    withdrawn: frozenset[int]
+    """Numbers of the samples that were taken back."""
+    torn: bytes
+    """What stands after the last complete line."""
+
+    @property
+    def live(self) -> tuple[Sample, ...]:
+        """The samples that count."""
+        return tuple(sample for sample in self.samples if sample.number not in self.withdrawn)
+
+
+def header_line(joint_names: Sequence[str]) -> bytes:
+    """Return the first line of the file."""
+    return _line([*_LEADING, *(f"{kind}.{name}" for kind in _PER_JOINT for name in joint_names)])
+
+
+def capture_line(sample: Sample) -> bytes:
+    """Return the line of a capture; every number reads back exactly."""
+    empty = [""] * len(sample.position)
+    leading = [CAPTURE, sample.number, sample.socket, sample.time, sample.stamp, sample.states]
+    return _line([*leading, *sample.position, *(sample.spread or empty), *(sample.effort or empty)])
+
+
+def undo_line(sample: Sample, time: float) -> bytes:
+    """Return the line that takes a sample back."""
+    empty = [""] * (2 + len(_PER_JOINT) * len(sample.position))
+    return _line([UNDO, sample.number, sample.socket, time, *empty])
+
+
+def _line(cells: Sequence[object]) -> bytes:
+    text = io.StringIO()
+    # csv writes a float as repr() does: the shortest text that reads back to the same number
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue().encode()
+
+
+def read_samples(file: Path) -> SampleFile:
+    """Read the file.
+
+    Raises:
+        RecordingError: It cannot be read, has no complete header, or a complete line that is
+            no event.
+    """
+    try:
+        complete, _, torn = file.read_bytes().rpartition(b"\n")
+        lines = list(csv.reader(io.StringIO(complete.decode("utf-8-sig")), strict=True))
+    except OSError as error:
+        raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise RecordingError(f"{file}: not a text file of comma-separated values") from None
+    if not lines:
+        raise RecordingError(f"{file}: no header line; nothing was recorded")
+    parser = _Parser(file, lines[0])
+    for number, cells in enumerate(lines[1:], start=2):
+        if cells:
+            parser.read(number, cells)
+    return SampleFile(parser.joint_names, tuple(parser.samples), frozenset(parser.withdrawn), torn)
+
+
+class _Parser:
+    """Reads one line after the other, and checks that they make sense together."""
+
+    def __init__(self, file: Path, header: Sequence[str]) -> None:
+        self.file = file
+        self.samples: list[Sample] = []
+        self.withdrawn: set[int] = set()
+        self._header = list(header)
+        self.joint_names = tuple(
+            name.removeprefix("position.") for name in header if name.startswith("position.")
+        )
+        wanted = header_line(self.joint_names).decode().strip("\n")
+        if not self.joint_names or _line(header).decode().strip("\n") != wanted:
+            raise RecordingError(
+                f"{file}:1: not the header of a recording; expected the columns "
+                f"{', '.join(_LEADING)}, then position., spread. and effort. of every joint"
+            )
+
+    def read(self, line: int, cells: Sequence[str]) -> None:
+        where = f"{self.file}:{line}"
+        if len(cells) != len(self._header):
+            raise RecordingError(
+                f"{where}: {len(cells)} columns where the header has {len(self._header)}"
+            )
+        row = _Row(where, dict(zip(self._header, cells, strict=True)), self.joint_names)
+        if cells[0] == CAPTURE:
+            self._capture(row)
+        elif cells[0] == UNDO:
+            self._undo(row)
+        else:
+            raise RecordingError(f"{where}: event {cells[0]!r} is neither {CAPTURE} nor {UNDO}")
+
+    def _capture(self, row: "_Row") -> None:
+        number = row.integer("sample")
+        if number != len(self.samples) + 1:
+            raise RecordingError(
+                f"{row.where}: sample {number} where {len(self.samples) + 1} is next; "
+                "a line is missing or twice there"
+            )
+        position = row.joints("position")
+        if position is None:
+            raise RecordingError(f"{row.where}: a capture without positions")
+        self.samples.append(
+            Sample(
+                position,
+                row.integer("socket"),
+                row.joints("effort"),
+                row.where,
+                number,
+                row.optional("time"),
+                row.optional("stamp"),
+                row.integer("states"),
+                row.joints("spread"),
+            )
+        )
+
+    def _undo(self, row: "_Row") -> None:
+        number = row.integer("sample")
+        if not 1 <= number <= len(self.samples) or number in self.withdrawn:
+            raise RecordingError(f"{row.where}: undo of sample {number}, which is not there")
+        self.withdrawn.add(number)
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One line's cells by column."""
+
+    where: str
+    cells: dict[str, str]
+    joint_names: tuple[str, ...]
+
+    def number(self, column: str) -> float:
+        text = self.cells[column]
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise RecordingError(f"{self.where}: {column} is {text!r}, not a finite number")
+        return value
+
+    def optional(self, column: str) -> float | None:
+        return self.number(column) if self.cells[column].strip() else None
+
+    def integer(self, column: str) -> int:
+        value = self.number(column)
+        if value < 0 or value != int(value):
+            raise RecordingError(f"{self.where}: {column} is {self.cells[column]!r}, not a count")
+        return int(value)
+
+    def joints(self, kind: str) -> tuple[float, ...] | None:
+        """The numbers of all joints, or None where all their cells are empty."""
+        columns = [f"{kind}.{name}" for name in self.joint_names]
+        if not any(self.cells[column].strip() for column in columns):
+            return None
+        return tuple(self.number(column) for column in columns)

@@ -1,0 +1,162 @@
+"""The recording session as a value: what was captured, which socket is active, what was said.
+
+Nothing here reads a robot, a key or a file. :class:`Session` never changes; every event makes a
+new one.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from .samples import Sample
+
+__all__ = ["Joint", "Message", "Session"]
+
+SAME = math.radians(1.0)
+"""Two configurations are nearly the same where no joint differs by more than this [rad]."""
+SAME_LENGTH = 2e-3
+"""The same for a prismatic joint [m]."""
+STOOD_STILL = math.radians(0.2)
+"""Within this [rad] of a configuration in another socket, the arm cannot have been moved over."""
+BEYOND_LIMITS = math.radians(3.0)
+"""How far a joint may read beyond its limits [rad]; sensors and models disagree a little."""
+BEYOND_LIMITS_LENGTH = 5e-3
+"""The same for a prismatic joint [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """One actuated joint of the model."""
+
+    name: str
+    lower: float = -math.inf
+    """Lower limit [rad], [m] for a prismatic joint; infinite for a continuous one."""
+    upper: float = math.inf
+    effort: float = math.inf
+    """The most that it can exert [N m]."""
+    prismatic: bool = False
+
+    @property
+    def unit(self) -> str:
+        """Unit of its position in files."""
+        return "m" if self.prismatic else "rad"
+
+    def shown(self, value: float) -> str:
+        """Return a position, or a difference of positions, as people read it."""
+        return f"{value * 1e3:.1f} mm" if self.prismatic else f"{math.degrees(value):.1f}°"
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """One line to the operator."""
+
+    text: str
+    alarm: bool = False
+    """Something was refused, or needs attention."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """Everything that happened at one placement."""
+
+    joints: tuple[Joint, ...]
+    sockets: int = 2
+    target: int = 30
+    """How many samples each socket should get."""
+    socket: int = 0
+    """The active socket."""
+    samples: tuple[Sample, ...] = ()
+    """All captures in order, withdrawn ones included."""
+    withdrawn: frozenset[int] = frozenset()
+    """Numbers of the samples that were taken back."""
+    messages: tuple[Message, ...] = ()
+    finished: bool = False
+
+    @cached_property
+    def live(self) -> tuple[Sample, ...]:
+        """The samples that count."""
+        return tuple(sample for sample in self.samples if sample.number not in self.withdrawn)
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """How many samples that count each socket has."""
+        return tuple(
+            sum(sample.socket == socket for sample in self.live) for socket in range(self.sockets)
+        )
+
+    @cached_property
+    def covered(self) -> tuple[tuple[float, float] | None, ...]:
+        """Lowest and highest position of each joint among the active socket's samples."""
+        here = [sample.position for sample in self.live if sample.socket == self.socket]
+        if not here:
+            return (None,) * len(self.joints)
+        return tuple((min(column), max(column)) for column in zip(*here, strict=True))
+
+    @property
+    def next_number(self) -> int:
+        """The number of the next capture."""
+        return len(self.samples) + 1
+
+    @property
+    def last(self) -> Sample | None:
+        """The sample that undo takes back."""
+        return self.live[-1] if self.live else None
+
+    def captured(self, sample: Sample) -> "Session":
+        """Return the session with one more sample."""
+        return replace(self, samples=(*self.samples, sample))
+
+    def undone(self) -> "Session":
+        """Return the session without its last sample that counts."""
+        if self.last is None:
+            return self
+        return replace(self, withdrawn=self.withdrawn | {self.last.number})
+
+    def switched(self, socket: int) -> "Session":
+        """Return the session with another socket active."""
+        return replace(self, socket=socket)
+
+    def told(self, text: str, *, alarm: bool = False) -> "Session":
+        """Return the session with one more message."""
+        return replace(self, messages=(*self.messages[-99:], Message(text, alarm)))
+
+    def refusal(self, position: Sequence[float]) -> str | None:
+        """Say why a configuration is not to be captured at the active socket; None if it may."""
+        return self._outside(position) or self._repeated(position)
+
+    def nearest(self, position: Sequence[float], within: float = SAME) -> Sample | None:
+        """Return a sample of any socket that is nearly at a configuration."""
+        for sample in self.live:
+            if self.same(sample.position, position, within):
+                return sample
+        return None
+
+    def _outside(self, position: Sequence[float]) -> str | None:
+        for joint, value in zip(self.joints, position, strict=True):
+            margin = BEYOND_LIMITS_LENGTH if joint.prismatic else BEYOND_LIMITS
+            if not joint.lower - margin <= value <= joint.upper + margin:
+                return (
+                    f"{joint.name} reads {joint.shown(value)}, outside its limits "
+                    f"{joint.shown(joint.lower)} to {joint.shown(joint.upper)}: "
+                    "is this the right robot model?"
+                )
+        return None
+
+    def _repeated(self, position: Sequence[float]) -> str | None:
+        for sample in self.live:
+            if sample.socket == self.socket and self.same(sample.position, position):
+                return f"nearly the same configuration as sample {sample.number}: move the arm on"
+            if sample.socket != self.socket and self.same(sample.position, position, STOOD_STILL):
+                return (
+                    f"the arm stands where it stood for sample {sample.number} in socket "
+                    f"{sample.socket}: move the ball to socket {self.socket} first"
+                )
+        return None
+
+    def same(self, a: Sequence[float], b: Sequence[float], within: float = SAME) -> bool:
+        """Tell whether no joint differs by more than some angle [rad] between configurations."""
+        return all(
+            abs(x - y) <= (SAME_LENGTH * within / SAME if joint.prismatic else within)
+            for joint, x, y in zip(self.joints, a, b, strict=True)
+        )

@@ -1,0 +1,96 @@
+"""Reads a driver in a thread of its own, so that no state waits for a screen or a disk."""
+
+import math
+import threading
+import time
+from collections import deque
+
+from ..drivers import Driver, DriverError, JointState, Reason
+from ..drivers.reconnect import Reconnecting
+
+__all__ = ["Stream"]
+
+PATIENCE = 0.1
+"""Longest wait for a state before the thread looks whether it is to end [s]."""
+
+
+class Stream:
+    """The states of a driver, in order, with the time at which each arrived.
+
+    Args:
+        driver: Belongs to the stream from now on, which closes it.
+        capacity: How many states wait at most for a consumer that is busy; older ones are dropped
+            and counted in :attr:`dropped`.
+    """
+
+    def __init__(self, driver: Driver, capacity: int = 120_000) -> None:
+        self._driver = driver
+        self._waiting: deque[tuple[float, JointState]] = deque()
+        self._capacity = capacity
+        self._stop = threading.Event()
+        self.arrival = -math.inf
+        """When the newest state came [s, monotonic]."""
+        self.dropped = 0
+        """States that no consumer came for in time."""
+        self.trouble: str | None = None
+        """Why no state comes, in words; None while they do."""
+        self.ended = False
+        """Whether the driver gave up for good; :attr:`trouble` says why."""
+        self._thread = threading.Thread(target=self._read, name="joint states", daemon=True)
+        self._thread.start()
+
+    @property
+    def missed(self) -> int:
+        """States that the robot sent and that no one got to see."""
+        return self._driver.missed + self.dropped
+
+    @property
+    def rejected(self) -> int:
+        """Messages that the driver discarded."""
+        return self._driver.rejected
+
+    @property
+    def drops(self) -> int:
+        """How often the connection was lost and made again."""
+        return self._driver.drops if isinstance(self._driver, Reconnecting) else 0
+
+    @property
+    def waiting(self) -> int:
+        """How many states were not taken yet."""
+        return len(self._waiting)
+
+    def take(self, most: int = 1_000_000) -> list[tuple[float, JointState]]:
+        """Return the oldest states that were not taken yet: arrival [s, monotonic], state."""
+        waiting = self._waiting
+        return [waiting.popleft() for _ in range(min(most, len(waiting)))]
+
+    def close(self) -> None:
+        """End the thread and the connection; safe to call twice."""
+        self._stop.set()
+        self._thread.join(timeout=5.0)
+
+    def _read(self) -> None:
+        try:
+            while not self._stop.is_set():
+                self._read_one()
+        except DriverError as error:
+            self.trouble, self.ended = str(error), True
+        except Exception as error:  # a plug-in may fail in any way; the session goes on to be saved
+            self.trouble, self.ended = f"the driver failed: {error!r}", True
+        finally:
+            self._driver.close()
+
+    def _read_one(self) -> None:
+        try:
+            state = self._driver.read(PATIENCE)
+        except DriverError as error:
+            if error.reason is not Reason.SILENT:
+                raise
+            self.trouble = str(error)
+            return
+        self.trouble = None
+        if len(self._waiting) >= self._capacity:
+            self._waiting.popleft()
+            self.dropped += 1
+        self.arrival = time.monotonic()
+        self._waiting.append((self.arrival, state))

@@ -1,0 +1,197 @@
+"""Watches the stream of joint states: is it sound, is the arm still, and what is its average?
+
+* The arm is *still* by the rule of :mod:`mukca.recorder.rest`.
+* A state with another number of joints than the model, a number that is not finite, zeros only, or
+  a stamp that does not advance is a *fault*; so is a *jump*, a step that is over 3 degrees off
+  what the speed before it leads to. No window reaches across a fault. After a jump nothing is
+  trusted until the joint has jumped back.
+* The stream is *frozen* when it repeats one state to the last digit although its sensors are
+  noisy, or although the arm was just moving (:mod:`mukca.recorder.freeze`).
+* It is *silent* when no state has come for a quarter of a second, and *late* when states take half
+  a second longer from the robot to here than they once did.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+
+from ..drivers import JointState
+from .freeze import Freeze
+from .rest import Rest, Window
+from .session import Joint
+
+__all__ = ["Watch"]
+
+SILENT = 0.25
+"""Longest pause of a stream that is alive [s]."""
+LATE = 0.5
+"""Longest delay of a stream that is live [s]."""
+DRIFT = 1e-3
+"""How much faster or slower than the host's clock the robot's may run."""
+JUMP = math.radians(3.0)
+"""The least that a jump is [rad] or [m]."""
+JUMP_ACCELERATION = 50.0
+"""More than any arm's joint is led with by hand [rad/s^2]; it allows more in slow streams."""
+UNEVEN = 0.05
+"""How far a stamp may be off the moment of measurement, where the host gives it [s]."""
+ABSURD = 1e6
+"""No joint's position or effort is as large as this."""
+
+
+class Watch:
+    """Follows a stream, one state at a time.
+
+    Args:
+        joints: The model's actuated joints.
+        window: How long an average is [s].
+        still: Largest standard deviation of a joint of an arm that is still [rad].
+        live: Whether a stream that is late counts as unsound.
+    """
+
+    def __init__(
+        self,
+        joints: Sequence[Joint],
+        *,
+        window: float = 0.3,
+        still: float = 5e-4,
+        live: bool = True,
+    ) -> None:
+        self.joints = tuple(joints)
+        self.live = live
+        self.latest: JointState | None = None
+        """The last sound state."""
+        self.arrival = -math.inf
+        """When the last state came, sound or not [s, monotonic]."""
+        self._window = Window(joints, window, still)
+        self._arrivals: deque[float] = deque()
+        self._fault: str | None = None
+        self._offsets = [0.0] * len(self.joints)
+        self._speeds = [0.0] * len(self.joints)
+        self._freeze = Freeze()
+        self._stamp = -math.inf
+        self._least_delay = math.inf
+        self._delay = 0.0
+
+    def feed(self, state: JointState, arrival: float) -> bool:
+        """Take a state in; return whether stillness was looked at anew.
+
+        Args:
+            state: The state.
+            arrival: When it came [s, monotonic].
+        """
+        self._count(arrival, state.stamp)
+        fault = self._wrong(state)
+        self._stamp = state.stamp
+        if fault:
+            self._fault = fault
+            self._window.restart()
+            return False
+        self._follow(state)
+        self.latest = state
+        looked = self._window.add(state)
+        if self._window.whole:
+            self._fault = None
+        return looked
+
+    @property
+    def rest(self) -> Rest | None:
+        """The average of the last window, while the arm is still."""
+        return self._window.rest
+
+    @property
+    def settled(self) -> bool:
+        """Whether the arm has been still for longer than a whole window."""
+        return self._window.settled
+
+    def rate(self, now: float) -> float:
+        """States per second over the last second."""
+        while self._arrivals and self._arrivals[0] < now - 1.0:
+            self._arrivals.popleft()
+        return float(len(self._arrivals))
+
+    def age(self, now: float) -> float:
+        """Time since the last state came [s]."""
+        return now - self.arrival
+
+    def trouble(self, now: float) -> str | None:
+        """Say why nothing may be captured now; None if the arm is still and the stream sound."""
+        return self._unsound(now) or (None if self.rest else self._window.moving)
+
+    def _unsound(self, now: float) -> str | None:
+        if self.age(now) > SILENT:
+            silent = f"for {self.age(now):.1f} s" if math.isfinite(self.arrival) else "yet"
+            return f"the stream is silent: no state {silent}"
+        if self._fault:
+            return self._fault
+        for joint, offset in zip(self.joints, self._offsets, strict=True):
+            if abs(offset) > JUMP / 2:
+                return (
+                    f"{joint.name} jumped by {joint.shown(offset)} between two states and has not "
+                    "come back; if the arm is right, finish with q and start again"
+                )
+        if self._freeze.frozen:
+            return "the stream is frozen: it repeats one state to the last digit"
+        if self.live and self._delay > LATE:
+            return f"the stream is stale: states come {self._delay:.1f} s late"
+        return None
+
+    def _count(self, arrival: float, stamp: float) -> None:
+        """Follow rate and delay."""
+        self._arrivals.append(arrival)
+        while self._arrivals[0] < arrival - 1.0:
+            self._arrivals.popleft()
+        allowed = DRIFT * (arrival - self.arrival) if math.isfinite(self.arrival) else 0.0
+        self.arrival = arrival
+        if stamp < self._stamp:
+            self._least_delay = math.inf
+        delay = arrival - stamp
+        self._least_delay = min(self._least_delay + allowed, delay)
+        self._delay = delay - self._least_delay
+
+    def _wrong(self, state: JointState) -> str | None:
+        """Say what is wrong with a state by itself, or after the one before."""
+        if len(state.position) != len(self.joints):
+            return f"{len(state.position)} joints came, but the model has {len(self.joints)}"
+        if state.effort is not None and len(state.effort) != len(self.joints):
+            return f"{len(state.effort)} efforts came, but the model has {len(self.joints)} joints"
+        if broken := self._broken(state.position):
+            return f"{broken}, which is no joint position"
+        if state.effort is not None and (broken := self._broken(state.effort)):
+            return f"effort of {broken}, which is no effort"
+        if not math.isfinite(state.stamp):
+            return f"the robot's stamp came as {state.stamp}"
+        if not any(state.position):
+            return "all joints read exactly 0: the controller is not up yet"
+        if state.stamp == self._stamp:
+            return "the robot's stamp does not advance: the same state came again"
+        if not state.stamp > self._stamp:
+            return "the robot's stamp went back"
+        return None
+
+    def _broken(self, values: Sequence[float]) -> str | None:
+        if all(-ABSURD < value < ABSURD for value in values):  # false for NaN
+            return None
+        pairs = zip(self.joints, values, strict=True)
+        return next(f"{joint.name} came as {v}" for joint, v in pairs if not -ABSURD < v < ABSURD)
+
+    def _follow(self, state: JointState) -> None:
+        """Look for jumps and for a frozen stream."""
+        before = self.latest
+        if before is None:
+            return
+        was_frozen = self._freeze.frozen
+        self._freeze.feed(before, state)
+        if was_frozen and not self._freeze.frozen:  # the arm may have moved on meanwhile
+            self._window.restart()
+            return
+        elapsed = state.stamp - before.stamp
+        if elapsed <= 0:
+            return
+        limit = max(JUMP, JUMP_ACCELERATION * elapsed**2)
+        for i, (old, new) in enumerate(zip(before.position, state.position, strict=True)):
+            surprise = new - old - self._speeds[i] * elapsed
+            if abs(surprise) > max(limit, UNEVEN * abs(self._speeds[i])):
+                self._offsets[i] += surprise
+                self._window.restart()
+            else:
+                self._speeds[i] = (new - old) / elapsed

@@ -1,0 +1,91 @@
+"""Cross-validation over placements: each left out once, each trained on alone (paper, Fig. 6)."""
+# NumPy's linear algebra is partly untyped.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .auto import calibrate_auto
+from .calibrate import build_problem, calibrate
+from .calibration import Calibration
+from .measurements import Measurement
+from .observations import Load, observe
+from .parameters import Parameter
+from .urdf import Chain
+from .validate import Metrics, evaluate
+
+__all__ = ["Job", "Plan", "jobs", "resampled", "run_job"]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is the same in every fit."""
+
+    chain: Chain
+    parameters: tuple[Parameter, ...]
+    measurements: tuple[Measurement, ...]
+    method: str
+    """``auto`` or ``paper``."""
+    load: Load
+
+
+@dataclass(frozen=True)
+class Job:
+    """One fit: which placements it is trained on; all are then measured."""
+
+    kind: str
+    """``left_out``, ``alone`` or ``bootstrap``."""
+    trained: tuple[int, ...]
+    seed: int | None = None
+    """Of the resampling, for a bootstrap."""
+
+
+def jobs(count: int, bootstrap: int = 0) -> list[Job]:
+    """Return all fits for a number of placements, and some bootstrap fits to all of them."""
+    everything = tuple(range(count))
+    left_out = [Job("left_out", everything[:i] + everything[i + 1 :]) for i in everything]
+    alone = [Job("alone", (i,)) for i in everything]
+    again = [Job("bootstrap", everything, seed) for seed in range(bootstrap)]
+    return [*(left_out if count > 1 else []), *alone, *again]
+
+
+def run_job(plan: Plan, job: Job) -> list[Metrics]:
+    """Fit, and return the metrics of every placement.
+
+    Raises:
+        NotConverged: The fit did not settle.
+    """
+    predict = _fit(plan, job)
+    return [evaluate(predict(m), m) for m in plan.measurements]
+
+
+def _fit(plan: Plan, job: Job) -> Callable[[Measurement], np.ndarray]:
+    train = [plan.measurements[i] for i in job.trained]
+    if job.seed is not None:
+        generator = np.random.default_rng(job.seed)
+        train = [resampled(measured, generator) for measured in train]
+    if plan.method == "paper":
+        problem = build_problem(plan.chain, train, parameters=plan.parameters)
+        calibration = Calibration(plan.chain, problem.parameters, calibrate(problem).x)
+        return lambda m: calibration.ball(m.positions)
+    data = observe(train, plan.chain, load=plan.load, tied=False)
+    found = calibrate_auto(plan.chain, plan.parameters, data).full
+    return lambda m: found.predict(m.positions, plan.load.torques(plan.chain, m))
+
+
+def resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
+    """Return a placement whose samples are drawn anew from its own, socket by socket."""
+    drawn = []
+    for socket in measured.sockets:
+        samples = [s for s in measured.placement.samples if s.socket == socket]
+        picks = generator.integers(len(samples), size=len(samples))
+        drawn += [samples[i] for i in picks.tolist()]
+    return replace(measured, placement=replace(measured.placement, samples=tuple(drawn)))
+
+
+def spread(values: Iterable[Sequence[float]]) -> list[float]:
+    """Return the standard deviation over fits of each placement's figure."""
+    return np.std(np.array(list(values)), axis=0, ddof=1).tolist()

@@ -1,0 +1,273 @@
+"""How well a calibration is known: deviations, what the data cannot identify, predicted errors."""
+# NumPy's linear algebra is partly untyped.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .deflection import coefficient_names
+from .estimate import INFORMATION, Estimate
+from .kinematics import gravity_torques, rotation, rotation_rpy
+from .observations import Load
+from .urdf import Chain, Joint
+
+__all__ = [
+    "CANNOT_SEE",
+    "Direction",
+    "correlations",
+    "deviations",
+    "distance_deviations",
+    "observability_index",
+    "predicted_deviation",
+    "unknown_names",
+    "weak_directions",
+    "workspace",
+]
+
+Vector = NDArray[np.float64]
+CANNOT_SEE = (
+    "the base frame: the sockets' places in it are not measured, only their distances",
+    "the flange's orientation and the last joint's offset: another tool needs its own TCP "
+    "calibration",
+)
+"""What no recording of a ball can tell."""
+UNDECIDED = 0.5
+"""A direction whose posterior deviation is more than this part of its prior's is the prior's."""
+STRONG = 0.9
+
+
+def unknown_names(found: Estimate) -> list[str]:
+    """Return the names of all unknowns before the socket centres."""
+    problem = found.problem
+    names = [p.name for p in problem.parameters]
+    for extension in problem.extensions:
+        names += coefficient_names(extension, problem.chain.joint_names)
+    return names
+
+
+def deviations(found: Estimate) -> Vector:
+    """Return the posterior standard deviation of every unknown before the centres."""
+    return np.sqrt(np.diag(found.covariance)[: found.problem.size])
+
+
+def prior_deviations(found: Estimate) -> Vector:
+    """Return the prior standard deviation of every unknown before the centres."""
+    widths = np.zeros(found.problem.size)
+    for group in found.groups:
+        widths[group.members] = group.deviation
+    return widths
+
+
+def correlations(found: Estimate) -> list[tuple[str, str, float]]:
+    """Return pairs of unknowns that the data decide only together: correlation beyond 0.9."""
+    size = found.problem.size
+    deviation = deviations(found)
+    known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior_deviations(found)))
+    covariance = found.covariance[:size, :size][np.ix_(known, known)]
+    matrix = covariance / np.outer(deviation[known], deviation[known])
+    names = unknown_names(found)
+    rows, columns = np.nonzero(np.triu(np.abs(matrix) > STRONG, k=1))
+    pairs = [
+        (names[known[i]], names[known[j]], float(matrix[i, j]))
+        for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
+    ]
+    return sorted(pairs, key=lambda pair: -abs(pair[2]))
+
+
+def observability_index(found: Estimate) -> float:
+    """Return O1 of Borm and Menq (1991): (s_1 ... s_L)^(1/L) / sqrt(N).
+
+    The s are the singular values of the ball positions' derivatives by the geometry, each number
+    in units of its prior's width, as far as the configurations excite it (s > 1e-6 s_1).
+    """
+    problem = found.problem
+    data = problem.data
+    _, jacobian, _ = problem.linearise(found.x, data.positions, data.torques)
+    scaled = jacobian[:, :, : problem.geometry] * prior_deviations(found)[: problem.geometry]
+    centred = np.concatenate(
+        [rows - rows.mean(axis=0) for k in range(data.socket_count)
+         for rows in [scaled[data.sockets == k]]]
+    )  # fmt: skip
+    values = np.linalg.svd(centred.reshape(-1, problem.geometry), compute_uv=False)
+    values = values[values > 1e-6 * values[0]]
+    return float(np.exp(np.mean(np.log(values))) / np.sqrt(len(data.positions)))
+
+
+@dataclass(frozen=True)
+class Direction:
+    """Something that the data cannot tell, in words."""
+
+    text: str
+    deviation: float
+    """Posterior over prior deviation along it, 1 where the data say nothing."""
+
+
+def weak_directions(found: Estimate) -> list[Direction]:
+    """Return what the data leave to the prior, in words.
+
+    First the directions that no ball can show, by the chain's structure; then the largest of
+    what remains, by its two main parameters.
+    """
+    problem = found.problem
+    n = problem.geometry
+    widths = prior_deviations(found)[:n]
+    scaled = found.covariance[:n, :n] / np.outer(widths, widths)
+    named = _structural(problem.chain, found)
+    basis = (
+        np.linalg.qr(np.array([v / widths for _, v in named]).T)[0] if named else np.zeros((n, 0))
+    )
+    found_directions = [
+        Direction(text, float(np.sqrt(u @ scaled @ u)))
+        for text, v in named
+        for u in [v / widths / np.linalg.norm(v / widths)]
+    ]
+    rest = np.eye(n) - basis @ basis.T
+    values, vectors = np.linalg.eigh(rest @ scaled @ rest)
+    names = unknown_names(found)
+    for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
+        if value < UNDECIDED**2:
+            break
+        main = np.argsort(-np.abs(vector))[:2]
+        text = " against ".join(names[i] for i in main)
+        found_directions.append(Direction(f"mainly {text}", float(np.sqrt(value))))
+    merged: dict[str, Direction] = {}
+    for direction in found_directions:
+        if direction.deviation > UNDECIDED:
+            merged.setdefault(direction.text, direction)
+    return list(merged.values())
+
+
+def _structural(chain: Chain, found: Estimate) -> list[tuple[str, Vector]]:
+    """Return changes of the free geometry that no ball can show, with their names.
+
+    The base frame may move as a whole; the ball may turn in place; and each joint may slide along
+    its axis or turn about it, if the next free joint undoes that.
+    """
+    problem = found.problem
+    place = {p.index: i for i, p in enumerate(problem.parameters)}
+    free = [j for j in range(len(chain.joints)) if all(6 * j + k in place for k in range(6))]
+    origins = problem.model.origins(found.values)
+    named: list[tuple[str, Vector]] = []
+
+    def add(text: str, changes: dict[int, Vector]) -> None:
+        vector = np.zeros(problem.geometry)
+        for joint, change in changes.items():
+            vector[[place[6 * joint + k] for k in range(6)]] = change
+        named.append((text, vector))
+
+    if free and chain.joints[free[0]].actuated:
+        for k in range(6):
+            add("the base frame", {free[0]: np.eye(6)[k]})
+    ball = len(chain.joints) - 1
+    if ball in free:
+        for k in (3, 4, 5):
+            add("the ball's orientation", {ball: np.eye(6)[k]})
+    for one, other in pairwise(free):
+        joint = chain.joints[one]
+        if not joint.actuated or any(j.actuated for j in chain.joints[one + 1 : other]):
+            continue
+        against = "the ball" if other == ball else chain.joints[other].name
+        R, p = _between(chain.joints, origins, one, other)
+        own, axis = _frame(origins[one])[0], np.array(joint.axis)
+        slide, back = np.zeros(6), np.zeros(6)
+        slide[:3], back[:3] = own @ axis, -R.T @ axis
+        add(f"sliding along {joint.name}'s axis", {one: slide, other: back})
+        if joint.type == "prismatic":
+            continue
+        turn = np.concatenate([np.zeros(3), _rates(origins[one], own @ axis)])
+        lever = origins[other, :3] + R.T @ p
+        back = np.concatenate([-np.cross(R.T @ axis, lever), _rates(origins[other], -R.T @ axis)])
+        add(f"{joint.name}'s offset against {against}", {one: turn, other: back})
+    return named
+
+
+def _frame(origin: Vector) -> tuple[Vector, Vector]:
+    """Return rotation and translation of an origin."""
+    return np.array(rotation_rpy(origin[3:]).full()), origin[:3]
+
+
+def _between(
+    joints: Sequence[Joint], origins: Vector, one: int, other: int
+) -> tuple[Vector, Vector]:
+    """Return rotation and translation from one joint's child link to another's parent link."""
+    transform = np.eye(4)
+    for j in range(one + 1, other):
+        assert not joints[j].actuated
+        step = np.eye(4)
+        step[:3, :3], step[:3, 3] = _frame(origins[j])
+        transform = transform @ step
+    return transform[:3, :3], transform[:3, 3]
+
+
+def _rates(origin: Vector, spin: Vector) -> Vector:
+    """Return the rates of roll, pitch and yaw of a rotation that spins about a parent's vector.
+
+    With R = Rz(yaw) Ry(pitch) Rx(roll), the spin is the sum of the rates times the axes as they
+    stand: x after pitch and yaw, y after yaw, and z.
+    """
+    _, pitch, yaw = origin[3:]
+    Rz = np.array(rotation((0, 0, 1), yaw).full())
+    Ry = np.array(rotation((0, 1, 0), pitch).full())
+    axes = np.stack([Rz @ Ry @ [1, 0, 0], Rz @ [0, 1, 0], np.array([0, 0, 1])], axis=1)
+    rates: Vector = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
+    return rates
+
+
+def workspace(chain: Chain, count: int, seed: int = 0) -> Vector:
+    """Return random joint positions within the limits, and within one turn, shape (count, m)."""
+    lower = np.array([max(j.lower, -np.pi) for j in chain.actuated])
+    upper = np.array([min(j.upper, np.pi) for j in chain.actuated])
+    return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))
+
+
+def distance_deviations(found: Estimate, q: Vector, torque: Vector) -> Vector:
+    """Return the predicted 1-sigma error of the distances between successive ball positions.
+
+    Args:
+        found: The calibration.
+        q: Joint positions, shape (2 N, m); rows 0 and 1, 2 and 3, ... are pairs.
+        torque: Their joint torques.
+
+    Returns:
+        Shape (N,) [m].
+    """
+    points, jacobian, _ = found.problem.linearise(found.x, q, torque)
+    offset = points[1::2] - points[::2]
+    direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-12)
+    slopes = np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
+    size = found.problem.size
+    return np.sqrt(np.einsum("ni,ij,nj->n", slopes, found.covariance[:size, :size], slopes))
+
+
+def predicted_deviation(found: Estimate, by_socket: Sequence[tuple[Vector, Vector]]) -> float:
+    """Return the predicted rms distance of samples from their socket's mean, noise included [m].
+
+    Args:
+        found: The calibration.
+        by_socket: Joint positions and torques of the samples in each socket.
+    """
+    size = found.problem.size
+    covariance = found.covariance[:size, :size]
+    total, count = 0.0, 0
+    for q, torque in by_socket:
+        _, jacobian, by_joints = found.problem.linearise(found.x, q, torque)
+        centred = jacobian - jacobian.mean(axis=0)
+        total += float(np.einsum("nij,jk,nik->", centred, covariance, centred))
+        noise = np.trace(found.noise.scales(by_joints), axis1=1, axis2=2).sum() / INFORMATION
+        total += float(noise) * (1 - 1 / len(q))
+        count += len(q)
+    return (total / count) ** 0.5
+
+
+def workspace_deviation(found: Estimate, load: Load, pairs: int = 200) -> dict[str, float]:
+    """Return median and worst predicted error of distances between random poses [m]."""
+    chain = found.problem.chain
+    q = workspace(chain, 2 * pairs)
+    torque = gravity_torques(chain, q, load.gravity, load.payload)
+    deviation = distance_deviations(found, q, torque)
+    return {"median": float(np.median(deviation)), "worst": float(deviation.max())}

@@ -1,0 +1,184 @@
+"""What a controller or the network gets wrong never becomes a joint angle, and is counted."""
+
+import time
+from itertools import pairwise
+
+import pytest
+from emulation import emulated
+
+from mukca.drivers import DriverError, Reason
+from mukca.drivers.reconnect import Reconnecting
+from mukca.drivers.registry import open_driver
+
+STATES = 600
+MESSAGE_FAULTS = ("drop:0.03", "reorder:0.03", "duplicate:0.03", "truncate:0.03", "garble:0.03")
+
+
+def options(*faults):
+    return [word for fault in faults for word in ("--fault", fault)]
+
+
+def read_states(driver, count):
+    """Read states; a silence between them is no trouble."""
+    states = []
+    while len(states) < count:
+        try:
+            states.append(driver.read(5))
+        except DriverError as error:
+            assert error.reason is Reason.SILENT
+    return states
+
+
+def assert_were_sent(states, sent, tolerance=1e-6):
+    """Each state is one that was sent, and later than the one before."""
+    truths = iter(sent.values())
+    for state in states:
+        assert any(
+            all(
+                abs(a - b) <= tolerance
+                for a, b in zip(state.position, truth["position"], strict=True)
+            )
+            for truth in truths  # goes on where the last state was found
+        ), f"{state} was never sent, or earlier"
+
+
+@pytest.mark.parametrize(
+    ("name", "version", "faults"),
+    [
+        ("franka", "5", (*MESSAGE_FAULTS, "stranger:0.03")),
+        ("franka", "10", (*MESSAGE_FAULTS, "stranger:0.03")),
+        ("kuka", "1.15", (*MESSAGE_FAULTS, "stranger:0.03")),
+        ("kuka", "2.7", (*MESSAGE_FAULTS, "stranger:0.03")),
+        ("ur", "5.11", ("drop:0.03", "reorder:0.03", "duplicate:0.03")),
+        ("piper", "1", MESSAGE_FAULTS),
+    ],
+)
+def test_what_is_read_was_sent(name, version, faults, tmp_path):
+    with emulated(name, tmp_path, "--version", version, *options(*faults)) as emulation:
+        with open_driver(name, emulation.address) as driver:
+            states = read_states(driver, STATES)
+            counts = driver.missed, driver.rejected
+        emulation.stop()
+        assert_were_sent(states, emulation.sent(), 1e-5 if name == "piper" else 1e-6)
+    assert min(counts) > 0, "faults were neither missed nor rejected"
+    if name != "piper":  # whose states carry no clock
+        period = min(b.stamp - a.stamp for a, b in pairwise(states))
+        lost = round((states[-1].stamp - states[0].stamp) / period) + 1 - len(states)
+        assert counts[0] == lost
+
+
+@pytest.mark.parametrize("version", ["serial", "can"])
+def test_kinova_asks_again_after_a_bad_answer(version, tmp_path):
+    faults = options("drop:0.02", "truncate:0.02", "garble:0.02", "duplicate:0.02")
+    with emulated("kinova", tmp_path, "--version", version, "--noise", "0", *faults) as emulation:
+        with open_driver("kinova", emulation.address) as driver:
+            states = read_states(driver, 60)
+            assert driver.rejected > 0
+        emulation.stop()
+        sent = list(emulation.sent().values())
+    for joint in range(6):
+        told = {round(entry["position"][joint], 5) for entry in sent}
+        near = told | {round(value + step, 5) for value in told for step in (1e-5, -1e-5)}
+        assert {round(state.position[joint], 5) for state in states} <= near
+
+
+@pytest.mark.parametrize("fault", ["truncate:0.01@0.5", "garble:0.01@0.5"])
+def test_a_stream_that_lost_its_order_ends(fault, tmp_path):
+    """TCP repeats nothing: bytes that make no sense end the connection, told as PROTOCOL."""
+    with emulated("ur", tmp_path, *options(fault)) as emulation:
+        with open_driver("ur", emulation.address) as driver:
+            states = []
+            with pytest.raises(DriverError) as caught:
+                while True:
+                    states.append(driver.read(5))
+        emulation.stop()
+        assert_were_sent(states, emulation.sent(), tolerance=0)
+    assert caught.value.reason is Reason.PROTOCOL
+
+
+@pytest.mark.parametrize("name", ["franka", "kuka", "ur", "piper", "kinova"])
+def test_a_silence_is_told_and_survived(name, tmp_path):
+    with (
+        emulated(name, tmp_path, *options("silent@1.5+1.5")) as emulation,
+        open_driver(name, emulation.address) as driver,
+    ):
+        start, silent = time.monotonic(), 0.0
+        while time.monotonic() < start + 60 and not silent:
+            asked = time.monotonic()
+            try:
+                driver.read(0.4)
+            except DriverError as error:
+                assert error.reason is Reason.SILENT
+                silent = time.monotonic() - asked
+        assert 0.3 < silent < 5, "the timeout was not kept"
+        assert read_states(driver, 5)
+
+
+@pytest.mark.parametrize("name", ["franka", "ur"])
+def test_a_connection_that_ends_is_told_and_made_again(name, tmp_path):
+    with (
+        emulated(name, tmp_path, *options("hangup@1+1")) as emulation,
+        Reconnecting(lambda: open_driver(name, emulation.address)) as driver,
+    ):
+        end = time.monotonic() + 60
+        while not driver.drops:
+            assert time.monotonic() < end
+            try:
+                driver.read(1)
+            except DriverError as error:
+                assert error.reason is Reason.SILENT
+        assert "ended the connection" in driver.trouble or "closed" in driver.trouble
+        assert read_states(driver, 5)
+        assert driver.drops == 1
+
+
+@pytest.mark.parametrize("name", ["franka", "kuka", "ur", "kinova"])
+def test_a_controller_that_takes_nobody_is_told(name, tmp_path):
+    """Busy where the connection is taken, unreachable where no answer tells them apart."""
+    with (
+        emulated(name, tmp_path, *options("busy")) as emulation,
+        pytest.raises(DriverError) as caught,
+    ):
+        open_driver(name, emulation.address)
+    expected = {"franka": Reason.BUSY, "ur": Reason.BUSY}.get(name, Reason.UNREACHABLE)
+    assert caught.value.reason is expected
+
+
+def test_franka_serves_one_client_at_a_time(tmp_path):
+    with (
+        emulated("franka", tmp_path) as emulation,
+        open_driver("franka", emulation.address) as driver,
+    ):
+        driver.read(5)
+        with pytest.raises(DriverError) as caught:
+            open_driver("franka", emulation.address)
+        assert driver.read(5)
+    assert caught.value.reason is Reason.BUSY
+    assert "another program holds FCI" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["franka", "kuka", "ur"])
+def test_a_version_that_cannot_be_read_is_told(name, tmp_path):
+    with (
+        emulated(name, tmp_path, *options("version")) as emulation,
+        pytest.raises(DriverError) as caught,
+    ):
+        open_driver(name, emulation.address)
+    assert caught.value.reason is Reason.PROTOCOL
+    if name == "franka":
+        assert "99" in str(caught.value)
+
+
+@pytest.mark.parametrize("version", ["1.15", "2.7"])
+@pytest.mark.parametrize("start", ["0", "1"])
+def test_kuka_leaves_a_session_that_commands(version, start, tmp_path):
+    fault = options(f"commanding@{start}")
+    with emulated("kuka", tmp_path, "--version", version, *fault) as emulation:
+        with pytest.raises(DriverError) as caught, open_driver("kuka", emulation.address) as driver:
+            while True:
+                driver.read(5)
+        replies = len(emulation.received())
+        time.sleep(0.5)
+        assert len(emulation.received()) == replies, "a reply to a commanding session"
+    assert caught.value.reason is Reason.WRONG_MODE
+    assert (replies == 0) == (start == "0")

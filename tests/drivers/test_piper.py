@@ -1,0 +1,93 @@
+"""AgileX Piper: frames, and turns of three of them."""
+
+import math
+import struct
+import threading
+
+import can
+import pytest
+
+from mukca.drivers import DriverError, Reason
+from mukca.drivers.piper import Piper, decode_frame
+
+
+def test_a_frame():
+    assert decode_frame(struct.pack(">ii", 90_000, -1)) == pytest.approx(
+        (math.pi / 2, -math.radians(0.001))
+    )
+
+
+@pytest.mark.parametrize("data", [b"", bytes(7), bytes(9), struct.pack(">ii", 360_001, 0)])
+def test_what_is_no_frame(data):
+    with pytest.raises(ValueError, match="a frame"):
+        decode_frame(data)
+
+
+@pytest.fixture
+def arm():
+    with can.Bus(interface="virtual", channel="piper") as bus:
+        yield lambda *frames: send(bus, frames)
+
+
+def send(bus, frames):
+    """Send frames: 5, 6 and 7 stand for 0x2A5 to 0x2A7, with the turn's number as both angles."""
+    for kind, turn in frames:
+        data = struct.pack(">ii", turn * 1000, turn * 1000)
+        bus.send(can.Message(arbitration_id=0x2A0 + kind, data=data, is_extended_id=False))
+
+
+def whole(*turns):
+    return [(kind, turn) for turn in turns for kind in (5, 6, 7)]
+
+
+@pytest.fixture
+def driver(arm):
+    threading.Timer(0.2, arm, whole(0)).start()
+    with Piper("virtual/piper") as driver:
+        driver.read(1)
+        yield driver
+
+
+def read_all(driver):
+    turns = []
+    try:
+        while True:
+            degrees = {round(math.degrees(q)) for q in driver.read(0.2).position}
+            assert len(degrees) == 1, "a state mixed from two turns"
+            turns.append(degrees.pop())
+    except DriverError as error:
+        assert error.reason is Reason.SILENT
+    return turns
+
+
+@pytest.mark.parametrize(
+    ("frames", "turns", "missed"),
+    [
+        (whole(1, 2, 3), [1, 2, 3], 0),
+        ([(5, 1), (7, 1), *whole(2)], [2], 1),
+        ([(6, 1), (7, 1), *whole(2)], [2], 1),
+        ([(5, 1), (6, 1), *whole(2)], [2], 1),
+        ([(5, 1), (5, 1), (6, 1), (7, 1), *whole(2)], [1, 2], 1),
+        ([(5, 1), (7, 1), (6, 1), *whole(2, 3)], [2, 3], 1),
+        ([*whole(1), (7, 2), *whole(3)], [1, 3], 1),
+    ],
+)
+def test_a_state_is_one_turn(driver, arm, frames, turns, missed):
+    arm(*frames)
+    assert read_all(driver) == turns
+    assert driver.missed == missed
+
+
+def test_other_frames_on_the_bus_do_no_harm(driver, arm):
+    arm((5, 1), (8, 9), (6, 1), (1, 9), (7, 1))
+    assert read_all(driver) == [1]
+    assert (driver.missed, driver.rejected) == (0, 0)
+
+
+def test_a_frame_that_is_too_short_is_rejected(driver, arm):
+    with can.Bus(interface="virtual", channel="piper") as other:
+        arm((5, 1))
+        other.send(can.Message(arbitration_id=0x2A6, data=bytes(4), is_extended_id=False))
+        arm((7, 1), *whole(2))
+        assert read_all(driver) == [2]
+    assert (driver.missed, driver.rejected) == (1, 1)

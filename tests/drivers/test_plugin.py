@@ -1,0 +1,120 @@
+"""Arms of third parties: the example is used as its readme says, and broken ones are named."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "plugin"
+
+
+def run(*words, path, status=0):
+    """Run Python with a folder of installed packages on its path."""
+    environment = {**os.environ, "PYTHONPATH": str(path), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, *words], env=environment, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == status, done.stdout + done.stderr
+    return done
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The example plug-in, installed by pip into a folder of its own."""
+    source = shutil.copytree(EXAMPLE, tmp_path_factory.mktemp("plugin") / "plugin")
+    target = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "pip", "install", "--no-deps", "--quiet", "--target", target]
+    subprocess.run([*map(str, command), str(source)], check=True, timeout=300)
+    return target
+
+
+def listed(path):
+    """Return what `mukca drivers` lists, by name, and its warnings."""
+    done = run("-m", "mukca", "drivers", "--json", path=path)
+    drivers = json.loads(done.stdout)["drivers"]
+    return {driver["name"]: driver for driver in drivers}, done.stderr.splitlines()
+
+
+def test_it_is_listed_with_its_package_and_version(installed):
+    heron = listed(installed)[0]["heron"]
+    assert (heron["source"], heron["broken"]) == ("mukca-heron 1.0", None)
+    assert heron["arms"] == "A Heron that streams its state."
+
+
+def test_it_is_opened_by_name(installed):
+    told = run("-m", "mukca", "stream", "--driver", "heron:127.0.0.1:9", path=installed, status=2)
+    assert told.stderr == (
+        "mukca stream: 127.0.0.1:9 refused the connection: is the Heron switched on?\n"
+    )
+
+
+def test_its_own_tests_pass(installed):
+    """Among them the contract, which the package brings along."""
+    options = ("-p", "no:cacheprovider", "-p", "no:xdist", "-q", "--rootdir", str(EXAMPLE))
+    done = run("-m", "pytest", *options, str(EXAMPLE / "tests"), path=installed)
+    assert "21 passed" in done.stdout
+
+
+BROKEN = {
+    "raises": "raise RuntimeError('no licence')",
+    "lacks": "import a_package_that_is_nowhere",
+    "empty": "",
+    "other": "Arm = dict",
+}
+
+
+@pytest.fixture
+def broken(tmp_path):
+    """Plug-ins, each broken in its own way, as pip would lay them out."""
+    for name, code in BROKEN.items():
+        (tmp_path / f"plugin_{name}.py").write_text(code)
+        about = tmp_path / f"plugin_{name}-0.1.dist-info"
+        about.mkdir()
+        (about / "METADATA").write_text(
+            f"Metadata-Version: 2.1\nName: plugin-{name}\nVersion: 0.1\n"
+        )
+        (about / "entry_points.txt").write_text(
+            f"[mukca.drivers]\nbroken-{name} = plugin_{name}:Arm\n"
+        )
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("raises", "no licence"),
+        ("lacks", "a_package_that_is_nowhere"),
+        ("empty", "has no attribute 'Arm'"),
+        ("other", "is no subclass of Driver"),
+    ],
+)
+def test_broken_plugins_are_named_and_stop_no_other(broken, name, expected):
+    drivers, warnings = listed(broken)
+    assert drivers["franka"]["broken"] is drivers["mock"]["broken"] is None
+    assert f"plugin-{name} 0.1" in drivers[f"broken-{name}"]["broken"]
+    (warning,) = [line for line in warnings if f"'broken-{name}'" in line]
+    assert expected in warning
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_plugin_is_told_in_one_line(broken, name):
+    done = run("-m", "mukca", "stream", "--driver", f"broken-{name}:x", path=broken, status=2)
+    (line,) = done.stderr.splitlines()
+    assert f"plugin-{name} 0.1" in line
+
+
+def test_a_plugin_cannot_take_the_name_of_another(broken):
+    """What mukca brings comes first."""
+    (broken / "plugin_empty-0.1.dist-info" / "entry_points.txt").write_text(
+        textwrap.dedent("""
+            [mukca.drivers]
+            franka = plugin_empty:Arm
+        """)
+    )
+    done = run("-m", "mukca", "stream", "--driver", "franka:127.0.0.1:9", path=broken, status=2)
+    assert "activate FCI in Desk" in done.stderr

@@ -1,0 +1,137 @@
+"""No adapter ever sends anything but what it takes to be sent the state.
+
+The emulators note every byte that they receive, here also while they misbehave; what is allowed
+is spelled out byte by byte, apart from the code that sends it.
+"""
+
+import re
+import struct
+
+import pytest
+from emulation import emulated
+from kortex_stand_in import kortex_arm
+from rosbridge import ARM, rosbridge
+
+from mukca.drivers import DriverError
+from mukca.drivers.reconnect import Reconnecting
+from mukca.drivers.registry import open_driver
+
+VARINT = rb"[\x80-\xff]{0,4}[\x00-\x7f]"
+FRI_HEADER = re.compile(
+    rb"\x0a([\x08-\x12])(\x08\x81\x80\x0d\x10" + VARINT + rb"\x18" + VARINT + rb")", re.DOTALL
+)
+
+
+def allowed_by_franka(channel, message):
+    """A connect request: command 0, 16 bytes, a version, a port. Never a datagram."""
+    command, _, size = struct.unpack_from("<III", message)
+    return channel == "tcp" and (command, size, len(message)) == (0, 16, 16)
+
+
+def allowed_by_kuka(channel, message):
+    """An FRI command message of a header alone, bare or framed."""
+    if message[2:4] == b"\0\0":  # a length
+        message = message[4:-4]
+    found = FRI_HEADER.fullmatch(message)
+    return found is not None and found[1][0] == len(found[2])
+
+
+def allowed_by_ur(channel, message):
+    """The four requests: protocol and controller version, outputs, start."""
+    requests = []
+    while message:
+        size = int.from_bytes(message[:2], "big")
+        requests.append(message[2:size])
+        message = message[size:]
+    return all(
+        request in (b"V\0\2", b"v", b"S")
+        or re.fullmatch(rb"O.{8}timestamp,actual_q,robot_mode,safety_mode,", request, re.DOTALL)
+        for request in requests
+    )
+
+
+def allowed_by_kinova(channel, message):
+    """Command 1, from the host, to an actuator, without data."""
+    expected = [b"\1\0\0" + bytes([actuator]) + bytes(16) for actuator in range(0x10, 0x16)]
+    return channel == "line" and message in expected
+
+
+def allowed_by_piper(channel, message):
+    """Nothing at all."""
+    return False
+
+
+ALLOWED = {
+    "franka": allowed_by_franka,
+    "kuka": allowed_by_kuka,
+    "ur": allowed_by_ur,
+    "kinova": allowed_by_kinova,
+    "piper": allowed_by_piper,
+}
+FAULTS = ("drop:0.05", "duplicate:0.05", "garble:0.02", "silent@1+0.5", "hangup@2+0.5")
+
+
+@pytest.mark.parametrize("faults", [(), FAULTS], ids=["well", "ill"])
+@pytest.mark.parametrize(
+    ("name", "version"),
+    [
+        ("franka", "3"),
+        ("franka", "10"),
+        ("kuka", "1.15"),
+        ("kuka", "2.7"),
+        ("ur", "5.11"),
+        ("kinova", "serial"),
+        ("kinova", "can"),
+        ("piper", "1"),
+    ],
+)
+def test_nothing_else_is_sent(name, version, faults, tmp_path):
+    words = [word for fault in faults for word in ("--fault", fault)]
+    with emulated(name, tmp_path, "--version", version, *words) as emulation:
+        with Reconnecting(lambda: open_driver(name, emulation.address)) as driver:
+            states = 0
+            while states < (60 if name == "kinova" else 500):
+                try:
+                    driver.read(1)
+                    states += 1
+                except DriverError:
+                    continue
+        emulation.stop()
+        received = emulation.received()
+    assert bool(received) == (name != "piper"), "the journal noted nothing"
+    for channel, message in received:
+        assert ALLOWED[name](channel, message), f"{channel}: {message.hex(' ')}"
+
+
+@pytest.mark.parametrize(
+    ("name", "channel", "message"),
+    [
+        ("franka", "tcp", struct.pack("<III", 1, 1, 16) + bytes(4)),  # Move
+        ("franka", "udp", bytes(100)),  # RobotCommand
+        ("kuka", "udp", bytes.fromhex("0a080881800d10001805120a0a080900000000000000")),
+        ("ur", "tcp", b"\0\x0dI" + bytes(10)),  # an input
+        ("kinova", "line", struct.pack("<hBB", 0x26, 0, 0x10) + bytes(16)),  # joint zero
+        ("piper", "151", bytes(8)),  # motion control
+    ],
+)
+def test_commands_would_be_found(name, channel, message):
+    assert not ALLOWED[name](channel, message)
+
+
+def test_kortex_is_asked_for_feedback_alone():
+    with kortex_arm() as arm, open_driver("kinova", arm.address) as driver:
+        for _ in range(20):
+            driver.read(1)
+    assert set(arm.calls[2:-2]) == {"RefreshFeedback"}
+    assert arm.calls[:2] == ["connect", "CreateSession"]
+    assert arm.calls[-2:] == ["CloseSession", "disconnect"]
+
+
+def test_ros_is_subscribed_to_alone():
+    with rosbridge() as bridge:
+        with open_driver("ros", bridge.address, ARM) as driver:
+            for _ in range(20):
+                driver.read(1)
+        operations = [(message["op"], message["topic"]) for message in bridge.received]
+    assert set(operations) <= {("subscribe", "/joint_states"), ("unsubscribe", "/joint_states")}
+    assert operations[0][0] == "subscribe"

@@ -1,0 +1,192 @@
+"""Clients that others wrote read our emulators: both speak the controllers' real bytes.
+
+Each client runs in a program of its own, since the C++ ones hold the interpreter in their
+constructors. It prints what it read; the emulator's journal tells what was sent.
+"""
+
+import importlib.util
+import json
+import struct
+import subprocess
+import sys
+
+import pytest
+from emulation import emulated
+
+CLIENT_SECONDS = 60
+
+LIBFRANKA = """
+import json, sys
+import {module} as library
+robot = library.Robot(sys.argv[1], library.RealtimeConfig.kIgnore)
+states = [robot.read_once() for _ in range(200)]
+print(json.dumps([
+    {{"number": round(state.time.to_sec() * 1000), "q": list(state.q), "tau_J": list(state.tau_J),
+      "mode": str(state.robot_mode)}}
+    for state in states
+]))
+"""
+
+UR_RTDE = """
+import json, sys, time
+from rtde_receive import RTDEReceiveInterface
+robot = RTDEReceiveInterface(sys.argv[1], {frequency}, ["timestamp", "actual_q", "target_moment"])
+states = []
+while len(states) < 50:
+    before, q, torque = robot.getTimestamp(), robot.getActualQ(), robot.getTargetMoment()
+    if robot.getTimestamp() == before:
+        states.append([before, q, torque])
+    time.sleep(0.003)
+robot.disconnect()
+print(json.dumps(states))
+"""
+
+PIPER = """
+import json, sys, can
+from piper_sdk import C_PiperParserV2, PiperMessage, ArmMsgType
+bus = can.Bus(interface="udp_multicast", channel="239.74.163.2", port=int(sys.argv[1]), hop_limit=0)
+parser, turns, turn = C_PiperParserV2(), [], []
+while len(turns) < 20:
+    frame, message = bus.recv(10), PiperMessage()
+    assert parser.DecodeMessage(frame, message), frame
+    joints = message.arm_joint_feedback
+    if message.type_ == ArmMsgType.PiperMsgJointFeedBack_12:
+        turn = [joints.joint_1, joints.joint_2]
+    elif message.type_ == ArmMsgType.PiperMsgJointFeedBack_34:
+        turn += [joints.joint_3, joints.joint_4]
+    elif message.type_ == ArmMsgType.PiperMsgJointFeedBack_56:
+        turn += [joints.joint_5, joints.joint_6]
+        turns += [turn] * (len(turn) == 6)
+bus.shutdown()
+print(json.dumps(turns))
+"""
+
+
+def client(script, *arguments):
+    """Run a client and return what it prints."""
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=CLIENT_SECONDS,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def need(module):
+    if importlib.util.find_spec(module.partition(".")[0]) is None:
+        pytest.skip(f"{module} has no wheel for this Python {sys.version_info[:2]}")
+
+
+def as_float32(values):
+    return list(struct.unpack(f"<{len(values)}f", struct.pack(f"<{len(values)}f", *values)))
+
+
+@pytest.mark.parametrize(
+    ("module", "version", "width"),
+    [("panda_py.libfranka", "5", list), ("pylibfranka", "10", as_float32)],
+)
+def test_libfranka_reads_what_the_emulator_sent(module, version, width, tmp_path):
+    need(module)
+    with emulated("franka", tmp_path, "--version", version) as emulation:
+        states = client(LIBFRANKA.format(module=module), emulation.host)
+        emulation.stop()
+        sent = emulation.sent()
+    assert len({state["number"] for state in states}) == 200
+    for state in states:
+        truth = sent[state["number"]]
+        assert state["q"] == width(truth["position"])
+        assert state["tau_J"] == width(truth["effort"])
+        assert state["mode"].endswith("Guiding")
+
+
+@pytest.mark.parametrize(("version", "frequency"), [("5.11", 500), ("3.15", 125), ("10.7", 500)])
+def test_ur_rtde_reads_what_the_emulator_sent(version, frequency, tmp_path):
+    need("rtde_receive")
+    with emulated("ur", tmp_path, "--version", version) as emulation:
+        states = client(UR_RTDE.format(frequency=frequency), emulation.host)
+        emulation.stop()
+        sent = emulation.sent()
+    for stamp, q, torque in states:
+        truth = sent[round(stamp * frequency)]
+        assert q == truth["position"]
+        assert torque == truth["effort"]
+
+
+def test_piper_sdk_parses_what_the_emulator_sent(tmp_path):
+    need("piper_sdk")
+    with emulated("piper", tmp_path) as emulation:
+        port = emulation.address.partition("port=")[2].partition("&")[0]
+        turns = client(PIPER, port)
+        emulation.stop()
+        sent = [
+            [round(angle * 180_000 / 3.141592653589793) for angle in state["position"]]
+            for state in emulation.sent().values()
+        ]
+    assert all(turn in sent for turn in turns)
+
+
+def test_our_requests_are_those_of_ur_rtde(tmp_path):
+    """Byte by byte but for the names of the outputs."""
+    need("rtde_receive")
+    from mukca.drivers.ur import Ur
+
+    with emulated("ur", tmp_path) as emulation:
+        client(UR_RTDE.format(frequency=500), emulation.host)
+        theirs = b"".join(message for _, message in emulation.received())
+    with emulated("ur", tmp_path) as emulation:
+        with Ur(emulation.address) as driver:
+            driver.read(5)
+        ours = b"".join(message for _, message in emulation.received())
+    names = b"timestamp,actual_q,target_moment,"
+    own_names = b"timestamp,actual_q,robot_mode,safety_mode,"
+    difference = len(own_names) - len(names)
+    setup = theirs.index(names) - 11
+    size = int.from_bytes(theirs[setup : setup + 2], "big") + difference
+    expected = theirs[:setup] + size.to_bytes(2, "big") + theirs[setup + 2 :]
+    assert ours == expected.replace(names, own_names)
+
+
+FLAGGED_EMULATOR = """
+import sys
+from mukca.tools.cli import main
+from mukca.tools.emulators import franka
+plain = franka.encode_state
+def flagged(version, number, state):
+    datagram = bytearray(plain(version, number, state))
+    count = 37 if version < 5 else 41
+    datagram[-2 * count - (5 if version == 10 else 9) + number % count] = 1
+    return bytes(datagram)
+franka.encode_state = flagged
+sys.exit(main(sys.argv[1:]))
+"""
+
+LIBFRANKA_ERRORS = """
+import json, sys
+import {module} as library
+robot = library.Robot(sys.argv[1], library.RealtimeConfig.kIgnore)
+names = [name for name in dir(library.Errors) if not name.startswith("_")]
+found = {{}}
+while len(found) < 41:
+    state = robot.read_once()
+    errors = [name for name in names if getattr(state.current_errors, name)]
+    found[round(state.time.to_sec() * 1000) % 41] = errors
+print(json.dumps(found))
+"""
+
+
+@pytest.mark.parametrize(
+    ("module", "version"), [("panda_py.libfranka", "5"), ("pylibfranka", "10")]
+)
+def test_our_names_of_errors_are_libfrankas(module, version, tmp_path):
+    need(module)
+    from mukca.drivers.franka_state import ERRORS
+
+    command = (sys.executable, "-c", FLAGGED_EMULATOR)
+    with emulated("franka", tmp_path, "--version", version, command=command) as emulation:
+        found = client(LIBFRANKA_ERRORS.format(module=module), emulation.host)
+    for index, names in found.items():
+        if names:  # panda_py shows the first 37 of them
+            assert names == [ERRORS[int(index)].replace(" ", "_")]
+    assert sum(map(bool, found.values())) in (37, 41)

@@ -1,0 +1,133 @@
+"""A connection that is lost is made again, and whatever cannot be mended is said at once."""
+
+import time
+from collections.abc import Sequence
+
+import pytest
+
+from mukca.drivers import Driver, DriverError, JointState, Reason
+from mukca.drivers.reconnect import Reconnecting
+
+
+class Scripted(Driver):
+    """Does one thing after the other: a state for True, an error for its reason."""
+
+    def __init__(
+        self, acts: Sequence[bool | Reason], names: tuple[str, ...] = ("a",), missed: int = 0
+    ) -> None:
+        self.acts = list(acts)
+        self.names = names
+        self.missed = self.rejected = missed
+        self.closed = 0
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        return self.names
+
+    def read(self, timeout: float) -> JointState:
+        act = self.acts.pop(0)
+        if isinstance(act, Reason):
+            raise DriverError(act, f"it is {act.value}")
+        return JointState(0.0, (1.0,))
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+class Robot:
+    """Hands out connections, or refuses them."""
+
+    def __init__(self, *connections: Scripted | Reason) -> None:
+        self.connections = list(connections)
+        self.attempts: list[float] = []
+
+    def __call__(self) -> Driver:
+        self.attempts.append(time.monotonic())
+        connection = self.connections.pop(0)
+        if isinstance(connection, Reason):
+            raise DriverError(connection, f"it is {connection.value}")
+        return connection
+
+
+def test_states_pass_through() -> None:
+    driver = Reconnecting(Robot(Scripted([True, True])))
+    assert driver.read(1.0).position == driver.read(1.0).position == (1.0,)
+    assert driver.drops == 0 and driver.trouble is None
+
+
+def test_the_first_connection_must_succeed() -> None:
+    with pytest.raises(DriverError, match="busy"):
+        Reconnecting(Robot(Reason.BUSY))
+
+
+@pytest.mark.parametrize("reason", [Reason.UNREACHABLE, Reason.BUSY, Reason.PROTOCOL])
+def test_a_drop_is_told_and_mended(reason: Reason) -> None:
+    first, second = Scripted([True, reason], missed=3), Scripted([True], missed=4)
+    driver = Reconnecting(Robot(first, second), first_wait=0.0)
+    driver.read(1.0)
+    with pytest.raises(DriverError, match=reason.value) as caught:
+        driver.read(1.0)
+    assert caught.value.reason is Reason.SILENT
+    assert driver.trouble and first.closed == 1
+    driver.read(1.0)
+    assert driver.drops == 1 and driver.trouble is None
+    assert driver.missed == driver.rejected == 7
+
+
+def test_attempts_become_rarer() -> None:
+    robot = Robot(Scripted([Reason.UNREACHABLE]), *[Reason.UNREACHABLE] * 4, Scripted([True]))
+    driver = Reconnecting(robot, first_wait=0.05, longest_wait=0.2)
+    while True:
+        try:
+            driver.read(0.02)
+        except DriverError as error:
+            assert error.reason is Reason.SILENT
+        else:
+            break
+    waits = [b - a for a, b in zip(robot.attempts[1:], robot.attempts[2:], strict=False)]
+    assert all(wait >= least for wait, least in zip(waits, (0.1, 0.2, 0.2, 0.2), strict=True))
+    assert driver.drops == 1
+
+
+def test_a_short_silence_keeps_the_connection_and_a_long_one_ends_it() -> None:
+    first = Scripted([True, Reason.SILENT, Reason.SILENT])
+    driver = Reconnecting(Robot(first, Scripted([True])), first_wait=0.0, silence=0.1)
+    driver.read(1.0)
+    with pytest.raises(DriverError):
+        driver.read(0.01)
+    assert first.closed == 0
+    time.sleep(0.12)
+    with pytest.raises(DriverError, match=r"it is silent; silent for 0\.\d s"):
+        driver.read(0.01)
+    assert first.closed == 1 and driver.drops == 1
+    driver.read(1.0)
+
+
+@pytest.mark.parametrize("reason", [Reason.BAD_ADDRESS, Reason.MISSING_PACKAGE, Reason.WRONG_ROBOT])
+def test_what_cannot_be_mended_is_raised(reason: Reason) -> None:
+    driver = Reconnecting(Robot(Scripted([Reason.UNREACHABLE]), reason), first_wait=0.0)
+    with pytest.raises(DriverError):
+        driver.read(0.1)
+    with pytest.raises(DriverError, match=reason.value) as caught:
+        driver.read(0.1)
+    assert caught.value.reason is reason
+
+
+def test_another_robot_at_the_address_is_refused() -> None:
+    other = Scripted([True], names=("x", "y"))
+    driver = Reconnecting(Robot(Scripted([Reason.UNREACHABLE]), other), first_wait=0.0)
+    with pytest.raises(DriverError):
+        driver.read(0.1)
+    with pytest.raises(DriverError, match="another robot answers: its joints are x, y") as caught:
+        driver.read(0.1)
+    assert caught.value.reason is Reason.WRONG_ROBOT and other.closed == 1
+
+
+def test_a_closed_connection_stays_closed() -> None:
+    first = Scripted([True])
+    driver = Reconnecting(Robot(first))
+    driver.close()
+    driver.close()
+    assert first.closed == 1
+    with pytest.raises(DriverError, match="closed"):
+        driver.read(0.1)

@@ -1,0 +1,117 @@
+"""A stand-in for Kinova's kortex_api, which cannot be installed from PyPI."""
+
+import math
+import socket
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+TORQUES = (1.0, -12.0, 0.5, 7.0, 0.2, 2.0, 0.1)
+
+
+@dataclass
+class Arm:
+    """What the stand-in's arm does, and what was asked of it."""
+
+    address: str = ""
+    calls: list[str] = field(default_factory=list)
+    login: Any = None
+    failure: Exception | None = None
+    """Raised by each feedback."""
+    degrees: list[float] | None = None
+    """Positions to tell; by default they sway around 350 degrees."""
+
+    def feedback(self) -> SimpleNamespace:
+        sway = 5 * math.sin(time.monotonic())
+        degrees = self.degrees or [(350.0 + joint + sway) % 360 for joint in range(7)]
+        actuators = [
+            SimpleNamespace(position=angle, torque=torque)
+            for angle, torque in zip(degrees, TORQUES, strict=False)
+        ]
+        return SimpleNamespace(actuators=actuators)
+
+
+@contextmanager
+def kortex_arm() -> Iterator[Arm]:
+    """Make `import kortex_api` find the stand-in, and a port that its arm listens at."""
+    arm = Arm()
+    modules = stand_in(arm)
+    server = socket.create_server(("127.0.0.1", 0))
+    arm.address = f"kortex://127.0.0.1:{server.getsockname()[1]}"
+    sys.modules.update(modules)
+    try:
+        yield arm
+    finally:
+        for name in modules:
+            del sys.modules[name]
+        server.close()
+
+
+def stand_in(arm: Arm) -> dict[str, ModuleType]:
+    """Return the package's modules, each call of which is noted."""
+
+    class TCPTransport:
+        def connect(self, host, port):
+            arm.calls.append("connect")
+
+        def disconnect(self):
+            arm.calls.append("disconnect")
+
+    class RouterClient:
+        def __init__(self, transport, callback):
+            assert isinstance(transport, TCPTransport)
+            assert callable(callback)
+
+    class RouterClientSendOptions:
+        timeout_ms = 10000
+
+    class CreateSessionInfo:
+        def __init__(self):
+            arm.login = self
+
+    class SessionManager:
+        def __init__(self, router):
+            assert isinstance(router, RouterClient)
+
+        def CreateSession(self, info):
+            arm.calls.append("CreateSession")
+
+        def CloseSession(self):
+            arm.calls.append("CloseSession")
+
+    class BaseCyclicClient:
+        def __init__(self, router):
+            assert isinstance(router, RouterClient)
+
+        def RefreshFeedback(self, deviceId=0, options=None):
+            arm.calls.append("RefreshFeedback")
+            assert options.timeout_ms >= 1
+            if arm.failure:
+                raise arm.failure
+            return arm.feedback()
+
+    parts = {
+        "kortex_api": {},
+        "kortex_api.TCPTransport": {"TCPTransport": TCPTransport},
+        "kortex_api.RouterClient": {
+            "RouterClient": RouterClient,
+            "RouterClientSendOptions": RouterClientSendOptions,
+        },
+        "kortex_api.SessionManager": {"SessionManager": SessionManager},
+        "kortex_api.autogen": {},
+        "kortex_api.autogen.messages": {},
+        "kortex_api.autogen.messages.Session_pb2": {"CreateSessionInfo": CreateSessionInfo},
+        "kortex_api.autogen.client_stubs": {},
+        "kortex_api.autogen.client_stubs.BaseCyclicClientRpc": {
+            "BaseCyclicClient": BaseCyclicClient
+        },
+    }
+    modules = {}
+    for name, content in parts.items():
+        modules[name] = ModuleType(name)
+        vars(modules[name]).update(content)
+    return modules

@@ -1,0 +1,98 @@
+"""What can be asked of a printed part's mesh, with trimesh and rays: nothing of the product."""
+
+from io import BytesIO
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+TOUCH = 1e-3  # what is less deep than that touches, and does not cross [mm]
+
+
+def load_stl(content: bytes) -> trimesh.Trimesh:
+    """Read an STL file as a slicer does: triangles, whose equal corners are then joined."""
+    return trimesh.load_mesh(BytesIO(content), file_type="stl")
+
+
+def crossings(segments: Array, mesh: trimesh.Trimesh) -> tuple[NDArray[np.int64], ...]:
+    """Return which segments, shape (n, 2, 3), cross which faces, both ends deeper than TOUCH."""
+    lengths = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    kept = np.flatnonzero(lengths > 2 * TOUCH)
+    starts, ways = segments[kept, 0], (segments[kept, 1] - segments[kept, 0])
+    ways /= lengths[kept, None]
+    _, rays, faces = mesh.ray.intersects_location(starts, ways, multiple_hits=True)
+    corners, normals = mesh.triangles[faces, 0], mesh.face_normals[faces]
+    first, second = (
+        ((segments[kept[rays], end] - corners) * normals).sum(axis=1) for end in (0, 1)
+    )
+    deep = (first * second < 0) & (np.minimum(abs(first), abs(second)) > TOUCH)
+    return kept[rays[deep]], faces[deep]
+
+
+def self_crossings(mesh: trimesh.Trimesh) -> int:
+    """Count the edges that pierce a face which they do not touch.
+
+    Two triangles of a mesh that share no corner intersect exactly if an edge of one pierces the
+    other (or they lie in one plane, where a closed surface has no room for a second layer).
+    """
+    edges, faces = crossings(mesh.vertices[mesh.edges_unique], mesh)
+    own = (mesh.faces[faces][:, :, None] == mesh.edges_unique[edges][:, None, :]).any(axis=(1, 2))
+    return int((~own).sum())
+
+
+def collide(moved: trimesh.Trimesh, fixed: trimesh.Trimesh, pose: Array | None = None) -> bool:
+    """Tell whether two closed surfaces intersect, or one holds the other.
+
+    Args:
+        moved: One of them, in its own frame.
+        fixed: The other.
+        pose: From the frame of the moved one to that of the fixed one, shape (4, 4).
+    """
+    pose = np.eye(4) if pose is None else pose
+    back = np.linalg.inv(pose)
+    return (
+        len(crossings(_edges_near(moved, fixed, pose), fixed)[0]) > 0
+        or len(crossings(_edges_near(fixed, moved, back), moved)[0]) > 0
+        or bool(fixed.contains(_moved(moved.vertices[:1], pose))[0])
+        or bool(moved.contains(_moved(fixed.vertices[:1], back))[0])
+    )
+
+
+def _moved(points: Array, pose: Array) -> Array:
+    return points @ pose[:3, :3].T + pose[:3, 3]
+
+
+def _edges_near(mesh: trimesh.Trimesh, other: trimesh.Trimesh, pose: Array) -> Array:
+    edges = _moved(mesh.vertices, pose)[mesh.edges_unique]
+    low, high = other.bounds
+    return edges[(edges.max(axis=1) >= low).all(axis=1) & (edges.min(axis=1) <= high).all(axis=1)]
+
+
+def thinnest_wall(mesh: trimesh.Trimesh, samples: int = 20000) -> float:
+    """Return the least distance through the material to an opposite face.
+
+    From points all over the surface, straight inwards; faces that lean more than 45 degrees to
+    each other are no wall but an edge.
+    """
+    points, faces = trimesh.sample.sample_surface(mesh, samples, seed=1)
+    normals = mesh.face_normals[faces]
+    found, rays, hit = mesh.ray.intersects_location(
+        points - 1e-3 * normals, -normals, multiple_hits=False
+    )
+    opposite = (normals[rays] * mesh.face_normals[hit]).sum(axis=1) < -np.cos(np.pi / 4)
+    return float(np.linalg.norm(found - points[rays], axis=1)[opposite].min())
+
+
+def overhanging(mesh: trimesh.Trimesh, degrees: float = 45.0) -> NDArray[np.int64]:
+    """Return the faces that look down and lean farther from the vertical, but for the bed's."""
+    looks_down = mesh.face_normals[:, 2] < -np.sin(np.radians(degrees)) - 1e-3
+    lifted = mesh.triangles[:, :, 2].max(axis=1) > 0.01
+    return np.flatnonzero(looks_down & lifted & (mesh.area_faces > 1e-6))
+
+
+def fit_sphere(points: Array) -> tuple[Array, float]:
+    """Return centre and radius of the sphere through points, by linear least squares."""
+    system = np.column_stack((2 * points, np.ones(len(points))))
+    solution, *_ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)
+    return solution[:3], float(np.sqrt(solution[3] + (solution[:3] ** 2).sum()))

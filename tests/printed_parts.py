@@ -1,0 +1,61 @@
+"""The parts that the tests look at: defaults and extremes, each built once a process."""
+
+from functools import cache
+
+import trimesh
+from mesh_checks import load_stl
+
+from mukca.tools.printables import MOUNTS, BallPart, BoltCircle, Grip, Part, SocketBase, encode
+from mukca.tools.printables.parts import ball_part, base_part
+
+BASES: dict[str, SocketBase] = {
+    "default": SocketBase(),
+    "nearest": SocketBase(distance=36),
+    "long": SocketBase(distance=120),
+    "longest": SocketBase(distance=152),
+    "three": SocketBase(sockets=3),
+    "three nearest": SocketBase(sockets=3, distance=46),
+    "three farthest": SocketBase(sockets=3, distance=152),
+    "small ball": SocketBase(distance=26, ball=10),
+    "three small balls": SocketBase(distance=46, ball=10, sockets=3),
+    "large ball": SocketBase(distance=56, ball=40),
+    "three large balls": SocketBase(distance=120, ball=40, sockets=3),
+    "tight": SocketBase(clearance=0.3),
+    "loose": SocketBase(clearance=1.0),
+    "low": SocketBase(height=23),
+    "high": SocketBase(height=60),
+    "odd": SocketBase(distance=61.803, ball=19.05, clearance=0.37, height=33.3),
+}
+
+BALLS: dict[str, BallPart] = {
+    **{name: BallPart(mount.mount()) for name, mount in MOUNTS.items()},
+    **{f"{name} bought": BallPart(mount.mount(), bought=True) for name, mount in MOUNTS.items()},
+    "thin neck": BallPart(MOUNTS["iso-50-4-m6"].mount(), neck=6),
+    "thick neck": BallPart(MOUNTS["iso-50-4-m6"].mount(), neck=9.3),
+    "longer": BallPart(MOUNTS["iso-50-4-m6"].mount(), reach=90),
+    "smallest circle": BallPart(BoltCircle(20, 2, "M3").mount(), ball=17),
+    "largest circle": BallPart(BoltCircle(125, 12, "M8").mount()),
+    "smallest grip": BallPart(Grip.of(8, 8, 8).mount()),
+    "largest grip": BallPart(Grip.of(40, 40, 60).mount()),
+    "odd": BallPart(BoltCircle(41.3, 5, "M4").mount(), ball=19.05),
+}
+
+
+@cache
+def base(name: str) -> Part:
+    return base_part(BASES[name])
+
+
+@cache
+def ball(name: str) -> Part:
+    return ball_part(name, BALLS[name])
+
+
+@cache
+def base_mesh(name: str) -> trimesh.Trimesh:
+    return load_stl(encode("stl", base(name)))
+
+
+@cache
+def ball_mesh(name: str) -> trimesh.Trimesh:
+    return load_stl(encode("stl", ball(name)))

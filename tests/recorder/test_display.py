@@ -1,0 +1,97 @@
+"""What reaches the terminal: whole screens where needed, changed lines else, nothing when gone."""
+
+import io
+import os
+import re
+import select
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from mukca.recorder.display import Lines, Screen
+from mukca.recorder.keyboard import HangUp
+from mukca.recorder.screen import View
+from mukca.recorder.session import Joint, Session
+
+VIEW = View(Session((Joint("elbow", -1, 1),)), "arm", (0.1,), rate=1000.0, age=0.001)
+
+
+class Terminal:
+    """A pseudo-terminal that knows no size, and a screen on it."""
+
+    def __init__(self, encoding: str = "utf-8") -> None:
+        self.master, slave = os.openpty()
+        self.stream = open(slave, "w", encoding=encoding)  # noqa: SIM115, PTH123
+        self.screen = Screen(Console(file=self.stream, force_terminal=True))
+
+    def written(self) -> str:
+        """All that was written by now; a pseudo-terminal hands it over a little later."""
+        text = b""
+        while select.select([self.master], [], [], 0.2)[0]:
+            text += os.read(self.master, 65536)
+        return text.decode()
+
+    def close(self) -> None:
+        self.stream.close()
+        os.close(self.master)
+
+
+@pytest.fixture
+def terminal():
+    made = Terminal()
+    yield made
+    made.close()
+
+
+def rows(written: str) -> list[int]:
+    return [int(row) for row in re.findall(r"\x1b\[(\d+);1H", written)]
+
+
+def test_a_terminal_without_a_size_gets_80_by_24(terminal: Terminal) -> None:
+    with terminal.screen as screen:
+        screen.show(VIEW)
+        assert rows(terminal.written()) == list(range(1, 25))
+
+
+def test_only_changed_lines_are_written_again(terminal: Terminal) -> None:
+    with terminal.screen as screen:
+        screen.show(VIEW)
+        terminal.written()
+        screen.show(VIEW)
+        assert terminal.written() == ""
+        screen.show(replace(VIEW, missed=3))
+        assert rows(terminal.written()) == [6]
+
+
+def test_the_screen_before_comes_back(terminal: Terminal) -> None:
+    with pytest.raises(RuntimeError), terminal.screen:
+        assert "\x1b[?1049h" in terminal.written()
+        raise RuntimeError
+    assert terminal.written().endswith("\x1b[?25h\x1b[?1049l")
+
+
+def test_a_terminal_without_unicode_gets_ascii() -> None:
+    terminal = Terminal("ascii")
+    with terminal.screen as screen:
+        screen.show(VIEW)
+        assert "SOCKET 0" in (text := terminal.written()) and text.isascii()
+    terminal.close()
+
+
+def test_a_terminal_that_is_gone_is_told(terminal: Terminal) -> None:
+    with pytest.raises(HangUp), terminal.screen as screen:
+        os.close(terminal.master)
+        screen.show(VIEW)
+    terminal.master = os.open(os.devnull, os.O_RDONLY)
+
+
+def test_without_a_terminal_messages_are_lines() -> None:
+    text = io.StringIO()
+    session = VIEW.session.told("first").told("[b]second[/b]", alarm=True)
+    with Lines(Console(file=text)) as lines:
+        lines.show(replace(VIEW, session=session))
+        lines.show(replace(VIEW, session=session))
+        lines.show(replace(VIEW, session=session.told("third")))
+        lines.bell()
+    assert text.getvalue() == "first\n! [b]second[/b]\nthird\n"

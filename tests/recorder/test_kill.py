@@ -1,0 +1,13 @@
+"""``kill -9`` at random moments during captures, fifty times."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+
+def test_what_the_screen_counted_is_in_the_file(tmp_path: Path) -> None:
+    program = Path(__file__).with_name("killed_sessions.py")
+    words = [sys.executable, str(program), str(tmp_path / "front"), "50"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert "50 kills" in done.stdout

@@ -1,0 +1,47 @@
+"""A hand on an arm that holds itself is told from measured efforts, and only from those."""
+
+import pytest
+
+from mukca.recorder.push import Push
+from mukca.recorder.rest import Rest
+from mukca.recorder.session import Joint
+
+JOINTS = (Joint("shoulder"), Joint("elbow"))
+QUIET = (0.02, 0.02)
+
+
+def rest(effort: tuple[float, ...] | None, spread: tuple[float, ...] | None = QUIET) -> Rest:
+    return Rest((0.1, 0.2), (1e-5, 1e-5), effort, spread, 1.0, 300)
+
+
+@pytest.mark.parametrize(
+    ("effort", "told"),
+    [
+        ((40.0, 5.0), None),
+        ((45.9, 5.0), None),
+        ((46.1, 5.0), "shoulder exerts +6.1 N m beyond gravity"),
+        ((40.0, 2.4), "elbow exerts -2.6 N m"),
+    ],
+)
+def test_a_load_beyond_gravity_is_told(effort: tuple[float, float], told: str | None) -> None:
+    said = Push(JOINTS, lambda q: (40.0, 5.0)).look(rest(effort))
+    assert said is None if told is None else told in str(said)
+
+
+def test_tremor_is_told_against_the_quietest_rest() -> None:
+    push = Push(JOINTS)
+    assert push.look(rest((1.0, 1.0), (0.5, 0.5))) is None  # nothing to compare with yet
+    assert push.look(rest((1.0, 1.0), QUIET)) is None
+    assert "the effort of shoulder trembles by 0.50 N m" in str(
+        push.look(rest((1.0, 1.0), (0.5, 0.5)))
+    )
+    assert push.look(rest((1.0, 1.0), (0.09, 0.02))) is None  # as small as sensors' noise
+    assert push.look(rest((1.0, 1.0), QUIET)) is None
+
+
+def test_without_efforts_nothing_is_claimed() -> None:
+    assert Push(JOINTS, lambda q: (40.0, 5.0)).look(rest(None, None)) is None
+
+
+def test_without_masses_no_load_is_claimed() -> None:
+    assert Push(JOINTS).look(rest((1000.0, 0.0))) is None

@@ -1,0 +1,292 @@
+"""The recorder's loop, with a simulated arm and a key script: what it saves and what it refuses."""
+
+import math
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.drivers import Driver
+from mukca.drivers.mock import Fault, Mock, SimulatedArm
+from mukca.drivers.motion import Motion
+from mukca.drivers.reconnect import Reconnecting
+from mukca.recorder.dataset import read_placement
+from mukca.recorder.push import Push
+from mukca.recorder.record import Outcome, Recorder
+from mukca.recorder.recording import Metadata, Recording
+from mukca.recorder.samples import Sample
+from mukca.recorder.screen import View
+from mukca.recorder.script import Script
+from mukca.recorder.session import Joint, Session
+from mukca.recorder.stream import Stream
+from mukca.recorder.watch import Watch
+
+PLACES = [(0.1, 0.2), (0.6, -0.4), (0.2, 0.5), (-0.5, 0.1), (0.9, 0.9)]
+JOINTS = (Joint("a", -1, 1), Joint("b", -1, 1))
+
+
+@dataclass
+class Seen:
+    """A display that remembers."""
+
+    views: list[View] = field(default_factory=list)
+    bells: int = 0
+    sleep: float = 0.0
+
+    def __enter__(self) -> "Seen":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def show(self, view: View) -> None:
+        self.views.append(view)
+        time.sleep(self.sleep)
+
+    def bell(self) -> None:
+        self.bells += 1
+
+    @property
+    def alarms(self) -> list[str]:
+        return [message.text for message in self.views[-1].session.messages if message.alarm]
+
+
+def arm(
+    *faults: str, places: Sequence[Sequence[float]] = PLACES, speed: float = 8.0, **more: object
+) -> SimulatedArm:
+    motion = Motion(places, hold=1.0, move=0.6)
+    read = [Fault.parse(fault) for fault in faults]
+    return SimulatedArm(motion, rate=200.0, speed=speed, faults=read, **more)  # pyright: ignore
+
+
+@pytest.fixture
+def record(tmp_path: Path) -> Callable[..., tuple[Outcome, Seen]]:
+    def run(
+        source: SimulatedArm, keys: str, seen: Seen | None = None, **more: object
+    ) -> tuple[Outcome, Seen]:
+        seen = seen or Seen()
+        names = tuple(joint.name for joint in JOINTS)
+        with ExitStack() as stack:
+            reader, writer = os.pipe()
+            os.write(writer, keys.encode())
+            os.close(writer)
+            stack.callback(os.close, reader)
+            metadata = Metadata("arm", names, ("rad", "rad"), 0.05)
+            recording = stack.enter_context(Recording(tmp_path / "front", metadata))
+
+            def connect() -> Driver:
+                return Mock(arm=source)
+
+            stream = Stream(Reconnecting(connect, first_wait=0.05, silence=0.1))
+            stack.callback(stream.close)
+            recorder = Recorder(
+                Session(JOINTS, target=3),
+                stream,
+                Watch(JOINTS, live=False),
+                recording,
+                seen,
+                script=Script(reader),
+                **more,  # pyright: ignore
+            )
+            return recorder.run(), seen
+
+    return run
+
+
+def positions(outcome: Outcome) -> np.ndarray:
+    return np.array([sample.position for sample in outcome.session.live])
+
+
+def test_a_script_captures_every_rest_once(record) -> None:
+    outcome, _ = record(arm(), "a*3 s a*2 q")
+    assert positions(outcome) == pytest.approx(np.array(PLACES), abs=6 * 2e-5 / math.sqrt(60))
+    assert outcome.session.counts == (3, 2) and outcome.refused == 0 and outcome.signal is None
+
+
+def test_a_script_does_the_same_however_busy_the_computer_is(record, tmp_path: Path) -> None:
+    outcome, _ = record(arm(), "a*2 s a q")
+    (tmp_path / "front/samples.csv").unlink()
+    slow, _ = record(arm(), "a*2 s a q", Seen(sleep=0.3))
+    assert [s.position for s in slow.session.live] == [s.position for s in outcome.session.live]
+
+
+def test_the_end_of_the_keys_finishes(record) -> None:
+    outcome, _ = record(arm(), "a")
+    assert outcome.session.finished and outcome.session.counts == (1, 0)
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("drop@0.8+1.0", "silent"),
+        ("silent@0.8+1.0", "silent"),
+        ("freeze@0.8+1.0", "frozen"),
+        ("repeat@0.8+1.0", "stamp does not advance"),
+        ("nan@0.8+1.0", "b came as nan"),
+        ("jump@0.8+1.0", "b jumped by 11.5°"),
+        ("zeros@0.8+1.0", "all joints read exactly 0"),
+        ("short@0.8+1.0", "1 joints came, but the model has 2"),
+    ],
+)
+def test_every_misbehaviour_is_refused_with_its_reason(record, fault: str, told: str) -> None:
+    """A key is pressed again and again, from before the fault until after it, in real time."""
+    source = arm(fault, places=[(0.1, 0.2)], speed=1.0)
+    outcome, seen = record(source, "wait=2.6 q", keyboard=Presser())
+    reasons = [text for text in seen.alarms if text.startswith("refused")]
+    assert any(told in reason for reason in reasons), reasons
+    for sample in outcome.session.samples:
+        begun = sample.stamp - (sample.states - 1) / 200
+        noticed = 0.25 if "freeze" in fault else 0.0
+        assert sample.stamp < 0.8 + noticed or begun >= 1.8 - 1e-9
+        assert sample.position == pytest.approx((0.1, 0.2), abs=1e-4)
+    assert seen.bells >= len(reasons)
+
+
+class Presser:
+    """A keyboard on which someone takes every capture back and makes it again, all the time."""
+
+    def __init__(self) -> None:
+        self._reader, self._writer = os.pipe()
+        self._stop = threading.Event()
+        threading.Thread(target=self._press, daemon=True).start()
+
+    def _press(self) -> None:
+        for _ in range(200):
+            time.sleep(0.03)
+            os.write(self._writer, b"ua")
+
+    def __enter__(self) -> "Presser":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def fileno(self) -> int:
+        return self._reader
+
+    def read(self) -> list[str]:
+        return list(os.read(self._reader, 100).decode())
+
+
+def test_a_lost_stream_is_told_within_a_second_and_its_return_too(record) -> None:
+    _, seen = record(arm("drop@1.2+1.0", speed=1.0), "a wait=1 a q")
+    times = [view for view in seen.views if view.session.messages]
+    lost = next(v for v in times if "the stream is silent" in v.session.messages[-1].text)
+    assert lost.age < 1.0
+    assert any("the stream is back after" in m.text for m in seen.views[-1].session.messages)
+
+
+@pytest.mark.parametrize(
+    ("places", "told"),
+    [
+        ([(0.1, 0.2), (0.1, 0.2)], "nearly the same configuration as sample 1"),
+        ([(0.1, 0.2), (0.9, 1.1)], "outside its limits"),
+    ],
+)
+def test_bad_configurations_are_refused(record, places, told: str) -> None:
+    outcome, seen = record(arm(places=places), "a wait=2 !a q")
+    assert len(outcome.session.samples) == 1 and outcome.refused == 1
+    assert any(told in text for text in seen.alarms) and seen.bells == 1
+
+
+def test_a_moving_arm_is_refused(record) -> None:
+    outcome, seen = record(arm(), "a wait=0.7 !a q")
+    assert outcome.refused == 1 and "still moving" in seen.alarms[0]
+
+
+def test_a_ball_left_in_the_first_socket_is_noticed(record) -> None:
+    _, seen = record(arm(), "a 1 !a q")
+    assert "move the ball to socket 1 first" in seen.alarms[0]
+
+
+def test_undo_takes_the_last_back_and_makes_room(record) -> None:
+    outcome, seen = record(arm(), "a u a u u !s q")
+    assert [s.number for s in outcome.session.samples] == [1, 2] and not outcome.session.live
+    assert "nothing to undo" in seen.alarms[0]
+
+
+def test_efforts_are_averaged_and_saved(record, tmp_path: Path) -> None:
+    source = arm(efforts=[(10.0, -2.0)] * 5)
+    outcome, _ = record(source, "a q")
+    assert outcome.session.live[0].effort == pytest.approx((10.0, -2.0), abs=6 * 0.02 / 7)
+    assert "effort.a" in (tmp_path / "front/samples.csv").read_text()
+
+
+def test_a_pushed_arm_is_told_and_noted(record) -> None:
+    source = arm("push@0+inf", efforts=[(10.0, -2.0)] * 5)
+    push = Push(JOINTS, lambda q: (10.0, -2.0))
+    outcome, seen = record(source, "a q", push=push)
+    assert outcome.refused == 0
+    said = outcome.session.messages[-1].text
+    assert "while the arm was pushed (a exerts +5" in said
+    assert any(view.push for view in seen.views)
+
+
+def test_a_model_s_doubt_is_shown(record) -> None:
+    def doubt(samples: Sequence[Sample]) -> str | None:
+        return "is it seated?" if len(samples) == 2 else None
+
+    outcome, seen = record(arm(), "a*3 q", check=doubt)
+    assert seen.alarms == ["is it seated?"] and len(outcome.session.live) == 3
+
+
+def test_the_target_is_announced(record) -> None:
+    outcome, _ = record(arm(), "a*3 q")
+    assert "that is the target" in outcome.session.messages[-1].text
+
+
+def test_a_full_disk_is_refused_and_not_counted(
+    record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    true_write = os.write
+
+    def write(descriptor: int, data: bytes) -> int:
+        if data.startswith((b"capture,2", b"undo")):
+            true_write(descriptor, data[:10])
+            raise OSError(28, "No space left on device")
+        return true_write(descriptor, data)
+
+    monkeypatch.setattr(os, "write", write)
+    outcome, seen = record(arm(), "a*2 u q")
+    assert outcome.session.counts == (1, 0) and outcome.refused == 1
+    assert "refused: samples.csv cannot be written to: No space left" in seen.alarms[0]
+    assert "not undone: samples.csv cannot be written to" in seen.alarms[1]
+    assert len(read_placement(tmp_path / "front").samples) == 1
+
+
+def test_no_view_counts_what_is_not_on_the_disk(record, tmp_path: Path) -> None:
+    file = tmp_path / "front/samples.csv"
+
+    class Checking(Seen):
+        def show(self, view: View) -> None:
+            super().show(view)
+            assert file.read_bytes().count(b"\ncapture") >= len(view.session.samples)
+
+    outcome, seen = record(arm(), "a*4 q", Checking())
+    assert len(outcome.session.samples) == 4 and len(seen.views) >= 2
+
+
+def test_more_states_than_can_be_looked_at_stop_neither_keys_nor_screen(record) -> None:
+    source = arm(speed=10_000.0)  # two million states a second
+    outcome, seen = record(source, "a*5 !s !0 q")
+    assert len(outcome.session.live) == 5
+    begun = time.monotonic()
+    source = arm(places=[PLACES[0]], speed=10_000.0)
+    timer = threading.Timer(1.0, lambda: signal.raise_signal(signal.SIGTERM))
+    timer.start()
+    outcome, seen = record(source, "wait=1000000000")
+    assert outcome.signal == signal.SIGTERM and time.monotonic() - begun < 10
+    assert len(seen.views) > 3
+
+
+def test_a_slow_screen_loses_no_state(record) -> None:
+    source = arm(speed=1.0, buffer=2.0)
+    _, seen = record(source, "wait=3 q", Seen(sleep=0.4))
+    assert seen.views[-1].missed == 0 and len(seen.views) < 12

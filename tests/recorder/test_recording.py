@@ -1,0 +1,296 @@
+"""What is captured is on the disk, reads back exactly, and survives whatever happens to it."""
+
+import json
+import os
+import resource
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mukca.recorder.convert import hole_files, sample_files
+from mukca.recorder.dataset import Placement, RecordingError, find_placements, read_placement
+from mukca.recorder.recording import Metadata, Recording
+from mukca.recorder.samples import Sample, read_samples
+
+METADATA = Metadata("arm", ("a", "b,c"), ("rad", "m"), 0.05, model_sha256="1f")
+exact = st.floats(allow_nan=False, allow_infinity=False)
+pairs = st.tuples(exact, exact)
+
+
+def sample(number: int, socket: int = 0) -> Sample:
+    return Sample(
+        (0.1 * number, -0.2), socket, (1.5, 2.5), "", number, 1.7e9 + number, 0.5, 300, (1e-5, 2e-5)
+    )
+
+
+def bare(samples: tuple[Sample, ...]) -> list[Sample]:
+    return [replace(s, where="") for s in samples]
+
+
+def record(folder: Path, *numbers: int) -> None:
+    with Recording(folder, METADATA) as recording:
+        for number in numbers:
+            recording.capture(sample(number))
+
+
+@settings(max_examples=30)
+@given(rows=st.lists(st.tuples(pairs, st.none() | pairs, st.none() | pairs, exact), max_size=5))
+def test_what_is_written_reads_back_exactly(rows, tmp_path_factory) -> None:
+    folder = tmp_path_factory.mktemp("exact")
+    written = [
+        Sample(position, k % 3, effort, "", k, time, time, k + 1, spread)
+        for k, (position, effort, spread, time) in enumerate(rows, start=1)
+    ]
+    with Recording(folder, METADATA) as recording:
+        for one in written:
+            recording.capture(one)
+    content = read_samples(folder / "samples.csv")
+    assert bare(content.samples) == written
+    assert content.joint_names == METADATA.joints
+
+
+def test_an_undone_sample_stays_in_the_file_but_does_not_count(tmp_path: Path) -> None:
+    with Recording(tmp_path, METADATA) as recording:
+        for number in (1, 2, 3):
+            recording.capture(sample(number, socket=number % 2))
+        recording.undo(sample(2), time=2.0)
+    content = read_samples(tmp_path / "samples.csv")
+    assert len(content.samples) == 3
+    assert [s.number for s in content.live] == [1, 3]
+    assert [s.number for s in read_placement(tmp_path).samples] == [1, 3]
+
+
+def test_a_capture_is_synced_before_it_returns(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: list[int] = []
+    true_sync = os.fsync
+
+    def sync(descriptor: int) -> None:
+        true_sync(descriptor)
+        synced.append(os.fstat(descriptor).st_size)
+
+    with Recording(tmp_path, METADATA) as recording:
+        monkeypatch.setattr(os, "fsync", sync)
+        for number in (1, 2):
+            recording.capture(sample(number))
+            assert synced[-1] == (tmp_path / "samples.csv").stat().st_size
+        assert len(synced) == 2
+
+
+def test_a_new_folder_and_its_parents_are_synced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: set[str] = set()
+    true_sync = os.fsync
+
+    def sync(descriptor: int) -> None:
+        true_sync(descriptor)
+        synced.add(str(Path(f"/proc/self/fd/{descriptor}").readlink()))
+
+    monkeypatch.setattr(os, "fsync", sync)
+    record(tmp_path / "data/front")
+    wanted = (tmp_path, tmp_path / "data", tmp_path / "data/front")
+    assert {str(folder) for folder in wanted} <= synced
+
+
+def test_it_is_continued(tmp_path: Path) -> None:
+    record(tmp_path, 1, 2)
+    record(tmp_path, 3)
+    assert [s.number for s in read_placement(tmp_path).samples] == [1, 2, 3]
+    metadata = json.loads((tmp_path / "placement.json").read_text())
+    assert len(metadata["sessions"]) == 2
+    assert metadata["distance"] == read_placement(tmp_path).distance == 0.05
+
+
+@pytest.mark.parametrize(
+    ("other", "told"),
+    [
+        (replace(METADATA, robot="another"), "robot arm, not another"),
+        (replace(METADATA, joints=("a", "c")), "joints a, b,c, not a, c"),
+        (replace(METADATA, distance=0.1), "distance 0.05, not 0.1"),
+        (replace(METADATA, sockets=3), "sockets 2, not 3"),
+    ],
+)
+def test_another_robot_or_base_is_refused(tmp_path: Path, other: Metadata, told: str) -> None:
+    record(tmp_path, 1)
+    before = {file: file.read_bytes() for file in tmp_path.iterdir()}
+    with pytest.raises(RecordingError, match=told):
+        Recording(tmp_path, other)
+    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == before
+
+
+def test_joints_are_checked_even_without_metadata(tmp_path: Path) -> None:
+    record(tmp_path, 1)
+    (tmp_path / "placement.json").unlink()
+    with pytest.raises(RecordingError, match=r"samples\.csv:1: recorded with joints"):
+        Recording(tmp_path, replace(METADATA, joints=("a", "c")))
+
+
+def test_a_changed_model_is_told(tmp_path: Path) -> None:
+    record(tmp_path, 1)
+    with Recording(tmp_path, replace(METADATA, model_sha256="2e")) as recording:
+        assert any("model has changed" in remark for remark in recording.remarks)
+
+
+def test_a_torn_end_costs_only_itself(tmp_path: Path) -> None:
+    """Cut the file at every byte: all whole lines stay, the rest is kept aside, and it goes on."""
+    record(tmp_path / "whole", 1)
+    whole = (tmp_path / "whole/samples.csv").read_bytes()
+    lines = whole.splitlines(keepends=True)
+    for length in range(len(whole)):
+        folder = tmp_path / f"cut_{length}"
+        folder.mkdir()
+        (folder / "samples.csv").write_bytes(whole[:length])
+        left = whole[:length].splitlines(keepends=True)
+        torn = left.pop() if left and not left[-1].endswith(b"\n") else b""
+        with Recording(folder, METADATA) as recording:
+            assert len(recording.content.samples) == max(0, len(left) - 1)
+            assert bool(torn) == any("torn off" in remark for remark in recording.remarks)
+            recording.capture(sample(max(1, len(left))))
+        aside = [file.read_bytes() for file in folder.glob("samples.csv.torn-*")]
+        assert aside == ([torn] if torn else [])
+        kept = (folder / "samples.csv").read_bytes().splitlines(keepends=True)
+        assert kept[:-1] == (left or lines[:1])
+
+
+def test_reading_a_torn_file_says_so(tmp_path: Path) -> None:
+    record(tmp_path, 1, 2)
+    file = tmp_path / "samples.csv"
+    file.write_bytes(file.read_bytes()[:-3])
+    placement = read_placement(tmp_path)
+    assert len(placement.samples) == 1
+    assert "torn off" in placement.remarks[0]
+
+
+def test_two_cannot_write_at_once(tmp_path: Path) -> None:
+    with (
+        Recording(tmp_path, METADATA),
+        pytest.raises(RecordingError, match="another mukca record"),
+    ):
+        Recording(tmp_path, METADATA)
+    record(tmp_path, 1)
+
+
+def test_a_full_disk_refuses_one_capture_and_keeps_the_file_whole(tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with Recording(tmp_path, METADATA) as recording:
+        recording.capture(sample(1))
+        before = (tmp_path / "samples.csv").read_bytes()
+        try:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 20, hard))
+            with pytest.raises(RecordingError, match=r"cannot be written to: File too large"):
+                recording.capture(sample(2))
+            assert (tmp_path / "samples.csv").read_bytes() == before
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        recording.capture(sample(2))
+    assert [s.number for s in read_placement(tmp_path).samples] == [1, 2]
+
+
+@pytest.mark.parametrize("how", ["appended", "replaced", "deleted"])
+def test_a_file_that_was_changed_meanwhile_is_not_written_to(tmp_path: Path, how: str) -> None:
+    file = tmp_path / "samples.csv"
+    with Recording(tmp_path, METADATA) as recording:
+        recording.capture(sample(1))
+        if how == "appended":
+            with file.open("a") as stream:
+                stream.write("a note")
+        else:
+            content = file.read_bytes()
+            file.unlink()
+            if how == "replaced":
+                file.write_bytes(content)
+        with pytest.raises(RecordingError, match="changed by another program"):
+            recording.capture(sample(2))
+
+
+@pytest.mark.parametrize("place", ["file", "beneath a file", "read-only", "holes"])
+def test_a_folder_that_cannot_be_used_is_told(tmp_path: Path, place: str) -> None:
+    folder = tmp_path / "front"
+    if place == "holes":
+        folder.mkdir()
+        (folder / "hole_0.csv").write_text("1,2\n")
+    elif place == "read-only":
+        folder = Path("/proc/front")
+    else:
+        folder.write_text("")
+        folder = folder / "below" if place == "beneath a file" else folder
+    with pytest.raises(RecordingError, match="front"):
+        Recording(folder, METADATA)
+
+
+HEADER = (
+    "event,sample,socket,time,stamp,states,"
+    "position.a,position.b,spread.a,spread.b,effort.a,effort.b"
+)
+GOOD = "capture,1,0,1.0,2.0,300,0.1,0.2,1e-5,1e-5,,"
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        (["1,2,3"], ":1: not the header"),
+        ([HEADER.replace("spread.b", "spread.c"), GOOD], ":1: not the header"),
+        ([HEADER, GOOD[:-1]], ":2: 11 columns where the header has 12"),
+        ([HEADER, GOOD.replace("capture", "catch")], ":2: event 'catch' is neither"),
+        ([HEADER, GOOD, GOOD], ":3: sample 1 where 2 is next"),
+        ([HEADER, GOOD.replace("0.2", "nan")], ":2: position.b is 'nan', not a finite number"),
+        ([HEADER, GOOD.replace("0.1,0.2", ",")], ":2: a capture without positions"),
+        ([HEADER, GOOD.replace("0.1,0.2", "0.1,")], ":2: position.b is '', not a finite"),
+        ([HEADER, GOOD.replace("1,0,", "1,-1,", 1)], ":2: socket is '-1', not a count"),
+        ([HEADER, GOOD, "undo,2,0,1.0,,,,,,,,"], ":3: undo of sample 2, which is not there"),
+        ([HEADER, GOOD, *["undo,1,0,1.0,,,,,,,,"] * 2], ":4: undo of sample 1"),
+        ([HEADER], "holds no sample"),
+        ([HEADER, GOOD, "undo,1,0,1.0,,,,,,,,"], "holds no sample"),
+        ([""], "no header line"),
+    ],
+)
+def test_a_bad_line_is_told_with_its_place(tmp_path: Path, lines: list[str], told: str) -> None:
+    (tmp_path / "samples.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(RecordingError, match=told) as caught:
+        read_placement(tmp_path)
+    assert "samples.csv" in str(caught.value)
+
+
+def test_a_binary_file_is_told(tmp_path: Path) -> None:
+    (tmp_path / "samples.csv").write_bytes(b"\xff\x00\n" * 20)
+    with pytest.raises(RecordingError, match="not a text file"):
+        read_placement(tmp_path)
+
+
+def test_both_forms_in_one_folder_are_refused(tmp_path: Path) -> None:
+    record(tmp_path, 1)
+    (tmp_path / "hole_0.csv").write_text("1,2\n")
+    assert find_placements([tmp_path]) == [tmp_path]
+    with pytest.raises(RecordingError, match="both"):
+        read_placement(tmp_path)
+
+
+def test_columns_follow_the_chain_s_order(tmp_path: Path) -> None:
+    record(tmp_path, 1)
+    ordered = read_placement(tmp_path).for_joints(("b,c", "a"))
+    assert ordered.samples[0].position == (-0.2, 0.1)
+    assert ordered.samples[0].effort == (2.5, 1.5)
+    assert ordered.samples[0].spread == (2e-5, 1e-5)
+
+
+@settings(max_examples=30)
+@given(rows=st.lists(pairs, min_size=1, max_size=4))
+def test_either_form_converts_to_the_other_and_back(rows, tmp_path_factory) -> None:
+    folder = tmp_path_factory.mktemp("forms")
+    samples = tuple(Sample(row, k // 2) for k, row in enumerate(rows))
+    read = Placement("x", samples, None, 0.05)
+    for form in (hole_files, sample_files, hole_files):
+        for file in folder.iterdir():
+            file.unlink()
+        for name, content in form(read).items():
+            (folder / name).write_bytes(content)
+        read = read_placement(folder)
+        assert [(s.position, s.socket) for s in read.samples] == [
+            (s.position, s.socket) for s in samples
+        ]
+        assert read.distance == 0.05

@@ -1,0 +1,102 @@
+"""Key scripts: what a word means, and when its time has come."""
+
+import os
+from collections.abc import Iterator
+
+import pytest
+
+from mukca.recorder.script import PATIENCE, Script, ScriptError
+
+
+def script(text: str, chunk: int = 1000) -> Script:
+    reader, writer = os.pipe()
+    made = Script(reader, "keys.txt")
+    data = text.encode()
+    for start in range(0, len(data), chunk):
+        os.write(writer, data[start : start + chunk])
+        made.read()
+    os.close(writer)
+    made.read()
+    os.close(reader)
+    return made
+
+
+def keys(made: Script) -> Iterator[str]:
+    """All keys, with a new rest always at hand."""
+    moment = 0.0
+    while not made.over:
+        key = made.due(moment, moment, None)
+        moment += 1.0
+        if key:
+            yield key
+
+
+@pytest.mark.parametrize("chunk", [1, 3, 1000])
+@pytest.mark.parametrize(
+    ("text", "pressed"),
+    [
+        ("a s a q", "asaq"),
+        ("aas\n a*3 q", "aasaaaq"),
+        ("a # s q ?\nq", "aq"),
+        ("as*2 !d 1 ?", "asasd1?"),
+        ("wait=2 a wait=.5", "a"),
+    ],
+)
+def test_words_become_keys(text: str, pressed: str, chunk: int) -> None:
+    assert "".join(keys(script(text, chunk))) == pressed
+
+
+@pytest.mark.parametrize("word", ["x", "a*", "a*x", "wait", "wait=", "wait=x", "a,s", "!", "*3"])
+def test_a_word_without_a_meaning_is_told(word: str) -> None:
+    with pytest.raises(ScriptError, match=r"keys\.txt: .* is no word of a key script") as caught:
+        script(f"a s\n{word} q")
+    assert repr(word) in str(caught.value) and not caught.value.failed
+
+
+@pytest.mark.parametrize("text", ["", "# nothing", " \n\n"])
+def test_a_script_without_keys_is_told(text: str) -> None:
+    with pytest.raises(ScriptError, match="holds no keys"):
+        script(text)
+
+
+def test_a_capture_waits_for_a_new_rest_and_other_keys_do_not() -> None:
+    made = script("s a !a q")
+    assert made.due(0.0, 0.0, "moving") == "s"
+    assert made.due(0.0, 0.0, "moving") is None
+    assert made.due(1.0, 1.0, None) == "a"
+    assert made.due(1.0, 1.0, "moving") == "a"
+    assert made.due(1.0, 1.0, "moving") == "q"
+    assert made.over
+
+
+def test_a_pause_goes_by_the_robot_s_clock() -> None:
+    made = script("wait=2 q")
+    assert made.due(0.0, 100.0, None) is None
+    assert made.due(9.0, 101.9, None) is None
+    assert made.due(9.1, 102.0, None) == "q"
+
+
+@pytest.mark.parametrize(("text", "told"), [("a", "no new rest .moving."), ("wait=1", "no state")])
+def test_patience_ends(text: str, told: str) -> None:
+    made = script(text)
+    assert made.due(0.0, 0.0, "moving") is None
+    assert made.due(PATIENCE, 0.0, "moving") is None
+    with pytest.raises(ScriptError, match=told) as caught:
+        made.due(PATIENCE + 1.1, 0.0, "moving")
+    assert caught.value.failed
+
+
+def test_a_pipe_that_is_still_open_is_not_over() -> None:
+    reader, writer = os.pipe()
+    made = Script(reader)
+    os.write(writer, b"a s")
+    made.read()
+    assert made.due(0.0, 0.0, None) is None and made.hungry  # the line may go on
+    os.write(writer, b"*2\n")
+    made.read()
+    assert [made.due(0.0, 0.0, None) for _ in range(4)] == ["a", "s", "s", None]
+    assert made.hungry and not made.over
+    os.close(writer)
+    made.read()
+    os.close(reader)
+    assert made.over

@@ -1,0 +1,79 @@
+"""The session as a value: counts, undo, sockets, and what it refuses to capture."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mukca.recorder.samples import Sample
+from mukca.recorder.session import Joint, Session
+
+JOINTS = (Joint("shoulder", -1.0, 1.0), Joint("rail", 0.0, 0.5, prismatic=True))
+
+
+def captured(session: Session, *position: float) -> Session:
+    return session.captured(Sample(position, session.socket, number=session.next_number))
+
+
+@given(st.lists(st.sampled_from("a01u"), max_size=30))
+def test_counts_are_those_of_a_list_per_socket(keys: list[str]) -> None:
+    session = Session(JOINTS)
+    model: list[int] = []
+    for key in keys:
+        if key == "a":
+            session = captured(session, 0.0, 0.0)
+            model.append(session.socket)
+        elif key == "u":
+            session = session.undone()
+            model = model[:-1]
+        else:
+            session = session.switched(int(key))
+        assert session.counts == (model.count(0), model.count(1))
+        assert [s.socket for s in session.live] == model
+    assert [s.number for s in session.samples] == list(range(1, keys.count("a") + 1))
+
+
+def test_the_range_covered_is_the_active_socket_s() -> None:
+    session = captured(captured(Session(JOINTS), -0.5, 0.1), 0.7, 0.3)
+    assert session.covered == ((-0.5, 0.7), (0.1, 0.3))
+    assert session.undone().covered == ((-0.5, -0.5), (0.1, 0.1))
+    assert session.switched(1).covered == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("position", "told"),
+    [
+        ((0.2, 0.2), None),
+        ((1.0 + math.radians(2.9), 0.2), None),
+        ((1.0 + math.radians(3.1), 0.2), "shoulder reads 60.4°, outside its limits -57.3°"),
+        ((0.2, 0.506), "rail reads 506.0 mm, outside its limits 0.0 mm to 500.0 mm"),
+        ((math.radians(0.9), 0.0019), "nearly the same configuration as sample 1"),
+        ((math.radians(1.1), 0.0), None),
+        ((0.0, 0.0021), None),
+    ],
+)
+def test_what_is_refused_at_the_same_socket(position: tuple[float, ...], told: str | None) -> None:
+    refusal = captured(Session(JOINTS), 0.0, 0.0).refusal(position)
+    assert refusal is None if told is None else told in str(refusal)
+
+
+def test_a_ball_that_was_not_moved_to_the_other_socket_is_noticed() -> None:
+    session = captured(Session(JOINTS), 0.0, 0.0).switched(1)
+    assert "move the ball to socket 1" in str(session.refusal((math.radians(0.1), 0.0)))
+    assert session.refusal((math.radians(0.5), 0.0)) is None
+
+
+def test_a_withdrawn_configuration_may_be_captured_again() -> None:
+    session = captured(Session(JOINTS), 0.0, 0.0)
+    assert session.refusal((0.0, 0.0)) is not None
+    assert session.undone().refusal((0.0, 0.0)) is None
+
+
+def test_a_joint_without_limits_may_be_anywhere() -> None:
+    assert Session((Joint("wheel"),)).refusal((100.0,)) is None
+
+
+def test_undo_of_nothing_changes_nothing() -> None:
+    session = Session(JOINTS)
+    assert session.undone() is session and session.last is None

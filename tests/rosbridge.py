@@ -1,0 +1,73 @@
+"""A peer that speaks rosbridge's JSON over a websocket, and publishes joint states."""
+
+import json
+import math
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.server import ServerConnection, serve
+
+NAMES = ("gripper", "arm_2", "arm_1", "arm_3")  # an order of its own, and a joint too many
+ARM = ("arm_1", "arm_2", "arm_3")
+
+
+@dataclass
+class Rosbridge:
+    """A rosbridge of one topic."""
+
+    address: str = ""
+    topic: str = "/joint_states"
+    received: list[dict[str, Any]] = field(default_factory=list)
+    odd_messages: list[dict[str, Any]] = field(default_factory=list)
+    """Sent once before each state."""
+    clients: list[ServerConnection] = field(default_factory=list)
+
+    def handle(self, client: ServerConnection) -> None:
+        self.clients.append(client)
+        with suppress(ConnectionClosed):
+            for text in client:
+                message = json.loads(text)
+                self.received.append(message)
+                if message["op"] == "subscribe" and message["topic"] == self.topic:
+                    threading.Thread(target=self.publish, args=(client,), daemon=True).start()
+
+    def publish(self, client: ServerConnection) -> None:
+        number = 0
+        with suppress(ConnectionClosed):
+            while True:
+                for message in (*self.odd_messages, joint_state(number)):
+                    text = {"op": "publish", "topic": self.topic, "msg": message}
+                    client.send(json.dumps(text))
+                number += 1
+                time.sleep(0.005)
+
+
+def joint_state(number: int) -> dict[str, Any]:
+    """Return the number-th message: a joint's angle tells which joint it is."""
+    sway = 0.01 * math.sin(number / 50)
+    return {
+        "header": {"stamp": {"sec": number // 200, "nanosec": number % 200 * 5_000_000}},
+        "name": list(NAMES),
+        "position": [9.0 + sway, 0.2 + sway, 0.1 + sway, 0.3 + sway],
+        "velocity": [],
+        "effort": [0.0, 20.0, 10.0, 30.0],
+    }
+
+
+@contextmanager
+def rosbridge(**settings: Any) -> Iterator[Rosbridge]:
+    """Run a rosbridge on a free port."""
+    bridge = Rosbridge(**settings)
+    with serve(bridge.handle, "127.0.0.1", 0) as server:
+        host, port = server.socket.getsockname()
+        bridge.address = f"{host}:{port}"
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        yield bridge
+        server.shutdown()
+        thread.join(10)

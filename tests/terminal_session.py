@@ -1,0 +1,135 @@
+"""A program in a real pseudo-terminal, and the text on its screen."""
+
+import contextlib
+import fcntl
+import os
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pyte
+
+MUKCA = [sys.executable, "-m", "mukca"]
+
+
+class TerminalSession:
+    """Runs a command with a pseudo-terminal as its standard streams and controlling terminal.
+
+    Use it as a context manager; at its end the command is killed if it still runs.
+    """
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        *,
+        columns: int = 80,
+        rows: int = 24,
+        environment: Mapping[str, str] | None = None,
+        limit_file_size: int | None = None,
+    ) -> None:
+        self.master, slave = os.openpty()
+        self.slave = slave  # kept open, so that its settings can be read after the command's end
+        self._set_size(columns, rows)
+        self.before = termios.tcgetattr(slave)
+        self.screen = pyte.Screen(columns, rows)
+        self._stream = pyte.ByteStream(self.screen)
+        self._lock = threading.Lock()
+        self.output = b""
+
+        def prepare() -> None:
+            fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+            if limit_file_size is not None:
+                import resource
+
+                resource.setrlimit(resource.RLIMIT_FSIZE, (limit_file_size, limit_file_size))
+
+        self.process = subprocess.Popen(
+            list(command),
+            stdin=slave,
+            stdout=slave,
+            stderr=slave,
+            start_new_session=True,
+            preexec_fn=prepare,
+            env={**os.environ, "TERM": "xterm-256color", **(environment or {})},
+        )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> "TerminalSession":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        self.hang_up()
+        self._reader.join(timeout=10)
+        with contextlib.suppress(OSError):
+            os.close(self.slave)
+
+    @property
+    def text(self) -> str:
+        """What the screen shows."""
+        with self._lock:
+            return "\n".join(line.rstrip() for line in self.screen.display)
+
+    @property
+    def settings(self) -> list[Any]:
+        """The terminal's settings now."""
+        return termios.tcgetattr(self.slave)
+
+    def press(self, keys: str | bytes) -> None:
+        """Type."""
+        os.write(self.master, keys if isinstance(keys, bytes) else keys.encode())
+
+    def wait_for(self, *texts: str, gone: Sequence[str] = (), timeout: float = 40.0) -> str:
+        """Wait until the screen shows all of some texts and none of others; return the screen."""
+        deadline = time.monotonic() + timeout
+        while time.monotonic() < deadline:
+            shown, flat = self.text, "".join(self.screen.display)  # flat: a long line unbroken
+            if all(t in shown or t in flat for t in texts) and not any(t in shown for t in gone):
+                return shown
+            if self.process.poll() is not None and not self._reader.is_alive():
+                break
+            time.sleep(0.02)
+        raise AssertionError(f"{texts} without {gone} is not on the screen:\n{self.text}")
+
+    def resize(self, columns: int, rows: int) -> None:
+        """Change the terminal's size, as dragging its window does."""
+        with self._lock:
+            self.screen.resize(rows, columns)
+        self._set_size(columns, rows)
+        os.killpg(self.process.pid, signal.SIGWINCH)
+
+    def hang_up(self) -> None:
+        """Close the terminal, as a lost SSH connection does."""
+        with contextlib.suppress(OSError):
+            os.close(self.slave)
+        with contextlib.suppress(OSError):
+            os.close(self.master)
+
+    def wait(self, timeout: float = 40.0) -> int:
+        """Return the command's exit status."""
+        return self.process.wait(timeout)
+
+    def _set_size(self, columns: int, rows: int) -> None:
+        size = struct.pack("HHHH", rows, columns, 0, 0)
+        fcntl.ioctl(self.master, termios.TIOCSWINSZ, size)
+
+    def _read(self) -> None:
+        while True:
+            try:
+                data = os.read(self.master, 65536)
+            except OSError:
+                return
+            if not data:
+                return
+            with self._lock:
+                self.output += data
+                self._stream.feed(data)

@@ -1,0 +1,78 @@
+"""The house: which room may import from which, and what is shipped."""
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).parents[1]
+ROOMS = ("drivers", "recorder", "solver", "tools")
+FILES = [file for room in ROOMS for file in sorted((ROOT / room).rglob("*.py"))]
+
+
+def imports(file: Path) -> list[str]:
+    """The package's modules that a file imports anywhere, as dotted paths below the root."""
+    package = file.relative_to(ROOT).parts[:-1]
+    found: list[str] = []
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = package[: len(package) - node.level + 1]
+            module = ".".join([*base, *(node.module or "").split(".")]).strip(".")
+            found += [module] if node.module else [f"{module}.{a.name}" for a in node.names]
+        elif isinstance(node, ast.ImportFrom | ast.Import):
+            names = (
+                [node.module] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
+            )
+            assert not any((name or "").split(".")[0] == "mukca" for name in names), file
+    return [module.strip(".") for module in found]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda f: str(f.relative_to(ROOT)))
+def test_data_flows_one_way_through_the_rooms(file: Path) -> None:
+    room = file.relative_to(ROOT).parts[0]
+    for module in imports(file):
+        other = module.split(".")[0]
+        if other in ROOMS:
+            assert ROOMS.index(other) <= ROOMS.index(room), f"{file}: {module} is above {room}"
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "solver").rglob("*.py")), ids=lambda f: f.name)
+def test_the_solver_sees_neither_driver_nor_terminal(file: Path) -> None:
+    allowed = {"recorder.dataset"}
+    outside = {m for m in imports(file) if m.split(".")[0] in ROOMS and not m.startswith("solver")}
+    assert outside <= allowed
+
+
+def test_every_folder_with_code_is_shipped() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    shipped = set(project["tool"]["setuptools"]["packages"])
+    folders = {".".join(["mukca", *file.relative_to(ROOT).parts[:-1]]) for file in FILES}
+    assert folders | {"mukca"} == shipped
+
+
+def test_the_root_holds_no_other_module() -> None:
+    assert {file.name for file in ROOT.glob("*.py")} == {"__init__.py", "__main__.py"}
+
+
+def test_only_the_command_line_prints() -> None:
+    for file in FILES:
+        calls = [n for n in ast.walk(ast.parse(file.read_text())) if isinstance(n, ast.Call)]
+        printing = [c for c in calls if isinstance(c.func, ast.Name) and c.func.id == "print"]
+        assert not printing, file
+
+
+def test_constraints_pin_every_dependency() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pinned = {line.split("==")[0].lower().replace("_", "-") for line in lines if "==" in line}
+    extras = project["optional-dependencies"].values()
+    for requirement in [*project["dependencies"], *(r for extra in extras for r in extra)]:
+        name = requirement.split(";")[0].split("[")[0].rstrip("<>=!~,.0123456789 ")
+        name = name.lower().replace("_", "-")
+        assert name == "mukca" or name in pinned, requirement

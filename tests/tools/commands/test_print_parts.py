@@ -1,0 +1,159 @@
+"""``mukca print-parts`` as people and scripts use it."""
+
+import contextlib
+import io
+import json
+from pathlib import Path
+
+import mesh_checks
+import pytest
+
+from mukca.solver.urdf import load_chain, shipped_robots
+from mukca.tools.cli import main
+
+
+def run(*words: object) -> int:
+    return main(["print-parts", *map(str, words)])
+
+
+def test_one_command_writes_the_base_and_the_ball(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("--out", tmp_path / "parts", "--mount", "franka-hand") == 0
+    shown = capsys.readouterr().out
+    assert sorted(file.name for file in (tmp_path / "parts").iterdir()) == [
+        "ball-franka-hand.3mf", "ball-franka-hand.stl",
+        "socket-base-2x50mm.3mf", "socket-base-2x50mm.stl",
+    ]  # fmt: skip
+    assert "--robot panda --flange panda_hand_tcp --ball 0 0 0.03 --tip printed_ball\n" in shown
+    assert "bends 0.007 mm under 5 N" in shown
+    assert "74.00 mm around two waists and 26.00 mm between them" in shown
+    mesh = mesh_checks.load_stl((tmp_path / "parts" / "ball-franka-hand.stl").read_bytes())
+    assert mesh.bounds[1, 2] == pytest.approx(9.5 + 30 + 10, abs=1e-3)
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """A folder with all parts, and what was said about them."""
+    folder = tmp_path_factory.mktemp("parts")
+    with contextlib.redirect_stdout(io.StringIO()) as shown:
+        assert run("--out", folder, "--format", "stl") == 0
+    return folder, shown.getvalue()
+
+
+def test_without_a_mount_all_of_them_are_written(everything: tuple[Path, str]) -> None:
+    assert sorted(file.stem for file in everything[0].iterdir()) == [
+        "ball-franka-flange", "ball-franka-hand", "ball-gen3-lite", "ball-iiwa14",
+        "ball-iso-50-4-m6", "socket-base-2x50mm",
+    ]  # fmt: skip
+
+
+def test_json_is_one_object_in_metres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("--distance", 0.12, "--mount", "iso-50-4-m6", "--format", "stl", "--json")
+    assert run("--out", tmp_path, *words) == 0
+    told = json.loads(capsys.readouterr().out)
+    base, ball = told["parts"]
+    assert base["name"] == "socket-base-2x120mm"
+    assert base["sockets"] == [[-0.06, 0.0, 0.03], [0.06, 0.0, 0.03]]
+    assert base["caliper"] == {"outside": 0.144, "inside": 0.096}
+    assert ball["ball"] == [0.0, 0.0, 0.07]
+    assert 1e-5 < ball["bend"] <= 5e-5
+    assert ball["flanges"]["ur5e"] == "tool0"
+    assert told["outputs"] == [
+        str(tmp_path / "socket-base-2x120mm.stl"),
+        str(tmp_path / "ball-iso-50-4-m6.stl"),
+    ]
+    assert all(Path(file).exists() for file in told["outputs"])
+
+
+def test_a_mount_of_ones_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    circle = ("--bolt-circle-mm", 31.5, "--bolts", 3, "--screw", "M5")
+    grip = ("--grip-mm", 12, 20, 25)
+    assert run("--out", tmp_path, *circle, *grip, "--format", "stl", "--json") == 0
+    _, plate, block = json.loads(capsys.readouterr().out)["parts"]
+    assert (plate["name"], block["name"]) == ("ball-bolt-circle", "ball-gripper")
+    assert plate["size"][0] == pytest.approx(0.0315 + 0.0085 + 0.003, abs=1e-5)
+    assert block["ball"][2] == pytest.approx(0.025)
+
+
+def test_nothing_is_overwritten_without_force(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ("--out", tmp_path, "--mount", "none", "--format", "stl")
+    assert run(*words) == 0
+    file = tmp_path / "socket-base-2x50mm.stl"
+    file.write_bytes(b"mine")
+    assert run(*words) == 2
+    says = "exists; choose another --out, or --force to overwrite"
+    assert capsys.readouterr().err == f"mukca print-parts: {file}: {says}\n"
+    assert file.read_bytes() == b"mine"
+    assert run(*words, "--force") == 0
+    assert len(file.read_bytes()) > 100_000
+    assert [found.name for found in tmp_path.iterdir()] == [file.name]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ("--distance 0.02", "overlap: for a ball of 20 mm take at least 0.036 m"),
+        ("--distance 50", "larger than 180 mm"),
+        ("--distance nan", "overlap"),
+        ("--sockets 5", "2 or 3"),
+        (
+            "--neck-mm 15 --mount franka-hand",
+            "ball-franka-hand: a neck of 15 mm on a ball of 20 mm",
+        ),
+        (
+            "--reach-mm 45 --mount iso-50-4-m6",
+            "ball-iso-50-4-m6: it hits the base when it leans 60 degrees",
+        ),
+        ("--reach-mm 70", "--reach-mm goes with one mount"),
+        ("--bolts 6", "go with --bolt-circle-mm"),
+        ("--screw M5", "go with --bolt-circle-mm"),
+        ("--bolt-circle-mm 30 --bolts 0", "0 bolts"),
+        ("--mount none --bolt-circle-mm 40", "--mount none stands alone"),
+        ("--mount none iiwa14", "--mount none stands alone"),
+    ],
+)
+def test_impossible_wishes_get_one_line_and_no_file(
+    words: str, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("--out", tmp_path / "parts", *words.split()) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("mukca print-parts: ")
+    assert says in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "parts").exists()
+
+
+def test_other_parts_may_lie_in_the_folder(tmp_path: Path) -> None:
+    words = ("--out", tmp_path, "--mount", "none", "--format", "stl")
+    assert run(*words) == 0
+    assert run(*words, "--distance", 0.1) == 0
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_an_out_that_is_a_file_gets_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "parts").write_text("mine")
+    assert run("--out", tmp_path / "parts", "--mount", "none") == 2
+    assert "is no folder" in capsys.readouterr().err
+
+
+def test_the_places_put_the_ball_onto_the_shipped_models(everything: tuple[Path, str]) -> None:
+    """The words that are shown are accepted, and the ball comes out where they say."""
+    lines = [line for line in everything[1].splitlines() if "place: " in line]
+    seen = set()
+    for line in lines:
+        words = line.split()[1:]
+        option = {name: words[words.index(name) + 1] for name in ("--robot", "--flange", "--tip")}
+        at = words.index("--ball")
+        x, y, z = map(float, words[at + 1 : at + 4])
+        for robot in option["--robot"].split("|"):
+            chain = load_chain(
+                robot, flange=option["--flange"], ball=(x, y, z), tip=option["--tip"]
+            )
+            assert chain.joints[-1].origin.xyz == (x, y, z)
+            seen.add(robot)
+    assert seen == set(shipped_robots())

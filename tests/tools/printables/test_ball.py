@@ -1,0 +1,181 @@
+"""The ball on its neck: where it is, how far it bends, how far it leans."""
+
+import math
+from itertools import product
+
+import mesh_checks
+import numpy as np
+import printed_parts
+import pytest
+import trimesh
+from numpy.typing import NDArray
+
+from mukca.tools.printables import MOUNTS, BallPart, BoltCircle, Grip, PrintableError, SocketBase
+from mukca.tools.printables.checks import check_tilt
+from mukca.tools.printables.mesh import to_manifold, to_mesh
+
+ISO = MOUNTS["iso-50-4-m6"].mount()
+PRINTED = [name for name, part in printed_parts.BALLS.items() if not part.bought]
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_the_ball_is_where_its_position_says(name: str) -> None:
+    part, mesh = printed_parts.BALLS[name], printed_parts.ball_mesh(name)
+    top = mesh.vertices[mesh.vertices[:, 2] > part.height]
+    centre, radius = mesh_checks.fit_sphere(top)
+    assert centre == pytest.approx((0, 0, part.height), abs=0.005)
+    assert radius == pytest.approx(part.ball / 2, abs=0.005)
+    assert part.position == pytest.approx((0, 0, part.height - part.mount.origin))
+
+
+def test_a_cup_holds_a_bought_ball_at_the_same_place() -> None:
+    name = "iso-50-4-m6 bought"
+    part, mesh = printed_parts.BALLS[name], printed_parts.ball_mesh(name)
+    reach = np.linalg.norm(mesh.vertices - (0, 0, part.height), axis=1)
+    cup = mesh.vertices[abs(reach - part.ball / 2 - 0.1) < 2e-4]
+    centre, radius = mesh_checks.fit_sphere(cup)
+    assert len(cup) > 100
+    assert centre == pytest.approx((0, 0, part.height), abs=0.005)
+    assert radius == pytest.approx(part.ball / 2 + 0.1, abs=0.005)
+    assert part.position == printed_parts.BALLS["iso-50-4-m6"].position
+
+
+def test_a_straight_neck_bends_as_a_cantilever() -> None:
+    """F L³ / (3 E I), less the part of the lever that lies in the ball."""
+    part = BallPart(ISO, ball=40, neck=18)
+    assert part.root == part.throat
+    start = math.sqrt(20**2 - 9**2)
+    expected = 5 * (part.length**3 - start**3) / (3 * 2500 * math.pi * 18**4 / 64)
+    assert part.bend == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_tapered_neck_bends_as_the_closed_form_says() -> None:
+    """The integral of x²/(c + k x)⁴ is x³ / (3 c (c + k x)³)."""
+    part = BallPart(ISO)
+    start = math.sqrt(10**2 - (part.throat / 2) ** 2)
+    k = (part.root - part.throat) / 2 / (part.length - start)
+    c = part.throat / 2 - k * start
+    integral = [x**3 / (3 * c * (c + k * x) ** 3) for x in (start, part.length)]
+    expected = 5 / (2500 * math.pi / 4) * (integral[1] - integral[0])
+    assert part.bend == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", printed_parts.BALLS)
+def test_the_neck_of_the_mesh_is_the_one_that_was_reckoned_with(name: str) -> None:
+    part, mesh = printed_parts.BALLS[name], printed_parts.ball_mesh(name)
+    assert part.bend <= 0.05
+    start = math.sqrt((part.ball / 2) ** 2 - (part.throat / 2) ** 2)
+    for share in (0.02, 0.5, 0.98):
+        below = start + share * (part.length - start)
+        section = mesh.section(plane_origin=(0, 0, part.height - below), plane_normal=(0, 0, 1))
+        reach = np.hypot(*section.vertices[:, :2].T)
+        diameter = part.throat + share * (part.root - part.throat)
+        assert 2 * reach.max() == pytest.approx(diameter, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "base"),
+    [
+        ("franka-hand", "default"),
+        ("franka-flange", "default"),
+        ("iiwa14", "three"),
+        ("gen3-lite", "long"),
+        ("thick neck", "nearest"),
+        ("iso-50-4-m6 bought", "loose"),
+    ],
+)
+def test_the_ball_part_leans_in_its_socket_without_collision(name: str, base: str) -> None:
+    part, socket_base = printed_parts.BALLS[name], printed_parts.BASES[base]
+    fixed, moving = printed_parts.base_mesh(base), envelope(part)
+    spins = (0, 45, 90) if name == "franka-hand" else (0,)
+    sockets = range(socket_base.sockets)
+    farthest = product(sockets, (60,), range(0, 360, 30), spins)
+    for where in (*farthest, *product(sockets, (20, 40), range(0, 360, 90), (0,))):
+        assert not mesh_checks.collide(moving, fixed, seated(part, socket_base, *where)), where
+
+
+@pytest.mark.parametrize("name", ["franka-hand", "iso-50-4-m6"])
+def test_leaning_much_farther_collides(name: str) -> None:
+    part, base = printed_parts.BALLS[name], printed_parts.BASES["default"]
+    fixed = printed_parts.base_mesh("default")
+    assert mesh_checks.collide(envelope(part), fixed, seated(part, base, 0, 85, 0, 0))
+    with pytest.raises(PrintableError, match="hits the base when it leans 85 degrees"):
+        check_tilt(base, part, math.radians(85))
+
+
+def envelope(part: BallPart) -> trimesh.Trimesh:
+    """Return the ball part with the heads of its screws, and its ball where it is bought."""
+    mesh = to_mesh(to_manifold(part.envelope()))
+    return trimesh.Trimesh(mesh.vertices, mesh.triangles)
+
+
+def seated(
+    part: BallPart, base: SocketBase, socket: int, tilt: float, azimuth: float, spin: float
+) -> NDArray[np.float64]:
+    """Return the pose of a ball part 0.05 mm above its seat, its neck up and leaning [deg]."""
+    turn = trimesh.transformations.rotation_matrix
+    a = math.radians(azimuth)
+    pose = turn(math.radians(tilt), (-math.sin(a), math.cos(a), 0))
+    pose = pose @ turn(math.radians(spin), (0, 0, 1)) @ turn(math.pi, (1, 0, 0))
+    pose[:3, 3] = np.array((*base.centres[socket], base.height + 0.05))
+    pose[:3, 3] -= pose[:3, :3] @ (0, 0, part.height)
+    return pose
+
+
+def test_too_short_a_reach_is_refused_with_one_that_works() -> None:
+    short = BallPart(ISO, reach=45)
+    with pytest.raises(PrintableError, match="take a reach of 70 mm or more"):
+        check_tilt(SocketBase(), short)
+    check_tilt(SocketBase(), BallPart(ISO, reach=70))
+
+
+@pytest.mark.parametrize("mount", [BoltCircle(50, 8), BoltCircle(32, 4, "M5", slot=10)])
+def test_screws_find_their_holes(mount: BoltCircle) -> None:
+    """Straight through the plate, at the circle, and through all of a slot's length."""
+    part = BallPart(mount.mount())
+    made = to_mesh(to_manifold(part.solid()))
+    mesh = trimesh.Trimesh(made.vertices, made.triangles)
+    for i in range(mount.count):
+        angle = 2 * math.pi * (i + 0.5) / mount.count
+        for radius in np.linspace(mount.diameter / 2, mount.diameter / 2 + mount.slot, 5):
+            x, y = radius * math.cos(angle), radius * math.sin(angle)
+            assert not mesh.ray.intersects_any([(x, y, -5)], [(0, 0, 1)])[0]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ({"ball": 8}, "expected 10 to 40 mm"),
+        ({"neck": 12}, "a neck of 12 mm on a ball of 20 mm: it must be 3 to 9.3 mm thick"),
+        ({"neck": 2}, "must be 3 to"),
+        ({"neck": float("nan")}, "must be 3 to"),
+        ({"neck": 3}, "must widen|would bend"),
+        ({"reach": 10}, "a reach of 10 mm: expected 18 to 170 mm"),
+        ({"reach": 400}, "a reach of 400 mm: expected"),
+        ({"reach": float("nan")}, "a reach of nan mm"),
+        ({"reach": float("inf")}, "a reach of inf mm"),
+        ({"reach": 165}, "would bend .* shorten the reach of 165 mm or thicken the neck"),
+    ],
+)
+def test_impossible_balls_get_one_line(words: dict[str, float], says: str) -> None:
+    with pytest.raises(PrintableError, match=says) as caught:
+        BallPart(ISO, **words)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: BoltCircle(50, 4, "M7"), "no screw 'M7'; there are: M3, M4"),
+        (lambda: BoltCircle(10), "expected 20 to 150 mm"),
+        (lambda: BoltCircle(float("nan")), "a bolt circle of nan mm"),
+        (lambda: BoltCircle(50, 0), "2 to 12"),
+        (lambda: BoltCircle(25, 8, "M6"), "their heads touch"),
+        (lambda: Grip.of(5, 20, 20), "a grip's width of 5 mm: expected 8 to 60 mm"),
+        (lambda: Grip.of(30, 20, 20), "needs a depth of at least the width"),
+        (lambda: BallPart(BoltCircle(20, 2, "M3").mount()), "hides the screws from their key"),
+    ],
+)
+def test_impossible_mounts_get_one_line(make: "type[BoltCircle]", says: str) -> None:
+    with pytest.raises(PrintableError, match=says):
+        make()

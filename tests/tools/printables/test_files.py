@@ -1,0 +1,71 @@
+"""The files: what other programs read in them."""
+
+import zipfile
+from io import BytesIO
+from pathlib import Path
+
+import mesh_checks
+import numpy as np
+import printed_parts
+import pytest
+import trimesh
+
+from mukca.tools.printables import PrintableError, encode
+
+
+def test_an_stl_file_has_the_length_that_it_announces() -> None:
+    content = encode("stl", printed_parts.base("default"))
+    assert not content.startswith(b"solid")
+    assert len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
+    facets = np.frombuffer(
+        content[84:], np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
+    )
+    sides = facets["c"].astype(float)
+    area = np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0])
+    large = np.linalg.norm(area, axis=1) > 1e-3
+    unit = area[large] / np.linalg.norm(area[large], axis=1, keepdims=True)
+    assert facets["n"][large] == pytest.approx(unit, abs=1e-3)
+
+
+@pytest.mark.parametrize("part", ["base", "ball"])
+def test_a_3mf_file_holds_the_same_body_in_millimetres(part: str) -> None:
+    made = printed_parts.base("three") if part == "base" else printed_parts.ball("franka-hand")
+    content = encode("3mf", made)
+    with zipfile.ZipFile(BytesIO(content)) as archive:
+        assert archive.testzip() is None
+        assert b'unit="millimeter"' in archive.read("3D/3dmodel.model")
+    mesh = trimesh.load_mesh(BytesIO(content), file_type="3mf")
+    same = mesh_checks.load_stl(encode("stl", made))
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(same.volume, rel=1e-6)
+    assert mesh.bounds == pytest.approx(same.bounds, abs=1e-4)
+
+
+@pytest.mark.parametrize("part", ["base", "ball"])
+def test_a_step_file_holds_the_same_body_exactly(part: str, tmp_path: Path) -> None:
+    pytest.importorskip("OCP", reason="STEP is tested where the extra mukca[step] is installed")
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+    from OCP.STEPControl import STEPControl_Reader
+    from OCP.TopAbs import TopAbs_SOLID
+
+    made = printed_parts.base("default") if part == "base" else printed_parts.ball("iiwa14")
+    file = tmp_path / "part.step"
+    file.write_bytes(encode("step", made))
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(file))
+    reader.TransferRoots()
+    shape = reader.OneShape()
+    assert shape.ShapeType() == TopAbs_SOLID
+    assert BRepCheck_Analyzer(shape).IsValid()
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    assert properties.Mass() == pytest.approx(made.facts["volume"] * 1e9, rel=1e-3)
+    assert b"SPHERICAL_SURFACE" in file.read_bytes()
+
+
+def test_step_without_its_package_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "OCP", None)
+    with pytest.raises(PrintableError, match=r"pip install 'mukca\[step\]'"):
+        encode("step", printed_parts.ball("franka-hand"))

@@ -1,0 +1,141 @@
+"""What tests of the report share: calibrations of a simulated arm, and a reader of pages."""
+
+import json
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mukca.tools.cli import main
+
+VOID = {"meta", "link", "input", "br", "img"}
+
+
+class Page(HTMLParser):
+    """The elements of a page: attributes and whole text, by tag."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str], list[str]]] = []
+        self.open: list[int] = []
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, {key: value or "" for key, value in attrs}, []))
+        if tag not in VOID:
+            self.open.append(len(self.elements) - 1)
+
+    def handle_endtag(self, tag: str) -> None:
+        while self.elements[self.open.pop()][0] != tag:
+            pass
+
+    def handle_data(self, data: str) -> None:
+        for i in self.open:
+            self.elements[i][2].append(data)
+
+    def all(self, tag: str) -> list[tuple[dict[str, str], str]]:
+        return [(a, "".join(words)) for name, a, words in self.elements if name in (tag, "")]
+
+    def having(self, attribute: str) -> list[tuple[dict[str, str], str]]:
+        return [(a, "".join(words)) for _, a, words in self.elements if attribute in a]
+
+
+@pytest.fixture(scope="session")
+def read_page() -> Callable[[Path], Page]:
+    return lambda file: Page(file.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="session")
+def calibrated(session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the calibration of the simulated session, trained on the front."""
+    out = tmp_path_factory.mktemp("report") / "calibrated"
+    held_out = [str(session / "left"), str(session / "right")]
+    words = [str(session / "front"), "--test", *held_out, "--robot", "panda", "--method", "paper"]
+    assert main(["solve", *words, "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture
+def document(calibrated: Path) -> dict[str, Any]:
+    """The calibration's file, to be changed at will."""
+    return json.loads((calibrated / "calibration.json").read_text())
+
+
+@pytest.fixture
+def written(tmp_path: Path) -> Callable[[dict[str, Any]], Path]:
+    """Write a document to a folder of its own and return the file."""
+
+    def write(document: dict[str, Any]) -> Path:
+        folder = tmp_path / "changed"
+        folder.mkdir()
+        file = folder / "calibration.json"
+        file.write_text(json.dumps(document))
+        return file
+
+    return write
+
+
+@pytest.fixture
+def extended(document: dict[str, Any]) -> dict[str, Any]:
+    """The document as a method that knows its own uncertainty leaves it."""
+    for row in document["parameters"]:
+        row["standard_deviation"] = 3e-4 if row["unit"] == "m" else 5e-4
+    document["groups"] = [
+        {
+            "name": "translation",
+            "unit": "m",
+            "count": 24,
+            "width": 4e-4,
+            "effective": 11.25,
+            "active": True,
+        },
+        {
+            "name": "harmonic_2",
+            "unit": "rad",
+            "count": 14,
+            "width": 0.0,
+            "effective": 0.0,
+            "active": False,
+        },
+    ]
+    document["noise"] = {"space": 1.1e-4, "joint": 2e-4, "nu": 5.0}
+    document["uncertainty"] = {
+        "weak_directions": [{"text": "sliding along panda_joint3's axis"}],
+        "correlations": [{"a": "panda_joint5.x", "b": "ball_joint.x", "value": 0.94}],
+        "observability_index": 0.0123,
+        "distance_deviation": {"median": 1.25e-4, "worst": 3.5e-4},
+        "cannot_see": ["what the flange's orientation is"],
+    }
+    for row in document["placements"]:
+        row.update(predicted_deviation=1.5e-4, found_deviation=1.8e-4)
+    for row in document["data"]:
+        for sample in row["samples"]:
+            sample["weight"] = 0.25 if sample is row["samples"][0] else 1.0
+    document["checks"] = [
+        {"level": "ok", "code": "a", "where": "", "text": "all joints moved", "advice": ""},
+        {
+            "level": "warning",
+            "code": "far",
+            "where": "left/hole_0.csv:3",
+            "text": "far from its socket",
+            "advice": "look at it",
+        },
+    ]
+    document["next_placement"] = {"text": "Record behind the arm."}
+    document["coefficients"] = [
+        {
+            "name": f"panda_joint{i}.{kind}",
+            "unit": unit,
+            "value": value * i,
+            "standard_deviation": 0.2 * value,
+        }
+        for i in range(1, 8)
+        for kind, unit, value in (("compliance", "rad/(N m)", 2e-5), ("sin1", "rad", 1e-4))
+    ]
+    document["choices"] = ["compliance: kept (log evidence +20.3)"]
+    for summary in document["summary"].values():
+        summary["geometric"] = dict(summary["calibrated"], mean_absolute_error=2e-4)
+    document["cross_placement"] = {"names": ["a", "b"], "matrix": [[1e-4, 2e-4], [3e-4, 1.5e-4]]}
+    return document

@@ -1,0 +1,145 @@
+"""The answers: use, next, data; and the parts of the 3D view."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mukca.solver.calibration import calibration_of
+from mukca.solver.check import farthest_place
+from mukca.solver.urdf import load_chain
+from mukca.tools.report.answer_next import hardly_moved
+from mukca.tools.report.arm import frames
+from mukca.tools.report.build import build_report
+from mukca.tools.report.figures import Options
+from mukca.tools.report.meshes import link_meshes, thin_out
+from mukca.tools.report.words import area, percent, short_names
+
+
+def test_the_task_is_answered_place_by_place(document) -> None:
+    figures = build_report(document, "").figures
+    left = figures["placements"][1]
+    largest = left["quantiles"]["calibrated"]["max"]
+    p95 = left["quantiles"]["calibrated"]["p95"]
+    answers = {
+        tolerance: build_report(document, "", Options(tolerance=tolerance)).figures
+        for tolerance in (1.01 * largest, 0.99 * largest, 0.99 * p95)
+    }
+    words = [f["answers"]["use"]["rows"][1]["answer"] for f in answers.values()]
+    assert words == ["yes", "mostly", "no"]
+    assert all(f["answers"]["use"]["rows"][0]["answer"] == "trained on" for f in answers.values())
+
+
+def test_a_place_whose_distance_is_off_cannot_be_used(document) -> None:
+    """Small errors do not help where the model has shrunk."""
+    row = document["placements"][1]
+    row["calibrated"]["distance_error"] = -2e-3
+    use = build_report(document, "").figures["answers"]["use"]
+    assert use["rows"][1]["answer"] == "no" and use["rows"][2]["answer"] != "no"
+
+
+def test_a_joint_that_hardly_moved_is_named(document) -> None:
+    figures = build_report(document, "").figures
+    assert figures["answers"]["next"]["joints"] == []
+    for sample in document["data"][0]["samples"]:
+        sample["position"][6] = 0.1 + 1e-3 * sample["position"][6]
+    chain = calibration_of(document, "").chain
+    assert chain.joint_names[6] == "panda_joint7"
+    positions = np.array([s["position"] for s in document["data"][0]["samples"]])
+    figures["coverage"]["sockets"][0].update(
+        low=positions.min(axis=0).tolist(), high=positions.max(axis=0).tolist()
+    )
+    assert "panda_joint7" in hardly_moved(figures)
+
+
+places = st.lists(
+    st.tuples(st.floats(0.3, 0.7), st.floats(-0.5, 0.5), st.floats(0.0, 0.5)),
+    min_size=1,
+    max_size=6,
+)
+
+
+@settings(deadline=None)
+@given(places)
+def test_the_next_place_stands_apart_and_is_as_far_as_the_others(points) -> None:
+    positions = np.array(points)
+    place = farthest_place(positions)
+    assert np.hypot(*place[:2]) == pytest.approx(np.hypot(*positions[:, :2].T).mean())
+    assert place[2] == pytest.approx(positions[:, 2].mean())
+    assert place[0] > -1e-9
+    assert np.linalg.norm(positions - place, axis=1).min() > 0.05
+
+
+def test_places_are_told_as_the_robot_sees_them() -> None:
+    assert area([0.5, -0.2, 0.001]) == "0.50 m ahead, 0.20 m to its right"
+    assert area([-0.1, 0.3, -0.05]) == "0.10 m behind, 0.30 m to its left, 0.05 m below"
+    assert short_names(["s/a", "s/b"]) == ["a", "b"]
+    assert short_names(["s/a", "t/a"]) == ["s/a", "t/a"]
+    assert (percent(0.9999), percent(1.0), percent(1e-9), percent(0.0)) == (
+        "99 %",
+        "100 %",
+        "1 %",
+        "0 %",
+    )
+
+
+def test_the_drawn_arm_ends_at_the_ball(document) -> None:
+    calibration = calibration_of(document, "")
+    q = np.array([s["position"] for s in document["data"][0]["samples"]])
+    assert not calibration.deflection.extensions
+    origins = calibration.model.origins(calibration.values)
+    T = frames(calibration.chain, origins, q)
+    assert np.allclose(T[:, 0], np.eye(4))
+    for i, xyz in enumerate(origins[:, :3]):  # each joint stands where its parent's frame says
+        assert np.allclose(T[:, i + 1, :3, 3], T[:, i, :3, :3] @ xyz + T[:, i, :3, 3])
+    assert np.allclose(T[:, -1, :3, 3], calibration.ball(q), atol=1e-12)
+    R = T[:, :, :3, :3]
+    assert np.allclose(R @ R.transpose(0, 1, 3, 2), np.eye(3))
+
+
+def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(tmp_path) -> None:
+    import trimesh
+
+    trimesh.creation.icosphere(subdivisions=4, radius=0.1).export(tmp_path / "ball.stl")
+    text = """<robot name="r"><link name="base"><visual><origin xyz="0 0 1"/><geometry>
+      <box size="0.2 0.2 0.4"/></geometry></visual></link>
+      <joint name="a" type="revolute"><parent link="base"/><child link="arm"/>
+        <origin xyz="0 0 0.3"/><axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint>
+      <link name="arm"><visual><geometry><mesh filename="package://some/ball.stl"/></geometry>
+        </visual><visual><geometry><mesh filename="http://localhost/x.stl"/></geometry></visual>
+      </link>
+      <joint name="b" type="fixed"><parent link="arm"/><child link="ball_link"/>
+        <origin xyz="0.5 0 0"/></joint><link name="ball_link"/></robot>"""
+    file = tmp_path / "robot.urdf"
+    file.write_text(text)
+    chain = load_chain(str(file))
+    meshes = link_meshes({"nominal_urdf": text, "source": str(file)}, chain)
+    assert [mesh["frame"] for mesh in meshes] == [0, 1]
+    box, ball = (np.array(mesh["vertices"]) for mesh in meshes)
+    assert np.allclose(box.min(axis=0), [-0.1, -0.1, 0.8])
+    assert np.allclose(box.max(axis=0), [0.1, 0.1, 1.2])
+    assert np.linalg.norm(ball, axis=1) == pytest.approx(0.1, abs=0.02)
+    assert 100 < len(meshes[1]["faces"]) <= 600
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(4, 200))
+def test_thinning_keeps_within_bounds(most) -> None:
+    import trimesh
+
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    vertices, faces = thin_out(np.array(mesh.vertices), np.array(mesh.faces), most)
+    assert 0 < len(faces) <= most
+    assert faces.max() < len(vertices)
+    assert np.abs(vertices).max() <= 1 + 1e-9
+
+
+def test_large_sessions_are_drawn_in_part_and_counted_whole(document) -> None:
+    rows = document["data"][1]["samples"]
+    document["data"][1]["samples"] = [s for s in rows for _ in range(150)]
+    figures = build_report(document, "").figures
+    assert len(figures["samples"]) <= 3000
+    assert figures["summary"]["test"]["samples"] == 24 * 150 + 24
+    assert len(json.dumps(figures)) < 4_000_000

@@ -1,0 +1,236 @@
+"""The report in a real browser: no error, no network, every plot there, the views turn."""
+
+import json
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mukca.tools.cli import main
+
+playwright = pytest.importorskip("playwright.sync_api")
+expect = playwright.expect
+expect.set_options(timeout=30_000)
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+ARMS = {"panda_3": "frontcenter", "kuka_14": "front", "dinova_2": "front"}
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as player:
+        browser = player.chromium.launch(executable_path=CHROMIUM, args=list(OPTIONS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def show(browser) -> Iterator[Any]:
+    """Open a page of a given width; in the end, see that nothing went wrong in it."""
+    complaints: list[str] = []
+    requests: list[str] = []
+    contexts: list[Any] = []
+
+    def show(file: Path, width: int = 1400) -> Any:
+        context = browser.new_context(viewport={"width": width, "height": 900})
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("dialog", lambda dialog: complaints.append(dialog.message))
+        page.on("request", lambda request: requests.append(request.url))
+        page.goto(file.as_uri())
+        expect(page.locator("canvas:not([data-yaw])")).to_have_count(0)
+        return page
+
+    yield show
+    for context in contexts:
+        context.close()
+    assert complaints == []
+    assert all(address.startswith(("file://", "data:")) for address in requests)
+
+
+@pytest.fixture(scope="session")
+def report(tmp_path_factory, worker_id, request) -> Callable[[str], Path]:
+    """Return the folder with the report of the demo, or of a real arm; made when first asked."""
+    base = tmp_path_factory.getbasetemp()
+    folder = base / "reports" if worker_id == "master" else base.parent / "reports"
+    folder.mkdir(exist_ok=True)
+
+    def report(name: str) -> Path:
+        data = None if name == "demo" else request.getfixturevalue("recordings") / name
+        once(folder / f"{name}.state", lambda: make(name, data, folder / name))
+        return folder / name / "calibrated"
+
+    return report
+
+
+def make(name: str, data: Path | None, out: Path) -> int:
+    """Make the report of the demo, or of a real arm by its recordings."""
+    if data is None:
+        return main(["demo", "--out", str(out)])
+    words = [str(data / ARMS[name]), "--test", str(data), "--robot", str(data / "nominal.urdf")]
+    return main(["solve", *words, "--out", str(out / "calibrated")])
+
+
+def once(state: Path, work: Callable[[], int]) -> None:
+    """Do something in the first of the test processes that comes; the others wait for it."""
+    try:
+        state.touch(exist_ok=False)
+    except FileExistsError:
+        for _ in range(3000):
+            if said := state.read_text():
+                assert said == "done"
+                return
+            time.sleep(0.1)
+        pytest.fail(f"{state}: never done")
+    else:
+        try:
+            assert work() == 0
+            state.write_text("done")
+        finally:
+            if not state.read_text():
+                state.write_text("failed")
+
+
+@pytest.mark.parametrize("width", [400, 1400])
+@pytest.mark.parametrize("name", ["demo", *ARMS])
+def test_every_plot_is_there_with_its_sentence(show, report, name, width) -> None:
+    figures = json.loads((report(name) / "report.json").read_text())
+    page = show(report(name) / "report.html", width)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    for plot in figures["plots"]:
+        figure = page.locator(f"figure#{plot['id']}")
+        assert figure.locator("figcaption").inner_text() == plot["sentence"]
+        box = figure.locator("svg, canvas").first.bounding_box()
+        assert box["width"] > 100 and box["height"] > 60
+        assert box["x"] >= 0 and box["x"] + box["width"] <= width
+    too_small = """[...document.querySelectorAll('svg.panel text')].filter(text => {
+        const size = text.getBoundingClientRect();
+        return text.textContent.trim() && size.height > 0 && size.height < 8 &&
+            !text.hasAttribute('transform');
+    }).map(text => text.textContent)"""
+    assert page.evaluate(too_small) == []
+
+
+@pytest.mark.parametrize("scene", ["errors", "arm"])
+def test_the_views_turn_under_the_mouse(show, report, scene) -> None:
+    page = show(report("demo") / "report.html")
+    canvas = page.locator(f"canvas[data-scene={scene}]").first
+    canvas.scroll_into_view_if_needed()
+    before, yaw = canvas.screenshot(), canvas.get_attribute("data-yaw")
+    box = canvas.bounding_box()
+    page.mouse.move(box["x"] + 100, box["y"] + 100)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 220, box["y"] + 140, steps=4)
+    page.mouse.up()
+    expect(canvas).not_to_have_attribute("data-yaw", yaw)
+    assert canvas.screenshot() != before
+    canvas.dblclick()
+    expect(canvas).to_have_attribute("data-yaw", yaw)
+    canvas.press("ArrowLeft")
+    expect(canvas).not_to_have_attribute("data-yaw", yaw)
+
+
+def test_both_clouds_turn_together_and_can_be_filtered(show, report) -> None:
+    page = show(report("demo") / "report.html")
+    clouds = page.locator("canvas[data-scene=errors]")
+    assert clouds.count() == 2
+    clouds.first.press("ArrowLeft")
+    page.wait_for_timeout(100)
+    assert clouds.first.get_attribute("data-yaw") == clouds.last.get_attribute("data-yaw")
+    count = int(clouds.first.get_attribute("data-points"))
+    page.select_option("[data-control=filter]", "train")
+    for cloud in clouds.all():
+        expect(cloud).to_have_attribute("data-points", str(count // 3))
+
+
+def test_the_arm_moves_with_the_slider(show, report) -> None:
+    page = show(report("demo") / "report.html")
+    canvas = page.locator("canvas[data-scene=arm]")
+    before = canvas.screenshot()
+    page.locator("[data-control=configuration]").fill("7")
+    expect(canvas).to_have_attribute("data-configuration", "7")
+    assert canvas.screenshot() != before
+    page.locator("[data-control=overlay]").uncheck()
+    page.wait_for_timeout(100)
+    assert canvas.screenshot() != before
+
+
+def test_the_task_can_be_changed(show, report) -> None:
+    """The page answers for another tolerance in the words in which the report would."""
+    folder = report("demo")
+    page = show(folder / "report.html")
+    figures = json.loads((folder / "report.json").read_text())
+    row = next(r for r in figures["placements"] if r["role"] == "test")
+    names = [r["name"] for r in figures["answers"]["use"]["rows"]]
+    largest = 1e3 * row["quantiles"]["calibrated"]["max"]
+    for allowed, answer in ((1.001 * largest, "yes"), (0.999 * largest, "mostly"), (0.001, "no")):
+        page.locator("[data-control=tolerance]").fill(f"{allowed:.6f}")
+        i = figures["placements"].index(row)
+        assert page.locator(f"td [data-answer='{i}']").inner_text() == answer
+        assert f"{answer}" in page.locator("#use-text").inner_text()
+    again = folder.parent / "again"
+    main(["report", str(folder / "calibration.json"), "--tolerance-mm", "0.2", "--out", str(again)])
+    told = json.loads((again / "report.json").read_text())
+    page.locator("[data-control=tolerance]").fill("0.2")
+    assert page.locator("#use-text").inner_text() == told["answers"]["use"]["text"]
+    captions = {plot["id"]: plot["sentence"] for plot in told["plots"]}
+    assert page.locator("#table-map figcaption").inner_text() == captions["table-map"]
+    answers = [r["answer"] for r in told["answers"]["use"]["rows"]]
+    shown = [page.locator(f"td [data-answer='{i}']").inner_text() for i in range(len(names))]
+    assert shown == answers
+
+
+def test_a_hostile_name_is_shown_as_such(show, document, written) -> None:
+    name = "<script>alert(1)</script><img src=x onerror=alert(2)>"
+    for rows in (document["placements"], document["data"]):
+        rows[1]["name"] = f"session/{name}"
+    file = written(document)
+    main(["report", str(file)])
+    page = show(file.parent / "report.html")
+    assert name in page.locator(".cards").last.inner_text()
+    page.select_option("[data-control=filter]", "1")
+
+
+def test_it_prints(show, report, tmp_path) -> None:
+    page = show(report("demo") / "report.html")
+    page.pdf(path=str(tmp_path / "report.pdf"), format="A4")
+    pdf = (tmp_path / "report.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF") and len(pdf) > 50_000
+    assert page.locator("details:not([open])").count() == 0
+
+
+def test_without_scripts_the_figures_are_there(browser, report) -> None:
+    context = browser.new_context(
+        java_script_enabled=False, viewport={"width": 1400, "height": 900}
+    )
+    page = context.new_page()
+    page.goto((report("demo") / "report.html").as_uri())
+    assert "PASS" in page.locator("#verdict").inner_text()
+    assert page.locator("svg.panel").count() > 10
+    context.close()
+
+
+def test_the_comparison_opens_too(show, report, tmp_path) -> None:
+    file = report("panda_3") / "calibration.json"
+    assert main(["compare", str(file), "--out", str(tmp_path / "c")]) == 0
+    for width in (400, 1400):
+        page = show(tmp_path / "c/compare.html", width)
+        assert page.locator("figure figcaption").count() == 3
+        assert page.evaluate("document.documentElement.scrollWidth") <= width

@@ -1,0 +1,129 @@
+"""Comparing calibrations: what is better, where, and that noise is no difference."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.tools.cli import main
+from mukca.tools.report.compare import _apart, compare, contenders_of, shared_data
+from mukca.tools.report.compare_page import sentence
+
+
+@pytest.fixture(scope="module")
+def other(session, tmp_path_factory) -> Path:
+    """A calibration of the same session by the ball alone: worse than all joints."""
+    out = tmp_path_factory.mktemp("other") / "ball_only"
+    words = [str(session / "left"), "--robot", "panda", "--method", "paper", "--free", "ball_joint"]
+    main(["solve", *words, "--accept-distorted", "--out", str(out)])
+    return out
+
+
+@pytest.fixture
+def run(capsys):
+    def run(*words: str) -> tuple[int, str, str]:
+        status = main(["compare", *map(str, words)])
+        out, err = capsys.readouterr()
+        return status, out, err
+
+    return run
+
+
+def test_the_better_one_is_named_with_its_lead_beyond_the_noise(run, calibrated, other) -> None:
+    files = [calibrated / "calibration.json", other / "calibration.json"]
+    status, out, err = run(*files, "--json")
+    assert status == 0
+    result = json.loads(out)
+    assert [m["name"] for m in result["models"]] == ["nominal", "calibrated", "ball_only"]
+    assert [row["name"].split("/")[-1] for row in result["placements"]] == [
+        "front",
+        "left",
+        "right",
+    ]
+    assert result["fair"] == [2]
+    assert [m["trained_on"] for m in result["placements"][0]["models"]] == [False, True, False]
+    assert [m["trained_on"] for m in result["placements"][1]["models"]] == [False, False, True]
+    pair = result["pairs"][-1]
+    row = result["placements"][2]["models"]
+    lead = row[2]["mean_absolute_error"] - row[1]["mean_absolute_error"]
+    assert pair["summary"]["mean"] == pytest.approx(lead)
+    assert pair["summary"]["beyond_noise"] is True
+    assert re.search(r"calibrated is better than ball_only by \d", err)
+
+
+def test_a_calibration_equals_its_copy(calibrated, tmp_path) -> None:
+    copy = tmp_path / "copy" / "calibration.json"
+    copy.parent.mkdir()
+    copy.write_bytes((calibrated / "calibration.json").read_bytes())
+    files = [calibrated / "calibration.json", copy]
+    contenders = contenders_of(files)
+    result = compare(contenders, shared_data(contenders, files))
+    pair = result["pairs"][-1]
+    assert pair["summary"]["mean"] == 0 and pair["summary"]["beyond_noise"] is False
+    assert pair["apart"]["max"] == pytest.approx(0, abs=1e-12)
+    assert "within the noise" in sentence(result, pair)
+
+
+def test_new_data_can_be_named(run, session, calibrated, other) -> None:
+    files = [calibrated / "calibration.json", other / "calibration.json"]
+    _, out, _ = run(*files, "--data", session / "right", "--json")
+    (row,) = json.loads(out)["placements"]
+    assert row["name"].endswith("right")
+
+
+def test_where_all_were_trained_nothing_is_said(run, session, calibrated) -> None:
+    _, out, err = run(calibrated / "calibration.json", "--data", session / "front", "--json")
+    result = json.loads(out)
+    assert result["fair"] == [] and result["pairs"][0]["summary"] is None
+    assert "trained on by one of the models" in err
+
+
+def test_the_page_shows_the_figures_of_the_json(
+    run, calibrated, other, tmp_path, read_page
+) -> None:
+    out = tmp_path / "out"
+    files = [calibrated / "calibration.json", other / "calibration.json"]
+    assert run(*files, "--out", out)[0] == 0
+    figures = json.loads((out / "compare.json").read_text())
+    page = read_page(out / "compare.html")
+    shown = page.having("data-figure")
+    assert len(shown) >= 3 * 4 + 3 * 3
+    for attributes, text in shown:
+        value = figures
+        for key in attributes["data-figure"].split("."):
+            value = value[int(key)] if isinstance(value, list) else value[key]
+        assert float(text) == pytest.approx(1e3 * value, abs=5.001e-4)
+    captions = [text for _, text in page.all("figcaption")]
+    assert captions == [plot["sentence"] for plot in figures["plots"]]
+    assert run(*files, "--out", out)[0] == 2
+
+
+@pytest.mark.parametrize("words", [("--open",), ("--data", "nowhere")])
+def test_bad_usage_gets_one_line(run, calibrated, words) -> None:
+    status, _, err = run(calibrated / "calibration.json", *words)
+    assert status == 2 and err.count("\n") == 1
+
+
+def test_other_robots_and_twice_the_same_are_refused(run, calibrated, document, written) -> None:
+    file = calibrated / "calibration.json"
+    assert run(file, file)[0] == 2
+    names = ("nominal_urdf", "calibrated_urdf")
+    for key in names:
+        document["model"][key] = document["model"][key].replace("panda_joint3", "elbow")
+    for row in document["parameters"]:
+        row["name"] = row["name"].replace("panda_joint3", "elbow")
+    status, _, err = run(file, written(document))
+    assert status == 2 and "elbow" in err and err.count("\n") == 1
+
+
+def test_a_moved_base_frame_is_no_difference() -> None:
+    generator = np.random.default_rng(3)
+    points = [generator.normal(size=(20, 3)) for _ in range(2)]
+    R, _ = np.linalg.qr(generator.normal(size=(3, 3)))
+    R *= np.sign(np.linalg.det(R))
+    moved = [p @ R.T + [0.1, 0.2, 0.3] for p in points]
+    assert _apart(points, moved)["max"] == pytest.approx(0, abs=1e-12)
+    mirrored = [p * [1, 1, -1] for p in points]
+    assert _apart(points, mirrored)["mean"] > 0.1

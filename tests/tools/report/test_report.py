@@ -1,0 +1,195 @@
+"""The report: its figures are those of its page, and it speaks of the data at hand."""
+
+import json
+import math
+import re
+import shlex
+import shutil
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mukca.solver.calibration import calibration_of
+from mukca.tools.cli import main
+from mukca.tools.report.build import build_report
+from mukca.tools.report.figures import Options
+
+PLOTS = {
+    "table-map",
+    "errors-by-placement",
+    "shares",
+    "errors-3d",
+    "errors-2d",
+    "order",
+    "coverage",
+    "cross-placement",
+    "history",
+    "arm-3d",
+    "parameters",
+}
+OF_EXTENSIONS = {"predicted-found", "groups"}
+
+
+def look_up(figures: Any, path: str) -> Any:
+    for key in path.split("."):
+        figures = figures[int(key)] if isinstance(figures, list) else figures[key]
+    return figures
+
+
+def check_page(folder: Path, read_page: Any) -> int:
+    """See that the page shows what report.json holds; return how many numbers it showed."""
+    figures = json.loads((folder / "report.json").read_text())
+    page = read_page(folder / "report.html")
+    shown = page.having("data-figure")
+    for attributes, text in shown:
+        value = look_up(figures, attributes["data-figure"]) * float(attributes["data-scale"])
+        digits = int(attributes["data-digits"])
+        assert float(text) == pytest.approx(value, abs=0.5001 * 10**-digits), attributes
+        assert len(text.partition(".")[2]) == digits
+    (embedded,) = [text for a, text in page.all("script") if a.get("id") == "figures"]
+    assert json.loads(embedded) == figures
+    captions = [text for _, text in page.all("figcaption")]
+    assert captions == [plot["sentence"] for plot in figures["plots"]]
+    assert [a["id"] for a, _ in page.all("figure")] == [plot["id"] for plot in figures["plots"]]
+    return len(shown)
+
+
+def test_the_page_shows_the_figures_of_the_json(calibrated, read_page) -> None:
+    # 48 parameters of three numbers, and the rest.
+    assert check_page(calibrated, read_page) > 3 * 48 + 40
+
+
+def test_what_only_some_methods_know_is_shown_too(extended, written, read_page) -> None:
+    file = written(extended)
+    main(["report", str(file)])
+    assert check_page(file.parent, read_page) > 4 * 48 + 40
+    html = (file.parent / "report.html").read_text()
+    for words in (
+        "sliding along panda_joint3",
+        "what the flange",
+        "Record behind the arm.",
+        "far from its socket",
+        "look at it",
+        "0.012300",
+        "weight in the fit",
+        "log evidence +20.3",
+        "panda_joint7.compliance",
+        "The exported URDF alone stands at 0.200 mm",
+    ):
+        assert words in html
+
+
+def test_figures_are_those_of_the_calibration(calibrated, document) -> None:
+    """Errors in the report, sample by sample, average to the MAE that the solver found."""
+    figures = json.loads((calibrated / "report.json").read_text())
+    calibration = calibration_of(document, "")
+    for i, row in enumerate(figures["placements"]):
+        rows = [sample for sample in figures["samples"] if sample["placement"] == i]
+        for model in ("nominal", "calibrated"):
+            errors = np.linalg.norm([sample[model] for sample in rows], axis=1)
+            told = document["placements"][i][model]
+            assert errors.mean() == pytest.approx(told["mean_absolute_error"], abs=1e-8)
+            assert errors.max() == pytest.approx(told["max_error"], abs=1e-8)
+        positions = [sample["position"] for sample in document["data"][i]["samples"]]
+        centre = calibration.ball(np.array(positions)).mean(axis=0)
+        assert np.allclose(row["position"], centre, atol=1e-9)
+
+
+def test_every_plot_has_one_sentence_with_figures(calibrated, extended) -> None:
+    plain = json.loads((calibrated / "report.json").read_text())["plots"]
+    known = Options(known=())
+    more = build_report(extended, "", known).figures["plots"]
+    assert {plot["id"] for plot in plain} == PLOTS
+    assert {plot["id"] for plot in more} == PLOTS | OF_EXTENSIONS
+    for plot in (*plain, *more):
+        sentence = plot["sentence"]
+        assert re.fullmatch(r"[^.!?].*\.", sentence), sentence
+        assert not re.search(r"[.!?] [A-Z]", sentence), sentence
+        assert re.search(r"\d", sentence), sentence
+
+
+def test_the_same_calibration_gives_the_same_report(document) -> None:
+    assert build_report(document, "").files == build_report(document, "").files
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--method", "paper", "--regularization", "1e-3", "--fix", "panda_joint1", "*.z"],
+        ["--method", "auto", "--without", "transmission", "--payload", "0.5"],
+    ],
+)
+def test_the_command_in_the_report_makes_it_again(session, tmp_path, monkeypatch, options) -> None:
+    monkeypatch.chdir(session)
+    main(["solve", "front", "--test", "left", "--robot", "panda", *options, "--out", "one"])
+    first = json.loads((session / "one/report.json").read_text())
+    words = shlex.split(first["command"])
+    assert words[:2] == ["mukca", "solve"]
+    assert main([*words[1:], "--out", str(tmp_path / "two")]) == 0
+    second = json.loads((tmp_path / "two/report.json").read_text())
+    shutil.rmtree(session / "one")
+    for key in ("parameters", "summary", "placements", "command"):
+        assert second[key] == first[key]
+
+
+def test_the_page_needs_no_other_file(calibrated, read_page) -> None:
+    page = read_page(calibrated / "report.html")
+    for attribute in ("src", "href"):
+        assert all(a[attribute].startswith("data:") for a, _ in page.having(attribute))
+    html = (calibrated / "report.html").read_text()
+    assert "@import" not in html and "url(http" not in html
+    assert "default-src 'none'" in html
+
+
+@pytest.mark.parametrize("name", ["<script>alert(1)</script>", "</script><b>", "a&b\"'\x01", "π ✓"])
+def test_names_from_files_are_text(document, written, read_page, name) -> None:
+    for rows in (document["placements"], document["data"]):
+        rows[1]["name"] = f"session/{name}"
+    for joint in ("panda_joint3",):
+        document["data"][0]["samples"][0]["where"] = f"{name}/{joint}:1"
+    document["warnings"] = [name]
+    file = written(document)
+    main(["report", str(file)])
+    html = (file.parent / "report.html").read_text()
+    assert "<script>alert" not in html and "<b>" not in html
+    page = read_page(file.parent / "report.html")
+    shown = name.replace("\x01", "\N{REPLACEMENT CHARACTER}")
+    assert any(shown in text for _, text in page.all("td"))
+    assert any(shown == text for _, text in page.all("li"))
+    (embedded,) = [text for a, text in page.all("script") if a.get("id") == "figures"]
+    assert json.loads(embedded)["placements"][1]["name"] == f"session/{name}"
+
+
+def test_a_real_arm(recordings, tmp_path, read_page) -> None:
+    folder, out = recordings / "panda_3", tmp_path / "panda_3"
+    words = [str(folder / "frontcenter"), "--test", str(folder), "--method", "paper"]
+    robot = ["--robot", str(folder / "nominal.urdf")]
+    assert main(["solve", *words, *robot, "--out", str(out)]) == 0
+    assert check_page(out, read_page) > 3 * 48 + 50
+    assert (out / "report.html").stat().st_size < 8_000_000
+    known = tmp_path / "holes.txt"
+    known.write_text(hole_grid())
+    main(["report", str(out / "calibration.json"), "--known", str(known), "--force"])
+    rows = json.loads((out / "report.json").read_text())["between"]
+    means = [np.mean([abs(row[f"{m}_error"]) for row in rows]) for m in ("nominal", "calibrated")]
+    assert means == pytest.approx([0.83e-3, 0.32e-3], abs=5e-6)
+
+
+def hole_grid() -> str:
+    """Known distances of panda_3: all its sockets stand in a grid of holes."""
+    places = {
+        "frontcenter": (0, 0),
+        "frontleft": (0, -200),
+        "frontright": (0, 175),
+        "backcenter": (-150, 0),
+        "backleft": (-150, -175),
+        "backright": (-150, 175),
+    }
+    return "\n".join(
+        f"{a}:{k}-{b}:{k}={math.dist(places[a], places[b]) / 1e3}"
+        for a, b in combinations(places, 2)
+        for k in (0, 1)
+    )

@@ -1,0 +1,61 @@
+"""The demo does the whole job, and finds the demo arm as it truly is."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import Sample, read_placement
+from mukca.recorder.recording import Metadata, Recording
+from mukca.solver.calibration import load_calibration
+from mukca.tools.cli import main
+from mukca.tools.commands.demo import demo_arm
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("demo") / "demo"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mukca.tools.commands.demo.SPEED", 40)  # nothing but the time depends on it
+        assert main(["demo", "--out", str(out)]) == 0
+    return out
+
+
+def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo: Path) -> None:
+    summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]
+    assert 7e-3 < summary["test"]["nominal"]["mean_absolute_error"] < 9e-3
+    assert summary["test"]["calibrated"]["mean_absolute_error"] < 1.5e-4
+
+
+def test_the_calibrated_demo_arm_is_the_true_one(demo: Path) -> None:
+    """Distances between far ball positions agree with the truth; the base frame itself cannot."""
+    calibration = load_calibration(demo / "calibrated/calibration.json")
+    _, arm = demo_arm()
+    truth = arm.origins.ravel()[[p.index for p in calibration.parameters]]
+    ready = np.array([0, 0.6, 0, -1.9, 0, 2.4, 0])
+    q = ready + np.random.default_rng(0).uniform(-0.4, 0.4, (50, 7))
+    true = calibration.model.points(truth, q)
+    lengths = np.linalg.norm(true[1:] - true[:-1], axis=1)
+    found = np.linalg.norm(np.diff(calibration.ball(q), axis=0), axis=1)
+    nominal = np.linalg.norm(np.diff(calibration.nominal_ball(q), axis=0), axis=1)
+    assert np.abs(found - lengths).mean() < 0.15 * np.abs(nominal - lengths).mean()
+
+
+def test_the_demo_records_with_the_recorder(demo: Path) -> None:
+    for name in ("front", "left", "right"):
+        taken, truth = (read_placement(demo / folder / name) for folder in ("recordings", "hand"))
+        assert np.abs(taken.positions - truth.positions).max() < 6 * 2e-5 / np.sqrt(75)
+        assert taken.sockets.tolist() == truth.sockets.tolist() == [0] * 30 + [1] * 30
+        assert taken.efforts is not None
+
+
+def test_the_demo_never_removes_a_recording_of_a_real_arm(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    metadata = Metadata("panda", ("a",), ("rad",), 0.05, session={"driver": "franka:1.2.3.4"})
+    with Recording(tmp_path / "recordings/left", metadata) as recording:
+        recording.capture(Sample((0.1,), 0, number=1))
+    assert main(["demo", "--out", str(tmp_path), "--force"]) == 2
+    assert "left: holds a recording of a real arm" in capsys.readouterr().err
+    assert len(read_placement(tmp_path / "recordings/left").samples) == 1

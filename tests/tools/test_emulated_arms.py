@@ -1,0 +1,96 @@
+"""From a controller's bytes to a calibrated arm: record each emulator in a terminal, then solve."""
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from emulation import emulated
+from terminal_session import MUKCA, TerminalSession
+
+from mukca.recorder.dataset import Placement, Sample, read_placement
+from mukca.solver.urdf import load_chain
+from mukca.tools.cli import main
+from mukca.tools.simulate import perturb, reachable_bases, record, write_holes
+
+SAMPLES = 8
+STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
+NOISE = 2e-5  # rad, of the emulated encoders
+ROUNDING = {"piper": 1e-5}  # rad: thousandths of a degree
+RATES = {"kinova": 20}  # polled states in a window
+# How long the arm rests at a pose, and moves to the next [s]. Where the host gives the time, a busy
+# computer sees it uneven: such arms are led slowly.
+MOTION = (1.5, 0.7)
+MOTIONS = {"kinova": (2.0, 1.4), "piper": (2.0, 0.7)}
+CANDIDATES = 150
+
+ARMS = [
+    ("franka", "panda", "5"),
+    ("kuka", "iiwa14", "2.7"),
+    ("ur", "ur5e", "5.11"),
+    ("kinova", "gen3_lite", "serial"),
+    ("piper", "ur5e", "1"),  # a chain of six joints; the Piper's own is not shipped
+]
+
+
+@pytest.fixture
+def placements(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """Two placements of an arm whose true kinematics differ from its URDF: to train, to test."""
+    generator = np.random.default_rng(5)
+    arm = perturb(load_chain(request.param), generator, 2e-3, 5e-3)
+    for name, base in zip(("train", "test"), reachable_bases(arm, generator, 2), strict=True):
+        placement = record(arm, base, generator, samples=CANDIDATES, noise=2e-5)
+        write_holes(replace(placement, samples=tuple(short_steps(placement))), tmp_path / name)
+    return tmp_path
+
+
+def short_steps(placement: Placement) -> Iterator[Sample]:
+    """Choose samples of each socket as a hand would: on to the nearest."""
+    last = placement.samples[0]
+    for socket in (0, 1):
+        left = [sample for sample in placement.samples if sample.socket == socket]
+        for _ in range(SAMPLES):
+            last = min(left, key=lambda sample: math.dist(sample.position, last.position))
+            left.remove(last)
+            yield last
+
+
+@pytest.mark.parametrize(
+    ("name", "robot", "version", "placements"),
+    [(*arm, arm[1]) for arm in ARMS],
+    indirect=["placements"],
+    ids=[arm[0] for arm in ARMS],
+)
+def test_the_truth_is_found(name, robot, version, placements, tmp_path, capsys):
+    keys = tmp_path / "keys.txt"
+    keys.write_text(f"a*{SAMPLES} s a*{SAMPLES} q")
+    hold, move = MOTIONS.get(name, MOTION)
+    motion = ["--recording", placements / "train", "--noise", NOISE]
+    motion += ["--hold", hold, "--move", move, "--wait"]
+    with emulated(name, tmp_path, "--version", version, *map(str, motion)) as emulation:
+        driver = ("--driver", f"{name}:{emulation.address}", "--window", "0.25")
+        command = [*MUKCA, "record", "--robot", robot, *driver]
+        out = ("--out", str(tmp_path / "recorded"), "--keys", str(keys))
+        with TerminalSession([*command, *out]) as terminal:
+            terminal.wait_for("1 of 30 captured")
+            emulation.release()
+            assert terminal.process.wait(150) == 0, terminal.text
+
+    recorded = read_placement(tmp_path / "recorded")
+    truth = read_placement(placements / "train")
+    tolerance = 5 * NOISE / np.sqrt(RATES.get(name, STATES)) + ROUNDING.get(name, 0.0)
+    assert np.abs(recorded.positions - truth.positions).max() < tolerance
+    found = solve(tmp_path / "recorded", robot, placements / "test", capsys)
+    best = solve(placements / "train", robot, placements / "test", capsys)
+    assert found["calibrated"] < 0.4 * found["nominal"]
+    assert found["calibrated"] < 1.3 * best["calibrated"] + 2e-5
+
+
+def solve(train, robot, test, capsys):
+    """Return the mean absolute errors on the held-out placement, before and after [m]."""
+    assert main(["solve", str(train), "--robot", robot, "--test", str(test), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)["summary"]["test"]
+    return {model: summary[model]["mean_absolute_error"] for model in ("nominal", "calibrated")}

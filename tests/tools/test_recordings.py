@@ -1,0 +1,107 @@
+"""``mukca info``, ``convert`` and ``drivers``: what is in recordings, in either form."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import read_placement
+from mukca.recorder.recording import Metadata, Recording
+from mukca.recorder.samples import Sample
+from mukca.tools.cli import main
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> Path:
+    """Three captures, one of them taken back."""
+    folder = tmp_path / "data/front"
+    metadata = Metadata(
+        "arm",
+        ("shoulder", "rail"),
+        ("rad", "m"),
+        0.05,
+        session={"driver": "mock:hand", "operator": "Ada"},
+    )
+    with Recording(folder, metadata) as recording:
+        for k in range(3):
+            sample = Sample((0.1 * k, 0.2), k % 2, (1.0, 2.0), "", k + 1, 1.0, 1.0, 9, (1e-4, 1e-6))
+            recording.capture(sample)
+        recording.undo(sample, 2.0)
+    return folder
+
+
+def told(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    assert main([*words]) == 0
+    return capsys.readouterr().out
+
+
+def test_info_shows_what_is_there(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shown = told(capsys, "info", str(recorded.parent))
+    for needed in (
+        "data/front: 1 in socket 0, 1 in socket 1 (1 taken back)",
+        "robot      arm",
+        "distance   50 mm",
+        "efforts    recorded",
+        "5.7°",
+        "spread up to 0.0057°",
+        "200.0 mm",
+        "operator Ada",
+    ):
+        assert needed in shown, shown
+
+
+def test_info_as_json(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (found,) = json.loads(told(capsys, "info", str(recorded), "--json"))["placements"]
+    assert found["samples"] == {"0": 1, "1": 1} and found["taken_back"] == 1
+    assert found["joints"] == ["shoulder", "rail"] and found["distance"] == 0.05
+    assert found["lowest"] == [0.0, 0.2] and found["highest"] == [0.1, 0.2]
+    assert found["metadata"]["robot"] == "arm"
+
+
+def test_info_tells_a_torn_end(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with (recorded / "samples.csv").open("a") as stream:
+        stream.write("capture,4,0")
+    assert main(["info", str(recorded)]) == 0
+    assert "torn off by a crash" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("metadata", ['{"units": 5, "sessions": 3}', '{"units": ["m"]}', "{}"])
+def test_info_bears_any_metadata(
+    recorded: Path, capsys: pytest.CaptureFixture[str], metadata: str
+) -> None:
+    (recorded / "placement.json").write_text(metadata)
+    assert "not known" in told(capsys, "info", str(recorded))
+
+
+def test_convert_there_and_back(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    holes, back = tmp_path / "holes", tmp_path / "back"
+    assert main(["convert", str(recorded.parent), "--to", "holes", "--out", str(holes)]) == 0
+    assert "no place for efforts" in capsys.readouterr().err
+    assert np.loadtxt(holes / "front/hole_1.csv", delimiter=",").tolist() == [0.1, 0.2]
+    told(capsys, "convert", str(holes / "front"), "--to", "samples", "--out", str(back))
+    first, second = read_placement(recorded), read_placement(back)
+    assert np.array_equal(first.positions, second.positions)
+    assert np.array_equal(first.sockets, second.sockets)
+    assert second.distance == 0.05
+
+
+def test_convert_never_mixes_or_overwrites(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    words = ["convert", str(recorded), "--out", str(out), "--to"]
+    told(capsys, *words, "holes")
+    assert main([*words, "holes"]) == 2
+    told(capsys, *words, "holes", "--force")
+    assert main([*words, "samples", "--force"]) == 2
+    assert "another recording is there" in capsys.readouterr().err
+    assert main([*words, "samples", "--distance", "-1"]) == 2
+
+
+def test_drivers_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert any(line.startswith("mock") for line in told(capsys, "drivers").splitlines())
+    drivers = json.loads(told(capsys, "drivers", "--json"))["drivers"]
+    assert {"name", "arms", "needs", "missing", "broken", "source"} == set(drivers[0])

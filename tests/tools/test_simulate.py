@@ -1,0 +1,57 @@
+"""Synthetic recordings hold what they say: the ball in the socket, within limits and tilt."""
+
+import numpy as np
+import pytest
+
+from mukca.solver.kinematics import BallModel
+from mukca.solver.urdf import load_chain, shipped_robots
+from mukca.tools.simulate import MAX_TILT, Base, Guide, SimulationError, perturb, record
+
+AT = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
+
+
+def test_the_ball_is_in_its_socket(true_panda) -> None:
+    placement = record(true_panda, AT, np.random.default_rng(0), samples=10)
+    balls = BallModel(true_panda, []).points(np.empty(0), placement.positions)
+    assert balls == pytest.approx(np.repeat(AT.sockets, 10, axis=0), abs=1e-9)
+    assert np.linalg.norm(AT.sockets[1] - AT.sockets[0]) == pytest.approx(AT.distance)
+
+
+def test_configurations_keep_limits_and_tilt_and_differ(true_panda) -> None:
+    positions = record(true_panda, AT, np.random.default_rng(0), samples=20).positions
+    lower, upper = (
+        np.array([getattr(j, k) for j in true_panda.actuated]) for k in ("lower", "upper")
+    )
+    assert np.all((lower < positions) & (positions < upper))
+    assert positions.std(axis=0).min() > 0.1
+    guide = Guide(true_panda)
+    necks = guide._linear(np.resize(positions, (256, 7)))[0][:, 3:]
+    assert np.all(-necks[:, 2] >= np.cos(MAX_TILT) - 1e-6)
+
+
+def test_noise_is_as_asked(true_panda) -> None:
+    placement = record(true_panda, AT, np.random.default_rng(0), samples=150, noise=1e-3)
+    balls = BallModel(true_panda, []).points(np.empty(0), placement.positions)
+    errors = balls - np.repeat(AT.sockets, 150, axis=0)
+    assert errors.std() == pytest.approx(1e-3, rel=0.15)
+
+
+def test_a_seed_repeats(panda) -> None:
+    twice = [
+        record(panda, AT, np.random.default_rng(5), samples=3).positions.tolist() for _ in range(2)
+    ]
+    assert twice[0] == twice[1]
+
+
+@pytest.mark.parametrize("robot", shipped_robots())
+def test_only_calibrated_origins_are_perturbed(robot: str) -> None:
+    chain = load_chain(robot)
+    arm = perturb(chain, np.random.default_rng(0), 1e-3, 1e-3)
+    moved = [bool(np.any(a != b)) for a, b in zip(arm.origins, chain.origins, strict=True)]
+    assert moved == [j.actuated or j is chain.ball_joint for j in chain.joints]
+
+
+def test_out_of_reach_is_told(panda) -> None:
+    far = Base("far", np.array([3.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    with pytest.raises(SimulationError, match="cannot reach"):
+        record(panda, far, np.random.default_rng(0), samples=1)

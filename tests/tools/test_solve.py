@@ -1,0 +1,272 @@
+"""`mukca solve` and `validate` as scripts and users meet them."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.solver.calibration import load_calibration
+from mukca.solver.urdf import shipped_robots
+from mukca.tools.cli import main
+
+
+@pytest.fixture
+def run(capsys, monkeypatch, session):
+    """Run a command in the folder of the recordings: status, output, error."""
+    monkeypatch.chdir(session)
+
+    def run(*words: str) -> tuple[int, str, str]:
+        try:
+            status = main(list(words))
+        except SystemExit as stop:  # argparse's own refusals
+            status = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        return status, out, err
+
+    return run
+
+
+def test_json_is_one_object_with_the_agreed_keys(run) -> None:
+    status, out, _ = run("solve", "front", "--test", "left", "right", "--robot", "panda", "--json")
+    assert status == 0
+    result = json.loads(out)
+    assert result["robot"] == "panda" and result["method"] == "auto"
+    assert result["optimizer"] == "gauss-newton" and result["converged"] is True
+    assert result["iterations"] >= 1 and result["solve_seconds"] > 0
+    assert [(p["role"], p["samples"]) for p in result["placements"]] == [
+        ("train", [12, 12]),
+        ("test", [12, 12]),
+        ("test", [12, 12]),
+    ]
+    for figures in (*result["placements"], result["summary"]["train"], result["summary"]["test"]):
+        for model in ("nominal", "calibrated", "ball_refitted"):
+            assert set(figures[model]) == {"mean_absolute_error", "max_error", "distance_error"}
+    assert result["groups"] and result["noise"] and result["uncertainty"]["weak_directions"]
+    test = [p["calibrated"] for p in result["placements"] if p["role"] == "test"]
+    summary = result["summary"]["test"]["calibrated"]
+    assert summary["mean_absolute_error"] == np.mean([m["mean_absolute_error"] for m in test])
+    assert summary["max_error"] == max(m["max_error"] for m in test)
+    assert summary["distance_error"] == np.mean([abs(m["distance_error"]) for m in test])
+    assert result["outputs"] == {}
+
+
+def test_without_held_out_data_the_test_is_null(run) -> None:
+    _, out, err = run("solve", "front", "--robot", "panda", "--json")
+    assert json.loads(out)["summary"]["test"] is None
+    assert "Not validated" in err
+
+
+def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session) -> None:
+    before = sorted(session.rglob("*"))
+    status, out, _ = run("solve", "front", "--robot", "panda")
+    assert status == 0
+    assert out.strip().splitlines()[-1].startswith("Nothing was written")
+    assert sorted(session.rglob("*")) == before
+
+
+def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path) -> None:
+    out = tmp_path / "deep" / "calibrated"
+    words = ("solve", "front", "--test", "left", "--robot", "panda", "--out", str(out))
+    status, text, _ = run(*words)
+    assert status == 0
+    assert "camera extrinsics" in text and "robot_state_publisher" in text
+    assert {file.name for file in out.iterdir()} == {
+        "calibrated.urdf",
+        "calibration.json",
+        "compensated.urdf",
+        "report.html",
+        "report.json",
+    }
+    _, text, _ = run("validate", f"{out}/calibration.json", "front", "left", "right", "--json")
+    validated = json.loads(text)
+    document = json.loads((out / "calibration.json").read_text())
+    assert [p["role"] for p in validated["placements"]] == ["train", "test", "test"]
+    for row, again in zip(document["placements"], validated["placements"][:2], strict=True):
+        assert row["calibrated"] == again["calibrated"] and row["nominal"] == again["nominal"]
+
+
+def test_calibration_json_needs_no_other_file(run, tmp_path) -> None:
+    run("solve", "front", "--test", "left", "--robot", "panda", "--out", str(tmp_path / "c"))
+    document = json.loads((tmp_path / "c/calibration.json").read_text())
+    calibration = load_calibration(tmp_path / "c/calibration.json")
+    assert document["model"]["calibrated_urdf"] == (tmp_path / "c/calibrated.urdf").read_text()
+    assert document["model"]["nominal_urdf"] == shipped_robots()["panda"].read_text()
+    assert [(d["role"], len(d["samples"])) for d in document["data"]] == [
+        ("train", 24),
+        ("test", 24),
+    ]
+    first = document["data"][0]["samples"][0]
+    assert calibration.ball(np.array(first["position"])).shape == (3,)
+    assert len(document["history"]) == document["iterations"] + 1
+    assert (
+        document["history"][0]["test"]["inconsistency"]
+        > document["history"][-1]["test"]["inconsistency"]
+    )
+    assert set(document["provenance"]["versions"]) >= {"mukca", "casadi", "numpy", "python"}
+    assert len(document["provenance"]["data_sha256"]) == 4
+    names = {(p["joint"], p["component"], p["unit"]) for p in document["parameters"]}
+    assert len(names) == 48 and ("ball_joint", "z", "m") in names
+
+
+def test_results_are_overwritten_only_by_force(run, tmp_path) -> None:
+    words = ("solve", "front", "--robot", "panda", "--out", str(tmp_path))
+    status, _, err = run(*words)
+    assert status == 2 and "--force" in err
+    (tmp_path / "notes.txt").write_text("mine")
+    assert run(*words, "--force")[0] == 0
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert not [f for f in tmp_path.iterdir() if f.name.startswith(".")]
+
+
+def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path) -> None:
+    # Regularisation holds the nominal lengths, so the base cannot come out 20 mm longer.
+    words = ("solve", "front", "--robot", "panda", "--distance", "0.07")
+    words = (*words, "--method", "paper", "--regularization", "1")
+    status, out, err = run(*words, "--out", str(tmp_path / "c"), "--json")
+    assert status == 1
+    assert "session" in err and "--accept-distorted" in err
+    assert json.loads(out)["distorted"] and not (tmp_path / "c").exists()
+    assert run(*words, "--out", str(tmp_path / "c"), "--accept-distorted")[0] == 0
+    assert (tmp_path / "c/calibrated.urdf").exists()
+
+
+def test_not_converged_is_status_1_and_no_result(run, tmp_path) -> None:
+    words = ("solve", "front", "--robot", "panda", "--method", "paper", "--max-iterations", "1")
+    status, out, err = run(*words, "--json", "--out", str(tmp_path / "c"))
+    assert (status, out) == (1, "")
+    assert "did not converge" in err and not (tmp_path / "c").exists()
+
+
+def test_a_test_folder_leaves_out_what_was_trained_on(run, session) -> None:
+    _, out, err = run("solve", "front", "--test", ".", "--robot", "panda", "--json")
+    assert [p["role"] for p in json.loads(out)["placements"]] == ["train", "test", "test"]
+    assert "front: trained on, so left out" in err
+
+
+def test_each_placement_has_its_own_distance(run, session, tmp_path) -> None:
+    shutil.copytree(session / "left", tmp_path / "left")
+    (tmp_path / "left/placement.json").write_text('{"distance": 0.0502}')
+    words = ("solve", "front", "--test", str(tmp_path / "left"), "--robot", "panda", "--json")
+    _, out, _ = run(*words)
+    assert [p["distance"] for p in json.loads(out)["placements"]] == [0.05, 0.0502]
+    _, out, err = run(*words, "--distance", "0.0501")
+    assert [p["distance"] for p in json.loads(out)["placements"]] == [0.0501, 0.0501]
+    assert "not the recording's 0.0502" in err
+
+
+def test_free_and_fix_are_obeyed(run) -> None:
+    words = ("--free", "*.xyz", "--fix", "panda_joint2")
+    _, out, _ = run("solve", "front", "--robot", "panda", "--json", *words)
+    names = [row["name"] for row in json.loads(out)["parameters"]]
+    assert all(name[-2:] in (".x", ".y", ".z") for name in names)
+    assert "panda_joint8.x" in names and not any("joint2" in name for name in names)
+
+
+def edited(session: Path, to: Path, hole_0: str | None) -> str:
+    """A copy of the front placement with another hole_0.csv, or none."""
+    shutil.copytree(session / "front", to)
+    (to / "hole_0.csv").unlink()
+    if hole_0 is not None:
+        (to / "hole_0.csv").write_text(hole_0)
+    return str(to)
+
+
+GOOD = "0.1,0.2,0.3,-1.5,0.1,1.5,0.2\n"
+
+
+@pytest.mark.parametrize(
+    ("hole_0", "told"),
+    [
+        (None, "only socket 1 has samples"),
+        ("", "hole_0.csv: empty"),
+        ("a,b,c,d,e,f,g\n", "hole_0.csv: only a header"),
+        (GOOD + "0.1,0.2\n", "hole_0.csv:2: 2 columns where 7"),
+        (GOOD + "x" + GOOD, "hole_0.csv:2: column 1 is 'x0.1', not a number"),
+        (GOOD + GOOD.replace("0.3", "nan"), "hole_0.csv:2: column 3 is nan"),
+        (GOOD + GOOD.replace("0.3", "-inf"), "hole_0.csv:2: column 3 is -inf"),
+        (GOOD, "hole_0.csv:1: one sample in socket 0"),
+        ("1,2,3\n4,5,6\n", "hole_1.csv:1: 7 columns, but hole_0.csv has 3"),
+        (GOOD + "10,20,30,-90,10,95,20\n", "are these degrees?"),
+    ],
+)
+def test_bad_recordings_get_one_line(run, session, tmp_path, hole_0, told: str) -> None:
+    status, out, err = run("solve", edited(session, tmp_path / "bad", hole_0), "--robot", "panda")
+    assert (status, out) == (2, "")
+    assert len(err.strip().splitlines()) == 1
+    assert err.startswith("mukca solve: ") and told in err
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("nowhere",), "nowhere: no such folder"),
+        (("front/hole_0.csv",), "not a folder"),
+        (("front", "front"), "same placement"),
+        (("front", "--test", "front"), "held out as well"),
+        (("front", "--distance", "0"), "distance 0"),
+        (("front", "--distance", "-0.05"), "distance -0.05"),
+        (("front", "--distance", "nan"), "distance nan"),
+        (("front", "--distance", "50"), "metres are expected"),
+        (("front", "--tip", "nowhere"), "no link is called 'nowhere'"),
+        (("front", "--base", "ball_link"), "no joint moves"),
+        (("front", "--flange", "panda_link8"), "--flange LINK and --ball X Y Z go together"),
+        (("front", "--free", "joint9"), "'joint9' is no joint or parameter"),
+        (("front", "--method", "paper", "--regularization", "-1"), "regularization -1"),
+        (("front", "--method", "paper", "--max-iterations", "0"), "--max-iterations 0"),
+        (("front", "--optimizer", "ipopt"), "--optimizer belongs to --method paper"),
+        (("front", "--method", "paper", "--payload", "1"), "--payload belongs to --method auto"),
+        (("front", "--payload", "-1"), "--payload -1"),
+        (("front", "--gravity", "0", "0", "1"), "--gravity: 1 m/s^2"),
+        (("front", "--known", "front:0-front:1"), "expected A:0-B:0=0.175"),
+        (("front", "--known", "front:0-left:1=0.2"), "socket left:1 is not there"),
+        (("front", "--distance-deviation", "-1"), "--distance-deviation -1"),
+    ],
+)
+def test_bad_arguments_get_one_line(run, words: tuple[str, ...], told: str) -> None:
+    status, out, err = run("solve", "--robot", "panda", *words)
+    assert (status, out) == (2, "")
+    assert len(err.strip().splitlines()) == 1 and told in err
+
+
+def test_a_robot_of_other_joints_is_told(run) -> None:
+    status, _, err = run("solve", "front", "--robot", "ur5e")
+    assert status == 2 and "hole_0.csv:1: 7 joint positions" in err and "6 actuated" in err
+
+
+def test_unknown_words_are_usage_errors(run) -> None:
+    assert run("solve")[0] == 2
+    assert run("calibrate")[0] == 2
+    assert run()[0] == 2
+
+
+def test_a_full_disk_is_told(run, monkeypatch, tmp_path) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device", "calibrated.urdf")
+
+    monkeypatch.setattr("os.fsync", full)
+    status, _, err = run("solve", "front", "--robot", "panda", "--out", str(tmp_path / "c"))
+    assert status == 2 and "No space left" in err
+    assert list((tmp_path / "c").iterdir()) == []
+
+
+def test_as_a_module_and_to_a_closed_pipe(session) -> None:
+    command = f"{sys.executable} -m mukca solve front --robot panda | head -1"
+    result = subprocess.run(
+        ["bash", "-c", command], cwd=session, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0 and "Traceback" not in result.stderr
+
+
+def test_the_help_loads_nothing_heavy() -> None:
+    code = (
+        "import sys; from mukca.tools.cli import main\n"
+        "try: main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'casadi', 'numpy', 'yourdfpy', 'rich', 'matplotlib', 'serial', 'can'}\n"
+        "sys.exit(str(heavy & set(sys.modules)) if heavy & set(sys.modules) else 0)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)

@@ -1,0 +1,115 @@
+"""``mukca info``: show what is in recordings."""
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from ...recorder.dataset import (
+    METADATA,
+    Placement,
+    find_placements,
+    read_metadata,
+    read_placement,
+)
+from ...recorder.samples import SAMPLES, read_samples
+from ..terminal import Terminal
+
+EXAMPLE = """example:
+  mukca info data"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.epilog = EXAMPLE
+    parser.add_argument(
+        "paths", nargs="+", type=Path, metavar="PATH", help="placements, or folders of them"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
+
+
+def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+    """Read and describe all placements."""
+    found = [describe(folder) for folder in find_placements(arguments.paths)]
+    if arguments.json:
+        terminal.emit({"placements": found})
+        return 0
+    for placement in found:
+        _show(placement, terminal)
+    return 0
+
+
+def describe(folder: Path) -> dict[str, Any]:
+    """Return what a placement holds, in SI units."""
+    placement = read_placement(folder)
+    positions = placement.positions
+    spreads = [sample.spread for sample in placement.samples if sample.spread]
+    return {
+        "name": placement.name,
+        "files": [str(file) for file in placement.files],
+        "samples": {
+            str(socket): int((placement.sockets == socket).sum())
+            for socket in sorted(set(placement.sockets.tolist()))
+        },
+        "taken_back": _taken_back(folder),
+        "joints": list(_names(placement)),
+        "lowest": positions.min(axis=0).tolist(),
+        "highest": positions.max(axis=0).tolist(),
+        "largest_spread": [max(column) for column in zip(*spreads, strict=True)] or None,
+        "efforts": placement.efforts is not None,
+        "distance": placement.distance,
+        "remarks": list(placement.remarks),
+        "metadata": read_metadata(folder / METADATA),
+    }
+
+
+def _taken_back(folder: Path) -> int:
+    file = folder / SAMPLES
+    return len(read_samples(file).withdrawn) if file.exists() else 0
+
+
+def _names(placement: Placement) -> tuple[str, ...]:
+    count = placement.positions.shape[1]
+    return placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
+
+
+def _show(found: dict[str, Any], terminal: Terminal) -> None:
+    metadata = found["metadata"]
+    counts = ", ".join(f"{count} in socket {socket}" for socket, count in found["samples"].items())
+    distance = found["distance"]
+    known = "not known" if distance is None else f"{1e3 * distance:g} mm"
+    taken_back = f" ({found['taken_back']} taken back)" if found["taken_back"] else ""
+    terminal.say(f"{found['name']}: {counts}{taken_back}")
+    terminal.say(f"  robot      {metadata.get('robot', 'not known')}")
+    terminal.say(f"  distance   {known} between sockets 0 and 1")
+    terminal.say(f"  efforts    {'recorded' if found['efforts'] else 'none'}")
+    for line in _joint_lines(found):
+        terminal.say(f"  {line}")
+    sessions = metadata.get("sessions")
+    for session in sessions if isinstance(sessions, list) else []:  # pyright: ignore[reportUnknownVariableType]
+        terminal.say(f"  session    {_session(session)}")
+    for remark in found["remarks"]:
+        terminal.warn(remark)
+
+
+def _joint_lines(found: dict[str, Any]) -> list[str]:
+    """One line a joint: the range covered, in degrees, or mm for a prismatic joint."""
+    count = len(found["joints"])
+    units: Any = found["metadata"].get("units")
+    known: list[Any] = units if isinstance(units, list) and len(units) == count else [None] * count  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+    spreads = found["largest_spread"] or [None] * count
+    rows = zip(found["joints"], known, found["lowest"], found["highest"], spreads, strict=True)
+    width = max(map(len, found["joints"]))
+    lines: list[str] = []
+    for name, unit, lowest, highest, spread in rows:
+        scale, sign = (1e3, " mm") if unit == "m" else (math.degrees(1), "°")
+        line = f"{name:<{width}}  {scale * lowest:8.1f}{sign} to {scale * highest:7.1f}{sign}"
+        lines.append(line + (f"  spread up to {scale * spread:.4f}{sign}" if spread else ""))
+    return lines
+
+
+def _session(session: Any) -> str:
+    if not isinstance(session, dict):
+        return str(session)
+    pairs: list[str] = [f"{key} {value}" for key, value in session.items()]  # pyright: ignore[reportUnknownVariableType]
+    return ", ".join(pairs)

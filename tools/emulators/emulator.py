@@ -1,0 +1,180 @@
+"""What all emulated controllers have in common: an arm, a clock, a journal, and one loop."""
+
+import json
+import math
+import os
+import select
+import socket
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+from ... import MukcaError
+from ...drivers import JointState
+from ...drivers.mock import SimulatedArm
+from .sabotage import Packet, Sabotage
+
+__all__ = ["Emulator", "Journal", "stranger_socket"]
+
+IDLE_SECONDS = 0.5  # a signal just before a wait without end would be seen only after it
+
+
+class Journal:
+    """A file of JSON lines: every message that came in, and every state that went out."""
+
+    def __init__(self, path: Path | None) -> None:
+        try:
+            self._stream = path.open("w", encoding="utf-8") if path else None
+        except OSError as error:
+            raise MukcaError(f"{path}: cannot be written: {error.strerror}") from None
+
+    def received(self, channel: str, message: bytes) -> None:
+        """Note a message that came in."""
+        self._write({"channel": channel, "received": message.hex()})
+        if self._stream:
+            self._stream.flush()
+
+    def sent(self, number: int, state: JointState) -> None:
+        """Note a state that went out."""
+        if self._stream:
+            told = {"position": state.position, "effort": state.effort}
+            self._write({"sent": number, "at": time.monotonic(), **told})
+
+    def close(self) -> None:
+        """Write what is left."""
+        if self._stream:
+            self._stream.close()
+
+    def _write(self, line: dict[str, Any]) -> None:
+        if self._stream:
+            self._stream.write(json.dumps(line) + "\n")
+
+
+class Emulator(ABC):
+    """One controller.
+
+    Args:
+        address: Where it listens or sends to; empty for the real ports on 127.0.0.1.
+        version: One of :attr:`VERSIONS`.
+        arm: What moves; it starts with the first connection.
+        sabotage: What goes wrong.
+        journal: Where messages and states are noted.
+    """
+
+    JOINTS: ClassVar[int]
+    VERSIONS: ClassVar[tuple[str, ...]]
+    """What it can be; the first is the default."""
+    RATES: ClassVar[dict[str, float]]
+    """States per second of each version."""
+
+    def __init__(
+        self, address: str, version: str, arm: SimulatedArm, sabotage: Sabotage, journal: Journal
+    ) -> None:
+        self.version = version
+        self.arm, self.sabotage, self.journal = arm, sabotage, journal
+        self.number = 0
+        """Number of the last state."""
+        self._released = 0.0
+        """Until when the arm rests at its first pose [s]."""
+        self._watched: dict[int, Callable[[], None]] = {}
+        self._begun = math.nan
+        self._frozen: JointState | None = None
+        self.listen(address)
+
+    @abstractmethod
+    def listen(self, address: str) -> None:
+        """Open the sockets, and watch them."""
+
+    @abstractmethod
+    def send_state(self, number: int, state: JointState, moment: float) -> None:
+        """Send one state to whoever is connected."""
+
+    @property
+    @abstractmethod
+    def driver_address(self) -> str:
+        """What ``--driver`` takes to read this emulator."""
+
+    @property
+    def streaming(self) -> bool:
+        """Whether there is anybody to send to."""
+        return True
+
+    @property
+    def moment(self) -> float:
+        """The arm's time [s]: it stands at 0 until the first connection."""
+        return 0.0 if math.isnan(self._begun) else time.monotonic() - self._begun
+
+    def begin(self) -> None:
+        """Let the arm move, if it does not yet."""
+        if math.isnan(self._begun):
+            self._begun = time.monotonic()
+
+    def close(self) -> None:  # noqa: B027 - most have nothing to do
+        """Leave what does not close by itself at the end of the program."""
+
+    def wait_for_line(self, file: int) -> None:
+        """Keep the arm at its first pose until a line, or the end, comes from a file."""
+        self._released = math.inf
+
+        def release() -> None:
+            os.read(file, 1)
+            self._released = self.moment
+            self.unwatch(file)
+
+        self.watch(file, release)
+
+    def watch(self, file: int, callback: Callable[[], None]) -> None:
+        """Call back whenever a file descriptor can be read."""
+        self._watched[file] = callback
+
+    def unwatch(self, file: int) -> None:
+        """Watch a file descriptor no longer."""
+        self._watched.pop(file, None)
+
+    def serve(self) -> None:
+        """Run until interrupted."""
+        while True:
+            while not self.streaming:
+                self._poll(IDLE_SECONDS)
+            start, count = time.monotonic(), 0
+            while self.streaming:
+                due = start + count / self.arm.rate
+                self._poll(max(0.0, due - time.monotonic()))
+                if time.monotonic() >= due and self.streaming:
+                    self._send_next(0.0 if math.isnan(self._begun) else max(0.0, due - self._begun))
+                    count += 1
+
+    def _poll(self, wait: float) -> None:
+        """Call back for what came in, waiting for it no longer than told [s]."""
+        readable, _, _ = select.select(list(self._watched), [], [], wait)
+        for file in reversed(readable):  # clients that leave come before clients that join
+            if file in self._watched:
+                self._watched[file]()
+
+    def _send_next(self, moment: float) -> None:
+        state = self.next_state(moment)
+        self.send_state(self.number, state, moment)
+
+    def next_state(self, moment: float) -> JointState:
+        """Return what is sent next, counted and noted."""
+        state = self.arm.state(max(0.0, moment - self._released))
+        if self.sabotage.strikes("freeze", moment):
+            state = self._frozen = self._frozen or state
+        else:
+            self._frozen = None
+        self.number += 1
+        self.journal.sent(self.number, state)
+        return state
+
+    def packets(self, payload: bytes, moment: float, identifier: int = 0) -> Sequence[Packet]:
+        """Return what is really sent for a message."""
+        return self.sabotage.packets((identifier, payload), moment)
+
+
+def stranger_socket() -> socket.socket:
+    """Return a UDP socket on a loopback address that is no robot's."""
+    stranger = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    stranger.bind(("127.66.66.66", 0))
+    return stranger

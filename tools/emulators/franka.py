@@ -1,0 +1,159 @@
+"""Franka's controller: FCI of server versions 3 to 10.
+
+The state is laid out field by field, as libfranka's header lists them. Proven against libfranka
+0.9.2 (version 5) and 0.21.3 (version 10).
+"""
+
+import socket
+import struct
+
+from ...drivers import JointState
+from ...drivers.address import parse_endpoint
+from .emulator import Emulator, stranger_socket
+
+__all__ = ["FrankaEmulator"]
+
+LIMITS = '<limit lower="-2.9" upper="2.9" velocity="2.6" effort="87"/>'
+VELOCITY = '<position_based_velocity_limits velocity_offset="1" deceleration_limit="5"/>'
+MODEL = (
+    '<robot name="fr3">'
+    + "".join(f'<link name="link{i}"/>' for i in range(8))
+    + "".join(
+        f'<joint name="joint{i}" type="revolute"><parent link="link{i - 1}"/>'
+        f'<child link="link{i}"/><axis xyz="0 0 1"/>{LIMITS}{VELOCITY}</joint>'
+        for i in range(1, 8)
+    )
+    + "</robot>"
+)
+GET_ROBOT_MODEL = {8: 12, 9: 12, 10: 11}
+GUIDING = 3
+
+
+class FrankaEmulator(Emulator):
+    """A Panda (versions 3 to 5) or FR3 (6 to 10)."""
+
+    JOINTS = 7
+    VERSIONS = ("5", "3", "4", "6", "7", "8", "9", "10")
+    RATES = dict.fromkeys(VERSIONS, 1000.0)
+
+    def listen(self, address: str) -> None:
+        """Open TCP port 1337."""
+        endpoint = parse_endpoint(address, 1337, default_host="127.0.0.1")
+        self._client: socket.socket | None = None
+        self._target: tuple[str, int] | None = None
+        self._server = socket.create_server((endpoint.host, endpoint.port))
+        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._udp.bind((endpoint.host, 0))
+        self._stranger = stranger_socket()
+        self.watch(self._server.fileno(), self._accept)
+        self.watch(self._udp.fileno(), self._command)
+
+    @property
+    def driver_address(self) -> str:
+        """HOST:PORT."""
+        host, port = self._server.getsockname()
+        return f"franka:{host}:{port}"
+
+    @property
+    def streaming(self) -> bool:
+        """Whether a client has announced its UDP port."""
+        return self._target is not None
+
+    def send_state(self, number: int, state: JointState, moment: float) -> None:
+        """Send one RobotState datagram."""
+        if self._target is None or self.sabotage.strikes("hangup", moment):
+            return self._hang_up()
+        datagram = encode_state(int(self.version), number, state)
+        for _, payload in self.packets(datagram, moment):
+            self._udp.sendto(payload, self._target)
+        if self.sabotage.strikes("stranger", moment):
+            wrong = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
+            self._stranger.sendto(encode_state(int(self.version), number, wrong), self._target)
+        return None
+
+    def _accept(self) -> None:
+        client, _ = self._server.accept()
+        held = self._client is not None
+        if held or any(self.sabotage.strikes(kind, self.moment) for kind in ("busy", "hangup")):
+            client.close()
+            return
+        self._client = client
+        self.watch(client.fileno(), self._request)
+
+    def _request(self) -> None:
+        """Answer one TCP request of the client, or its leaving."""
+        assert self._client is not None
+        try:
+            request = self._client.recv(4096)
+        except ConnectionError:
+            request = b""
+        if not request:
+            self._hang_up()
+            return
+        self.journal.received("tcp", request)
+        if len(request) < 12:
+            return
+        command, identifier, _ = struct.unpack_from("<III", request)
+        if command == 0 and len(request) == 16:
+            self._connect(identifier, *struct.unpack_from("<HH", request, 12))
+        elif command == GET_ROBOT_MODEL.get(int(self.version)):
+            self._reply(command, identifier, b"\0" + MODEL.encode())
+
+    def _connect(self, identifier: int, version: int, port: int) -> None:
+        assert self._client is not None
+        own = 99 if self.sabotage.strikes("version", self.moment) else int(self.version)
+        self._reply(0, identifier, struct.pack("<BH", version != own, own))
+        if version == own:
+            self.begin()
+            self._target = (self._client.getpeername()[0], port)
+
+    def _reply(self, command: int, identifier: int, payload: bytes) -> None:
+        assert self._client is not None
+        header = struct.pack("<III", command, identifier, 12 + len(payload))
+        self._client.sendall(header + payload)
+
+    def _command(self) -> None:
+        """Note a datagram from the client: a command, which a reader never sends."""
+        self.journal.received("udp", self._udp.recv(65535))
+
+    def _hang_up(self) -> None:
+        if self._client is not None:
+            self.unwatch(self._client.fileno())
+            self._client.close()
+        self._client = self._target = None
+
+
+def encode_state(version: int, number: int, state: JointState) -> bytes:
+    """Return the RobotState datagram of a server version.
+
+    Args:
+        version: 3 to 10.
+        number: The message's number.
+        state: Joint angles and torques; all else is at rest.
+    """
+    letter = "f" if version == 10 else "d"
+    zeros: tuple[float, ...] = (0.0,)
+    pose = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.3, 0.0, 0.5, 1.0)
+    q, tau = state.position, state.effort or 7 * zeros
+    numbers: list[float] = []
+    numbers += 2 * pose  # O_T_EE, O_T_EE_d
+    numbers += (2 if version == 3 else 4) * pose  # F_T_EE, EE_T_K; F_T_NE and NE_T_EE from 4 on
+    numbers += (1 + 9 + 3 + 1 + 9 + 3) * zeros  # mass, inertia and centre: end effector, load
+    numbers += 4 * zeros  # elbow, elbow_d
+    numbers += (*tau, *tau, *7 * zeros)  # tau_J, tau_J_d, dtau_J
+    numbers += (*q, *q, *(3 * 7) * zeros)  # q, q_d, dq, dq_d, ddq_d
+    numbers += (7 + 6 + 7 + 6) * zeros  # contacts and collisions, joint and Cartesian
+    numbers += (7 + 6 + 6 + 6) * zeros  # tau_ext, O_F_ext, K_F_ext, O_dP_EE_d
+    numbers += (3 if version >= 5 else 0) * zeros  # O_ddP_O
+    numbers += 6 * zeros  # elbow_c and its derivatives
+    numbers += (*pose, *12 * zeros)  # O_T_EE_c, O_dP_EE_c, O_ddP_EE_c
+    numbers += (*q, *7 * zeros)  # theta, dtheta
+    numbers += (36 if version == 10 else 0) * zeros  # accelerometers, top and bottom
+    flags = bytes(2 * (37 if version < 5 else 41))  # current errors, reflex reason
+    modes = b"\0\0"  # motion generator, controller
+    return (
+        struct.pack(f"<Q{len(numbers)}{letter}", number, *numbers)
+        + modes
+        + flags
+        + struct.pack(f"<B{letter}", GUIDING, 1.0)
+    )

@@ -1,0 +1,145 @@
+"""KUKA's controller: an FRI session that monitors, over UDP.
+
+Messages are written field by field, as the Sunrise controller orders them. It sends first, and
+counts the replies; the session is ready once one has come.
+"""
+
+import socket
+import struct
+import zlib
+
+from ...drivers import JointState
+from ...drivers.address import parse_endpoint
+from .emulator import Emulator, stranger_socket
+
+__all__ = ["KukaEmulator"]
+
+MONITORING_WAIT, MONITORING_READY, COMMANDING_ACTIVE = 1, 2, 4
+START_OF_CLOCK = 1_700_000_000
+
+
+class KukaEmulator(Emulator):
+    """An iiwa whose Sunrise application has opened FRI of one version."""
+
+    JOINTS = 7
+    VERSIONS = ("1.15", "1.11", "1.14", "1.16", "2.5", "2.7")
+    RATES = dict.fromkeys(VERSIONS, 200.0)
+
+    def listen(self, address: str) -> None:
+        """Bind the controller's UDP port; the session's client is on the same port."""
+        endpoint = parse_endpoint(
+            address, 30200, options=("client", "multiplier"), default_host="127.0.0.2"
+        )
+        self._client = (endpoint.options.get("client", "127.0.0.1"), endpoint.port)
+        self._multiplier = endpoint.options.integer("multiplier", 1)
+        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._udp.bind((endpoint.host, endpoint.port))
+        self._stranger = stranger_socket()
+        self._replies = 0
+        self._answered = False
+        self.watch(self._udp.fileno(), self._reply)
+
+    @property
+    def driver_address(self) -> str:
+        """HOST:PORT of the controller, and where the client listens."""
+        host, port = self._udp.getsockname()
+        return f"kuka:{host}:{port}?bind={self._client[0]}"
+
+    def send_state(self, number: int, state: JointState, moment: float) -> None:
+        """Send one monitoring message."""
+        if any(self.sabotage.strikes(kind, moment) for kind in ("hangup", "busy")):
+            return
+        message = self._encode(number, state, moment)
+        for _, payload in self.packets(message, moment):
+            self._send(self._udp, payload)
+        if self.sabotage.strikes("stranger", moment):
+            wrong = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
+            self._send(self._stranger, self._encode(number, wrong, moment))
+
+    def _encode(self, number: int, state: JointState, moment: float) -> bytes:
+        session = MONITORING_READY if self._answered else MONITORING_WAIT
+        if self.sabotage.strikes("commanding", moment):
+            session = COMMANDING_ACTIVE
+        identifier = 0x245199 if self.sabotage.strikes("version", moment) else 0x245142
+        return encode_message(
+            self.version,
+            header=(identifier, number, max(0, self._replies - 1)),
+            connection=(session, 3, round(1000 / self.arm.rate), self._multiplier),
+            state=state,
+            nanoseconds=number * round(1e9 / self.arm.rate),
+        )
+
+    def _send(self, source: socket.socket, message: bytes) -> None:
+        try:
+            source.sendto(message, self._client)
+        except ConnectionRefusedError:  # nobody listens yet
+            self._answered = False
+
+    def _reply(self) -> None:
+        """Note a reply; the client counts its replies from 0."""
+        try:
+            reply = self._udp.recv(65535)
+        except ConnectionRefusedError:
+            return
+        self.journal.received("udp", reply)
+        self._replies += 1
+        self._answered = True
+        self.begin()
+
+
+def encode_message(
+    version: str,
+    header: tuple[int, int, int],
+    connection: tuple[int, int, int, int],
+    state: JointState,
+    nanoseconds: int,
+) -> bytes:
+    """Return an FRI monitoring message.
+
+    Args:
+        version: FRI version, as in ``2.7``.
+        header: Identifier, sequence counter, reflected sequence counter.
+        connection: Session state, quality, send period [ms], receive multiplier.
+        state: Joint angles and torques.
+        nanoseconds: The controller's clock since its start.
+    """
+    q, tau = state.position, state.effort or (0.0,) * len(state.position)
+    monitor = nested(1, doubles(q)) + nested(2, doubles(tau))
+    if version.startswith("1."):
+        monitor += nested(3, doubles(q))
+    monitor += nested(4, doubles(tau)) + nested(5, doubles((0.0,) * len(q)))
+    seconds, rest = divmod(nanoseconds, 1_000_000_000)
+    monitor += nested(15, numbers({1: START_OF_CLOCK + seconds, 2: rest}))
+    drives = b"".join(numbers({5: 2}) for _ in q)
+    body = nested(1, numbers(dict(enumerate(header, 1))))
+    body += nested(2, numbers({1: len(q), 2: 0}) + drives + numbers({6: 0, 7: 0}))
+    body += nested(3, monitor)
+    body += nested(4, numbers(dict(enumerate(connection, 1))))
+    body += nested(5, numbers({10: 0, 11: 0}) + b"\x61" + struct.pack("<d", 1.0))
+    if version == "2.7":
+        return struct.pack("<I", len(body)) + body + struct.pack("<I", zlib.crc32(body))
+    return body + nested(15, b"")
+
+
+def numbers(fields: dict[int, int]) -> bytes:
+    """Return protobuf varint fields by number."""
+    return b"".join(varint(number << 3) + varint(value) for number, value in fields.items())
+
+
+def doubles(values: tuple[float, ...]) -> bytes:
+    """Return a JointValues message, unpacked as the controller writes it."""
+    return b"".join(b"\x09" + struct.pack("<d", value) for value in values)
+
+
+def nested(number: int, message: bytes) -> bytes:
+    """Return a protobuf field that holds a message."""
+    return varint(number << 3 | 2) + varint(len(message)) + message
+
+
+def varint(value: int) -> bytes:
+    """Return a protobuf varint."""
+    head = bytearray()
+    while value >= 1 << 7:
+        head.append(1 << 7 | value & 127)
+        value >>= 7
+    return bytes([*head, value])

@@ -1,0 +1,66 @@
+"""AgileX Piper: its joint angles on a CAN bus.
+
+Proven against piper_sdk 0.6.2, whose parser reads these frames.
+"""
+
+import math
+import struct
+from collections import Counter
+
+import can
+
+from ...drivers import JointState
+from ...drivers.canbus import open_bus, parse_can_address
+from .emulator import Emulator
+
+__all__ = ["DEFAULT_BUS", "PiperEmulator"]
+
+DEFAULT_BUS = "udp_multicast/239.74.163.2?port=43113&hop_limit=0"
+JOINT_FRAMES = (0x2A5, 0x2A6, 0x2A7)
+
+
+class PiperEmulator(Emulator):
+    """A Piper that sends its joint angles, whoever listens."""
+
+    JOINTS = 6
+    VERSIONS = ("1",)
+    RATES = {"1": 200.0}  # noqa: RUF012
+
+    def listen(self, address: str) -> None:
+        """Join the bus; every frame of anybody else is noted."""
+        self._address = address or DEFAULT_BUS
+        self._bus = open_bus(parse_can_address(self._address))
+        self._own: Counter[tuple[int, bytes]] = Counter()
+        self.watch(self._bus.fileno(), self._overhear)
+        self.begin()
+
+    @property
+    def driver_address(self) -> str:
+        """The bus."""
+        return f"piper:{self._address}"
+
+    def send_state(self, number: int, state: JointState, moment: float) -> None:
+        """Send the three frames of one state."""
+        if self.sabotage.strikes("hangup", moment) or self.sabotage.strikes("busy", moment):
+            return
+        counts = [round(math.degrees(angle) * 1000) for angle in state.position]
+        for index, identifier in enumerate(JOINT_FRAMES):
+            pair = struct.pack(">ii", *counts[2 * index : 2 * index + 2])
+            for sent_as, data in self.packets(pair, moment, identifier):
+                self._own[sent_as, data] += 1
+                self._bus.send(can.Message(arbitration_id=sent_as, data=data, is_extended_id=False))
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()
+
+    def _overhear(self) -> None:
+        """Note a frame, unless it is one of ours that the bus brings back."""
+        frame = self._bus.recv(0)
+        if frame is None:
+            return
+        key = frame.arbitration_id, bytes(frame.data)
+        if self._own[key] > 0:
+            self._own[key] -= 1
+        else:
+            self.journal.received(f"{frame.arbitration_id:03x}", bytes(frame.data))

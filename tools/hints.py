@@ -1,0 +1,70 @@
+"""What the nominal model can tell the operator while recording."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..recorder.dataset import Sample
+from ..solver.kinematics import BallModel, gravity_function
+from ..solver.observations import Load
+from ..solver.urdf import Chain
+
+__all__ = ["gravity_of", "seat_check"]
+
+Vector = NDArray[np.float64]
+ENOUGH = 5
+"""So many samples in a socket before one of them can be called an outlier."""
+FAR, FAR_SHARE = 0.025, 4.0
+"""An outlier is this far from the others [m], and so many times as far as they usually are."""
+
+
+def gravity_of(
+    chain: Chain, load: Load | None = None
+) -> Callable[[Sequence[float]], Sequence[float]] | None:
+    """Return the gravity torque as a function of the joint positions; None without masses.
+
+    Args:
+        chain: The robot.
+        load: What pulls at the joints; None for an upright base and no payload.
+    """
+    if not chain.bodies:
+        return None
+    load = load or Load()
+    torque = gravity_function(chain, load.gravity, load.payload)
+
+    def gravity(position: Sequence[float]) -> Sequence[float]:
+        return torque(position).full().ravel().tolist()
+
+    return gravity
+
+
+def seat_check(chain: Chain) -> Callable[[Sequence[Sample]], str | None]:
+    """Return a function that doubts the last of some samples, where the ball was elsewhere.
+
+    By the nominal model the ball's centres of one socket lie within a few millimetres up to some
+    20 mm, a ball in the other socket 50 mm away.
+    """
+    model = BallModel(chain, [])
+    points: dict[int, Vector] = {}
+
+    def ball(sample: Sample) -> Vector:
+        """Its centre [m], reckoned once for each sample: the stream must not wait."""
+        if sample.number not in points:
+            points[sample.number] = model.points(np.zeros(0), np.array([sample.position]))[0]
+        return points[sample.number]
+
+    def check(samples: Sequence[Sample]) -> str | None:
+        last = samples[-1]
+        here = np.array([ball(sample) for sample in samples if sample.socket == last.socket])
+        if len(here) < ENOUGH:
+            return None
+        away = np.linalg.norm(here - np.median(here[:-1], axis=0), axis=1)
+        if away[-1] <= max(FAR, FAR_SHARE * float(np.median(away[:-1]))):
+            return None
+        return (
+            f"sample {last.number} puts the ball {1e3 * away[-1]:.0f} mm from the others of "
+            f"socket {last.socket}: is it seated, and in this socket? d takes the sample back"
+        )
+
+    return check

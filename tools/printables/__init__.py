@@ -1,0 +1,29 @@
+"""The parts that a calibration needs, made from a few parameters and ready to print.
+
+A socket base, and a ball on a mount for the arm. Unlike everywhere else, lengths in here are
+millimetres: parts are drawn, printed and measured in them, and their files hold them. The command
+line takes and gives metres, but for options that say ``-mm``.
+"""
+
+from .ball import BEND_LIMIT, FORCE, BallPart
+from .formats import FORMATS, encode
+from .limits import PrintableError
+from .mounts import MOUNTS, SCREWS, BoltCircle, Grip
+from .parts import Part, build_parts
+from .socket_base import SocketBase
+
+__all__ = [
+    "BEND_LIMIT",
+    "FORCE",
+    "FORMATS",
+    "MOUNTS",
+    "SCREWS",
+    "BallPart",
+    "BoltCircle",
+    "Grip",
+    "Part",
+    "PrintableError",
+    "SocketBase",
+    "build_parts",
+    "encode",
+]

@@ -1,0 +1,211 @@
+"""The ball on its neck, on a mount.
+
+The neck is a cone that widens from the ball to the mount: thin where it must lean over a socket's
+rim, thick where a sideways force bends it most. Lengths are millimetres, forces newtons.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .glyphs import HEIGHT, engraving, text_width
+from .limits import BED, TILT, PrintableError, check_range
+from .mounts import Mount
+from .solid import Frustum, Solid, Sphere, union
+
+__all__ = ["BEND_LIMIT", "FORCE", "YOUNG", "BallPart", "Overhang"]
+
+FORCE = 5.0
+"""The sideways force at the ball for which the neck is made [N]."""
+
+YOUNG = 2500.0
+"""Young's modulus of printed plastic, 2.5 GPa [N/mm²]."""
+
+BEND_LIMIT = 0.05
+"""How far that force may bend the neck [mm]."""
+
+BEND_AIM = 0.04  # what the neck is made for; the rest is for mount and layers
+ABOVE = 1.5  # what a leaning mount keeps above the ball's centre
+GLUE = 0.1  # gap between a bought ball and its cup
+LEAN_MARGIN = math.radians(2)
+SHALLOWEST = math.radians(12)  # between a leaning neck's lower side and the horizontal
+
+
+@dataclass(frozen=True)
+class Overhang:
+    """Where a part leans beyond 45 degrees as it is printed."""
+
+    where: str
+    low: float
+    high: float
+    """Between these heights."""
+    radius: float
+    """No farther than this from the part's axis."""
+
+
+@dataclass(frozen=True)
+class BallPart:
+    """The parameters of a ball part, and what follows from them.
+
+    Raises:
+        PrintableError: The parameters contradict each other.
+    """
+
+    mount: Mount
+    ball: float = 20.0
+    """Diameter of the ball."""
+    neck: float | None = None
+    """Diameter of the neck where it meets the ball; None: 0.45 of the ball's."""
+    reach: float | None = None
+    """From the flange frame's origin to the ball's centre; None: the mount's own."""
+    bought: bool = False
+    """The neck ends in a cup, into which a bought ball is glued."""
+
+    def __post_init__(self) -> None:
+        check_range("a ball", self.ball, 10, 40)
+        self._check_screws()
+        self._check_neck()
+        self._check_reach()
+        self._check_stiffness()
+
+    def _check_screws(self) -> None:
+        if self.ball > self.mount.widest_ball:
+            raise PrintableError(
+                f"a ball of {self.ball:g} mm hides the screws from their key: take at most "
+                f"{self.mount.widest_ball:g} mm, or a wider bolt circle"
+            )
+
+    def _check_neck(self) -> None:
+        thickest = self.ball * math.sin(math.pi / 2 - TILT - LEAN_MARGIN)
+        if not 3.0 <= self.throat <= thickest:
+            raise PrintableError(
+                f"a neck of {self.throat:g} mm on a ball of {self.ball:g} mm: it must be 3 to "
+                f"{math.floor(thickest * 10) / 10:g} mm thick to lean {math.degrees(TILT):.0f} "
+                "degrees"
+            )
+
+    def _check_reach(self) -> None:
+        origin = self.mount.origin
+        lowest = math.ceil(self.mount.top + self.ball / 2 - origin)
+        highest = math.floor(BED - self.ball / 2 - origin)
+        check_range("a reach", self.height - origin, lowest, highest)
+
+    def _check_stiffness(self) -> None:
+        reach = self.height - self.mount.origin
+        if self.bend > BEND_LIMIT:
+            raise PrintableError(
+                f"the neck would bend {self.bend:.2f} mm under {FORCE:g} N, more than "
+                f"{BEND_LIMIT:g} mm: shorten the reach of {reach:g} mm or thicken the neck of "
+                f"{self.throat:g} mm"
+            )
+        if math.pi / 2 - TILT - math.atan(self.slope) < SHALLOWEST:
+            raise PrintableError(
+                f"the neck must widen from {self.throat:g} to {self.root:g} mm, too much to lean "
+                "over a socket: thicken it or lengthen the reach"
+            )
+
+    @property
+    def shortest_reach(self) -> float:
+        """The reach at which, at full tilt, all of the mount stays above the ball's centre."""
+        height = max(
+            z + (r * math.sin(TILT) + ABOVE) / math.cos(TILT) for r, z in self.mount.corners
+        )
+        return 5.0 * math.ceil((height - self.mount.origin) / 5)
+
+    @cached_property
+    def height(self) -> float:
+        """Height of the ball's centre, as printed."""
+        reach = self.mount.reach if self.reach is None else self.reach
+        return self.mount.origin + (self.shortest_reach if reach is None else reach)
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """The ball's centre in the flange's frame."""
+        return 0.0, 0.0, self.height - self.mount.origin
+
+    @property
+    def throat(self) -> float:
+        """Diameter of the neck where it meets the ball."""
+        return 0.45 * self.ball if self.neck is None else self.neck
+
+    @property
+    def length(self) -> float:
+        """Length of the lever: from the ball's centre to the mount."""
+        return self.height - self.mount.top
+
+    @property
+    def _start(self) -> float:
+        """Distance from the ball's centre to where the neck meets it."""
+        return math.sqrt((self.ball / 2) ** 2 - (self.throat / 2) ** 2)
+
+    @cached_property
+    def root(self) -> float:
+        """Diameter of the neck at the mount: the least whole one that is stiff enough."""
+        widest = math.floor(self.mount.widest_root)
+        for diameter in range(math.ceil(self.throat), widest):
+            if self._bend(diameter) <= BEND_AIM:
+                return diameter
+        return max(widest, self.throat)
+
+    @property
+    def slope(self) -> float:
+        """Growth of the neck's radius along it."""
+        return (self.root - self.throat) / 2 / (self.length - self._start)
+
+    @property
+    def bend(self) -> float:
+        """Deflection of the ball under FORCE sideways."""
+        return self._bend(self.root)
+
+    def _bend(self, root: float) -> float:
+        """Return the deflection of a cantilever, the integral of F x²/(E I(x)) from ball to mount.
+
+        Euler-Bernoulli, round section, I = pi d⁴/64; the mount and the ball count as rigid.
+        """
+        x = np.linspace(self._start, self.length, 1001)
+        d = np.interp(x, (self._start, self.length), (self.throat, root))
+        integrand = FORCE * x**2 / (YOUNG * math.pi * d**4 / 64)
+        return float(np.sum((integrand[1:] + integrand[:-1]) / 2 * np.diff(x)))
+
+    @property
+    def overhangs(self) -> tuple[Overhang, ...]:
+        """Where the part leans beyond 45 degrees: under the ball, beside its neck."""
+        if self.bought:
+            return ()
+        low = self.height - self._start
+        high = self.height - self.ball / 2 * math.cos(math.pi / 4)
+        return (Overhang("under the ball, beside its neck", low, high, 0.36 * self.ball),)
+
+    def solid(self) -> Solid:
+        """Return the part, standing on z = 0."""
+        centre = self.throat / 2 - self.slope * self._start  # the cone's radius, carried on
+        top = self.height - 0.5 * self._start
+        neck = Frustum(
+            top - self.mount.top + 1,
+            self.root / 2 + self.slope,
+            centre + self.slope * 0.5 * self._start,
+        ).at(z=self.mount.top - 1)
+        ball = Sphere(self.ball / 2 + (GLUE if self.bought else 0)).at(z=self.height)
+        body = union(self.mount.body, neck)
+        body = body - ball if self.bought else body | ball
+        letters = self._lettering()
+        return body - letters if letters else body
+
+    def envelope(self) -> Solid:
+        """Return what moves with the part: itself, a bought ball and the heads of its screws."""
+        extra = [Sphere(self.ball / 2).at(z=self.height)] if self.bought else []
+        hardware = [self.mount.hardware] if self.mount.hardware else []
+        return union(self.solid(), *extra, *hardware)
+
+    def _lettering(self) -> Solid | None:
+        """Return the engraving of the ball's height on the mount, where there is room for it."""
+        outer = self.mount.lettering
+        if outer is None:
+            return None
+        text = f"Z {self.height - self.mount.origin:g}"
+        inner = self.root / 2 + 1.0
+        if math.hypot(inner + HEIGHT, text_width(text) / 2) > outer:
+            return None
+        return engraving(text, 0.0, -inner - HEIGHT / 2, self.mount.top)

@@ -1,0 +1,106 @@
+"""What is checked on the triangles themselves before anything is written."""
+
+import itertools
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .ball import BallPart
+from .limits import BED, TILT, PrintableError
+from .mesh import Mesh, to_manifold
+from .socket_base import SocketBase
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
+
+__all__ = ["check_body", "check_tilt", "is_closed", "leaning"]
+
+LIFT = 0.1
+"""How far the ball is lifted off its pads to tell contact from collision [mm]."""
+COARSE = 0.02  # round surfaces are that exact here [mm]: far less than LIFT, and ten times faster
+COLLISION = 1e-6  # [mm³]
+AZIMUTHS = np.radians(np.arange(0, 360, 15))
+SPINS = (0.0, math.pi / 4, math.pi / 2)  # of the ball part about its own neck
+
+
+def is_closed(mesh: Mesh) -> bool:
+    """Tell whether each edge joins two triangles that agree on which side is out."""
+    starts, ends = mesh.triangles, np.roll(mesh.triangles, -1, axis=1)
+    count = len(mesh.vertices)
+    there = np.sort((starts * count + ends).ravel())
+    back = np.sort((ends * count + starts).ravel())
+    return bool((np.diff(there) > 0).all() and (there == back).all())
+
+
+def check_body(name: str, body: "Manifold", mesh: Mesh) -> None:
+    """Refuse a part that is not one closed body, or does not fit the printer.
+
+    Raises:
+        PrintableError: It does not.
+    """
+    bodies = len(body.decompose())
+    if bodies != 1 or not is_closed(mesh):
+        raise PrintableError(f"{name}: these parameters make no single closed body")
+    size = np.ptp(mesh.vertices, axis=0)
+    if size.max() > BED:
+        shown = " x ".join(f"{edge:.0f}" for edge in size)
+        raise PrintableError(f"{name} would be {shown} mm, larger than {BED:g} mm")
+
+
+def check_tilt(base: SocketBase, part: BallPart, tilt: float = TILT) -> None:
+    """Lean the ball part in every socket, all around, and refuse any collision with the base.
+
+    Args:
+        base: The socket base.
+        part: The ball part.
+        tilt: How far to lean [rad].
+
+    Raises:
+        PrintableError: It collides.
+    """
+    fixed = to_manifold(base.solid(), COARSE)
+    moving = to_manifold(part.envelope(), COARSE)
+    for socket, azimuth, spin in itertools.product(range(base.sockets), AZIMUTHS, SPINS):
+        placed = moving.transform(leaning(base, part, socket, tilt, float(azimuth), spin))
+        if (placed ^ fixed).volume() > COLLISION:
+            raise PrintableError(
+                f"it hits the base when it leans {math.degrees(tilt):.0f} degrees in "
+                f"socket {socket}: take a reach of {part.shortest_reach:g} mm or more, "
+                "higher sockets or a larger distance"
+            )
+
+
+def leaning(
+    base: SocketBase, part: BallPart, socket: int, tilt: float, azimuth: float, spin: float = 0.0
+) -> NDArray[np.float64]:
+    """Return the pose of a ball part that sits in a socket, its neck up, then leaning.
+
+    Args:
+        base: The socket base.
+        part: The ball part.
+        socket: In which socket its ball sits.
+        tilt: Of the neck from the vertical [rad].
+        azimuth: To where it leans, from the base's x axis [rad].
+        spin: About its own neck [rad].
+
+    Returns:
+        Rotation and translation, shape (3, 4) [mm], from the part's frame to the base's, with the
+        ball LIFT above its seat.
+    """
+    upside_down = np.array(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)))
+    lean = _turn_z(azimuth) @ _turn_y(tilt) @ _turn_z(spin - azimuth) @ upside_down
+    x, y = base.centres[socket]
+    centre = np.array((x, y, base.height + LIFT))
+    return np.column_stack((lean, centre - lean @ np.array((0.0, 0.0, part.height))))
+
+
+def _turn_z(angle: float) -> NDArray[np.float64]:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+
+
+def _turn_y(angle: float) -> NDArray[np.float64]:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array(((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)))

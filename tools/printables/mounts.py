@@ -1,0 +1,222 @@
+"""What holds the ball's neck at the arm: a plate on a flange, or a block between two fingers.
+
+Every mount stands on z = 0 as printed, its axis is z, and the neck grows from its top. Lengths are
+millimetres. Sources of the patterns:
+
+- ISO 9409-1, designation 9409-1-50-4-M6: four M6 on a circle of 50 mm.
+- KUKA, LBR iiwa media flanges: seven M6 and a 6 mm pin on that circle, 45 degrees apart.
+- Franka hand: franka_description gives fingertips of 17.5 mm width and 18.5 mm length, whose middle
+  is the frame ``hand_tcp``.
+- ISO 273 (medium) for screw holes, ISO 4762 for screw heads.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from .limits import PrintableError, check_range
+from .solid import Frustum, Prism, Solid, cylinder, rectangle, union
+
+__all__ = ["MOUNTS", "SCREWS", "BoltCircle", "Grip", "Mount", "Screw"]
+
+PLATE = 8.0
+RIM = 1.5  # of the plate around the screws' heads
+
+
+@dataclass(frozen=True)
+class Screw:
+    """A hexagon socket head cap screw [mm]."""
+
+    hole: float
+    head: float
+    """Diameter of the head."""
+    height: float
+    """Of the head."""
+    key: float
+    """Width across the flats of its key."""
+
+
+SCREWS: Mapping[str, Screw] = {
+    "M3": Screw(3.4, 5.5, 3.0, 2.5),
+    "M4": Screw(4.5, 7.0, 4.0, 3.0),
+    "M5": Screw(5.5, 8.5, 5.0, 4.0),
+    "M6": Screw(6.6, 10.0, 6.0, 5.0),
+    "M8": Screw(9.0, 13.0, 8.0, 6.0),
+}
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A mount, as the neck and the checks need it."""
+
+    body: Solid
+    top: float
+    """Height at which the neck begins."""
+    widest_root: float
+    """Largest diameter of the neck there."""
+    widest_ball: float
+    """Largest diameter of a ball that leaves the way to the screws free."""
+    corners: tuple[tuple[float, float], ...]
+    """Radius and height of what must stay above the sockets when the neck leans."""
+    hardware: Solid | None = None
+    """The screws' heads."""
+    origin: float = 0.0
+    """Height of the flange frame's origin."""
+    reach: float | None = None
+    """Height of the ball's centre above that origin; None: as short as the tilt allows."""
+    lettering: float | None = None
+    """Radius of the ring on which the ball's height may be engraved, its outer edge."""
+    links: Mapping[str, str] = field(default_factory=dict[str, str])
+    """The flange frame's link in the models of robots."""
+    note: str = ""
+    """What its user must know."""
+
+
+@dataclass(frozen=True)
+class BoltCircle:
+    """A plate that is screwed to a flange, holes evenly around a circle.
+
+    Raises:
+        PrintableError: The holes do not fit, or no such screw.
+    """
+
+    diameter: float
+    count: int = 4
+    screw: str = "M6"
+    slot: float = 0.0
+    """Length of the holes beyond their diameter, outwards: for circles up to twice that larger."""
+    links: Mapping[str, str] = field(default_factory=dict[str, str])
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        if self.screw not in SCREWS:
+            raise PrintableError(f"no screw {self.screw!r}; there are: {', '.join(SCREWS)}")
+        check_range("a bolt circle", self.diameter, 20, 150)
+        if not 2 <= self.count <= 12:
+            raise PrintableError(f"{self.count} bolts: a bolt circle has 2 to 12")
+        apart = self.diameter * math.sin(math.pi / self.count)
+        if apart < SCREWS[self.screw].head + 1:
+            raise PrintableError(
+                f"{self.count} {self.screw} on a circle of {self.diameter:g} mm: their heads touch"
+            )
+
+    def mount(self) -> Mount:
+        """Return the plate; the flange frame's origin is in its lower face."""
+        screw = SCREWS[self.screw]
+        inner, outer = self.diameter / 2, self.diameter / 2 + self.slot
+        edge = outer + screw.head / 2 + RIM
+        holes = union(*(self._hole(i, screw.hole / 2, PLATE + 2, -1) for i in range(self.count)))
+        return Mount(
+            body=cylinder(edge, PLATE) - holes,
+            top=PLATE,
+            widest_root=self.diameter - screw.head - 1,
+            widest_ball=self.diameter - screw.key,
+            corners=((edge, PLATE), (outer + screw.head / 2, PLATE + screw.height)),
+            hardware=union(
+                *(self._hole(i, screw.head / 2, screw.height, PLATE) for i in range(self.count))
+            ),
+            lettering=inner - screw.head / 2 - 0.5,
+            links=self.links,
+            note=self.note,
+        )
+
+    def _hole(self, index: int, radius: float, height: float, z: float) -> Solid:
+        """Return the space of one hole, slot or head; the first lies half a step off the x axis."""
+        angle = (index + 0.5) * 2 * math.pi / self.count
+        c, s = math.cos(angle), math.sin(angle)
+        inner, outer = self.diameter / 2, self.diameter / 2 + self.slot
+        ends = [cylinder(radius, height).at(r * c, r * s, z) for r in (inner, outer)]
+        if self.slot == 0:
+            return ends[0]
+        corners = ((inner, -radius), (outer, -radius), (outer, radius), (inner, radius))
+        between = tuple((r * c - w * s, r * s + w * c) for r, w in corners)
+        return union(*ends, Prism((between,), height).at(z=z))
+
+
+@dataclass(frozen=True)
+class Grip:
+    """A block that two parallel fingers hold, its shoulder resting on their ends.
+
+    Raises:
+        PrintableError: It is too small to hold, or too large.
+    """
+
+    width: float
+    """Between the fingers, along y."""
+    depth: float
+    """Along the fingers' width, x."""
+    length: float
+    """Along the fingers."""
+    origin: float
+    """Height of the flange frame's origin above the block's lower end."""
+    reach: float | None = None
+    """From that origin to the ball's centre; None: as short as the tilt allows."""
+    links: Mapping[str, str] = field(default_factory=dict[str, str])
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        check_range("a grip's width", self.width, 8, 60)
+        check_range("a grip's depth", self.depth, 8, 60)
+        if self.depth < self.width:
+            raise PrintableError(
+                f"a grip {self.width:g} mm wide and {self.depth:g} mm deep: its shoulder needs a "
+                "depth of at least the width"
+            )
+        check_range("a grip's length", self.length, 8, 80)
+
+    @classmethod
+    def of(cls, width: float, depth: float, length: float) -> "Grip":
+        """Return the grip for any gripper; the flange frame lies between the fingertips."""
+        return cls(width, depth, length, origin=length)
+
+    def mount(self) -> Mount:
+        """Return the block with its shoulder, a cone of less than 45 degrees' overhang."""
+        block = Prism((rectangle(_middle(self.depth), _middle(self.width), 1.0),), self.length)
+        low = self.width / 2
+        shoulder = union(Frustum(3.3, low, low + 3), cylinder(low + 3, 1.5).at(z=3.3))
+        diagonal = math.hypot(self.width / 2, self.depth / 2) - 0.5
+        start = self.length - 0.3  # the cone begins inside the block
+        return Mount(
+            body=union(block, shoulder.at(z=start)),
+            top=start + 4.8,
+            widest_root=2 * low + 4,
+            widest_ball=math.inf,
+            corners=((diagonal, self.length), (low + 3, start + 4.8)),
+            origin=self.origin,
+            reach=self.reach,
+            links=self.links,
+            note=self.note,
+        )
+
+
+def _middle(width: float) -> tuple[float, float]:
+    return -width / 2, width / 2
+
+
+MOUNTS: Mapping[str, BoltCircle | Grip] = {
+    "franka-hand": Grip(
+        width=14,
+        depth=18,
+        length=19,
+        origin=9.5,
+        reach=30,
+        links={"panda": "panda_hand_tcp", "fr3": "fr3_hand_tcp"},
+        note="the fingertips' rubber gives way as well: franka-flange holds the ball firmer",
+    ),
+    "franka-flange": BoltCircle(50, links={"panda": "panda_link8", "fr3": "fr3_link8"}),
+    "iso-50-4-m6": BoltCircle(50, links={"ur3e": "tool0", "ur5e": "tool0", "ur10e": "tool0"}),
+    "iiwa14": BoltCircle(
+        50,
+        count=8,
+        links={"iiwa14": "tool0"},
+        note="tool0 is the face of the basic flange: on a media flange add its height to z",
+    ),
+    "gen3-lite": BoltCircle(
+        32,
+        screw="M5",
+        slot=10,
+        links={"gen3_lite": "end_effector_link"},
+        note="slots for M3 to M5, with washers, on circles of 32 to 52 mm: measure your flange",
+    ),
+}
+"""Mounts by name."""

@@ -1,0 +1,223 @@
+"""The socket base: hexagonal posts on a plate, each with a seat for the ball.
+
+A seat touches the ball along three short arcs, 120 degrees apart, on a cone that is tangent to it:
+three contacts fix the centre whatever the print's roundness is. All seats are turned alike, so
+what the pads of one are off, those of the others are off too, and the distance stays.
+
+Frame: x and y in the plane of the table, origin in the middle of the sockets, z up from the table.
+Lengths are millimetres.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from .glyphs import HEIGHT, engraving, text_width
+from .grid import Box, Point, place_holes
+from .limits import BED, PrintableError, check_range
+from .solid import Frustum, Prism, Solid, Sphere, cylinder, hexagon, rectangle, union
+
+__all__ = ["SocketBase"]
+
+PLATE = 8.0  # thickness of the plate
+WALL = 1.5  # least thickness between a seat and the waist of its post
+CONTACT = math.radians(60)  # the pads touch the ball this far from its lowest point
+PAD = math.radians(40)  # the arc of a pad
+WAIST = (PLATE + 1.5, 8.0)  # lower end and height of the waist, where the caliper reads
+JAWS = 10.0  # least room between two waists and posts, for the caliper's inner jaws
+SCREW_HOLE = 6.6  # M6, ISO 273 medium
+WASHER = 12.5  # M6, ISO 7089
+LEDGE = 1.0  # of the plate beyond a post at its edge
+EDGE = 8.0  # from a screw's axis to the plate's edge
+DIGIT_SCALE = 1.3
+
+
+@dataclass(frozen=True)
+class SocketBase:
+    """The parameters of a socket base, and what follows from them.
+
+    Three sockets form an equilateral triangle, so that every two are ``distance`` apart.
+
+    Raises:
+        PrintableError: The parameters contradict each other, or the part is too large to print.
+    """
+
+    distance: float = 50.0
+    """Between the centres of two sockets."""
+    sockets: int = 2
+    ball: float = 20.0
+    """Diameter of the ball."""
+    clearance: float = 0.5
+    """Gap between ball and seat where they must not touch."""
+    height: float = 30.0
+    """Of the ball's centre above the table."""
+
+    def __post_init__(self) -> None:
+        if self.sockets not in (2, 3):
+            raise PrintableError(f"{self.sockets} sockets: a base has 2 or 3")
+        check_range("a ball", self.ball, 10, 40)
+        check_range("a clearance", self.clearance, 0.3, 1.0)
+        lowest = max(WAIST[0] + WAIST[1] + 5, self.ball / 2 + self.clearance + 4)
+        check_range("a height of the sockets", self.height, math.ceil(lowest), 60)
+        self._check_distance()
+        if len(self.holes) < 3:
+            raise PrintableError("no room for three M6 screws: take a larger distance")
+
+    def _check_distance(self) -> None:
+        asked = f"{self.sockets} sockets {self.distance / 1000:g} m apart"
+        nearest = 2 * self.post + JAWS
+        if self.sockets == 3:  # screws stand beside the posts, the readings between two of them
+            nearest = max(nearest + 3.0, 46.0)
+        if not math.isfinite(self.distance) or self.distance < nearest:
+            raise PrintableError(
+                f"{asked} overlap: for a ball of {self.ball:g} mm take at least "
+                f"{math.ceil(nearest) / 1000:g} m"
+            )
+        (x0, y0), (x1, y1) = self.plate
+        excess = max(x1 - x0 - BED, (y1 - y0 - BED) / math.sin(math.pi / 3))
+        if excess > 0:
+            raise PrintableError(
+                f"{asked} make a base of {x1 - x0:.0f} x {y1 - y0:.0f} mm, larger than {BED:g} mm: "
+                f"take at most {math.floor(self.distance - excess) / 1000:g} m"
+            )
+
+    @property
+    def name(self) -> str:
+        """What its files are called."""
+        return f"socket-base-{self.sockets}x{self.distance:g}mm"
+
+    @cached_property
+    def waist(self) -> float:
+        """From a post's axis to each of its six caliper faces."""
+        return math.ceil(self.ball / 2 + self.clearance + WALL)
+
+    @property
+    def post(self) -> float:
+        """From a post's axis to its outer flats."""
+        return self.waist + 1.0
+
+    @property
+    def outside(self) -> float:
+        """What a caliper reads with its outer jaws around two waists."""
+        return self.distance + 2 * self.waist
+
+    @property
+    def inside(self) -> float:
+        """What a caliper reads with its inner jaws between two waists."""
+        return self.distance - 2 * self.waist
+
+    @property
+    def rim(self) -> float:
+        """Height of a post's top: below the ball's equator, so that the neck can lean over it."""
+        return self.height - 0.05 * self.ball
+
+    @cached_property
+    def centres(self) -> tuple[Point, ...]:
+        """The sockets' centres, seen from above."""
+        half, low = self.distance / 2, -self.distance / math.sqrt(12)
+        if self.sockets == 2:
+            return ((-half, 0.0), (half, 0.0))
+        return ((-half, low), (half, low), (0.0, -2 * low))
+
+    @property
+    def corner(self) -> float:
+        """From a post's axis to its corners."""
+        return self.post / math.cos(math.pi / 6)
+
+    @cached_property
+    def plate(self) -> tuple[Point, Point]:
+        """The plate's lowest and highest x and y."""
+        half = max(self.distance / 2 + self.post + LEDGE, 35.0)
+        if self.sockets == 2:
+            depth = self.corner + 22
+            return (-half, -depth), (half, depth)
+        front = self.centres[0][1] - self.corner - 12
+        return (-half, front), (half, self.centres[2][1] + self.corner + LEDGE)
+
+    @cached_property
+    def text_boxes(self) -> tuple[Box, ...]:
+        """The room of the engraved numbers: one of each socket, then that of the readings."""
+        half_height = DIGIT_SCALE * HEIGHT / 2
+        drop = self.corner + 1.2 + half_height
+        low, high = -drop - half_height, -drop + half_height
+        digits = [(x - 3.0, y + low, x + 3.0, y + high) for x, y in self.centres]
+        half_width = max(map(text_width, self.readings)) / 2
+        middle = (self.corner + self.plate[1][1]) / 2
+        if self.sockets == 3:
+            middle = self.plate[0][1] + 2 + HEIGHT + 0.6
+        lines = (-half_width, middle - 0.6 - HEIGHT, half_width, middle + 0.6 + HEIGHT)
+        return (*digits, lines)
+
+    @property
+    def readings(self) -> tuple[str, str]:
+        """The engraved readings of the caliper [mm]."""
+        return f"OUT {self.outside:.2f}", f"In {self.inside:.2f}"
+
+    @cached_property
+    def holes(self) -> tuple[Point, ...]:
+        """The axes of the M6 screws, on a 25 mm grid of their own."""
+        (x0, y0), (x1, y1) = self.plate
+        inner: Box = (x0 + EDGE, y0 + EDGE, x1 - EDGE, y1 - EDGE)
+        reach = self.corner + WASHER / 2 + 0.5
+        return place_holes(inner, [(*c, reach) for c in self.centres], self.text_boxes, WASHER / 2)
+
+    def solid(self) -> Solid:
+        """Return the part, standing on z = 0."""
+        (x0, y0), (x1, y1) = self.plate
+        plate = Prism((rectangle((x0, x1), (y0, y1), 5.0),), PLATE)
+        posts = [self._post().at(x, y) for x, y in self.centres]
+        seats = [self._seat().at(x, y) for x, y in self.centres]
+        holes = [cylinder(SCREW_HOLE / 2, PLATE + 2).at(x, y, -1) for x, y in self.holes]
+        return union(plate, *posts) - union(*seats, *holes, *self._engravings())
+
+    def _post(self) -> Solid:
+        """Return a hexagonal post with a waist, whose ceiling leans less than 45 degrees."""
+        low, height = WAIST
+        rest = self.rim - low - height
+        head = Prism((hexagon(self.post),), rest)
+        start = self.waist - 0.2
+        flare = Frustum(rest, start, start + rest / 1.1)
+        return union(
+            Prism((hexagon(self.post),), low),
+            Prism((hexagon(self.waist),), low + height),
+            (head & flare).at(z=low + height),
+        )
+
+    def _seat(self) -> Solid:
+        """Return what is cut out for a ball: a wider ball less three pads, and a drain below."""
+        radius = self.ball / 2
+        bowl = Sphere(radius + self.clearance)
+        pads = union(*(_sector(i * 2 * math.pi / 3 + math.pi / 2, 2 * radius) for i in range(3)))
+        drain = cylinder(0.3 * radius, self.height + 1 - radius / 2).at(z=-self.height - 1)
+        return union(bowl - (pads - _tangent_cone(radius)), drain).at(z=self.height)
+
+    def _engravings(self) -> list[Solid]:
+        *digits, lines = self.text_boxes
+        tools = [
+            engraving(str(i), *_middle(box), PLATE, DIGIT_SCALE) for i, box in enumerate(digits)
+        ]
+        x, y = _middle(lines)
+        step = HEIGHT / 2 + 0.6
+        first, second = self.readings
+        return [*tools, engraving(first, x, y + step, PLATE), engraving(second, x, y - step, PLATE)]
+
+
+def _tangent_cone(radius: float) -> Solid:
+    """Return the cone that opens upwards and touches a ball about the origin at CONTACT."""
+    apex = -radius / math.cos(CONTACT)
+    slope = 1 / math.tan(CONTACT)  # of its radius over its height
+    low, high = -1.2 * radius, 1.2 * radius
+    return Frustum(high - low, (low - apex) * slope, (high - apex) * slope).at(z=low)
+
+
+def _sector(middle: float, reach: float) -> Solid:
+    """Return a wedge of angle PAD about a direction, from the axis out to the reach."""
+    ends = [
+        (reach * math.cos(angle), reach * math.sin(angle))
+        for angle in (middle - PAD / 2, middle + PAD / 2)
+    ]
+    return Prism((((0.0, 0.0), *ends),), 2 * reach).at(z=-reach)
+
+
+def _middle(box: Box) -> Point:
+    return (box[0] + box[2]) / 2, (box[1] + box[3]) / 2

@@ -1,0 +1,62 @@
+"""Figures in words, the same wherever a report speaks."""
+
+from collections.abc import Sequence
+
+__all__ = ["area", "brief_area", "fixed", "joined", "mm", "percent", "plural", "short_names"]
+
+
+def mm(metres: float, digits: int = 2) -> str:
+    """Return a length in millimetres."""
+    return f"{fixed(1e3 * metres, digits)} mm"
+
+
+def fixed(value: float, digits: int, sign: str = "") -> str:
+    """Return a number with so many digits behind the point; zero has no minus."""
+    return f"{round(value, digits) + 0.0:{sign}.{digits}f}"
+
+
+def percent(fraction: float) -> str:
+    """Return a share; all but all is never written as all."""
+    whole = round(100 * fraction)
+    whole = 99 if whole == 100 and fraction < 1 else whole
+    return f"{1 if whole == 0 and fraction > 0 else whole} %"
+
+
+def plural(count: int, word: str) -> str:
+    """Return a count with its noun."""
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"
+
+
+def joined(words: Sequence[str]) -> str:
+    """Return a list in words."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Return placements' names without the folder that all of them share."""
+    folders = {name.rpartition("/")[0] for name in names}
+    if len(folders) > 1:
+        return list(names)
+    return [name.rpartition("/")[2] for name in names]
+
+
+def area(position: Sequence[float]) -> str:
+    """Return where a point lies as the robot sees it: its x is ahead, its y to the left."""
+    x, y, z = position
+    parts = ((x, "ahead", "behind"), (y, "to its left", "to its right"), (z, "up", "below"))
+    words = [f"{abs(v):.2f} m {plus if v > 0 else minus}" for v, plus, minus in parts if _seen(v)]
+    return ", ".join(words) or "at its base"
+
+
+def brief_area(position: Sequence[float]) -> str:
+    """Return the same for a table, in metres without the unit."""
+    x, y, z = position
+    parts = ((x, "ahead", "behind"), (y, "left", "right"), (z, "up", "down"))
+    words = [f"{abs(v):.2f} {plus if v > 0 else minus}" for v, plus, minus in parts if _seen(v)]
+    return ", ".join(words) or "at the base"
+
+
+def _seen(metres: float) -> bool:
+    return abs(metres) >= 5e-3
