@@ -1,8 +1,12 @@
 """The experiments in simulation: it is the model that decides, not the controller."""
 
 import json
+import os
 import re
+import subprocess
+import sys
 from collections.abc import Callable
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -122,22 +126,40 @@ def test_a_report_shows_both_models(
     assert main(["simulate", *words]) == 2  # nothing is overwritten
 
 
-def test_without_opengl_the_figures_are_given_all_the_same(
-    simulate, calibrated, tmp_path: Path, capsys, monkeypatch
-) -> None:
-    monkeypatch.setenv("MUJOCO_GL", "nowhere")
+def test_without_opengl_the_figures_are_given_all_the_same(tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()
     (out / "report.html").write_text("an older one")
-    words = ("insertion", "--model", calibrated, "--trials", "1", "--out", str(out), "--force")
-    assert main(["simulate", *words, "--json"]) == 0
-    shown = capsys.readouterr()
-    (warning,) = [line for line in shown.err.splitlines() if line.startswith("warning:")]
+    words = ("insertion", "--model", "true", "--trials", "1", "--out", str(out), "--force")
+    done = subprocess.run(
+        [sys.executable, "-m", "mukca", "simulate", *words, "--json"],
+        env={**os.environ, "MUJOCO_GL": "nowhere"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0
+    (warning,) = [line for line in done.stderr.splitlines() if line.startswith("warning:")]
     assert "no pictures" in warning
     assert "libegl1" in warning
-    assert json.loads(shown.out)["centre"]["inserted"] == 1
+    assert json.loads(done.stdout)["centre"]["inserted"] == 1
     assert {file.name for file in out.iterdir()} == {"report.html", "simulation.json"}
     assert "data:image/" not in (out / "report.html").read_text()
+
+
+def test_a_missing_package_is_named(tmp_path: Path) -> None:
+    # A module that is not there, as on a machine without the extra.
+    (tmp_path / "mujoco.py").write_text("raise ImportError('nothing', name='mujoco')")
+    paths = [str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]
+    done = subprocess.run(
+        [sys.executable, "-m", "mukca", "simulate", "drawing"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert "mujoco is not installed" in line
+    assert "mukca[simulation]" in line
 
 
 @pytest.mark.parametrize(
@@ -158,6 +180,15 @@ def test_bad_arguments_get_one_line(capsys, words: tuple[str, ...]) -> None:
     assert main(["simulate", *words]) == 2
     error = capsys.readouterr().err
     assert len(error.strip().splitlines()) == 1
+
+
+def test_a_model_of_another_arm_is_named(capsys) -> None:
+    other = str(files("mukca.solver") / "robots" / "ur5e.urdf")
+    assert main(["simulate", "insertion", "--model", other]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert other in line
+    assert "shoulder_pan_joint" in line
+    assert "panda_joint1" in line
 
 
 def test_an_option_of_the_other_experiment_is_refused(capsys) -> None:

@@ -1,7 +1,9 @@
 """``mukca simulate``: the paper's experiments in simulation, with the model under test."""
 
 import argparse
+import importlib
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -131,11 +133,10 @@ def attempts(
     Raises:
         MissingExtra: The packages are not installed.
     """
-    try:
-        from ..experiments.attempt import attempt
-        from ..experiments.models import model_urdf
-    except ImportError as error:
-        raise _missing(error) from None
+    _load_mujoco()
+    from ..experiments.attempt import attempt
+    from ..experiments.models import model_urdf
+
     settings = _settings(arguments)
     nominal, arm = demo_arm(arguments.arm)
     with terminal.progress(settings.count * len(words)) as progress:
@@ -143,6 +144,25 @@ def attempts(
             attempt(settings, arm, word, model_urdf(word, nominal, arm, arguments.seed), progress)
             for word in words
         ]
+
+
+def _load_mujoco() -> None:
+    """Import what the experiments need.
+
+    MuJoCo would load OpenGL with it, and fail with it; only pictures need that, later.
+
+    Raises:
+        MissingExtra: A package is not there.
+    """
+    wish = os.environ.get("MUJOCO_GL", "")
+    os.environ["MUJOCO_GL"] = "disable"
+    try:
+        importlib.import_module("mujoco")
+        importlib.import_module("pinocchio")
+    except ImportError as error:
+        raise _missing(error) from None
+    finally:
+        os.environ["MUJOCO_GL"] = wish
 
 
 def _settings(arguments: argparse.Namespace) -> "Settings":

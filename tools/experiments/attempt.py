@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from ...solver.urdf import Chain
+from ...solver.urdf_text import ModelError
 from .cell import build_cell
 from .drawing import Retracing, retrace
 from .insertion import Trial, insert_at_centre, insert_on_cross
@@ -64,7 +65,10 @@ def attempt(
         ModelError: The model is not one of this arm.
         SimulationError: The arm cannot reach a place.
     """
-    cell = build_cell(arm, urdf, settings.hole)
+    try:
+        cell = build_cell(arm, urdf, settings.hole)
+    except ModelError as error:
+        raise ModelError(f"model {name!r}: {error}; give one solved for this arm") from None
     if settings.hole is None:
         lines = _each(retrace(cell, settings.trials, settings.seed), name, progress)
         return Attempt(name, {"drawing": drawing_figures(lines)}, cell.scene, lines)

@@ -33,6 +33,15 @@ BELOW = {
     "drawing": "Below, the paper with the lines of all trials; what was shown is grey.",
 }
 
+OFF = {
+    "insertion": "Off: the peg's true distance from its place above the hole, when it is about to "
+    "go down; mean, and the most in brackets. Forces are from then on; the least and the most of "
+    "the trials in brackets.",
+    "drawing": "Apart: the largest distance between any two lines at each moment. Off: a line's "
+    "mean distance from what was shown. Mean, and the most in brackets; of forces, the least and "
+    "the most of the trials.",
+}
+
 
 def simulation_page(result: Figures, pictures: Mapping[str, bytes]) -> str:
     """Return the report as HTML that needs no other file.
@@ -53,7 +62,13 @@ def simulation_page(result: Figures, pictures: Mapping[str, bytes]) -> str:
             tag("p", f"Simulated arm {result['arm']}, seed {result['seed']}", class_="kicker"),
             tag("h1", TITLES[experiment]),
         ),
-        tag("section", tag("h2", "What came of it"), tag("p", _sentence(result)), _table(result)),
+        tag(
+            "section",
+            tag("h2", "What came of it"),
+            tag("p", _sentence(result)),
+            _table(result),
+            tag("p", OFF[experiment], class_="help"),
+        ),
         tag("section", tag("h2", "Side by side"), shown, class_="plots") if shown else None,
         tag(
             "section",
@@ -76,21 +91,26 @@ def _places(result: Figures) -> list[str]:
 
 def _sentence(result: Figures) -> str:
     """Return the result in words, the model beside first."""
-    parts: list[str] = []
-    for _, model in _models(result):
-        if result["experiment"] == "drawing":
-            lines = model["drawing"]
-            words = f"lies its {lines['retracings']} lines {mm(lines['spread'])} apart on average"
-            words += f" and {mm(lines['max_spread'])} at most"
-        else:
-            counts = [
-                f"{model[place]['inserted']} of {model[place]['trials']} {WHERE[place]}"
-                for place in _places(result)
-            ]
-            words = f"inserts {joined(counts)} into {1e3 * result['hole']:g} mm"
-        parts.append(f"the {_name(model)} model {words}")
-    text = "; ".join(parts)
-    return f"{text[0].upper()}{text[1:]}. Gains, friction and starts are the same."
+    say = _apart if result["experiment"] == "drawing" else _inserted
+    parts = [say(_name(model), model, _places(result)) for _, model in _models(result)]
+    where = f"Into a hole of {1e3 * result['hole']:g} mm: " if "hole" in result else ""
+    text = f"{where}{'; '.join(parts)}. Gains, friction and starts are the same for both."
+    return text[0].upper() + text[1:]
+
+
+def _apart(name: str, model: Figures, _: list[str]) -> str:
+    lines = model["drawing"]
+    return (
+        f"the {name} model's {lines['retracings']} lines lie {mm(lines['spread'])} apart on "
+        f"average and {mm(lines['max_spread'])} at most"
+    )
+
+
+def _inserted(name: str, model: Figures, places: list[str]) -> str:
+    counts = [
+        f"{model[place]['inserted']} of {model[place]['trials']} {WHERE[place]}" for place in places
+    ]
+    return f"with the {name} model {joined(counts)}"
 
 
 def _name(model: Figures) -> str:
@@ -140,7 +160,7 @@ def _picture(name: str, content: bytes, caption: str) -> Element:
         tag("img", src=f"data:image/{kind};base64,{data}", alt=caption, style="max-width: 100%"),
         tag("figcaption", caption),
         id=name.split(".")[0],
-        class_="plot",
+        class_="plot half",
     )
 
 
@@ -178,9 +198,9 @@ def _lines(result: Figures) -> Plot:
     """Return the lines that were drawn."""
     panels: list[Element] = []
     for _, model in _models(result):
-        panel = _square(_name(model), 100, "mm along y", "mm along x")
+        panel = _square(_name(model), 100, "mm to the right", "mm ahead")
         for i, one in enumerate(model["drawing"]["each"]):
-            line = [(1e3 * y, 1e3 * (x - PAPER)) for x, y in one["line"]]
+            line = [(-1e3 * y, 1e3 * (x - PAPER)) for x, y in one["line"]]
             panel.line(line, f"curve model-{i % COLOURS}")
         panels.append(panel.root)
     return Plot(
