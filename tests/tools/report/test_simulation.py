@@ -53,6 +53,7 @@ def test_insertions_in_words_and_numbers() -> None:
         "the X; with the calibrated model 3 of 3 where it was taught and 2 of 3 on the X."
     ) in words(page)
     assert "calibrated on the X 2 of 3 0.20 ( 0.40 ) 1.2 ( 0.5 to 2.0 )" in words(page)
+    assert "nominal on the X 0 of 3 8.00 ( 16.00 )" in words(page)
     assert page.count("<circle") == 2 + 12  # the play, and each trial, of both models
     assert len(re.findall(r'class="model-\d train"', page)) == 2 + 3 + 1
 
