@@ -22,11 +22,10 @@ import numpy as np
 from mukca.recorder.dataset import Placement, find_placements, read_placement
 from mukca.solver.auto import calibrate_auto
 from mukca.solver.estimate import Estimate
-from mukca.solver.kinematics import gravity_torques
+from mukca.solver.kinematics import gravity_torques, workspace
 from mukca.solver.measurements import Measurement, measure
 from mukca.solver.observations import KnownDistance, observe
 from mukca.solver.parameters import choose_parameters
-from mukca.solver.uncertainty import workspace
 from mukca.solver.urdf import Chain, load_chain
 from mukca.tools.commands.demo import demo_arm, demo_bases
 from mukca.tools.simulate import perturb, reachable_bases, record

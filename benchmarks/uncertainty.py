@@ -15,15 +15,16 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import argparse
 import time
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
 from mukca.solver.auto import calibrate_auto
-from mukca.solver.kinematics import gravity_torques
+from mukca.solver.kinematics import gravity_torques, workspace
 from mukca.solver.measurements import measure
-from mukca.solver.observations import observe
+from mukca.solver.observations import SEAT_DEVIATION, observe
 from mukca.solver.parameters import choose_parameters
-from mukca.solver.uncertainty import deviations, distance_deviations, prior_deviations, workspace
+from mukca.solver.uncertainty import deviations, distance_deviations, prior_deviations
 from mukca.solver.urdf import load_chain
 from mukca.solver.validate import CALIPER_DEVIATION
 from mukca.tools.simulate import perturb, reachable_bases, record
@@ -38,6 +39,7 @@ def draw(seed: int) -> dict[str, list[float]]:
     arm = perturb(chain, generator, 2e-3, 5e-3)
     bases = reachable_bases(arm, generator, 3)
     stated = bases[0].distance + generator.normal(0, CALIPER_DEVIATION)
+    bases = [replace(b, distance=b.distance + generator.normal(0, SEAT_DEVIATION)) for b in bases]
     placements = [record(arm, base, generator, noise=1e-4) for base in bases]
     measured = [measure(p, chain, stated) for p in placements]
     parameters = choose_parameters(chain)

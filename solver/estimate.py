@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .deflection import Deflection
-from .map_problem import Group, MapProblem, Noise
+from .hyperparameters import Group, Noise
+from .map_problem import MapProblem
 
 __all__ = ["INFORMATION", "NU", "Estimate", "predict"]
 

@@ -4,13 +4,21 @@ The unknowns x are the geometry, the coefficients of extensions and the socket c
 Given hyperparameters, the posterior's maximum minimises
 
     sum over samples  t(e_i; C_i)        e_i = Phi(x, q_i) - m_s(i)
-  + sum over known distances  ((|m_a - m_b| - d) / s_d)^2 / 2
-  + sum over groups  |x_g|^2 / (2 s_g^2)
+  + |W (l - d)|^2 / 2             l_k = |m_a - m_b|, of the known distances d
+  + sum over groups  x_g^T P_g x_g / 2                            P_g = (s_g^2 I)^-1
+  - 3 (N - S) log(scale)          of the cloud of ball positions in the workspace
 
 where t is Student's distribution with nu = 5 of whole 3-vectors, and C_i = s_x^2 I + s_q^2 Jq Jq^T
-its scale: noise in space, and noise of the joint angles. Each iteration takes one Gauss-Newton step
-with reweighting, and one fixed-point step for s_g, s_x and s_q towards the maximum of the evidence
-(MacKay 1992; for the noise, Harville 1977), so that a group without support vanishes.
+its scale: noise in space, and noise of the joint angles. W^T W is the inverse covariance of the
+known distances; placements of one base share the error of its measurement. P_g of the translations
+leaves the scale of all lengths together to the known distances. The last term is there because a
+model that shrinks shrinks its errors, and would seem the better for it: what is given are N joint
+positions, and the volume that maps to a volume of theirs grows with the cube of the scale; S
+samples' worth goes to the sockets, which shrink too.
+
+Each iteration takes one Gauss-Newton step with reweighting, and one fixed-point step for s_g, s_x
+and s_q towards the maximum of the evidence (MacKay 1992; for the noise, Harville 1977), so that a
+group without support vanishes.
 """
 # NumPy's linear algebra is partly untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -24,7 +32,8 @@ from numpy.typing import NDArray
 
 from .deflection import COMPLIANCE, EXTENSIONS
 from .estimate import INFORMATION, NU, Estimate
-from .map_problem import NEGLIGIBLE, Group, MapProblem, Noise
+from .hyperparameters import NEGLIGIBLE, Group, Noise
+from .map_problem import MapProblem
 from .optimizers import NotConverged
 
 __all__ = ["estimate"]
@@ -53,6 +62,9 @@ class _Iteration:
         data = problem.data
         self.problem = problem
         self.groups = problem.groups
+        self.volume = np.concatenate([problem.by_scale(), np.zeros(3 * data.socket_count)])
+        self.volume *= 3 * (len(data.sockets) - data.socket_count)
+        self.whiten = np.linalg.inv(np.linalg.cholesky(data.distance_covariance()))
         self.x = np.zeros(problem.size)
         self.fixed = np.zeros(problem.size, dtype=bool)
         self.iterates = [self.x]
@@ -82,14 +94,18 @@ class _Iteration:
         self.jacobian = np.concatenate([by_x, by_centres], axis=2)
 
     def run(self) -> Estimate:
-        for _ in range(MAX_ITERATIONS):
-            if self.step() < 1e-2 and not self.prune() and not self.release():
-                return self.result()
+        try:
+            for _ in range(MAX_ITERATIONS):
+                if self.step() < 1e-2 and not self.prune() and not self.release():
+                    return self.result()
+        except np.linalg.LinAlgError:
+            raise NotConverged("auto diverged; see mukca check, or try --method paper") from None
         raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
 
     def prune(self) -> bool:
         """Take out what has no effect beside the noise; tell whether there was any."""
-        gone = [g for g in self.groups if g.width and self.effect(g) < NEGLIGIBLE]
+        extensions = [g for g in self.groups if g.name in EXTENSIONS and g.width]
+        gone = [g for g in extensions if self.effect(g) < NEGLIGIBLE]
         for group in gone:
             self.fixed[group.members] = True
             self.x[group.members] = 0.0
@@ -103,9 +119,7 @@ class _Iteration:
         return bool(gone)
 
     def effect(self, group: Group) -> float:
-        """Return how far an extension's width moves the ball, relative to the noise."""
-        if group.name not in EXTENSIONS:
-            return np.inf
+        """Return how far a group's width moves the ball, relative to the noise."""
         members = group.members[~self.fixed[group.members]]
         squares = np.sum(self.jacobian[:, :, members] ** 2, axis=(1, 2)) / 3
         return group.width * float(np.sqrt(np.mean(squares))) / self.noise.space
@@ -123,13 +137,30 @@ class _Iteration:
         self.weights = (NU + 3) / (NU + squares)
         return inverse, squares
 
-    def precisions(self) -> Vector:
-        """Return the prior precision of every unknown, infinite for those that stay at zero."""
-        prior = np.zeros(self.jacobian.shape[2])
-        for group in self.groups:
-            prior[group.members] = group.width**-2 if group.width else np.inf
-        prior[: self.problem.size][self.fixed] = np.inf
-        return prior
+    def priors(self) -> list[tuple[Group, NDArray[np.int64]]]:
+        """Return the groups, and the members of each that are free."""
+        kept = [(g, g.members[~self.fixed[g.members]]) for g in self.groups if g.width]
+        return [(group, members) for group, members in kept if len(members)]
+
+    def find_free(self) -> NDArray[np.bool_]:
+        """Return which unknowns do not stay at zero."""
+        free = np.ones(self.jacobian.shape[2], dtype=bool)
+        free[: self.problem.size] = False
+        for _, members in self.priors():
+            free[members] = True
+        return free
+
+    def prior_precision(self, widened: bool = False) -> Vector:
+        """Return the prior precision of all unknowns; no row for those that stay at zero.
+
+        Args:
+            widened: Whether the uncertainty of the widths counts.
+        """
+        P = np.zeros((self.jacobian.shape[2],) * 2)
+        for group, members in self.priors():
+            width = group.deviation if widened else group.width
+            P[np.ix_(members, members)] = group.precision(members, width)
+        return P[np.ix_(self.free, self.free)]
 
     def step(self) -> float:
         """Take one step of everything; return the largest relative change of a scale."""
@@ -138,13 +169,12 @@ class _Iteration:
         A = (whitened.transpose(0, 2, 1) @ self.jacobian).reshape(-1, self.jacobian.shape[2])
         r = (whitened.transpose(0, 2, 1) @ self.residuals[:, :, None]).ravel() / INFORMATION
         B, b = self.distance_rows()
-        prior = self.precisions()
-        free = np.isfinite(prior)
+        free = self.free = self.find_free()
+        prior = self.prior_precision()
         A_free, B_free = A[:, free], B[:, free]
-        self.hessian = A_free.T @ A_free + B_free.T @ B_free + np.diag(prior[free])
+        self.hessian = A_free.T @ A_free + B_free.T @ B_free + prior
         x = np.concatenate([self.x, np.zeros(self.centres.size)])[free]
-        gradient = A_free.T @ r + B_free.T @ b + prior[free] * x
-        self.free = free
+        gradient = A_free.T @ r + B_free.T @ b + prior @ x - self.volume[free]
         self.covariance = _inverse(self.hessian)
         step = np.zeros(len(free))
         step[free] = -self.covariance @ gradient
@@ -167,7 +197,7 @@ class _Iteration:
         self.evaluations += 1
 
     def distance_rows(self) -> tuple[Vector, Vector]:
-        """Return Jacobian and residuals of the known distances, over their deviations."""
+        """Return Jacobian and residuals of the known distances, whitened."""
         known = self.problem.data.known
         rows = np.zeros((len(known), self.jacobian.shape[2]))
         values = np.zeros(len(known))
@@ -176,22 +206,21 @@ class _Iteration:
             length = float(np.linalg.norm(offset))
             for socket, sign in ((k.second, 1), (k.first, -1)):
                 begin = self.problem.size + 3 * socket
-                rows[i, begin : begin + 3] = sign * offset / length / k.deviation
-            values[i] = (length - k.distance) / k.deviation
-        return rows, values
+                rows[i, begin : begin + 3] = sign * offset / length
+            values[i] = length - k.distance
+        return self.whiten @ rows, self.whiten @ values
 
     def update_groups(self) -> float:
         """Take one step for the widths; return the largest relative change of those that matter."""
-        variances = np.zeros(len(self.free))
-        variances[self.free] = np.diag(self.covariance)
+        covariance = np.zeros((len(self.free),) * 2)
+        covariance[np.ix_(self.free, self.free)] = self.covariance
         updated: list[Group] = []
         change = 0.0
         for group in self.groups:
             new = group
             if group.learned:
                 members = group.members[~self.fixed[group.members]]
-                effective = len(members) - float(variances[members].sum()) / group.width**2
-                new = group.updated(float(np.sum(self.x[members] ** 2)), effective)
+                new = group.updated(self.x[members], covariance[np.ix_(members, members)], members)
                 if self.effect(new) > NEGLIGIBLE:
                     change = max(change, abs(log(new.width / group.width)))
             updated.append(new)
@@ -199,27 +228,13 @@ class _Iteration:
         return change
 
     def update_noise(self, inverse: Vector, step: Vector) -> float:
-        """Take one step of Fisher scoring for s_x^2 and s_q^2; return the relative change.
-
-        The score of each is what is left over of it in the residuals, less what was to be
-        expected in the directions that the fit leaves to it (restricted maximum likelihood).
-        """
-        w = self.weights
-        e = self.residuals_before + self.jacobian_before @ step
-        u = np.einsum("nij,nj->ni", inverse, e)
+        """Take one step for s_x^2 and s_q^2; return the relative change."""
         J = self.jacobian_before[:, :, self.free]
         leverage = (J @ self.covariance) @ J.transpose(0, 2, 1)
-        left = inverse - INFORMATION * w[:, None, None] * inverse @ leverage @ inverse
-        Jq = self.by_joints_before
-        kinds = [np.broadcast_to(np.eye(3), inverse.shape), Jq @ Jq.transpose(0, 2, 1)]
-        kinds = kinds if self.noise.joint else kinds[:1]
-        score = [
-            float(np.sum(w * np.einsum("ni,nij,nj->n", u, V, u)) - np.sum(left * V)) for V in kinds
-        ]
-        scaled = [inverse @ V for V in kinds]
-        fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
+        leverage *= INFORMATION * self.weights[:, None, None]
+        errors = self.residuals_before + self.jacobian_before @ step
         before, matters = self.noise, self.joint_effect() > NEGLIGIBLE
-        squares: Vector = np.linalg.solve(fisher, score).astype(np.float64)
+        squares = before.fisher_step(inverse, self.weights, errors, leverage, self.by_joints_before)
         self.noise = before.updated(squares, self.joint_effect())
         return max(
             abs(log(self.noise.space / before.space)),
@@ -255,11 +270,7 @@ class _Iteration:
 
     def widened_covariance(self) -> Vector:
         """Return the covariance with the priors as wide as they may well be."""
-        change = np.zeros(len(self.free))
-        for group in self.groups:
-            if group.width:
-                change[group.members] = group.deviation**-2 - group.width**-2
-        return _inverse(self.hessian + np.diag(change[self.free]))
+        return _inverse(self.hessian - self.prior_precision() + self.prior_precision(widened=True))
 
     def log_evidence(self, squares: Vector) -> float:
         """Return the logarithm of the evidence, by Laplace's approximation."""
@@ -267,13 +278,12 @@ class _Iteration:
         scales = np.linalg.slogdet(self.noise.scales(self.by_joints))[1]
         constant = lgamma((NU + 3) / 2) - lgamma(NU / 2) - 1.5 * log(NU * pi)
         value = N * constant - 0.5 * scales.sum() - 0.5 * (NU + 3) * np.log1p(squares / NU).sum()
+        value += float(self.volume[: self.problem.size] @ self.x)
         value -= 0.5 * float(np.sum(self.distance_rows()[1] ** 2))
-        for group in self.groups:
-            members = group.members[~self.fixed[group.members]]
-            if group.width and len(members):
-                value -= 0.5 * float(np.sum(self.x[members] ** 2)) / group.width**2
-                value -= len(members) * log(group.width)
-                value -= 0.5 * (group.width / group.scale) ** 2
+        for group, members in self.priors():
+            P = group.precision(members, group.width)
+            value += 0.5 * float(np.linalg.slogdet(P)[1] - self.x[members] @ P @ self.x[members])
+            value -= 0.5 * (group.width / group.scale) ** 2
         return float(value - 0.5 * np.linalg.slogdet(self.hessian)[1])
 
 

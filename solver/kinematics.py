@@ -30,6 +30,7 @@ __all__ = [
     "gravity_function",
     "gravity_torques",
     "link_frames",
+    "workspace",
 ]
 
 Vector = NDArray[np.float64]
@@ -142,6 +143,13 @@ class BallModel:
         if key not in self._mapped:
             self._mapped[key] = function.map(N)
         return self._mapped[key]
+
+
+def workspace(chain: Chain, count: int, seed: int = 0) -> Vector:
+    """Return random joint positions within the limits, and within one turn, shape (count, m)."""
+    lower = np.array([max(j.lower, -np.pi) for j in chain.actuated])
+    upper = np.array([min(j.upper, np.pi) for j in chain.actuated])
+    return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))
 
 
 def gravity_torques(

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,19 @@ from .measurements import Measurement
 from .urdf import Chain
 from .validate import CALIPER_DEVIATION
 
-__all__ = ["Known", "KnownError", "Load", "Observations", "observe", "parse_known"]
+__all__ = [
+    "SEAT_DEVIATION",
+    "Known",
+    "KnownError",
+    "Load",
+    "Observations",
+    "observe",
+    "parse_known",
+]
 
 Vector = NDArray[np.float64]
+SEAT_DEVIATION = 1e-5
+"""By so much a base's own distance varies from placement to placement, bolted and dusty [m]."""
 
 
 class KnownError(MukcaError):
@@ -60,6 +70,8 @@ class Known:
     second: int
     distance: float
     deviation: float
+    on_base: bool = False
+    """Whether a base's two sockets are meant."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +93,20 @@ class Observations:
         """Number of sockets in all placements."""
         return len(self.labels)
 
+    def distance_covariance(self) -> Vector:
+        """Return the covariance of the known distances' errors, shape (K, K) [m^2].
+
+        A base that was read once errs by the same amount wherever it stands, so placements whose
+        stated distances are equal share that error; more placements do not make it smaller.
+        """
+        covariance = np.zeros((len(self.known), len(self.known)))
+        for i, one in enumerate(self.known):
+            for j, other in enumerate(self.known):
+                if i == j or (one.on_base and other.on_base and one.distance == other.distance):
+                    covariance[i, j] = one.deviation * other.deviation
+            covariance[i, i] += SEAT_DEVIATION**2 * one.on_base
+        return covariance
+
     def without(self, placement: str) -> "Observations":
         """Return all but one placement, and no distance that leads to it."""
         kept = [i for i, (name, _) in enumerate(self.labels) if name != placement]
@@ -92,7 +118,7 @@ class Observations:
             np.array([new[s] for s in self.sockets[rows].tolist()], dtype=np.int64),
             tuple(self.labels[i] for i in kept),
             tuple(
-                Known(new[k.first], new[k.second], k.distance, k.deviation)
+                replace(k, first=new[k.first], second=new[k.second])
                 for k in self.known
                 if k.first in new and k.second in new
             ),
@@ -151,7 +177,7 @@ def observe(
     for m in measurements:
         if m.has_distance:
             a, b = (labels.index((m.name, socket)) for socket in m.sockets[:2])
-            pairs.append(Known(a, b, m.distance, deviation))
+            pairs.append(Known(a, b, m.distance, deviation, on_base=True))
     for k in known:
         a, b = (_find(labels, end) for end in (k.first, k.second))
         if a == b:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .deflection import coefficient_names
 from .estimate import INFORMATION, Estimate
-from .kinematics import gravity_torques, rotation, rotation_rpy
+from .kinematics import gravity_torques, rotation, rotation_rpy, workspace
 from .observations import Load
 from .urdf import Chain, Joint
 
@@ -26,7 +26,6 @@ __all__ = [
     "predicted_deviation",
     "unknown_names",
     "weak_directions",
-    "workspace",
 ]
 
 Vector = NDArray[np.float64]
@@ -36,6 +35,7 @@ CANNOT_SEE = (
     "calibration",
 )
 """What no recording of a ball can tell."""
+SCALE = "the scale of all lengths (a longer base, or known distances, would tell it)"
 UNDECIDED = 0.5
 """A direction whose posterior deviation is more than this part of its prior's is the prior's."""
 STRONG = 0.9
@@ -55,12 +55,17 @@ def deviations(found: Estimate) -> Vector:
     return np.sqrt(np.diag(found.covariance)[: found.problem.size])
 
 
+def prior_covariance(found: Estimate) -> Vector:
+    """Return the prior covariance of all unknowns before the centres."""
+    covariance = np.zeros((found.problem.size,) * 2)
+    for group in found.groups:
+        covariance[np.ix_(group.members, group.members)] = group.covariance(group.deviation)
+    return covariance
+
+
 def prior_deviations(found: Estimate) -> Vector:
     """Return the prior standard deviation of every unknown before the centres."""
-    widths = np.zeros(found.problem.size)
-    for group in found.groups:
-        widths[group.members] = group.deviation
-    return widths
+    return np.sqrt(np.diag(prior_covariance(found)))
 
 
 def correlations(found: Estimate) -> list[tuple[str, str, float]]:
@@ -115,24 +120,25 @@ def weak_directions(found: Estimate) -> list[Direction]:
     """
     problem = found.problem
     n = problem.geometry
-    widths = prior_deviations(found)[:n]
-    scaled = found.covariance[:n, :n] / np.outer(widths, widths)
-    named = _structural(problem.chain, found)
-    basis = (
-        np.linalg.qr(np.array([v / widths for _, v in named]).T)[0] if named else np.zeros((n, 0))
-    )
-    found_directions = [
-        Direction(text, float(np.sqrt(u @ scaled @ u)))
-        for text, v in named
-        for u in [v / widths / np.linalg.norm(v / widths)]
+    prior = np.linalg.cholesky(prior_covariance(found)[:n, :n])  # x = prior @ standard normal
+    whiten = np.linalg.inv(prior)
+    posterior = whiten @ found.covariance[:n, :n] @ whiten.T
+    named = [
+        (text, whiten @ v / np.linalg.norm(whiten @ v))
+        for text, v in _structural(problem.chain, found)
     ]
+    by_scale = prior.T @ problem.by_scale()[:n]
+    if by_scale.any():
+        named.append((SCALE, by_scale / np.linalg.norm(by_scale)))
+    found_directions = [Direction(text, float(np.sqrt(u @ posterior @ u))) for text, u in named]
+    basis = np.linalg.qr(np.array([u for _, u in named]).T)[0] if named else np.zeros((n, 0))
     rest = np.eye(n) - basis @ basis.T
-    values, vectors = np.linalg.eigh(rest @ scaled @ rest)
+    values, vectors = np.linalg.eigh(rest @ posterior @ rest)
     names = unknown_names(found)
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         if value < UNDECIDED**2:
             break
-        main = np.argsort(-np.abs(vector))[:2]
+        main = np.argsort(-np.abs(prior @ vector) / np.linalg.norm(prior, axis=1))[:2]
         text = " against ".join(names[i] for i in main)
         found_directions.append(Direction(f"mainly {text}", float(np.sqrt(value))))
     merged: dict[str, Direction] = {}
@@ -216,13 +222,6 @@ def _rates(origin: Vector, spin: Vector) -> Vector:
     axes = np.stack([Rz @ Ry @ [1, 0, 0], Rz @ [0, 1, 0], np.array([0, 0, 1])], axis=1)
     rates: Vector = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
     return rates
-
-
-def workspace(chain: Chain, count: int, seed: int = 0) -> Vector:
-    """Return random joint positions within the limits, and within one turn, shape (count, m)."""
-    lower = np.array([max(j.lower, -np.pi) for j in chain.actuated])
-    upper = np.array([min(j.upper, np.pi) for j in chain.actuated])
-    return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))
 
 
 def distance_deviations(found: Estimate, q: Vector, torque: Vector) -> Vector:

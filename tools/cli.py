@@ -33,7 +33,7 @@ VERBS: dict[str, str] = {
     "crossval": "leave each placement out once, and train on each alone",
     "report": "write the report of a calibration, and say its verdict",
     "compare": "hold calibrations of one robot against each other on the same data",
-    "simulate": "try a peg insertion with the nominal and the calibrated model",
+    "simulate": "insert a peg, or draw, with the nominal and the calibrated model in simulation",
     "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
 }
 

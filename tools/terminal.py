@@ -5,6 +5,7 @@ error; without it, people read standard output.
 """
 
 import json as _json
+import os
 import sys
 from contextlib import contextmanager
 from functools import cached_property
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 __all__ = ["Terminal"]
+
+PIPED_WIDTH = 120
+"""Of a table that goes to a file or another program, where no line has to be broken."""
 
 
 class Terminal:
@@ -29,7 +33,10 @@ class Terminal:
         """A rich console on the people's stream; plain text where that is no terminal."""
         from rich.console import Console
 
-        return Console(stderr=self.json, highlight=False, soft_wrap=True)
+        console = Console(stderr=self.json, highlight=False, soft_wrap=True)
+        if not console.is_terminal and "COLUMNS" not in os.environ:
+            console.width = PIPED_WIDTH
+        return console
 
     @contextmanager
     def progress(self, total: int | None = None) -> "Generator[Callable[[str], None]]":

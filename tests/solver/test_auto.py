@@ -144,6 +144,18 @@ def test_leaving_one_out_drops_what_does_not_help() -> None:
     assert fit.full.problem.extensions == ()
 
 
+def test_a_model_does_not_shrink_to_look_better() -> None:
+    """Errors shrink with the model; over many samples that would outweigh the base."""
+    chain = load_chain("panda")
+    generator = np.random.default_rng(4)
+    bases = reachable_bases(chain, generator, 3)
+    placements = [record(chain, b, generator, samples=60, noise=1e-4) for b in bases]
+    data = observe([measure(p, chain) for p in placements], chain, deviation=1e-4)
+    problem = build_map_problem(chain, choose_parameters(chain), data)
+    scale = problem.by_scale() @ estimate(problem).x
+    assert abs(scale) < 3e-4  # a scale without the volume's factor: -8e-4
+
+
 def test_stages_can_be_switched_off() -> None:
     how = Imperfection(noise=5e-5, deflection=Deflection((COMPLIANCE,), (COMPLIANCES,)))
     session = Session("panda", 2, 1, how)

@@ -35,6 +35,16 @@ def test_known_distances_tie_placements(two, panda) -> None:
     assert len(without.positions) == 24
 
 
+def test_placements_of_one_base_share_the_error_of_its_measurement(two, panda) -> None:
+    known = parse_known("front:0-left:1=0.43+-0.0002")
+    covariance = observe(two, panda, known=[known]).distance_covariance()
+    assert covariance[0, 1] == pytest.approx(3e-5**2)
+    assert covariance[0, 0] == covariance[1, 1] == pytest.approx(3e-5**2 + 1e-5**2)
+    assert covariance[2] == pytest.approx([0, 0, 2e-4**2])
+    other = replace(two[1], distance=0.1)
+    assert observe([two[0], other], panda).distance_covariance()[0, 1] == 0
+
+
 @pytest.mark.parametrize(
     "text", ["", "a:0-b:0", "a:0-b:0=x", "a:0-b:0=-1", "a:0-b:0=1+-0", "a-b=1"]
 )

@@ -5,7 +5,7 @@ import pytest
 
 from mukca.recorder.dataset import read_placement
 from mukca.solver.evidence import estimate
-from mukca.solver.kinematics import gravity_torques
+from mukca.solver.kinematics import gravity_torques, workspace
 from mukca.solver.map_problem import build_map_problem
 from mukca.solver.measurements import measure
 from mukca.solver.observations import observe
@@ -19,7 +19,6 @@ from mukca.solver.uncertainty import (
     predicted_deviation,
     prior_deviations,
     weak_directions,
-    workspace,
 )
 
 

@@ -1,38 +1,83 @@
-"""The insertion in simulation: it is the model that decides, not the controller."""
+"""The experiments in simulation: it is the model that decides, not the controller."""
 
 import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="the extra simulation is not installed")
+pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
+
+from PIL import Image
 
 from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
+from mukca.tools.experiments import drawing, film, pictures
 from mukca.tools.experiments.controller import ArmModel
+from mukca.tools.experiments.models import record_placements
 from mukca.tools.experiments.scene import urdf_of
+from mukca.tools.simulate import write_holes
+
+Simulate = Callable[..., dict]
 
 
-def simulate(capsys, *words: str) -> dict:
-    assert main(["simulate", "insertion", *words, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
+@pytest.fixture
+def simulate(capsys) -> Simulate:
+    def simulate(*words: str) -> dict:
+        assert main(["simulate", *words, "--json"]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    return simulate
 
 
-def test_the_calibrated_model_inserts_and_the_nominal_does_not(capsys) -> None:
-    calibrated = simulate(capsys, "--model", "calibrated", "--trials", "4", "--cross", "2")
-    assert calibrated["centre"]["inserted"] == 4
-    assert calibrated["cross"]["inserted"] == 2
-    true = simulate(capsys, "--model", "true", "--trials", "2")
+@pytest.fixture(scope="module")
+def calibrated(tmp_path_factory) -> str:
+    """The URDF that a user gets: the arm recorded at four placements, and solved."""
+    folder = tmp_path_factory.mktemp("calibrated")
+    for placement in record_placements(demo_arm()[1], seed=0):
+        write_holes(placement, folder / "recordings" / placement.name)
+    recordings, out = str(folder / "recordings"), str(folder / "out")
+    assert main(["solve", recordings, "--robot", "panda", "--out", out]) == 0
+    return f"{out}/calibrated.urdf"
+
+
+def test_the_calibrated_model_inserts_and_the_nominal_does_not(simulate, calibrated) -> None:
+    found = simulate("insertion", "--model", calibrated, "--trials", "3", "--cross", "2")
+    assert found["centre"]["inserted"] == 3
+    assert found["cross"]["inserted"] == 2
+    true = simulate("insertion", "--model", "true", "--trials", "2")
     assert true["centre"]["inserted"] == 2
-    nominal = simulate(capsys, "--model", "nominal", "--trials", "4")
-    assert nominal["centre"]["inserted"] < 4
-    error = [found["centre"]["tracking_error"] for found in (nominal, calibrated)]
+    nominal = simulate("insertion", "--model", "nominal", "--trials", "3")
+    assert nominal["centre"]["inserted"] < 3
+    error = [found["centre"]["tracking_error"] for found in (nominal, found)]
     assert error[1] < 1e-3 < error[0]
+    elbows = [trial["elbow"] for trial in found["centre"]["each"]]
+    assert max(elbows) - min(elbows) > 1.0
 
 
-def test_a_seed_repeats(capsys) -> None:
-    twice = [simulate(capsys, "--trials", "1", "--seed", "3") for _ in range(2)]
-    assert twice[0] == twice[1]
+def test_lines_of_the_calibrated_model_lie_together(simulate, calibrated) -> None:
+    found = [
+        simulate("drawing", "--model", model, "--trials", "2")["drawing"]
+        for model in ("nominal", calibrated)
+    ]
+    assert found[1]["max_spread"] < 0.5e-3 < found[0]["spread"]
+    assert all(line["touching"] > 0.95 for line in found[1]["each"])
+
+
+def test_a_seed_repeats_recordings_calibration_and_trial(simulate, calibrated) -> None:
+    words = ("insertion", "--trials", "1", "--model")
+    once, again = simulate(*words, calibrated), simulate(*words, calibrated)
+    assert once == again
+    # The word stands for what solve exports from the same recordings, but for their digits.
+    word = simulate(*words, "calibrated")["centre"]["each"][0]
+    assert word["miss"] == pytest.approx(once["centre"]["each"][0]["miss"], abs=1e-9)
 
 
 def test_the_model_is_the_arm_that_it_says() -> None:
@@ -45,10 +90,114 @@ def test_the_model_is_the_arm_that_it_says() -> None:
     assert 1e-3 < np.linalg.norm(poses[0] - poses[1]) < 5e-2
 
 
+def renders() -> bool:
+    """Tell whether this machine can make pictures."""
+    try:
+        pictures._gl_context().free()
+    except pictures.PictureError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("experiment", ["insertion", "drawing"])
+@pytest.mark.skipif(not renders(), reason="neither EGL nor OSMesa: apt-get install libegl1")
+def test_a_report_shows_both_models(
+    simulate, calibrated, tmp_path: Path, monkeypatch, experiment: str
+) -> None:
+    monkeypatch.setattr(film, "INTERVAL", 2.0)
+    monkeypatch.setattr(drawing, "SECONDS", 4.0)
+    out = tmp_path / "out"
+    trials = "2" if experiment == "drawing" else "1"
+    words = (experiment, "--model", calibrated, "--trials", trials, "--out", str(out))
+    found = simulate(*words)
+    assert {file.name for file in out.iterdir()} == {
+        "report.html",
+        "simulation.json",
+        "picture.png",
+        "animation.gif",
+    }
+    assert json.loads((out / "simulation.json").read_text()) == found
+    assert (found["beside"]["model"], found["model"]) == ("nominal", calibrated)
+    with Image.open(out / "animation.gif") as frames:
+        assert frames.n_frames > 5
+    with Image.open(out / "picture.png") as picture:
+        shown = np.asarray(picture.convert("RGB"), dtype=float)[pictures.TITLE :]
+    half = shown.shape[1] // 2
+    assert shown.std() > 10
+    assert np.abs(shown[:, :half] - shown[:, half:]).max() > 50
+    page = (out / "report.html").read_text()
+    assert page.count("data:image/") == 2
+    assert not re.search(r"(src|href)=\"(?!data:)", page)
+    assert main(["simulate", *words]) == 2  # nothing is overwritten
+
+
+def test_without_opengl_the_figures_are_given_all_the_same(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "report.html").write_text("an older one")
+    words = ("insertion", "--model", "true", "--trials", "1", "--out", str(out), "--force")
+    done = subprocess.run(
+        [sys.executable, "-m", "mukca", "simulate", *words, "--json"],
+        env={**os.environ, "MUJOCO_GL": "nowhere"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0
+    (warning,) = [line for line in done.stderr.splitlines() if line.startswith("warning:")]
+    assert "no pictures" in warning
+    assert "libegl1" in warning
+    assert json.loads(done.stdout)["centre"]["inserted"] == 1
+    assert {file.name for file in out.iterdir()} == {"report.html", "simulation.json"}
+    assert "data:image/" not in (out / "report.html").read_text()
+
+
+def test_a_missing_package_is_named(tmp_path: Path) -> None:
+    # A module that is not there, as on a machine without the extra.
+    (tmp_path / "mujoco.py").write_text("raise ImportError('nothing', name='mujoco')")
+    paths = [str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]
+    done = subprocess.run(
+        [sys.executable, "-m", "mukca", "simulate", "drawing"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert "mujoco is not installed" in line
+    assert "mukca[simulation]" in line
+
+
 @pytest.mark.parametrize(
-    "words", [("--hole-mm", "9"), ("--trials", "0"), ("--cross", "25"), ("--model", "nowhere.urdf")]
+    "words",
+    [
+        ("insertion", "--hole-mm", "9"),
+        ("insertion", "--trials", "0"),
+        ("insertion", "--cross", "25"),
+        ("insertion", "--model", "nowhere.urdf"),
+        ("insertion", "--model", __file__),
+        ("insertion", "--force"),
+        ("insertion", "--seed", "-1"),
+        ("drawing", "--trials", "1"),
+        ("drawing", "--out", __file__),
+    ],
 )
 def test_bad_arguments_get_one_line(capsys, words: tuple[str, ...]) -> None:
-    assert main(["simulate", "insertion", *words]) == 2
+    assert main(["simulate", *words]) == 2
     error = capsys.readouterr().err
     assert len(error.strip().splitlines()) == 1
+
+
+def test_a_model_of_another_arm_is_named(capsys) -> None:
+    other = str(files("mukca.solver") / "robots" / "ur5e.urdf")
+    assert main(["simulate", "insertion", "--model", other]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert other in line
+    assert "shoulder_pan_joint" in line
+    assert "panda_joint1" in line
+
+
+def test_an_option_of_the_other_experiment_is_refused(capsys) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(["simulate", "drawing", "--hole-mm", "16"])
+    assert left.value.code == 2
+    assert "--hole-mm" in capsys.readouterr().err

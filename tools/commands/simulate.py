@@ -1,26 +1,39 @@
-"""``mukca simulate``: a peg insertion in simulation, with the model under test."""
+"""``mukca simulate``: the paper's experiments in simulation, with the model under test."""
 
 import argparse
+import importlib
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ... import MukcaError
 from ..arguments import UsageError
+from ..files import refuse_existing, write_files
 from ..terminal import Terminal
 from .demo import DEMO_SEED, demo_arm
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from ..experiments.insertion import Trial
+    from ..experiments.attempt import Attempt, Settings
 
 EXAMPLE = """example:
   mukca simulate insertion --model nominal --hole-mm 16
-  mukca simulate insertion --model calibrated --hole-mm 10.4 --trials 20
+  mukca simulate insertion --model calibrated --hole-mm 10.4 --cross 24
+  mukca simulate drawing --out drawing
 
 The arm moves by its true kinematics; its controller, Cartesian impedance control, knows only the
-model that it is given: nominal, calibrated (from recordings of this arm, made now), true, or the
-file of a calibrated URDF of this arm. The goal is taught once, elbow up, in a tight hole; each
+model that it is given: nominal, calibrated (from four placements recorded with this arm, made
+now), true, or the file of a calibrated URDF of this arm. Goals are taught once, elbow up; each
 trial starts with the elbow elsewhere. Needs the extra: pip install 'mukca[simulation]'"""
+INSERTION = "put a peg into a hole from other postures than that in which it was taught"
+DRAWING = "retrace a drawing from other postures than that in which it was shown"
+REPORT, RESULT, PICTURE, ANIMATION = FILES = (
+    "report.html",
+    "simulation.json",
+    "picture.png",
+    "animation.gif",
+)
 
 
 class MissingExtra(MukcaError):  # noqa: N818 (the situation's name)
@@ -30,76 +43,187 @@ class MissingExtra(MukcaError):  # noqa: N818 (the situation's name)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.epilog = EXAMPLE
-    parser.add_argument("experiment", choices=("insertion",))
-    parser.add_argument(
-        "--model", default="calibrated", help="nominal, calibrated, true, or a URDF file"
-    )
-    parser.add_argument(
+    experiments = parser.add_subparsers(dest="experiment", metavar="EXPERIMENT", required=True)
+    insertion = experiments.add_parser("insertion", help=INSERTION, description=INSERTION)
+    insertion.add_argument(
         "--hole-mm", type=float, default=10.4, metavar="MM", help="its diameter; the peg has 10 mm"
     )
-    parser.add_argument("--trials", type=int, default=20, metavar="N", help="(default: 20)")
-    parser.add_argument(
+    insertion.add_argument(
         "--cross",
         type=int,
         default=0,
         metavar="N",
         help="then at N positions of an X of 25 mm steps, 24 at most (default: 0)",
     )
+    drawing = experiments.add_parser("drawing", help=DRAWING, description=DRAWING)
+    for experiment, trials in ((insertion, 20), (drawing, 6)):
+        _add_common(experiment, trials)
+
+
+def _add_common(parser: argparse.ArgumentParser, trials: int) -> None:
+    parser.add_argument(
+        "--model",
+        default="calibrated",
+        help="nominal, calibrated, true, or a URDF file (default: calibrated)",
+    )
+    parser.add_argument(
+        "--trials", type=int, default=trials, metavar="N", help="(default: %(default)s)"
+    )
     parser.add_argument("--arm", type=int, default=DEMO_SEED, metavar="SEED", help="which true arm")
     parser.add_argument("--seed", type=int, default=0, help="of recordings, teaching and starts")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="try the nominal model too (with --model nominal, the calibrated one), and write a "
+        "report with both side by side",
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite results in DIR")
     parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
-    """Run the trials, and show how many went in."""
+    """Run the trials, and show what came of them."""
+    settle(arguments)
+    words, out = [arguments.model], arguments.out
+    if out is not None:
+        refuse_existing(out, FILES, force=arguments.force)
+        words.insert(0, "calibrated" if arguments.model == "nominal" else "nominal")
+    *beside, asked = attempts(arguments, words, terminal)
+    result: dict[str, Any] = {key: getattr(arguments, key) for key in ("experiment", "arm", "seed")}
+    if arguments.experiment == "insertion":
+        result["hole"] = arguments.hole_mm / 1e3
+    result.update(model=asked.model, **asked.figures)
+    for one in (*beside, asked):
+        for place, figures in one.figures.items():
+            terminal.say(f"{one.model}, {place}: {spoken(arguments, figures)}")
+    if out is not None:
+        result["beside"] = {"model": beside[0].model, **beside[0].figures}
+        write(out, result, (*beside, asked), terminal)
+    if arguments.json:
+        terminal.emit(result)
+    return 0
+
+
+def settle(arguments: argparse.Namespace) -> None:
+    """See that the numbers can be.
+
+    Raises:
+        UsageError: One of them cannot, or an option would do nothing.
+    """
+    if arguments.force and arguments.out is None:
+        raise UsageError("--force belongs to --out DIR; nothing is written without it")
+    if arguments.arm < 0 or arguments.seed < 0:
+        raise UsageError("--arm and --seed are at least 0")
+    if arguments.experiment == "drawing":
+        if arguments.trials < 2:
+            raise UsageError(f"--trials {arguments.trials}: give 2 or more lines to hold together")
+        return
     if not 10.1 <= arguments.hole_mm <= 40:
         raise UsageError(f"--hole-mm {arguments.hole_mm}: give 10.1 to 40; the peg has 10 mm")
     if arguments.trials < 1 or not 0 <= arguments.cross <= 24:
         raise UsageError("--trials is at least 1, --cross 0 to 24")
-    try:
-        from ..experiments.cell import build_cell
-        from ..experiments.insertion import insert_at_centre, insert_on_cross
-        from ..experiments.models import model_urdf
-    except ImportError as error:
-        raise MissingExtra(
-            f"{error.name} is not installed; install the extra: pip install 'mukca[simulation]'"
-        ) from None
+
+
+def attempts(
+    arguments: argparse.Namespace, words: Sequence[str], terminal: Terminal
+) -> "list[Attempt]":
+    """Try models on the arm, one after the other.
+
+    Raises:
+        MissingExtra: The packages are not installed.
+    """
+    _load_mujoco()
+    from ..experiments.attempt import attempt
+    from ..experiments.models import model_urdf
+
+    settings = _settings(arguments)
     nominal, arm = demo_arm(arguments.arm)
-    urdf = model_urdf(arguments.model, nominal, arm, arguments.seed)
-    cell = build_cell(arm, urdf, arguments.hole_mm / 1e3)
-    trials = {"centre": figures(insert_at_centre(cell, arguments.trials, arguments.seed))}
-    if arguments.cross:
-        trials["cross"] = figures(insert_on_cross(cell, arguments.cross, arguments.seed))
-    for place, found in trials.items():
-        terminal.say(spoken(place, arguments, found))
-    if arguments.json:
-        settings = {key: getattr(arguments, key) for key in ("model", "arm", "seed")}
-        terminal.emit({**settings, "hole": arguments.hole_mm / 1e3, **trials})
-    return 0
+    with terminal.progress(settings.count * len(words)) as progress:
+        return [
+            attempt(settings, arm, word, model_urdf(word, nominal, arm, arguments.seed), progress)
+            for word in words
+        ]
 
 
-def figures(trials: "Iterable[Trial]") -> dict[str, Any]:
-    """Return how many went in, how far off they were above the hole, and what forces arose."""
-    done = list(trials)
-    forces = [trial.forces for trial in done]
-    return {
-        "inserted": sum(trial.inserted for trial in done),
-        "trials": len(done),
-        "tracking_error": sum(trial.tracking_error for trial in done) / len(done),
-        "max_tracking_error": max(trial.tracking_error for trial in done),
-        "force": {
-            "mean": float(sum(f.mean() for f in forces) / len(forces)),
-            "min": float(min(f.min() for f in forces)),
-            "max": float(max(f.max() for f in forces)),
-        },
-    }
+def _load_mujoco() -> None:
+    """Import what the experiments need.
+
+    MuJoCo would load OpenGL with it, and fail with it; only pictures need that, later.
+
+    Raises:
+        MissingExtra: A package is not there.
+    """
+    wish = os.environ.get("MUJOCO_GL", "")
+    os.environ["MUJOCO_GL"] = "disable"
+    try:
+        importlib.import_module("mujoco")
+        importlib.import_module("pinocchio")
+    except ImportError as error:
+        raise _missing(error) from None
+    finally:
+        os.environ["MUJOCO_GL"] = wish
 
 
-def spoken(place: str, arguments: argparse.Namespace, found: dict[str, Any]) -> str:
-    """Return a line for people."""
+def _settings(arguments: argparse.Namespace) -> "Settings":
+    from ..experiments.attempt import Settings
+
+    if arguments.experiment == "drawing":
+        return Settings(arguments.trials, arguments.seed)
+    return Settings(arguments.trials, arguments.seed, arguments.hole_mm / 1e3, arguments.cross)
+
+
+def _missing(error: ImportError) -> MissingExtra:
+    return MissingExtra(
+        f"{error.name} is not installed; install the extra: pip install 'mukca[simulation]'"
+    )
+
+
+def write(
+    folder: Path, result: dict[str, Any], models: "Sequence[Attempt]", terminal: Terminal
+) -> None:
+    """Write the report, its figures, and pictures where this machine can make them."""
+    from ..report.simulation import simulation_page
+
+    pictures = pictures_of(models, terminal)
+    names = [REPORT, RESULT, *pictures]
+    result["outputs"] = {name.split(".")[0]: str(folder / name) for name in names}
+    page = simulation_page(result, pictures)
+    document = json.dumps(result, allow_nan=False) + "\n"
+    write_files(folder, {REPORT: page.encode(), RESULT: document.encode(), **pictures})
+    terminal.say(f"Report: {folder / REPORT}")
+
+
+def pictures_of(models: "Sequence[Attempt]", terminal: Terminal) -> dict[str, bytes]:
+    """Return the picture and the animation; none, with a warning, where nothing can render."""
+    try:
+        from ..experiments.film import film
+        from ..experiments.pictures import PictureError
+    except ImportError as error:
+        terminal.warn(f"no pictures: {_missing(error)}")
+        return {}
+    try:
+        made = film(models)
+    except PictureError as error:
+        terminal.warn(str(error))
+        return {}
+    return {PICTURE: made.picture, ANIMATION: made.animation}
+
+
+def spoken(arguments: argparse.Namespace, found: dict[str, Any]) -> str:
+    """Return the figures of one place for people."""
+    if arguments.experiment == "drawing":
+        what = (
+            f"{found['retracings']} lines apart by {1e3 * found['spread']:.2f} mm on average, "
+            f"{1e3 * found['max_spread']:.2f} mm at most; off the figure by"
+        )
+    else:
+        what = (
+            f"{found['inserted']} of {found['trials']} into {arguments.hole_mm:g} mm; "
+            "above the hole off by"
+        )
     return (
-        f"{arguments.model}, {place}: {found['inserted']} of {found['trials']} into "
-        f"{arguments.hole_mm} mm; above the hole off by {1e3 * found['tracking_error']:.2f} mm on "
-        f"average, {1e3 * found['max_tracking_error']:.2f} mm at most; contact force "
-        f"{found['force']['mean']:.1f} N on average, {found['force']['max']:.1f} N at most"
+        f"{what} {1e3 * found['tracking_error']:.2f} mm on average, "
+        f"{1e3 * found['max_tracking_error']:.2f} mm at most; contact force "
+        f"{found['force']['mean']:.1f} N on average, {found['peak_force']['max']:.1f} N at most"
     )

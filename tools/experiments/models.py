@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from ...recorder.dataset import Placement
-from ...solver.calibrate import build_problem, calibrate
-from ...solver.calibration import Calibration
 from ...solver.measurements import measure
+from ...solver.parameters import choose_parameters
 from ...solver.urdf import Chain
 from ...solver.urdf_text import ModelError
+from ..outcome import AutoSettings, calibrate_by_auto
 from ..simulate import Base, record
 from .scene import urdf_of
 
@@ -38,8 +38,9 @@ def record_placements(arm: Chain, seed: int) -> list[Placement]:
 
 def calibrated_urdf(nominal: Chain, placements: Sequence[Placement]) -> bytes:
     """Return the URDF that ``mukca solve`` exports from these placements."""
-    problem = build_problem(nominal, [measure(placement, nominal) for placement in placements])
-    return Calibration(nominal, problem.parameters, calibrate(problem).x).urdf()
+    train = [measure(placement, nominal) for placement in placements]
+    found = calibrate_by_auto(nominal, choose_parameters(nominal), train, [], AutoSettings())
+    return found.calibration.urdf()
 
 
 def model_urdf(word: str, nominal: Chain, arm: Chain, seed: int) -> bytes:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .controller import ImpedanceController, Pose
 from .scene import TIME_STEP, Scene
 
-__all__ = ["Log", "Phase", "hold", "move", "run", "smooth"]
+__all__ = ["ROWS_PER_SECOND", "Log", "Phase", "hold", "move", "run", "smooth"]
 
 Vector = NDArray[np.float64]
 
@@ -56,6 +56,7 @@ def hold(name: str, duration: float, pose: Pose, *, compensate: bool = False) ->
 
 RECORD_EVERY = 5
 """Control steps from one row of a log to the next."""
+ROWS_PER_SECOND = round(1 / (RECORD_EVERY * TIME_STEP))
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...solver.urdf import Chain
 from ...solver.urdf_text import set_origins
+from .looks import HIDDEN, ORANGE, add_looks, add_open_block, add_stem
 
 __all__ = ["HOLE_DEPTH", "JOINT_FRICTION", "PEG_RADIUS", "TIME_STEP", "Scene", "urdf_of"]
 
@@ -41,7 +42,6 @@ PEN_TOUCH = {
     "solimp": [0.5, 0.9, 2e-3, 0.5, 2],
 }
 """A felt tip on paper: it yields by a millimetre, or it would hop."""
-ORANGE = [0.85, 0.3, 0.1, 1]
 
 
 def urdf_of(chain: Chain) -> bytes:
@@ -69,11 +69,12 @@ class Scene:
     ) -> None:
         spec = mujoco.MjSpec.from_string(urdf_of(arm).decode())
         spec.compiler.fusestatic = False
+        spec.compiler.discardvisual = False
         spec.option.timestep = TIME_STEP
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         _add_motors(spec, friction)
-        _add_looks(spec, arm)
+        add_looks(spec, arm)
         _add_table(spec, table)
         if hole is None:
             _add_pen(spec.body(arm.tip))
@@ -128,32 +129,16 @@ def _add_motors(spec: Any, friction: float) -> None:
         motor.gainprm[0] = 1.0
 
 
-def _add_looks(spec: Any, arm: Chain) -> None:
-    """Draw a capsule from each joint to the next, and a drum on each joint; they touch nothing."""
-    for joint, following in zip(arm.joints, arm.joints[1:], strict=False):
-        body = spec.body(joint.child)
-        end = np.array(following.origin.xyz)
-        if joint.actuated:
-            _ghost(body, mujoco.mjtGeom.mjGEOM_CYLINDER, [0.055, 0.06, 0], [0.25, 0.28, 0.32, 1])
-        if np.linalg.norm(end) > 0.02:
-            link = _ghost(body, mujoco.mjtGeom.mjGEOM_CAPSULE, [0.04, 0, 0], [0.9, 0.9, 0.92, 1])
-            link.fromto = [0, 0, 0, *end]
-
-
-def _ghost(body: Any, shape: Any, size: list[float], colour: list[float]) -> Any:
-    return body.add_geom(type=shape, size=size, rgba=colour, contype=0, conaffinity=0, mass=0)
-
-
 def _add_peg(body: Any) -> None:
     """Fix a peg along the ball link's z axis, the middle of its end where the ball's centre was.
 
     A capsule is its side, and a ring of spheres the rounded edge of its flat end: shapes whose
     contacts MuJoCo computes exactly.
     """
-    _stem(body, PEG_RADIUS, 0.0)
+    add_stem(body, PEG_RADIUS, [-PEG_LENGTH, 0.0])
     side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
     capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
-    body.add_geom(type=capsule, size=[PEG_RADIUS, 0, 0], fromto=side, group=3, **PEG_TOUCH)
+    body.add_geom(type=capsule, size=[PEG_RADIUS, 0, 0], fromto=side, group=HIDDEN, **PEG_TOUCH)
     for angle in np.arange(HOLE_SIDES) * 2 * np.pi / HOLE_SIDES:
         place = (PEG_RADIUS - PEG_FILLET) * np.array([np.cos(angle), np.sin(angle)])
         _bead(body, [*place, -PEG_FILLET], PEG_TOUCH)
@@ -161,13 +146,8 @@ def _add_peg(body: Any) -> None:
 
 def _add_pen(body: Any) -> None:
     """Fix a pen like a peg; its tip is one sphere."""
-    _stem(body, PEG_RADIUS, -4 * PEG_FILLET)
+    add_stem(body, PEG_RADIUS, [-PEG_LENGTH, -4 * PEG_FILLET])
     _bead(body, [0, 0, -PEG_FILLET], PEN_TOUCH)
-
-
-def _stem(body: Any, radius: float, end: float) -> None:
-    stem = _ghost(body, mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, 0, 0], ORANGE)
-    stem.fromto = [0, 0, -PEG_LENGTH, 0, 0, end]
 
 
 def _bead(body: Any, place: list[float], touch: dict[str, Any]) -> None:
@@ -182,11 +162,13 @@ def _add_table(spec: Any, height: float) -> None:
         pos=[0.55, 0, height - 0.01],
         rgba=[0.55, 0.6, 0.65, 1],
     )
-    spec.worldbody.add_light(pos=[0.3, -1.0, 2.0], dir=[0.1, 0.5, -1.0])
 
 
 def _add_hole(spec: Any, diameter: float) -> None:
-    """Stand boxes in a ring, so that a circle of the diameter fits between them."""
+    """Stand boxes in a ring, so that a circle of the diameter fits between them.
+
+    They overlap and are not shown; what is shown in their place is cut open.
+    """
     block = spec.worldbody.add_body(name="block", mocap=True)
     radius = diameter / 2
     half_width = (radius + HOLE_WALL) * np.tan(np.pi / HOLE_SIDES)
@@ -197,5 +179,6 @@ def _add_hole(spec: Any, diameter: float) -> None:
             size=[HOLE_WALL / 2, half_width, HOLE_DEPTH / 2],
             pos=[out * np.cos(angle), out * np.sin(angle), HOLE_DEPTH / 2],
             quat=[np.cos(angle / 2), 0, 0, np.sin(angle / 2)],
-            rgba=[0.3, 0.5, 0.7, 1],
+            group=HIDDEN,
         )
+    add_open_block(spec, block, (radius, radius + HOLE_WALL), HOLE_DEPTH)

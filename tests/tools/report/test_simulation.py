@@ -1,0 +1,80 @@
+"""The page of a simulated experiment: the same for any figures, with pictures or without."""
+
+import re
+from html import unescape
+from typing import Any
+
+import pytest
+
+from mukca.tools.report.simulation import simulation_page
+
+
+def forces() -> dict[str, dict[str, float]]:
+    return {key: {"mean": 1.25, "min": 0.5, "max": 2.0} for key in ("force", "peak_force")}
+
+
+def inserted(count: int, miss: float) -> dict[str, Any]:
+    each = [{"inserted": k < count, "miss": [miss, -miss, 0.0]} for k in range(3)]
+    errors = {"tracking_error": miss, "max_tracking_error": 2 * miss}
+    return {"inserted": count, "trials": 3, **errors, **forces(), "each": each}
+
+
+def drawn(spread: float) -> dict[str, Any]:
+    line = [[0.5, 0.0], [0.51, 0.02], [0.5, 0.04]]
+    errors = {"tracking_error": spread, "max_tracking_error": spread}
+    apart = {"retracings": 2, "spread": spread, "max_spread": 2 * spread}
+    return {**apart, **errors, **forces(), "each": [{"line": line}, {"line": line}]}
+
+
+def result(experiment: str, model: str = "calibrated") -> dict[str, Any]:
+    head = {"experiment": experiment, "arm": 1, "seed": 2, "model": model}
+    if experiment == "drawing":
+        beside = {"model": "nominal", "drawing": drawn(0.0125)}
+        return {**head, "drawing": drawn(1e-4), "beside": beside}
+    beside = {"model": "nominal", "centre": inserted(1, 7e-3), "cross": inserted(0, 8e-3)}
+    return {
+        **head,
+        "hole": 0.0104,
+        "centre": inserted(3, 5e-5),
+        "cross": inserted(2, 2e-4),
+        "beside": beside,
+    }
+
+
+def words(page: str) -> str:
+    shown = re.sub(r"<script.*?</script>|<style.*?</style>", "", page, flags=re.S)
+    return " ".join(unescape(re.sub(r"<[^>]*>", " ", shown)).split())
+
+
+def test_insertions_in_words_and_numbers() -> None:
+    page = simulation_page(result("insertion"), {})
+    assert (
+        "Into a hole of 10.4 mm: with the nominal model 1 of 3 where it was taught and 0 of 3 on "
+        "the X; with the calibrated model 3 of 3 where it was taught and 2 of 3 on the X."
+    ) in words(page)
+    assert "calibrated on the X 2 of 3 0.20 ( 0.40 ) 1.2 ( 0.5 to 2.0 )" in words(page)
+    assert "nominal on the X 0 of 3 8.00 ( 16.00 )" in words(page)
+    assert page.count("<circle") == 2 + 12  # the play, and each trial, of both models
+    assert len(re.findall(r'class="model-\d train"', page)) == 2 + 3 + 1
+
+
+def test_lines_in_words_and_numbers() -> None:
+    page = simulation_page(result("drawing"), {})
+    assert "The nominal model's 2 lines lie 12.50 mm apart on average and 25.00 mm" in words(page)
+    assert page.count("<polyline") == 4
+
+
+@pytest.mark.parametrize("experiment", ["insertion", "drawing"])
+def test_pictures_are_in_the_page(experiment: str) -> None:
+    bare = simulation_page(result(experiment), {})
+    assert "<img" not in bare
+    assert "Side by side" not in bare
+    page = simulation_page(result(experiment), {"picture.png": b"p", "animation.gif": b"a"})
+    assert 'src="data:image/png;base64,cA=="' in page
+    assert 'src="data:image/gif;base64,YQ=="' in page
+
+
+def test_a_file_is_called_by_its_name_and_escaped() -> None:
+    page = simulation_page(result("drawing", "some/where/<b>.urdf"), {})
+    assert "the <b>.urdf model's" in words(page)
+    assert "<b>" not in page
