@@ -37,7 +37,7 @@ class Reconnecting(Driver):
         connect: Callable[[], Driver],
         *,
         first_wait: float = 0.25,
-        longest_wait: float = 4.0,
+        longest_wait: float = 1.0,
         silence: float = 2.0,
     ) -> None:
         self._connect = connect
