@@ -83,6 +83,13 @@ def _between_text(figures: Mapping[str, Any]) -> str:
         "configuration. A point computed from another place (a drawing, a pallet) also carries "
         "the error of the distance between the two: "
     )
-    if row["found"] is None:
-        return f"{start}not evaluated, since no such distance is known."
-    return f"{start}{mm(row['found'])} on average here."
+    if row["found"] is not None:
+        return f"{start}{mm(row['found'])} on average here."
+    expected = ((figures.get("uncertainty") or {}).get("distance_deviation") or {}).get("median")
+    text = f"{start}not evaluated, since no such distance is known."
+    if expected is None:
+        return text
+    return (
+        f"{text} The calibration itself expects {mm(expected)} (one standard deviation, half of "
+        "the distances in the workspace less)."
+    )

@@ -40,6 +40,14 @@ def test_a_place_whose_distance_is_off_cannot_be_used(document) -> None:
     assert use["rows"][1]["answer"] == "no" and use["rows"][2]["answer"] != "no"
 
 
+def test_what_is_expected_of_distances_is_told_where_none_was_measured(document) -> None:
+    between = build_report(document, "").figures["answers"]["use"]["between"]
+    assert between.endswith("since no such distance is known.")
+    document["uncertainty"] = {"distance_deviation": {"median": 6.8e-4, "worst": 1.5e-3}}
+    between = build_report(document, "").figures["answers"]["use"]["between"]
+    assert "expects 0.68 mm (one standard deviation" in between
+
+
 def test_a_joint_that_hardly_moved_is_named(document) -> None:
     figures = build_report(document, "").figures
     assert figures["answers"]["next"]["joints"] == []
