@@ -85,11 +85,12 @@ def _between_text(figures: Mapping[str, Any]) -> str:
     )
     if row["found"] is not None:
         return f"{start}{mm(row['found'])} on average here."
-    expected = ((figures.get("uncertainty") or {}).get("distance_deviation") or {}).get("median")
     text = f"{start}not evaluated, since no such distance is known."
+    uncertainty: dict[str, Any] = figures.get("uncertainty") or {}
+    expected: dict[str, float] | None = uncertainty.get("distance_deviation")
     if expected is None:
         return text
     return (
-        f"{text} The calibration itself expects {mm(expected)} (one standard deviation, half of "
-        "the distances in the workspace less)."
+        f"{text} The calibration itself expects {mm(expected['median'])} (one standard deviation, "
+        "half of the distances in the workspace less)."
     )
