@@ -7,6 +7,7 @@ demo arm are used: six placements of 2 x 30 samples.
 """
 
 import argparse
+import json
 import statistics
 import subprocess
 import sys
@@ -50,13 +51,14 @@ def main() -> None:
         train, *test = arguments.placements or simulate(folder / "recordings")
         solve = [sys.executable, "-m", "mukca", "solve", train, "--robot", arguments.robot]
         out = folder / "out"
-        words = [*solve, "--method", "paper", *(["--test", *test] if test else [])]
+        words = [*solve, *(["--test", *test] if test else [])]
         subprocess.run([*words, "--out", str(out)], check=True, capture_output=True)
         file = str(out / "calibration.json")
         report = seconds([sys.executable, "-m", "mukca", "report", file])
         bare = seconds([sys.executable, "-c", "import numpy, casadi, yourdfpy"])
         size = (out / "report.html").stat().st_size
-    print(f"{1 + len(test)} placements: report {report:.2f} s, {report / bare:.1f} x bare imports")
+        count = len(json.loads((out / "report.json").read_text())["placements"])
+    print(f"{count} placements: report {report:.2f} s, {report / bare:.1f} x bare imports")
     print(f"report.html: {size / 1e6:.2f} MB")
 
 
