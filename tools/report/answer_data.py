@@ -7,7 +7,7 @@ import numpy as np
 
 from .words import joined, mm, plural, short_names
 
-__all__ = ["FAR", "data_answer"]
+__all__ = ["FAR", "data_answer", "placements_with_errors"]
 
 FAR = 3.0
 """A sample this many times its placement's mean error from its socket deserves a look."""
@@ -46,7 +46,23 @@ def _checks_text(figures: Mapping[str, Any]) -> str:
         return "Yes: the checks of the recordings found nothing wrong."
     if not errors:
         return f"Yes, but look at {plural(len(warnings), 'warning')} below."
-    return f"No: {plural(len(errors), 'error')} below; mend or record anew, then calibrate again."
+    text = f"No: {plural(len(errors), 'error')} below; mend or record anew, then calibrate again."
+    trained = [name for name, role in placements_with_errors(figures).items() if role == "train"]
+    if trained:
+        text += f" All figures here rest on {joined(trained)}, trained on."
+    return text
+
+
+def placements_with_errors(figures: Mapping[str, Any]) -> dict[str, str]:
+    """Return short names and roles of the placements in which the checks found errors."""
+    checks: list[dict[str, Any]] = figures.get("checks") or []
+    places = [f"/{check['where']}/" for check in checks if check["level"] == "error"]
+    names = short_names([row["name"] for row in figures["placements"]])
+    return {
+        name: row["role"]
+        for name, row in zip(names, figures["placements"], strict=True)
+        if any(f"/{row['name']}/" in place for place in places)
+    }
 
 
 def _floors(figures: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...solver.check import farthest_place
+from .answer_data import placements_with_errors
 from .words import area, joined, short_names
 
 __all__ = ["HARDLY_MOVED", "hardly_moved", "next_answer"]
@@ -29,7 +30,9 @@ def next_answer(figures: Mapping[str, Any]) -> dict[str, Any]:
     place = farthest_place(positions)
     joints = hardly_moved(figures)
     given: str | None = dict(figures.get("next_placement") or {}).get("text")
-    texts: list[str] = [given] if given else []
+    wrong = list(placements_with_errors(figures))
+    texts = [f"First mend {joined(wrong)}, see below."] if wrong else []
+    texts += [given] if given else []
     train_on: str | None = None
     if not given and not trained.all():
         train_on, words = _train_on(positions, trained, names)

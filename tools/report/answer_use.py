@@ -8,6 +8,8 @@ from .words import brief_area, joined, mm, short_names
 __all__ = ["use_answer"]
 
 _ANSWERS = {"yes": "yes", "mostly": "mostly (19 of 20 samples)", "no": "no"}
+SIDE = 0.05
+"""A place less than this off the robot's middle is on neither side [m]."""
 _CANNOT_SEE = (
     "the flange's orientation and another tool's centre point: calibrate that tool by itself",
     "where the robot's base stands in the room, or what a camera sees",
@@ -22,6 +24,7 @@ def use_answer(figures: Mapping[str, Any]) -> dict[str, Any]:
     rows = [
         {
             "name": name,
+            "called": f"{name}{_side(row['position'])}",
             "where": brief_area(row["position"]),
             "answer": _answer(row, tolerance),
         }
@@ -31,6 +34,7 @@ def use_answer(figures: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "rows": rows,
         "text": _use_text(rows, tolerance, figures["verdict"]["status"]),
+        "meaning": _meaning_text(figures),
         "alone": _alone_text(figures),
         "between": _between_text(figures),
         "cannot_see": list(uncertainty.get("cannot_see") or _CANNOT_SEE),
@@ -49,7 +53,7 @@ def _answer(row: Mapping[str, Any], tolerance: float) -> str:
 
 def _use_text(rows: Sequence[Mapping[str, Any]], tolerance: float, status: str) -> str:
     at = {
-        answer: joined([row["name"] for row in rows if row["answer"] == answer])
+        answer: joined([row["called"] for row in rows if row["answer"] == answer])
         for answer in _ANSWERS
     }
     parts = [f"{_ANSWERS[answer]} at {names}" for answer, names in at.items() if names]
@@ -57,8 +61,27 @@ def _use_text(rows: Sequence[Mapping[str, Any]], tolerance: float, status: str) 
         return "Not known: no placement was held out, and errors on what was fitted prove nothing."
     text = f"For a task that allows an error of {1e3 * tolerance:g} mm: {'; '.join(parts)}."
     if status == "fail":
-        text += " But the calibration fails its limits, so mend that first."
+        text += " But the verdict is FAIL, so mend that first."
     return text
+
+
+def _side(position: Sequence[float]) -> str:
+    """Return on which of the robot's sides a place lies, since names come from either side."""
+    if abs(position[1]) < SIDE:
+        return ""
+    return f" (to the robot's {'left' if position[1] > 0 else 'right'})"
+
+
+def _meaning_text(figures: Mapping[str, Any]) -> str:
+    """Return what error is meant, and below what no calibration brings it."""
+    text = (
+        "The error is the distance in space of the ball's centre: for a peg, enter half of what "
+        "its diameter leaves free. Tilt is not in it."
+    )
+    repeatability: float | None = figures["limits"]["repeatability"]
+    if repeatability is None:
+        return text
+    return f"{text} The arm itself repeats to {1e3 * repeatability:g} mm; nothing brings it below."
 
 
 def _alone_text(figures: Mapping[str, Any]) -> str | None:
@@ -70,8 +93,8 @@ def _alone_text(figures: Mapping[str, Any]) -> str | None:
     full = summary["calibrated"]["mean_absolute_error"]
     return (
         f"This is the full model, which corrects the joint positions first. The exported URDF "
-        f"alone stands at {mm(geometric, 3)} on average, {geometric / full:.1f} times as much, so "
-        "with it allow that much more."
+        f"alone stands at {mm(geometric, 3)} on average, {geometric / full:.1f} times as much: "
+        "to judge that, divide what your task allows by as much before you enter it."
     )
 
 

@@ -180,9 +180,9 @@ function toleranceControl() {
   input.addEventListener("input", show);
 }
 
-// The same words as the report's own; see advice.py.
+// The same words as the report's own; see answer_use.py.
 function sentence(told, allowed) {
-  const names = figures.answers.use.rows.map((row) => row.name);
+  const names = figures.answers.use.rows.map((row) => row.called);
   const joined = (words) =>
     words.length < 2 ? words.join("") : `${words.slice(0, -1).join(", ")} and ${words[words.length - 1]}`;
   const parts = ["yes", "mostly", "no"]
@@ -192,7 +192,7 @@ function sentence(told, allowed) {
   if (!parts.length) return document.getElementById("use-text").textContent;
   const start = `For a task that allows an error of ${+(1e3 * allowed).toPrecision(6)} mm: `;
   const fails = figures.verdict.status === "fail";
-  const end = fails ? " But the calibration fails its limits, so mend that first." : "";
+  const end = fails ? " But the verdict is FAIL, so mend that first." : "";
   return `${start}${parts.join("; ")}.${end}`;
 }
 

@@ -147,6 +147,7 @@ def answers(figures: Figures, table_map: Element) -> Element:
                 tag("h3", "May I use this arm for my task?"),
                 tag("label", "My task allows an error of ", tolerance, " mm.", class_="ask"),
                 tag("p", told["use"]["text"], id="use-text", class_="answer-text"),
+                tag("p", told["use"]["meaning"]),
                 tag("p", told["use"]["alone"]) if told["use"]["alone"] else None,
                 tag("p", told["use"]["between"]),
                 tag("p", "What the ball cannot tell:"),

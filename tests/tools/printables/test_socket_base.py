@@ -77,7 +77,9 @@ def test_pads_leave_a_pressed_ball_no_way_to_move(name: str) -> None:
             angle = np.radians(lean)
             push = np.array((np.cos(azimuth), np.sin(azimuth), 0)) * np.sin(angle)
             push[2] = -np.cos(angle)
-            _, slack = nnls(normals.T, -push)
+            # Its own figure of what is left is wrong in some releases of SciPy 1.15.
+            shares, _ = nnls(normals.T, -push)
+            slack = np.linalg.norm(normals.T @ shares + push)
             assert (slack < 1e-3) == held, f"{lean} degrees towards {np.degrees(azimuth):.0f}"
 
 

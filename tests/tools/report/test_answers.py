@@ -48,6 +48,23 @@ def test_what_is_expected_of_distances_is_told_where_none_was_measured(document)
     assert "expects 0.68 mm (one standard deviation" in between
 
 
+def test_a_recording_that_is_wrong_comes_first(document) -> None:
+    answers = build_report(document, "").figures["answers"]
+    assert "First mend" not in answers["next"]["text"] and "rest on" not in answers["data"]["text"]
+    bad = {"level": "error", "code": "moved", "text": "the base moved", "advice": "record it again"}
+    for row, said in ((document["placements"][0], True), (document["placements"][1], False)):
+        document["checks"] = [{**bad, "where": f"/home/me/{row['name']}/hole_1.csv:12"}]
+        answers = build_report(document, "").figures["answers"]
+        name = row["name"].split("/")[-1]
+        assert answers["next"]["text"].startswith(f"First mend {name}, see below.")
+        assert (f"All figures here rest on {name}, trained on." in answers["data"]["text"]) == said
+
+
+def test_places_off_the_middle_are_told_with_their_side(document) -> None:
+    text = build_report(document, "").figures["answers"]["use"]["text"]
+    assert "left (to the robot's left)" in text and "right (to the robot's right)" in text
+
+
 def test_a_joint_that_hardly_moved_is_named(document) -> None:
     figures = build_report(document, "").figures
     assert figures["answers"]["next"]["joints"] == []
