@@ -14,11 +14,11 @@ are taken out again. Missed states cannot be told, since answers carry no number
 """
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from . import clock
 from .driver import Driver, DriverError, JointState, Reason, match_joints
 
 __all__ = ["Kinova", "Measurement", "Unwrap"]
@@ -89,12 +89,12 @@ class Kinova(Driver):
         """Return the next state; see :meth:`Driver.read`."""
         if not self._open:
             raise DriverError(Reason.UNREACHABLE, "the connection is closed")
-        deadline = time.monotonic() + timeout
-        wait = self._next_poll - time.monotonic()
+        deadline = clock.now() + timeout
+        wait = self._next_poll - clock.now()
         if wait > timeout:
-            time.sleep(timeout)
+            clock.sleep(timeout)
             raise DriverError(Reason.SILENT, f"no state for {timeout:g} s")
-        time.sleep(max(0.0, wait))
+        clock.sleep(max(0.0, wait))
         measurement, stamp = self._measure(deadline)
         return JointState(
             stamp,
@@ -109,10 +109,10 @@ class Kinova(Driver):
         again: it takes much longer than the fastest, which a slow line sets.
         """
         while True:
-            start = time.monotonic()
+            start = clock.now()
             self._next_poll = start + 1 / self._arm.rate
             measurement = self._arm.measure(deadline)
-            end = time.monotonic()
+            end = clock.now()
             if end - start <= max(ONE_MOMENT, 2 * self._fastest):
                 self._fastest = min(self._fastest, end - start)
                 return measurement, (start + end) / 2

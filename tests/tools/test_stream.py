@@ -6,7 +6,7 @@ import subprocess
 import time
 
 import pytest
-from emulation import emulated
+from emulation import emulated_program
 from terminal_session import MUKCA, TerminalSession
 
 from mukca.tools.cli import main
@@ -20,7 +20,7 @@ def stream(*words, status=0):
 
 
 def test_json_is_one_object_a_state(tmp_path):
-    with emulated("franka", tmp_path) as emulation:
+    with emulated_program("franka", tmp_path) as emulation:
         driver = ("--driver", f"franka:{emulation.address}")
         lines = stream(*driver, "--json", "--count", "50").stdout.splitlines()
         emulation.stop()
@@ -34,7 +34,7 @@ def test_json_is_one_object_a_state(tmp_path):
 
 
 def test_a_pipe_gets_a_line_a_second_and_a_last_one(tmp_path):
-    with emulated("ur", tmp_path, "--noise", "0", "--hold", "99") as emulation:
+    with emulated_program("ur", tmp_path, "--noise", "0", "--hold", "99") as emulation:
         done = stream("--driver", f"ur:{emulation.address}", "--seconds", "2.5")
         emulation.stop()
         degrees = [57.29577951308232 * angle for angle in emulation.sent()[1]["position"]]
@@ -48,7 +48,7 @@ def test_a_pipe_gets_a_line_a_second_and_a_last_one(tmp_path):
 
 def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path):
     faults = ("--fault", "drop:0.1@0+2", "--fault", "hangup@3+1")
-    with emulated("franka", tmp_path, *faults) as emulation:
+    with emulated_program("franka", tmp_path, *faults) as emulation:
         command = [*MUKCA, "stream", "--driver", f"franka:{emulation.address}"]
         with TerminalSession(command) as terminal:
             terminal.wait_for("joint7", "deg", "N m", "Hz", "guiding")
@@ -66,7 +66,7 @@ def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path):
 @pytest.mark.parametrize("columns", [80, 50])
 def test_the_screen_tells_all_of_a_trouble(tmp_path, columns):
     """However long it is, and that no state comes any more."""
-    with emulated("franka", tmp_path, "--fault", "silent@1") as emulation:
+    with emulated_program("franka", tmp_path, "--fault", "silent@1") as emulation:
         command = [*MUKCA, "stream", "--driver", f"franka:{emulation.address}"]
         with TerminalSession(command, columns=columns) as terminal:
             terminal.wait_for("\n0 Hz", "no state", "Desk", "programming", "silent")
@@ -75,7 +75,7 @@ def test_the_screen_tells_all_of_a_trouble(tmp_path, columns):
 
 
 def test_a_drop_is_told_on_standard_error(tmp_path):
-    with emulated("ur", tmp_path, "--fault", "hangup@1+0.5") as emulation:
+    with emulated_program("ur", tmp_path, "--fault", "hangup@1+0.5") as emulation:
         driver = ("--driver", f"ur:{emulation.address}")
         done = stream(*driver, "--json", "--count", "900")
     assert json.loads(done.stdout.splitlines()[-1])["drops"] == 1
