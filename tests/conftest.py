@@ -1,6 +1,7 @@
 """What tests share: where real recordings are, and small simulated ones."""
 
 import os
+from collections.abc import Iterator
 
 # As the command line does, before NumPy is loaded: the matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
+from virtual_time import VirtualTime
 
 from mukca.solver.urdf import Chain, load_chain
 from mukca.tools.simulate import Base, perturb, record, write_holes
@@ -29,6 +31,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="NAME=ADDRESS",
         help="run the drivers' contract on a robot, as in franka=172.16.0.2; may be repeated",
     )
+
+
+@pytest.fixture
+def virtual_time() -> Iterator[VirtualTime]:
+    """A clock that goes on when everybody in this process waits."""
+    with VirtualTime().running() as time:
+        yield time
 
 
 @pytest.fixture(scope="session")

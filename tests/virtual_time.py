@@ -15,8 +15,11 @@ import pytest
 
 from mukca.recorder.stream import Stream
 
-CARRIED = 0.1
+CARRIED = 0.05
 """How long a byte may be under way in the kernel of a busy computer [s, real]."""
+
+LATE = 1e-6
+"""Nobody is woken earlier than asked, and by a real clock always somewhat later [s]."""
 
 
 class Peer(Protocol):
@@ -82,7 +85,7 @@ class VirtualTime:
                     return ready
                 if any(peer.due() <= end for peer in self.peers):  # somebody was asked to begin
                     continue
-            self._now = end
+            self._now = end + LATE
 
     def _ready(self, sources: Sequence[Any], carried: float) -> list[Any]:
         """Let peers act on what has come in; return the sources that can be read then."""
@@ -115,6 +118,6 @@ class VirtualTime:
         with pytest.MonkeyPatch.context() as patch:
             for name in ("now", "sleep", "wait"):
                 patch.setattr(f"mukca.drivers.clock.{name}", getattr(self, name))
-            patch.setattr(Stream, "_begin", self._streams.append)
-            patch.setattr(Stream, "close", self._end)
+            patch.setattr(Stream, "_begin", lambda stream: self._streams.append(stream))
+            patch.setattr(Stream, "close", lambda stream: self._end(stream))
             yield self
