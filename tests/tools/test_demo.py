@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from virtual_time import VirtualTime
 
 from mukca.recorder.dataset import Sample, read_placement
 from mukca.recorder.recording import Metadata, Recording
@@ -16,7 +17,7 @@ from mukca.tools.commands.demo import demo_arm
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("demo") / "demo"
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, VirtualTime().running():
         patch.setattr("mukca.tools.commands.demo.SPEED", 40)  # nothing but the time depends on it
         assert main(["demo", "--out", str(out)]) == 0
     return out
