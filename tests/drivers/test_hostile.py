@@ -129,6 +129,8 @@ def test_fri_one_thing_wrong(version):
     rejected(decode_message, message(state=JointState(0, (*Q[:6], math.nan), Q)))
     rejected(decode_message, message(state=JointState(0, (*Q[:6], 100.0), Q)))
     rejected(decode_message, message(state=JointState(0, Q, (*Q, 1.0))))  # a torque too many
+    for wrong in (math.nan, math.inf):  # no limit of joint angles notices these
+        rejected(decode_message, message(state=JointState(0, Q, (*Q[:6], wrong))))
 
 
 def test_fri_27_is_known_by_its_frame():
