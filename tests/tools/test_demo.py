@@ -5,22 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from virtual_time import VirtualTime
 
 from mukca.recorder.dataset import Sample, read_placement
 from mukca.recorder.recording import Metadata, Recording
 from mukca.solver.calibration import load_calibration
 from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
-
-
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("demo") / "demo"
-    with pytest.MonkeyPatch.context() as patch, VirtualTime().running():
-        patch.setattr("mukca.tools.commands.demo.SPEED", 40)  # nothing but the time depends on it
-        assert main(["demo", "--out", str(out)]) == 0
-    return out
 
 
 def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo: Path) -> None:
