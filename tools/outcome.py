@@ -197,6 +197,7 @@ def _uncertainty(
 ) -> dict[str, Any]:
     """Return groups, noise, deviations, and what the data cannot identify."""
     from ..solver.auto import uncertainty as u
+    from ..solver.auto.directions import CANNOT_SEE, weak_directions
 
     deviation = u.deviations(full)
     names = u.unknown_names(full)
@@ -231,12 +232,12 @@ def _uncertainty(
         "log_evidence": full.log_evidence,
         "uncertainty": {
             "weak_directions": [
-                {"text": d.text, "deviation": d.deviation} for d in u.weak_directions(full)
+                {"text": d.text, "deviation": d.deviation} for d in weak_directions(full)
             ],
             "correlations": [{"a": a, "b": b, "value": r} for a, b, r in u.correlations(full)],
             "observability_index": u.observability_index(full),
             "distance_deviation": u.workspace_deviation(full, calibration.load),
-            "cannot_see": list(u.CANNOT_SEE),
+            "cannot_see": list(CANNOT_SEE),
         },
     }
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import read_placement
+from mukca.solver.auto.directions import weak_directions
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import build_map_problem
 from mukca.solver.auto.uncertainty import (
@@ -14,7 +15,6 @@ from mukca.solver.auto.uncertainty import (
     observability_index,
     predicted_deviation,
     prior_deviations,
-    weak_directions,
 )
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observations import observe
