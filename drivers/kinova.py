@@ -16,48 +16,14 @@ are taken out again. Missed states cannot be told, since answers carry no number
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
 
 from .driver import Driver, DriverError, JointState, Reason, match_joints
+from .kinova_arm import KinovaArm, Measurement
 
-__all__ = ["Kinova", "Measurement", "Unwrap"]
+__all__ = ["Kinova", "Unwrap"]
 
 HALF_TURN = 180.0
 ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a hand is slow
-
-
-@dataclass(frozen=True, slots=True)
-class Measurement:
-    """The joints at one moment, as the arm tells them."""
-
-    degrees: tuple[float, ...]
-    torques: tuple[float, ...]
-
-
-class Arm(Protocol):
-    """One way to ask a Kinova arm where it is."""
-
-    joints: int
-    sign: int
-    """1, or -1 to turn the torques."""
-    rate: float
-    """How often to ask [Hz]."""
-    centred: bool
-    """Whether the first angles are meant from -180 to 180 degrees."""
-    rejected: int
-
-    def measure(self, deadline: float) -> Measurement:
-        """Ask all joints, by a moment of the monotonic clock [s].
-
-        Raises:
-            DriverError: SILENT when one does not answer in time.
-        """
-        ...
-
-    def close(self) -> None:
-        """End the connection; safe to call twice."""
-        ...
 
 
 class Kinova(Driver):
@@ -148,7 +114,7 @@ class Unwrap:
         return tuple(map(math.radians, self._last))
 
 
-def _connect(address: str) -> Arm:
+def _connect(address: str) -> KinovaArm:
     """Open the kind of connection that an address names."""
     scheme, separator, rest = address.partition("://")
     if separator and scheme == "serial":

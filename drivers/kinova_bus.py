@@ -13,8 +13,8 @@ import serial
 from .address import Options, parse_options
 from .canbus import open_bus, parse_can_address
 from .driver import DriverError, Reason
-from .kinova import Measurement
 from .kinova_actuator import FIRST_ACTUATOR, ActuatorReply, decode_reply, encode_poll
+from .kinova_arm import Measurement
 from .kinova_links import IsoTpLink, Link, SerialLink
 
 __all__ = ["PolledArm", "open_can", "open_serial"]
