@@ -85,10 +85,10 @@ class Driver(ABC):
     """
 
     missed: int = 0
-    """States that the robot sent and that did not arrive, by its own sequence numbers."""
+    """How many states the robot sent that did not arrive, by its own sequence numbers."""
 
     rejected: int = 0
-    """Messages that were discarded: malformed, late, or not from the robot's address."""
+    """How many messages were thrown away: malformed, late, or from another host."""
 
     status: str = ""
     """What the robot says of itself, its mode and its errors, in words; empty if nothing."""
@@ -116,6 +116,9 @@ class Driver(ABC):
     @abstractmethod
     def close(self) -> None:
         """End the connection; safe to call twice."""
+
+    def _count_rejected(self) -> None:
+        self.rejected += 1
 
     def __enter__(self) -> "Driver":
         return self

@@ -46,11 +46,6 @@ class Kinova(Driver):
         """The arm's joints, from base to flange."""
         return self._joint_names
 
-    @property
-    def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Answers that were malformed, not to what was asked, or too far apart."""
-        return self._arm.rejected + self._slow
-
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
         if not self._open:
@@ -61,7 +56,10 @@ class Kinova(Driver):
             time.sleep(timeout)
             raise DriverError(Reason.SILENT, f"no state for {timeout:g} s")
         time.sleep(max(0.0, wait))
-        measurement, stamp = self._measure(deadline)
+        try:
+            measurement, stamp = self._measure(deadline)
+        finally:
+            self.rejected = self._arm.rejected + self._slow
         return JointState(
             stamp,
             self._unwrap(measurement.degrees),

@@ -60,24 +60,6 @@ class Reconnecting(Driver):
         """Names of the joints, the same for every connection."""
         return self._names
 
-    @property
-    def missed(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """States missed over all connections; those sent between two connections do not count."""
-        driver = self._driver  # another thread may be losing it
-        return self._earlier_missed + (driver.missed if driver else 0)
-
-    @property
-    def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Messages discarded over all connections."""
-        driver = self._driver
-        return self._earlier_rejected + (driver.rejected if driver else 0)
-
-    @property
-    def status(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """What the robot says of itself; empty while there is no connection."""
-        driver = self._driver
-        return driver.status if driver else ""
-
     def read(self, timeout: float) -> JointState:
         """Return the next state; making a new connection may take longer than the timeout.
 
@@ -89,7 +71,7 @@ class Reconnecting(Driver):
             raise DriverError(Reason.UNREACHABLE, "the connection is closed")
         driver = self._driver or self._again(timeout)
         try:
-            state = driver.read(timeout)
+            state = self._read(driver, timeout)
         except DriverError as error:
             self._fail(error)
             raise DriverError(Reason.SILENT, self.trouble or str(error)) from error
@@ -97,6 +79,15 @@ class Reconnecting(Driver):
         self.trouble = None
         self._wait = self._first_wait
         return state
+
+    def _read(self, driver: Driver, timeout: float) -> JointState:
+        """Read a connection, and bring the counts over all connections up to date."""
+        try:
+            return driver.read(timeout)
+        finally:
+            self.missed = self._earlier_missed + driver.missed
+            self.rejected = self._earlier_rejected + driver.rejected
+            self.status = driver.status
 
     def close(self) -> None:
         """End the connection for good."""
@@ -123,8 +114,8 @@ class Reconnecting(Driver):
     def _drop(self) -> None:
         driver, self._driver = self._driver, None
         if driver is not None:
-            self._earlier_missed += driver.missed
-            self._earlier_rejected += driver.rejected
+            self._earlier_missed, self._earlier_rejected = self.missed, self.rejected
+            self.status = ""
             driver.close()
 
     def _again(self, timeout: float) -> Driver:
