@@ -18,12 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
+from mukca.recorder.convert import write_holes
 from mukca.recorder.dataset import Placement, Sample, read_placement
 from mukca.solver.calibrate import Problem, build_problem, calibrate
 from mukca.solver.measurements import measure
 from mukca.solver.urdf import load_chain
 from mukca.tools.commands.demo import demo_arm, demo_bases
-from mukca.tools.simulate import record, write_holes
+from mukca.tools.simulate import record
 
 
 def seconds(work: Callable[[], object], runs: int = 15) -> float:

@@ -16,7 +16,7 @@ Both are hints and shown as such; a capture is not refused for them.
 from collections.abc import Callable, Sequence
 
 from .rest import Rest
-from .session import Joint
+from .session import JointLimits
 
 __all__ = ["Push"]
 
@@ -34,7 +34,7 @@ class Push:
 
     def __init__(
         self,
-        joints: Sequence[Joint],
+        joints: Sequence[JointLimits],
         gravity: Callable[[Sequence[float]], Sequence[float]] | None = None,
     ) -> None:
         self._joints = tuple(joints)

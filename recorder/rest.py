@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drivers import JointState
-from .session import Joint
+from .session import JointLimits
 
 __all__ = ["Rest", "Window"]
 
@@ -49,7 +49,7 @@ class Window:
         still: Largest standard deviation of a joint of an arm that is still [rad].
     """
 
-    def __init__(self, joints: Sequence[Joint], length: float, still: float) -> None:
+    def __init__(self, joints: Sequence[JointLimits], length: float, still: float) -> None:
         self._joints = tuple(joints)
         self._length = length
         self._still = still

@@ -9,7 +9,7 @@ from rich.console import Group
 from rich.text import Text
 
 from .samples import Sample
-from .session import Joint, Session
+from .session import JointLimits, Session
 
 __all__ = ["View", "render"]
 
@@ -179,7 +179,7 @@ def _joints(view: View, width: int) -> list[Text]:
 
 
 def _joint(
-    joint: Joint, value: float, covered: tuple[float, float] | None, names: int, width: int
+    joint: JointLimits, value: float, covered: tuple[float, float] | None, names: int, width: int
 ) -> Text:
     """One joint: its range from limit to limit, what is covered of it, and where it is."""
     lower, upper = _ends(joint)
@@ -206,7 +206,7 @@ def _joint(
     return line
 
 
-def _ends(joint: Joint) -> tuple[float, float]:
+def _ends(joint: JointLimits) -> tuple[float, float]:
     """The ends of a joint's bar; one turn for a joint without limits."""
     lower = joint.lower if math.isfinite(joint.lower) else -math.pi
     upper = joint.upper if math.isfinite(joint.upper) else math.pi

@@ -11,7 +11,7 @@ from functools import cached_property
 
 from .samples import Sample
 
-__all__ = ["Joint", "Message", "Session"]
+__all__ = ["JointLimits", "Message", "Session"]
 
 SAME = math.radians(1.0)
 """Two configurations are nearly the same where no joint differs by more than this [rad]."""
@@ -26,7 +26,7 @@ BEYOND_LIMITS_LENGTH = 5e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Joint:
+class JointLimits:
     """One actuated joint of the model."""
 
     name: str
@@ -60,7 +60,7 @@ class Message:
 class Session:
     """Everything that happened at one placement."""
 
-    joints: tuple[Joint, ...]
+    joints: tuple[JointLimits, ...]
     sockets: int = 2
     target: int = 30
     """How many samples each socket should get."""

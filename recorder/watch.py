@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from ..drivers import JointState
 from .freeze import Freeze
 from .rest import Rest, Window
-from .session import Joint
+from .session import JointLimits
 
 __all__ = ["Watch"]
 
@@ -51,7 +51,7 @@ class Watch:
 
     def __init__(
         self,
-        joints: Sequence[Joint],
+        joints: Sequence[JointLimits],
         *,
         window: float = 0.3,
         still: float = 5e-4,

@@ -12,9 +12,9 @@ from rich.console import Console
 from mukca.recorder.display import Lines, Screen
 from mukca.recorder.keyboard import HangUp
 from mukca.recorder.screen import View
-from mukca.recorder.session import Joint, Session
+from mukca.recorder.session import JointLimits, Session
 
-VIEW = View(Session((Joint("elbow", -1, 1),)), "arm", (0.1,), rate=1000.0, age=0.001)
+VIEW = View(Session((JointLimits("elbow", -1, 1),)), "arm", (0.1,), rate=1000.0, age=0.001)
 
 
 class Terminal:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ...recorder.record import Outcome
     from ...recorder.recording import Recording
     from ...recorder.script import Script
-    from ...recorder.session import Joint, Session
+    from ...recorder.session import JointLimits, Session
     from ...solver.urdf import Chain
 
 EXAMPLE = """example:
@@ -98,12 +98,12 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return 1 if outcome.refused and _is_scripted(arguments) else 0
 
 
-def joints_of(chain: "Chain") -> "tuple[Joint, ...]":
+def joints_of(chain: "Chain") -> "tuple[JointLimits, ...]":
     """Return the chain's actuated joints as the recorder sees them."""
-    from ...recorder.session import Joint
+    from ...recorder.session import JointLimits
 
     return tuple(
-        Joint(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
+        JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
         for joint in chain.actuated
     )
 
@@ -223,7 +223,7 @@ def _connect(text: str, joint_names: tuple[str, ...]) -> "Reconnecting":
 
 
 def _recording(
-    arguments: argparse.Namespace, chain: "Chain", joints: "tuple[Joint, ...]"
+    arguments: argparse.Namespace, chain: "Chain", joints: "tuple[JointLimits, ...]"
 ) -> "Recording":
     from ...recorder.recording import Metadata, Recording
 
@@ -248,7 +248,7 @@ def _recording(
 
 
 def _session(
-    arguments: argparse.Namespace, joints: "tuple[Joint, ...]", recording: "Recording"
+    arguments: argparse.Namespace, joints: "tuple[JointLimits, ...]", recording: "Recording"
 ) -> "Session":
     """Return the session as an earlier start left it."""
     from ...recorder.session import Session
