@@ -13,11 +13,14 @@ import math
 import queue
 import threading
 import time
-from collections.abc import Sequence
-from typing import Any, cast
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from .address import Endpoint, open_tcp, parse_endpoint
 from .driver import Driver, DriverError, JointState, Reason
+
+if TYPE_CHECKING:
+    import roslibpy
 
 __all__ = ["PORT", "Ros", "decode_message"]
 
@@ -132,17 +135,18 @@ class Ros(Driver):
             return None
 
 
-def _subscribe(endpoint: Endpoint, topic: str, callback: Any) -> tuple[Any, Any]:
+def _subscribe(
+    endpoint: Endpoint, topic: str, callback: Callable[[Any], None]
+) -> "tuple[roslibpy.Ros, roslibpy.Topic]":
     """Connect to a rosbridge and subscribe to a topic."""
     try:
-        import roslibpy  # pyright: ignore[reportMissingTypeStubs]
+        import roslibpy
     except ImportError:
         raise DriverError(
             Reason.MISSING_PACKAGE, "ros needs roslibpy: pip install 'mukca[ros]'"
         ) from None
     open_tcp(endpoint, "is rosbridge running (ros2 launch rosbridge_server ...)?").close()
-    library = cast(Any, roslibpy)
-    client = library.Ros(endpoint.host, endpoint.port)
+    client = roslibpy.Ros(endpoint.host, endpoint.port)
     try:
         client.run(timeout=CONNECT_SECONDS)
     except Exception as error:
@@ -151,7 +155,7 @@ def _subscribe(endpoint: Endpoint, topic: str, callback: Any) -> tuple[Any, Any]
         ) from None
     finally:
         client.factory.stopTrying()  # a lost connection is made again above, subscription and all
-    subscription = library.Topic(client, topic, "sensor_msgs/JointState")
+    subscription = roslibpy.Topic(client, topic, "sensor_msgs/JointState")
     subscription.subscribe(callback)
     return client, subscription
 

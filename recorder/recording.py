@@ -9,13 +9,13 @@ the recording is opened again.
 import fcntl
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, cast
 
 from .dataset import METADATA, is_placement, read_metadata
 from .samples import (
@@ -27,6 +27,7 @@ from .samples import (
     read_samples,
     undo_line,
 )
+from .session import SOCKETS
 from .tables import RecordingError
 
 __all__ = ["Metadata", "Recording"]
@@ -43,7 +44,7 @@ class Metadata:
     """``rad`` or ``m`` for each joint."""
     distance: float
     """Distance between the centres of sockets 0 and 1 [m]."""
-    sockets: int = 2
+    sockets: int = SOCKETS
     model_sha256: str = ""
     session: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """What holds for this start of the recorder alone: driver, window, notes."""
@@ -261,4 +262,6 @@ def _write_metadata(file: Path, metadata: dict[str, Any]) -> None:
 
 
 def _text(value: object) -> str:
-    return ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, cast("Sequence[object]", value)))
+    return str(value)

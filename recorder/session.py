@@ -11,7 +11,17 @@ from functools import cached_property
 
 from .samples import Sample
 
-__all__ = ["JointLimits", "Message", "Session"]
+__all__ = ["SOCKETS", "STILL", "TARGET", "WINDOW", "JointLimits", "Message", "Session"]
+
+SOCKETS = 2
+"""How many sockets a base has, where nothing else is said."""
+TARGET = 30
+"""How many samples each socket should get, where nothing else is said."""
+WINDOW = 0.3
+"""How long a capture averages, where nothing else is said [s]."""
+STILL = 5e-4
+"""Largest standard deviation of a joint of an arm that is still, where nothing else is said
+[rad], [m] for a prismatic joint."""
 
 SAME = math.radians(1.0)
 """Two configurations are nearly the same where no joint differs by more than this [rad]."""
@@ -61,8 +71,8 @@ class Session:
     """Everything that happened at one placement."""
 
     joints: tuple[JointLimits, ...]
-    sockets: int = 2
-    target: int = 30
+    sockets: int = SOCKETS
+    target: int = TARGET
     """How many samples each socket should get."""
     socket: int = 0
     """The active socket."""

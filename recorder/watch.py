@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from ..drivers import JointState
 from .freeze import Freeze
 from .rest import Rest, Window
-from .session import JointLimits
+from .session import STILL, WINDOW, JointLimits
 
 __all__ = ["Watch"]
 
@@ -53,8 +53,8 @@ class Watch:
         self,
         joints: Sequence[JointLimits],
         *,
-        window: float = 0.3,
-        still: float = 5e-4,
+        window: float = WINDOW,
+        still: float = STILL,
         live: bool = True,
     ) -> None:
         self.joints = tuple(joints)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...drivers.registry import open_driver
+from ...recorder.session import SOCKETS, STILL, TARGET, WINDOW
 from ..arguments import UsageError, add_load, add_robot, chain_of, load_of
 from ..terminal import Terminal
 
@@ -56,22 +57,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", required=True, type=Path, metavar="DIR/PLACEMENT", help="continued if it exists")
     add("--distance", type=float, default=0.05, metavar="M", help="between the centres of sockets "
         "0 and 1, in metres, as measured with a caliper (default: %(default)s)")  # fmt: skip
-    add("--sockets", type=int, default=2, metavar="N", help="1 to 10 (default: %(default)s)")
+    add("--sockets", type=int, default=SOCKETS, metavar="N", help="1 to 10 (default: %(default)s)")
     add(
         "--target",
         type=int,
-        default=30,
+        default=TARGET,
         metavar="N",
         help="samples for each socket (default: %(default)s)",
     )
     add(
         "--window",
         type=float,
-        default=0.3,
+        default=WINDOW,
         metavar="S",
         help="seconds that a capture averages (default: %(default)s)",
     )
-    add("--still", type=float, default=5e-4, metavar="RAD", help="largest standard deviation over "
+    add("--still", type=float, default=STILL, metavar="RAD", help="largest standard deviation over "
         "the window of an arm that is still (default: %(default)s)")  # fmt: skip
     add("--keys", type=Path, metavar="FILE", help="read keys from a script")
     add_load(parser, "noticing a hand on the arm")
