@@ -46,10 +46,10 @@ class DatagramSocket:
         return self._socket.getsockname()[1]
 
     def until(self, deadline: float) -> Iterator[tuple[bytes, tuple[str, int]]]:
-        """Yield the robot's datagrams with their source, until time is up.
+        """Yield the robot's datagrams, each with the address it came from, until time is up.
 
-        What is there already is yielded even when time is up before, but only once, so that a
-        flood of datagrams that are of no use holds nobody up.
+        A datagram that is waiting is yielded even if the time was up before. Only one is then, so
+        that a flood of useless datagrams cannot keep the caller for ever.
 
         Args:
             deadline: When to give up, by :func:`time.monotonic` [s].

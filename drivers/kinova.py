@@ -27,7 +27,7 @@ ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a
 
 
 class Kinova(Driver):
-    """A Kinova arm, asked again and again."""
+    """A connection to a Kinova arm, which is asked for its joints again and again."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         self._arm = _connect(address)
@@ -67,10 +67,11 @@ class Kinova(Driver):
         )
 
     def _measure(self, deadline: float) -> tuple[Measurement, float]:
-        """Return what the joints were at one moment, and that moment by the monotonic clock.
+        """Ask all joints once; return their answers and the time in the middle [s].
 
-        A round in which this computer, or the bus, was held up is no one moment, and is asked for
-        again: it takes much longer than the fastest, which a slow line sets.
+        Joints are asked one after the other. If that takes much longer than the fastest time so
+        far, this computer or the bus was held up and the arm may have moved meanwhile: all are
+        asked again.
         """
         while True:
             start = time.monotonic()
@@ -81,7 +82,7 @@ class Kinova(Driver):
                 self._fastest = min(self._fastest, end - start)
                 return measurement, (start + end) / 2
             self._slow += 1
-            self._fastest *= 1.05  # a bus that is slower for good is believed in the end
+            self._fastest *= 1.05  # so that a bus that became slower is accepted after a while
             if end >= deadline:
                 raise DriverError(Reason.SILENT, f"the joints take {end - start:.2g} s to answer")
 
@@ -92,7 +93,7 @@ class Kinova(Driver):
 
 
 class Unwrap:
-    """Takes the jumps of whole turns out of a stream of angles.
+    """Makes angles continuous that jump by a whole turn, as from 359 to 0 degrees.
 
     Args:
         centred: Whether the first angles are brought between -180 and 180 degrees.
@@ -103,7 +104,11 @@ class Unwrap:
         self._centred = centred
 
     def __call__(self, degrees: Sequence[float]) -> tuple[float, ...]:
-        """Return angles [rad], each within half a turn of the one before."""
+        """Return the angles [rad], each within half a turn of the same joint's last one.
+
+        Args:
+            degrees: The angles as they came [degrees].
+        """
         reference = self._last or ((0.0,) * len(degrees) if self._centred else degrees)
         self._last = tuple(
             angle - 2 * HALF_TURN * round((angle - last) / (2 * HALF_TURN))

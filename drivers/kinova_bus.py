@@ -79,7 +79,7 @@ class PolledArm:
             ) from None
 
     def _poll(self, actuator: int, deadline: float) -> ActuatorReply:
-        """Ask one actuator, again and again until it answers properly or time is up."""
+        """Ask one actuator until it gives a proper answer, or time is up."""
         while True:
             self._link.flush()
             self._link.send(encode_poll(actuator))
@@ -92,7 +92,7 @@ class PolledArm:
                 )
 
     def _answer(self, actuator: int, until: float) -> ActuatorReply | None:
-        """Return an actuator's answer; what else comes, as a late answer to before, is counted."""
+        """Return an actuator's answer, or None; other messages, as late answers, are counted."""
         while message := self._link.receive(max(0.0, until - time.monotonic())):
             try:
                 return decode_reply(message, actuator)

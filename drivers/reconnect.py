@@ -1,9 +1,9 @@
-"""A driver around a driver: after a drop it connects again by itself, and says so.
+"""A driver around another driver, which connects again by itself when the connection is lost.
 
-A drop, or a silence longer than a robot makes in good health, ends the connection; from then on
-:meth:`Reconnecting.read` raises SILENT, with the trouble in its message, and tries to connect
-again, at first soon and then ever more seldom. What no second attempt can mend (a wrong address, a
-missing package, another robot) is raised as it is.
+A connection counts as lost when reading it fails, or when no state came for two seconds. From then
+on :meth:`Reconnecting.read` tries to connect again, at first soon and then less often, and raises
+SILENT with the reason in its message until it succeeds. What trying again cannot mend (a wrong
+address, a missing package, another robot) is raised as it is.
 """
 
 import logging
@@ -20,10 +20,10 @@ logger = logging.getLogger(__name__)
 
 
 class Reconnecting(Driver):
-    """A connection that outlives its drops.
+    """A connection that is made again whenever it is lost.
 
     Args:
-        connect: Makes a new connection, as in ``lambda: open_driver("ur", address, names)``.
+        connect: Makes a new connection, as in ``lambda: open_driver("ur:192.168.1.10")``.
         first_wait: Time before the first new attempt [s]; it doubles with every failure.
         longest_wait: The most that it grows to [s].
         silence: How long a connection may be silent before it counts as lost [s].
@@ -53,7 +53,7 @@ class Reconnecting(Driver):
         self.drops = 0
         """How often the connection was lost."""
         self.trouble: str | None = None
-        """Why no states come, in words; None while they do."""
+        """Why no states come, in words; None while they come."""
 
     @property
     def joint_names(self) -> tuple[str, ...]:

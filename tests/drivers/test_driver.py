@@ -23,7 +23,7 @@ def test_a_driver_is_opened_by_one_string_and_closed_at_the_end(hand):
 
 
 def test_an_address_may_hold_colons_and_may_come_apart(hand):
-    with pytest.raises(DriverError, match="127.0.0.1:9 refused"):
+    with pytest.raises(DriverError, match=r"127\.0\.0\.1:9 refused"):
         open_driver("ur:127.0.0.1:9")
     with open_driver("mock", str(hand), ("a", "b")) as driver:
         assert driver.joint_names == ("a", "b")
