@@ -10,7 +10,7 @@ All take ``rate=HZ`` (100), how often the arm is asked, and ``effort=-1``, which
 the torques. That sign was not proven: compare a record at rest with the model's gravity torque.
 
 Joint angles come in degrees, and jump from 360 to 0 where a joint turns past its zero; such jumps
-are taken out again. Missed states cannot be told, since answers carry no numbers.
+are taken out again. Missed states cannot be counted, since answers carry no numbers.
 """
 
 import math

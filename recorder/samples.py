@@ -61,7 +61,7 @@ class SampleFile:
 
     joint_names: tuple[str, ...]
     samples: tuple[Sample, ...]
-    """All captures in order, withdrawn ones included."""
+    """All captures in order, also those that were taken back."""
     withdrawn: frozenset[int]
     """Numbers of the samples that were taken back."""
     torn: bytes

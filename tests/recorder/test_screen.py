@@ -58,7 +58,7 @@ def test_it_fits_any_terminal(
     width, height, joints, sockets, count, helps, plain, trouble, message
 ) -> None:
     made = session(count, sockets, tuple(JointLimits(f"j{i}", -1, 1) for i in range(joints)))
-    shown = view(made.told(message, alarm=True), help=helps, trouble=trouble)
+    shown = view(made.with_message(message, alarm=True), help=helps, trouble=trouble)
     group = render(shown, width, height, plain=plain)
     assert all(line.cell_len <= width for line in group.renderables)
     assert len(group.renderables) in (1, height)
@@ -66,7 +66,11 @@ def test_it_fits_any_terminal(
 
 @pytest.mark.parametrize("plain", [False, True])
 def test_all_that_is_needed_is_on_80_by_24(plain: bool) -> None:
-    made = session().told("captured sample 12").told("refused: still moving", alarm=True)
+    made = (
+        session()
+        .with_message("captured sample 12")
+        .with_message("refused: still moving", alarm=True)
+    )
     shown = "\n".join(drawn(view(made, trouble="still moving: panda_joint4 by 1.2°"), plain=plain))
     for needed in (
         "SOCKET 0",
@@ -151,6 +155,6 @@ def test_the_active_socket_is_told_by_more_than_colour() -> None:
 
 
 def test_the_newest_message_is_whole_and_last() -> None:
-    made = session().told("older").told("word " * 20 + "end", alarm=True)
+    made = session().with_message("older").with_message("word " * 20 + "end", alarm=True)
     lines = [line for line in drawn(view(made)) if line.startswith((" !", " >"))]
     assert lines[0] == " > older" and lines[-1].endswith("end") and len(lines) == 3

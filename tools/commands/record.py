@@ -265,9 +265,9 @@ def _session(
         withdrawn=content.withdrawn,
     )
     for remark in recording.remarks:
-        session = session.told(remark, alarm=True)
+        session = session.with_message(remark, alarm=True)
     if session.samples:
-        session = session.told(f"continues a recording of {len(session.live)} samples")
+        session = session.with_message(f"continues a recording of {len(session.live)} samples")
     return session
 
 
