@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .auto import calibrate_auto
-from .calibrate import build_problem, calibrate
-from .calibration import Calibration
-from .measurements import Measurement
-from .observations import Load, observe
-from .parameters import Parameter
-from .urdf import Chain
-from .validate import Metrics, evaluate
+from .auto.selection import calibrate_auto
+from .calibrated import Calibration
+from .data.measurements import Measurement
+from .data.metrics import Metrics, evaluate
+from .data.observations import Load, observe
+from .paper.problem import build_problem, calibrate
+from .robot.parameters import Parameter
+from .robot.urdf import Robot
 
 __all__ = ["Job", "Plan", "jobs", "resampled", "run_job"]
 
@@ -24,7 +24,7 @@ __all__ = ["Job", "Plan", "jobs", "resampled", "run_job"]
 class Plan:
     """What is the same in every fit."""
 
-    chain: Chain
+    robot: Robot
     parameters: tuple[Parameter, ...]
     measurements: tuple[Measurement, ...]
     method: str
@@ -68,12 +68,12 @@ def _fit(plan: Plan, job: Job) -> Callable[[Measurement], np.ndarray]:
         generator = np.random.default_rng(job.seed)
         train = [resampled(measured, generator) for measured in train]
     if plan.method == "paper":
-        problem = build_problem(plan.chain, train, parameters=plan.parameters)
-        calibration = Calibration(plan.chain, problem.parameters, calibrate(problem).x)
+        problem = build_problem(plan.robot, train, parameters=plan.parameters)
+        calibration = Calibration(plan.robot, problem.parameters, calibrate(problem).x)
         return lambda m: calibration.ball(m.positions)
-    data = observe(train, plan.chain, load=plan.load, tied=False)
-    found = calibrate_auto(plan.chain, plan.parameters, data).full
-    return lambda m: found.predict(m.positions, plan.load.torques(plan.chain, m))
+    data = observe(train, plan.robot, load=plan.load, tied=False)
+    found = calibrate_auto(plan.robot, plan.parameters, data).full
+    return lambda m: found.predict(m.positions, plan.load.torques(plan.robot, m))
 
 
 def resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .calibrate import Fit
-from .calibration import Calibration
-from .measurements import Measurement
-from .validate import Metrics, cost_terms, evaluate, mean_metrics
+from .calibrated import Calibration
+from .data.measurements import Measurement
+from .data.metrics import Metrics, cost_terms, evaluate, mean_metrics
+from .paper.problem import Fit
 
 __all__ = ["figures", "history", "samples", "summarise"]
 

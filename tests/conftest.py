@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 
 from mukca.recorder.convert import write_holes
-from mukca.solver.urdf import Chain, load_chain
+from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.simulate import Base, perturb, record
 
 ROOT = Path(__file__).parents[1]
@@ -42,18 +42,18 @@ def recordings() -> Path:
 
 
 @pytest.fixture(scope="session")
-def panda() -> Chain:
-    return load_chain("panda")
+def panda() -> Robot:
+    return load_robot("panda")
 
 
 @pytest.fixture(scope="session")
-def true_panda(panda: Chain) -> Chain:
+def true_panda(panda: Robot) -> Robot:
     """A Panda whose true kinematics differ from its URDF."""
     return perturb(panda, np.random.default_rng(7), 2e-3, 5e-3)
 
 
 @pytest.fixture(scope="session")
-def session(true_panda: Chain, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def session(true_panda: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with three placements of that arm, 2 x 12 samples each."""
     folder = tmp_path_factory.mktemp("session")
     generator = np.random.default_rng(8)

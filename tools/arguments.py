@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 from .. import MukcaError
 
 if TYPE_CHECKING:
-    from ..solver.measurements import Measurement
-    from ..solver.observations import Load
-    from ..solver.urdf import Chain
+    from ..solver.data.measurements import Measurement
+    from ..solver.data.observations import Load
+    from ..solver.robot.urdf import Robot
 
 __all__ = [
     "UsageError",
     "add_load",
     "add_robot",
-    "chain_of",
     "load_of",
     "measure_all",
+    "robot_of",
     "split_test",
 ]
 
@@ -51,18 +51,18 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def chain_of(arguments: argparse.Namespace) -> "Chain":
+def robot_of(arguments: argparse.Namespace) -> "Robot":
     """Return the chain that the arguments of :func:`add_robot` name.
 
     Raises:
         UsageError: One of --flange and --ball without the other.
         ModelError: No such robot, link, or chain.
     """
-    from ..solver.urdf import load_chain
+    from ..solver.robot.urdf import load_robot
 
     if (arguments.flange is None) != (arguments.ball is None):
         raise UsageError("--flange LINK and --ball X Y Z go together: a link, and the ball on it")
-    return load_chain(
+    return load_robot(
         arguments.robot,
         base=arguments.base,
         tip=arguments.tip,
@@ -92,7 +92,7 @@ def load_of(arguments: argparse.Namespace) -> "Load":
     Raises:
         UsageError: A negative payload, or a gravity that is not about 9.8 m/s^2.
     """
-    from ..solver.observations import Load
+    from ..solver.data.observations import Load
 
     load = Load()
     if arguments.payload is not None:
@@ -111,7 +111,7 @@ def load_of(arguments: argparse.Namespace) -> "Load":
 
 
 def measure_all(
-    paths: Sequence[Path], chain: "Chain", distance: float | None, *, sockets: int = 2
+    paths: Sequence[Path], robot: "Robot", distance: float | None, *, sockets: int = 2
 ) -> "list[Measurement]":
     """Read and check all placements that paths stand for.
 
@@ -119,10 +119,10 @@ def measure_all(
         MukcaError: A placement that cannot be read or used; the message names it.
     """
     from ..recorder.dataset import find_placements, read_placement
-    from ..solver.measurements import measure
+    from ..solver.data.measurements import measure
 
     return [
-        measure(read_placement(path), chain, distance, sockets=sockets)
+        measure(read_placement(path), robot, distance, sockets=sockets)
         for path in find_placements(paths)
     ]
 

@@ -9,17 +9,17 @@ from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from ..solver.calibrate import build_problem, calibrate, refit_ball
-from ..solver.calibration import Calibration
-from ..solver.measurements import Measurement
-from ..solver.observations import KnownDistance, Load, observe
-from ..solver.parameters import Parameter
+from ..solver.calibrated import Calibration
+from ..solver.data.measurements import Measurement
+from ..solver.data.metrics import CALIPER_DEVIATION, evaluate, is_distorted
+from ..solver.data.observations import KnownDistance, Load, observe
+from ..solver.paper.problem import build_problem, calibrate, refit_ball
 from ..solver.result import figures, history, models_of
-from ..solver.urdf import Chain
-from ..solver.validate import CALIPER_DEVIATION, evaluate, is_distorted
+from ..solver.robot.parameters import Parameter
+from ..solver.robot.urdf import Robot
 
 if TYPE_CHECKING:
-    from ..solver.estimate import Estimate
+    from ..solver.auto.posterior import Estimate
 
 __all__ = ["AutoSettings", "Outcome", "calibrate_by_auto", "calibrate_by_paper", "provenance"]
 
@@ -54,7 +54,7 @@ class AutoSettings:
 
 
 def calibrate_by_paper(
-    chain: Chain,
+    robot: Robot,
     parameters: Sequence[Parameter],
     train: Sequence[Measurement],
     test: Sequence[Measurement],
@@ -68,9 +68,9 @@ def calibrate_by_paper(
     Raises:
         NotConverged: The optimizer gave up.
     """
-    problem = build_problem(chain, train, parameters=parameters, regularization=regularization)
+    problem = build_problem(robot, train, parameters=parameters, regularization=regularization)
     fit = calibrate(problem, optimizer, max_iterations)
-    calibration = Calibration(chain, problem.parameters, fit.x)
+    calibration = Calibration(robot, problem.parameters, fit.x)
     iterates = [partial(_paper_points, problem.model, x) for x in fit.solution.iterates]
     return Outcome(
         calibration,
@@ -98,9 +98,9 @@ def _common(
 ) -> dict[str, Any]:
     """Return what both methods say alike: figures, distortion, parameters."""
     paired = [measured for measured in train if measured.has_distance]
-    chain = calibration.chain
+    robot = calibration.robot
     refitted = (
-        refit_ball(build_problem(chain, paired, regularization=regularization)) if paired else None
+        refit_ball(build_problem(robot, paired, regularization=regularization)) if paired else None
     )
     return {
         **figures(models_of(calibration, refitted), train, test),
@@ -114,7 +114,7 @@ def _common(
 
 
 def calibrate_by_auto(
-    chain: Chain,
+    robot: Robot,
     parameters: Sequence[Parameter],
     train: Sequence[Measurement],
     test: Sequence[Measurement],
@@ -129,15 +129,15 @@ def calibrate_by_auto(
     """
     import time
 
-    from ..solver.auto import STAGES, calibrate_auto
-    from ..solver.estimate import predict
+    from ..solver.auto.posterior import predict
+    from ..solver.auto.selection import STAGES, calibrate_auto
 
     begin = time.perf_counter()
     data = observe(
-        train, chain, known=settings.known, deviation=settings.deviation, load=settings.load
+        train, robot, known=settings.known, deviation=settings.deviation, load=settings.load
     )
     fit = calibrate_auto(
-        chain,
+        robot,
         parameters,
         data,
         stages=[name for name in STAGES if name not in settings.without],
@@ -147,7 +147,7 @@ def calibrate_by_auto(
     seconds = time.perf_counter() - begin
     full = fit.full
     calibration = Calibration(
-        chain,
+        robot,
         tuple(parameters),
         full.values,
         full.deflection,
@@ -157,7 +157,7 @@ def calibrate_by_auto(
     load = settings.load
 
     def points(x: Any, m: Measurement) -> Any:
-        return predict(full.problem, x, m.positions, load.torques(chain, m))
+        return predict(full.problem, x, m.positions, load.torques(robot, m))
 
     outcome = Outcome(
         calibration,
@@ -196,7 +196,8 @@ def _uncertainty(
     full: "Estimate",
 ) -> dict[str, Any]:
     """Return groups, noise, deviations, and what the data cannot identify."""
-    from ..solver import uncertainty as u
+    from ..solver.auto import uncertainty as u
+    from ..solver.auto.directions import CANNOT_SEE, weak_directions
 
     deviation = u.deviations(full)
     names = u.unknown_names(full)
@@ -231,12 +232,12 @@ def _uncertainty(
         "log_evidence": full.log_evidence,
         "uncertainty": {
             "weak_directions": [
-                {"text": d.text, "deviation": d.deviation} for d in u.weak_directions(full)
+                {"text": d.text, "deviation": d.deviation} for d in weak_directions(full)
             ],
             "correlations": [{"a": a, "b": b, "value": r} for a, b, r in u.correlations(full)],
             "observability_index": u.observability_index(full),
             "distance_deviation": u.workspace_deviation(full, calibration.load),
-            "cannot_see": list(u.CANNOT_SEE),
+            "cannot_see": list(CANNOT_SEE),
         },
     }
 
@@ -245,9 +246,9 @@ def _spread(calibration: Calibration, full: "Estimate", m: Measurement) -> dict[
     """Return the predicted and the found rms distance of a placement's samples from their mean."""
     import numpy as np
 
-    from ..solver.uncertainty import predicted_deviation
+    from ..solver.auto.uncertainty import predicted_deviation
 
-    torques = calibration.load.torques(calibration.chain, m)
+    torques = calibration.load.torques(calibration.robot, m)
     points = full.predict(m.positions, torques)
     squares = sum(float(np.sum((points[r] - points[r].mean(axis=0)) ** 2)) for r in m.slices)
     return {
@@ -258,11 +259,11 @@ def _spread(calibration: Calibration, full: "Estimate", m: Measurement) -> dict[
     }
 
 
-def provenance(chain: Chain, measurements: Sequence[Measurement]) -> dict[str, Any]:
+def provenance(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, Any]:
     """Return what a result was made from and with: digests, versions, time."""
     return {
         "created": datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        "model_sha256": chain.sha256,
+        "model_sha256": robot.sha256,
         "data_sha256": {
             str(file): hashlib.sha256(file.read_bytes()).hexdigest()
             for measured in measurements

@@ -8,7 +8,7 @@ import pytest
 
 from mukca.recorder.dataset import Sample, read_placement
 from mukca.recorder.recording import Metadata, Recording
-from mukca.solver.calibration import load_calibration
+from mukca.solver.calibrated import load_calibration
 from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
 

@@ -13,7 +13,7 @@ from terminal_session import MUKCA, TerminalSession
 
 from mukca.recorder.convert import write_holes
 from mukca.recorder.dataset import Placement, Sample, read_placement
-from mukca.solver.urdf import load_chain
+from mukca.solver.robot.urdf import load_robot
 from mukca.tools.cli import main
 from mukca.tools.simulate import perturb, reachable_bases, record
 
@@ -41,7 +41,7 @@ ARMS = [
 def placements(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     """Two placements of an arm whose true kinematics differ from its URDF: to train, to test."""
     generator = np.random.default_rng(5)
-    arm = perturb(load_chain(request.param), generator, 2e-3, 5e-3)
+    arm = perturb(load_robot(request.param), generator, 2e-3, 5e-3)
     for name, base in zip(("train", "test"), reachable_bases(arm, generator, 2), strict=True):
         placement = record(arm, base, generator, samples=CANDIDATES, noise=2e-5)
         write_holes(replace(placement, samples=tuple(short_steps(placement))), tmp_path / name)

@@ -188,7 +188,7 @@ def test_bad_arguments_get_one_line(capsys, words: tuple[str, ...]) -> None:
 
 
 def test_a_model_of_another_arm_is_named(capsys) -> None:
-    other = str(files("mukca.solver") / "robots" / "ur5e.urdf")
+    other = str(files("mukca.solver.robot") / "shipped" / "ur5e.urdf")
     assert main(["simulate", "insertion", "--model", other]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert other in line

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...drivers.registry import open_driver
 from ...recorder.session import SOCKETS, STILL, TARGET, WINDOW
-from ..arguments import UsageError, add_load, add_robot, chain_of, load_of
+from ..arguments import UsageError, add_load, add_robot, load_of, robot_of
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ...recorder.recording import Recording
     from ...recorder.script import Script
     from ...recorder.session import JointLimits, Session
-    from ...solver.urdf import Chain
+    from ...solver.robot.urdf import Robot
 
 EXAMPLE = """example:
   mukca record --robot panda --driver franka:172.16.0.2 --out data/front
@@ -87,8 +87,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Record until the operator finishes."""
     _check(arguments)
-    chain = chain_of(arguments)
-    outcome = _record(arguments, chain, terminal)
+    robot = robot_of(arguments)
+    outcome = _record(arguments, robot, terminal)
     try:
         _say_outcome(outcome, arguments, terminal)
         sys.stdout.flush()
@@ -99,17 +99,17 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return 1 if outcome.refused and _is_scripted(arguments) else 0
 
 
-def joints_of(chain: "Chain") -> "tuple[JointLimits, ...]":
+def joints_of(robot: "Robot") -> "tuple[JointLimits, ...]":
     """Return the chain's actuated joints as the recorder sees them."""
     from ...recorder.session import JointLimits
 
     return tuple(
         JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
-        for joint in chain.actuated
+        for joint in robot.actuated
     )
 
 
-def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -> "Outcome":
+def _record(arguments: argparse.Namespace, robot: "Robot", terminal: Terminal) -> "Outcome":
     """Open all that a session needs, in the order in which it can fail, and run it."""
     from ...recorder.push import Push
     from ...recorder.record import Recorder
@@ -117,16 +117,16 @@ def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -
     from ...recorder.watch import Watch
     from ..hints import gravity_of, seat_check
 
-    joints = joints_of(chain)
-    push, check = Push(joints, gravity_of(chain, load_of(arguments))), seat_check(chain)
+    joints = joints_of(robot)
+    push, check = Push(joints, gravity_of(robot, load_of(arguments))), seat_check(robot)
     with ExitStack() as stack:
         keyboard, script = _keys(arguments, stack)
         stack.enter_context(_quiet())
         stack.enter_context(_without_pauses())
-        driver = stack.enter_context(_connect(arguments.driver, chain.joint_names))
+        driver = stack.enter_context(_connect(arguments.driver, robot.joint_names))
         stream = Stream(driver)
         stack.callback(stream.close)
-        recording = stack.enter_context(_recording(arguments, chain, joints))
+        recording = stack.enter_context(_recording(arguments, robot, joints))
         live = script is None
         return Recorder(
             session=_session(arguments, joints, recording),
@@ -134,7 +134,7 @@ def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -
             watch=Watch(joints, window=arguments.window, still=arguments.still, live=live),
             recording=recording,
             display=_display(terminal),
-            title=f"{chain.name}  {arguments.driver}  {arguments.out}",
+            title=f"{robot.name}  {arguments.driver}  {arguments.out}",
             keyboard=keyboard,
             script=script,
             push=push,
@@ -224,7 +224,7 @@ def _connect(text: str, joint_names: tuple[str, ...]) -> "Reconnecting":
 
 
 def _recording(
-    arguments: argparse.Namespace, chain: "Chain", joints: "tuple[JointLimits, ...]"
+    arguments: argparse.Namespace, robot: "Robot", joints: "tuple[JointLimits, ...]"
 ) -> "Recording":
     from ...recorder.recording import Metadata, Recording
 
@@ -232,12 +232,12 @@ def _recording(
     return Recording(
         arguments.out,
         Metadata(
-            robot=chain.name,
-            joints=chain.joint_names,
+            robot=robot.name,
+            joints=robot.joint_names,
             units=tuple(joint.unit for joint in joints),
             distance=arguments.distance,
             sockets=arguments.sockets,
-            model_sha256=chain.sha256,
+            model_sha256=robot.sha256,
             session={
                 "driver": arguments.driver,
                 "window": arguments.window,

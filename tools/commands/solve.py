@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...solver.urdf import Chain
+from ...solver.robot.urdf import Robot
 from ..arguments import (
-    chain_of,
     load_of,
     measure_all,
+    robot_of,
     split_test,
 )
 from ..files import refuse_existing, write_files
@@ -18,8 +18,8 @@ from ..solve_options import COMMON, ONLY_AUTO, ONLY_PAPER, add_options, settle
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
-    from ...solver.measurements import Measurement
-    from ...solver.observations import KnownDistance
+    from ...solver.data.measurements import Measurement
+    from ...solver.data.observations import KnownDistance
     from ..outcome import Outcome
 
 EXAMPLE = """example:
@@ -40,16 +40,16 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     settle(arguments)
     if arguments.out is not None:
         refuse_existing(arguments.out, force=arguments.force)
-    chain = chain_of(arguments)
+    robot = robot_of(arguments)
     test_paths, left_out = split_test(arguments.train, arguments.test)
     sockets = 1 if arguments.method == "auto" else 2
-    train = measure_all(arguments.train, chain, arguments.distance, sockets=sockets)
-    test = measure_all(test_paths, chain, arguments.distance, sockets=sockets)
-    train, looked, said = look_at(chain, train, test, arguments)
+    train = measure_all(arguments.train, robot, arguments.distance, sockets=sockets)
+    test = measure_all(test_paths, robot, arguments.distance, sockets=sockets)
+    train, looked, said = look_at(robot, train, test, arguments)
     warnings = [*left_out, *(line for m in (*train, *test) for line in m.warnings)]
     for line in [*warnings, *said]:
         terminal.warn(line)
-    outcome = calibrate(chain, train, test, arguments, terminal)
+    outcome = calibrate(robot, train, test, arguments, terminal)
     result = outcome.result
     result.update(looked, warnings=warnings)
     show(terminal, result)
@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def look_at(
-    chain: Chain,
+    robot: Robot,
     train: "list[Measurement]",
     test: "list[Measurement]",
     arguments: argparse.Namespace,
@@ -86,46 +86,46 @@ def look_at(
         ``next_placement`` of the result, where the data could be checked; a line for each
         finding.
     """
-    from ...solver.changes import split_at
-    from ...solver.check import inspect_all, next_placement
-    from ...solver.measurements import check_distinct
-    from ...solver.optimizers import NotConverged
-    from ...solver.parameters import choose_parameters
+    from ...solver.checks.changes import split_at
+    from ...solver.checks.inspection import inspect_all, next_placement
+    from ...solver.data.measurements import check_distinct
+    from ...solver.paper.optimizers import NotConverged
+    from ...solver.robot.parameters import choose_parameters
 
     check_distinct([*train, *test])
     load = load_of(arguments)
     try:
-        seen = inspect_all(chain, choose_parameters(chain), [*train, *test], load)
+        seen = inspect_all(robot, choose_parameters(robot), [*train, *test], load)
     except NotConverged as error:
         if arguments.split_moved:
             raise
         return train, {}, [f"the data could not be checked: {error}"]
     findings = [finding for one in seen for finding in one.findings]
     if arguments.split_moved:
-        alone = inspect_all(chain, choose_parameters(chain), train, load) if test else seen
+        alone = inspect_all(robot, choose_parameters(robot), train, load) if test else seen
         train = [split_at(one.measured, one.changes) for one in alone]
     looked = {
         "checks": [finding.as_dict() for finding in findings],
-        "next_placement": {"text": next_placement(chain, seen)},
+        "next_placement": {"text": next_placement(robot, seen)},
     }
     return train, looked, list(map(str, findings))
 
 
 def calibrate(
-    chain: Chain,
+    robot: Robot,
     train: "list[Measurement]",
     test: "list[Measurement]",
     arguments: argparse.Namespace,
     terminal: Terminal,
 ) -> "Outcome":
     """Return the outcome of the method asked for."""
-    from ...solver.parameters import choose_parameters
+    from ...solver.robot.parameters import choose_parameters
     from ..outcome import AutoSettings, calibrate_by_auto, calibrate_by_paper, provenance
 
-    parameters = choose_parameters(chain, arguments.free, arguments.fix)
+    parameters = choose_parameters(robot, arguments.free, arguments.fix)
     if arguments.method == "paper":
         outcome = calibrate_by_paper(
-            chain,
+            robot,
             parameters,
             train,
             test,
@@ -141,12 +141,12 @@ def calibrate(
             tuple(arguments.without),
         )
         with terminal.progress() as progress:
-            outcome = calibrate_by_auto(chain, parameters, train, test, settings, progress)
+            outcome = calibrate_by_auto(robot, parameters, train, test, settings, progress)
     names = (*COMMON, *(ONLY_PAPER if arguments.method == "paper" else ONLY_AUTO))
     outcome.result.update(
         robot=arguments.robot,
         settings={name: getattr(arguments, name) for name in names},
-        provenance=provenance(chain, [*train, *test]),
+        provenance=provenance(robot, [*train, *test]),
         outputs={},
     )
     return outcome
@@ -158,7 +158,7 @@ def known_distances(words: Sequence[str]) -> "tuple[KnownDistance, ...]":
     Raises:
         KnownError: A distance that cannot be understood.
     """
-    from ...solver.observations import parse_known
+    from ...solver.data.observations import parse_known
 
     lines: list[str] = []
     for word in words:
@@ -221,7 +221,7 @@ def write(
     test: "list[Measurement]",
 ) -> dict[str, str]:
     """Write the calibrated URDF and calibration.json; return their paths."""
-    from ...solver.calibration import FORMAT
+    from ...solver.calibrated import FORMAT
     from ...solver.result import samples
 
     calibration = outcome.calibration
@@ -249,7 +249,7 @@ def write(
 
 def report(folder: Path, terminal: Terminal) -> None:
     """Write the report of the calibration in a folder, and show its verdict."""
-    from ...solver.calibration import load_document
+    from ...solver.calibrated import load_document
     from ..report.build import build_report
     from ..report.terminal import show_verdict
 

@@ -9,7 +9,7 @@ from ..arguments import measure_all
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
-    from ...solver.measurements import Measurement
+    from ...solver.data.measurements import Measurement
 
 EXAMPLE = """example:
   mukca validate calibrated/calibration.json recordings/left recordings/right"""
@@ -31,13 +31,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
-    from ...solver.calibration import calibration_of, load_document
+    from ...solver.calibrated import calibration_of, load_document
     from ...solver.result import figures, models_of
     from ..tables import metrics_table
 
     document = load_document(arguments.calibration)
     calibration = calibration_of(document, str(arguments.calibration))
-    data = measure_all(arguments.data, calibration.chain, arguments.distance, sockets=1)
+    data = measure_all(arguments.data, calibration.robot, arguments.distance, sockets=1)
     for line in (line for measured in data for line in measured.warnings):
         terminal.warn(line)
     train = [m for m in data if _was_trained_on(m, document)]
