@@ -18,12 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
+from mukca.recorder.convert import write_holes
 from mukca.recorder.dataset import Placement, Sample, read_placement
 from mukca.solver.data.measurements import measure
 from mukca.solver.paper.problem import Problem, build_problem, solve
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.commands.demo import demo_arm, demo_bases
-from mukca.tools.simulate import record, write_holes
+from mukca.tools.simulate import record
 
 
 def seconds(work: Callable[[], object], runs: int = 15) -> float:

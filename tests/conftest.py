@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from mukca.recorder.convert import write_holes
 from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.simulate import Base, perturb, record, write_holes
+from mukca.tools.simulate import Base, perturb, record
 
 ROOT = Path(__file__).parents[1]
 

@@ -11,10 +11,11 @@ import pytest
 from emulation import emulated
 from terminal_session import MUKCA, TerminalSession
 
+from mukca.recorder.convert import write_holes
 from mukca.recorder.dataset import Placement, Sample, read_placement
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.cli import main
-from mukca.tools.simulate import perturb, reachable_bases, record, write_holes
+from mukca.tools.simulate import perturb, reachable_bases, record
 
 SAMPLES = 8
 STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
