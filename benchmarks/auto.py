@@ -20,13 +20,13 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder.dataset import Placement, find_placements, read_placement
-from mukca.solver.auto import calibrate_auto
-from mukca.solver.estimate import Estimate
-from mukca.solver.kinematics import gravity_torques, workspace
-from mukca.solver.measurements import Measurement, measure
-from mukca.solver.observations import KnownDistance, observe
-from mukca.solver.parameters import choose_parameters
-from mukca.solver.urdf import Chain, load_chain
+from mukca.solver.auto.posterior import Posterior
+from mukca.solver.auto.selection import select_model
+from mukca.solver.data.measurements import Measurement, measure
+from mukca.solver.data.observations import KnownDistance, observe
+from mukca.solver.robot.kinematics import gravity_torques, workspace
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.commands.demo import demo_arm, demo_bases
 from mukca.tools.simulate import perturb, reachable_bases, record
 
@@ -45,35 +45,35 @@ def seconds(work: Callable[[], object], runs: int) -> float:
     return statistics.median(times)
 
 
-def costs(chain: Chain, data: list[Measurement]) -> None:
-    parameters = choose_parameters(chain)
-    one = observe(data[:1], chain)
-    found = calibrate_auto(chain, parameters, one).full
-    problem = found.problem
+def costs(robot: Robot, data: list[Measurement]) -> None:
+    parameters = choose_parameters(robot)
+    one = observe(data[:1], robot)
+    found = select_model(robot, parameters, one).full
+    model = found.model
 
     def evaluate() -> None:
-        problem.linearise(found.x, one.positions, one.torques)
+        model.linearise(found.x, one.positions, one.torques)
 
     evaluation = seconds(evaluate, 30)
-    fit = seconds(lambda: calibrate_auto(chain, parameters, one), 5)
+    fit = seconds(lambda: select_model(robot, parameters, one), 5)
     print(
         f"auto, one placement ({data[0].name}): {fit:.2f} s = {fit / evaluation:.0f} evaluations "
         f"of {1e3 * evaluation:.2f} ms"
     )
-    everything = observe(data, chain)
+    everything = observe(data, robot)
     begin = time.perf_counter()
-    calibrate_auto(chain, parameters, everything)
+    select_model(robot, parameters, everything)
     print(
         f"auto, {len(data)} placements, each left out in turn: {time.perf_counter() - begin:.1f} s"
     )
 
 
-def distance_errors(found: Estimate, truth: np.ndarray, seed: int) -> np.ndarray:
+def distance_errors(found: Posterior, truth: np.ndarray, seed: int) -> np.ndarray:
     """Return errors of distances up to 400 mm between balls in the workspace [m]."""
-    chain = found.problem.chain
-    q = workspace(chain, 2000, seed)
-    ball = found.predict(q, gravity_torques(chain, q))
-    true = found.problem.model.points(truth, q)
+    robot = found.model.robot
+    q = workspace(robot, 2000, seed)
+    ball = found.predict(q, gravity_torques(robot, q))
+    true = found.model.model.points(truth, q)
     lengths = np.linalg.norm(true[1::2] - true[::2], axis=1)
     errors = np.linalg.norm(ball[1::2] - ball[::2], axis=1) - lengths
     return errors[lengths < 0.4]
@@ -92,11 +92,11 @@ def scale(arms: int) -> None:
         "2 known distances": [],
         "150 mm base": [],
     }
-    chain = load_chain("panda")
-    parameters = choose_parameters(chain)
+    robot = load_robot("panda")
+    parameters = choose_parameters(robot)
     for seed in range(arms):
         generator = np.random.default_rng(seed)
-        arm = perturb(chain, generator, 2e-3, 5e-3)
+        arm = perturb(robot, generator, 2e-3, 5e-3)
         truth = arm.origins.ravel()[[p.index for p in parameters]]
         long = reachable_bases(arm, generator, 3, distance=0.15)
         bases = [replace(base, distance=0.05) for base in long]
@@ -117,9 +117,9 @@ def scale(arms: int) -> None:
         ):
             placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
             data = observe(
-                [measure(p, chain) for p in placements], chain, known=also, deviation=OFF
+                [measure(p, robot) for p in placements], robot, known=also, deviation=OFF
             )
-            found = calibrate_auto(chain, parameters, data, stages=()).full
+            found = select_model(robot, parameters, data, stages=()).full
             errors[kind].append(distance_errors(found, truth, seed))
     baseline = 0.0
     for kind, parts in errors.items():
@@ -137,13 +137,13 @@ def main() -> None:
     parser.add_argument("--robot", default="panda")
     parser.add_argument("--arms", type=int, default=20)
     arguments = parser.parse_args()
-    chain = load_chain(arguments.robot)
+    robot = load_robot(arguments.robot)
     if arguments.placements:
         recorded = [read_placement(p) for p in find_placements(arguments.placements)]
     else:
         generator = np.random.default_rng(0)
         recorded = [record(demo_arm()[1], b, generator, noise=5e-5) for b in demo_bases()]
-    costs(chain, [measure(p, chain) for p in recorded])
+    costs(robot, [measure(p, robot) for p in recorded])
     scale(arguments.arms)
 
 

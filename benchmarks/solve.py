@@ -18,12 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
+from mukca.recorder.convert import write_holes
 from mukca.recorder.dataset import Placement, Sample, read_placement
-from mukca.solver.calibrate import Problem, build_problem, calibrate
-from mukca.solver.measurements import measure
-from mukca.solver.urdf import load_chain
+from mukca.solver.data.measurements import measure
+from mukca.solver.paper.problem import Problem, build_problem, solve
+from mukca.solver.robot.urdf import load_robot
 from mukca.tools.commands.demo import demo_arm, demo_bases
-from mukca.tools.simulate import record, write_holes
+from mukca.tools.simulate import record
 
 
 def seconds(work: Callable[[], object], runs: int = 15) -> float:
@@ -38,17 +39,17 @@ def seconds(work: Callable[[], object], runs: int = 15) -> float:
 
 
 def optimizers(problem: Problem) -> None:
-    gauss_newton = seconds(lambda: calibrate(problem, "gauss-newton"))
-    ipopt = seconds(lambda: calibrate(problem, "ipopt"), runs=5)
+    gauss_newton = seconds(lambda: solve(problem, "gauss-newton"))
+    ipopt = seconds(lambda: solve(problem, "ipopt"), runs=5)
     print(f"gauss-newton {1e3 * gauss_newton:7.1f} ms")
     print(f"ipopt        {1e3 * ipopt:7.1f} ms   {ipopt / gauss_newton:.0f} x gauss-newton")
 
 
 def evaluations(problem: Problem) -> None:
-    fits = [seconds(lambda: calibrate(problem), runs=3) for _ in range(5)]
+    fits = [seconds(lambda: solve(problem), runs=3) for _ in range(5)]
     each = [seconds(lambda: problem.residuals(problem.start), runs=9) for _ in range(5)]
     fit, evaluation = statistics.median(fits), statistics.median(each)
-    steps = calibrate(problem).solution.iterations
+    steps = solve(problem).solution.iterations
     print(
         f"one fit of {steps} iterations costs {fit / evaluation:.1f} of its evaluations of "
         f"residuals and Jacobian ({1e3 * evaluation:.2f} ms each)"
@@ -65,10 +66,10 @@ def many(placement: Placement, count: int) -> Placement:
     return replace(placement, samples=samples)
 
 
-def growth(folder: Path, robot: str) -> None:
+def growth(folder: Path, name: str) -> None:
     baseline = 0.0
     for count in (60, 600, 6_000, 60_000):
-        words = [sys.executable, __file__, str(folder), "--robot", robot, "--samples", str(count)]
+        words = [sys.executable, __file__, str(folder), "--robot", name, "--samples", str(count)]
         out = subprocess.run(words, check=True, capture_output=True, text=True).stdout
         per_sample, memory = map(float, out.split())
         baseline = baseline or per_sample
@@ -78,16 +79,16 @@ def growth(folder: Path, robot: str) -> None:
         )
 
 
-def one_size(folder: Path, robot: str, count: int) -> None:
+def one_size(folder: Path, name: str, count: int) -> None:
     """Print time per sample [s] and peak memory [MB] of a fit; run in a process of its own."""
-    chain = load_chain(robot)
+    robot = load_robot(name)
     placement = many(read_placement(folder), count)
-    problem = build_problem(chain, [measure(placement, chain)])
-    per_sample = seconds(lambda: calibrate(problem), runs=5 if count < 60_000 else 2) / count
+    problem = build_problem(robot, [measure(placement, robot)])
+    per_sample = seconds(lambda: solve(problem), runs=5 if count < 60_000 else 2) / count
     print(per_sample, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 
 
-def commands(folder: Path, robot: str) -> None:
+def commands(folder: Path, name: str) -> None:
     def command(*words: str) -> Callable[[], object]:
         return lambda: subprocess.run(words, check=True, capture_output=True)
 
@@ -95,9 +96,9 @@ def commands(folder: Path, robot: str) -> None:
     imports = seconds(command(sys.executable, "-c", "import numpy, casadi, yourdfpy"), runs=7)
     print(f"import of numpy, casadi, yourdfpy {imports:.2f} s")
     for method in ("paper", "auto"):
-        words = (mukca, "solve", str(folder), "--robot", robot, "--method", method)
-        solve = seconds(command(*words), runs=7)
-        print(f"mukca solve --method {method:5s}, whole  {solve:.2f} s   {solve / imports:.2f} x")
+        words = (mukca, "solve", str(folder), "--robot", name, "--method", method)
+        whole = seconds(command(*words), runs=7)
+        print(f"mukca solve --method {method:5s}, whole  {whole:.2f} s   {whole / imports:.2f} x")
     nothing = seconds(command(sys.executable, "-c", "pass"), runs=11)
     help_ = seconds(command(mukca, "--help"), runs=11)
     print(f"python -c pass                    {1e3 * nothing:.0f} ms")
@@ -119,8 +120,8 @@ def main() -> None:
         if arguments.samples:
             one_size(folder, arguments.robot, arguments.samples)
             return
-        chain = load_chain(arguments.robot)
-        problem = build_problem(chain, [measure(read_placement(folder), chain)])
+        robot = load_robot(arguments.robot)
+        problem = build_problem(robot, [measure(read_placement(folder), robot)])
         evaluations(problem)
         optimizers(problem)
         growth(folder, arguments.robot)

@@ -19,14 +19,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from mukca.solver.auto import calibrate_auto
-from mukca.solver.kinematics import gravity_torques, workspace
-from mukca.solver.measurements import measure
-from mukca.solver.observations import SEAT_DEVIATION, observe
-from mukca.solver.parameters import choose_parameters
-from mukca.solver.uncertainty import deviations, distance_deviations, prior_deviations
-from mukca.solver.urdf import load_chain
-from mukca.solver.validate import CALIPER_DEVIATION
+from mukca.solver.auto.selection import select_model
+from mukca.solver.auto.uncertainty import deviations, distance_deviations, prior_deviations
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.metrics import CALIPER_DEVIATION
+from mukca.solver.data.observations import SEAT_DEVIATION, observe
+from mukca.solver.robot.kinematics import gravity_torques, workspace
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import load_robot
 from mukca.tools.simulate import perturb, reachable_bases, record
 
 ROBOTS = ("panda", "iiwa14", "gen3_lite", "ur5e")
@@ -34,39 +34,39 @@ ROBOTS = ("panda", "iiwa14", "gen3_lite", "ur5e")
 
 def draw(seed: int) -> dict[str, list[float]]:
     """Return errors over stated deviations, by kind."""
-    chain = load_chain(ROBOTS[seed % len(ROBOTS)])
+    robot = load_robot(ROBOTS[seed % len(ROBOTS)])
     generator = np.random.default_rng(seed)
-    arm = perturb(chain, generator, 2e-3, 5e-3)
+    arm = perturb(robot, generator, 2e-3, 5e-3)
     bases = reachable_bases(arm, generator, 3)
     stated = bases[0].distance + generator.normal(0, CALIPER_DEVIATION)
     bases = [replace(b, distance=b.distance + generator.normal(0, SEAT_DEVIATION)) for b in bases]
     placements = [record(arm, base, generator, noise=1e-4) for base in bases]
-    measured = [measure(p, chain, stated) for p in placements]
-    parameters = choose_parameters(chain)
-    found = calibrate_auto(chain, parameters, observe(measured[:2], chain)).full
-    truth = arm.origins.ravel()[found.problem.model.free]
+    measured = [measure(p, robot, stated) for p in placements]
+    parameters = choose_parameters(robot)
+    found = select_model(robot, parameters, observe(measured[:2], robot)).full
+    truth = arm.origins.ravel()[found.model.ball.free]
 
-    q = workspace(chain, 80, seed)
-    torque = gravity_torques(chain, q)
+    q = workspace(robot, 80, seed)
+    torque = gravity_torques(robot, q)
     ball = found.predict(q, torque)
-    true = found.problem.model.points(truth, q)
+    true = found.model.ball.points(truth, q)
     lengths = [np.linalg.norm(p[1::2] - p[::2], axis=1) for p in (ball, true)]
     distances = (lengths[0] - lengths[1]) / distance_deviations(found, q, torque)
 
-    size = found.problem.size
+    size = found.model.size
     covariance = found.covariance[:size, :size]
     scatter: list[float] = []
     held = measured[2]
     for rows in held.slices:
         x = held.positions[rows]
-        points, jacobian, _ = found.problem.linearise(found.x, x, gravity_torques(chain, x))
-        exact = found.problem.model.points(truth, x)
+        points, jacobian, _ = found.model.linearise(found.x, x, gravity_torques(robot, x))
+        exact = found.model.ball.points(truth, x)
         error = (points - points.mean(axis=0)) - (exact - exact.mean(axis=0))
         centred = jacobian - jacobian.mean(axis=0)
         variance = np.einsum("nij,jk,nik->ni", centred, covariance, centred)
         scatter += (error / np.sqrt(variance)).ravel().tolist()
 
-    n = found.problem.geometry
+    n = found.model.geometry
     deviation = deviations(found)[:n]
     decided = (deviation > 0) & (deviation < 0.5 * prior_deviations(found)[:n])
     parameter = ((found.values - truth) / deviation)[decided]

@@ -2,7 +2,7 @@
 
 import errno
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from . import clock
 from .driver import DriverError, Reason
@@ -20,14 +20,15 @@ class DatagramSocket:
     Args:
         local: The address to bind, ``(host, port)``; port 0 for any free one.
         robot: The robot's IPv4 address.
+        on_stranger: Called for each datagram of another host.
 
     Raises:
         DriverError: BUSY when the port is taken, BAD_ADDRESS when it is none of this computer's.
     """
 
-    def __init__(self, local: tuple[str, int], robot: str) -> None:
-        self.robot = robot
-        self.strangers = 0
+    def __init__(self, local: tuple[str, int], robot: str, on_stranger: Callable[[], None]) -> None:
+        self._robot = robot
+        self._on_stranger = on_stranger
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
@@ -46,10 +47,10 @@ class DatagramSocket:
         return self._socket.getsockname()[1]
 
     def until(self, deadline: float) -> Iterator[tuple[bytes, tuple[str, int]]]:
-        """Yield the robot's datagrams with their source, until time is up.
+        """Yield the robot's datagrams, each with the address it came from, until time is up.
 
-        What is there already is yielded even when time is up before, but only once, so that a
-        flood of datagrams that are of no use holds nobody up.
+        A datagram that is waiting is yielded even if the time was up before. Only one is then, so
+        that a flood of useless datagrams cannot keep the caller for ever.
 
         Args:
             deadline: When to give up, by :func:`.clock.now` [s].
@@ -58,10 +59,10 @@ class DatagramSocket:
             DriverError: UNREACHABLE when the socket is closed or the network is down.
         """
         while (received := self._receive(deadline)) is not None:
-            if received[1][0] == self.robot:
+            if received[1][0] == self._robot:
                 yield received
             else:
-                self.strangers += 1
+                self._on_stranger()
             if clock.now() > deadline:
                 return
 

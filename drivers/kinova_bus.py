@@ -13,8 +13,8 @@ from . import clock
 from .address import Options, parse_options
 from .canbus import open_bus, parse_can_address
 from .driver import DriverError, Reason
-from .kinova import Measurement
 from .kinova_actuator import FIRST_ACTUATOR, ActuatorReply, decode_reply, encode_poll
+from .kinova_arm import Measurement
 from .kinova_links import IsoTpLink, Link, SerialLink
 
 __all__ = ["PolledArm", "open_can", "open_serial"]
@@ -79,7 +79,7 @@ class PolledArm:
             ) from None
 
     def _poll(self, actuator: int, deadline: float) -> ActuatorReply:
-        """Ask one actuator, again and again until it answers properly or time is up."""
+        """Ask one actuator until it gives a proper answer, or time is up."""
         while True:
             self._link.flush()
             self._link.send(encode_poll(actuator))
@@ -92,7 +92,7 @@ class PolledArm:
                 )
 
     def _answer(self, actuator: int, until: float) -> ActuatorReply | None:
-        """Return an actuator's answer; what else comes, as a late answer to before, is counted."""
+        """Return an actuator's answer, or None; other messages, as late answers, are counted."""
         while message := self._link.receive(max(0.0, until - clock.now())):
             try:
                 return decode_reply(message, actuator)

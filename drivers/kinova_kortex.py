@@ -13,7 +13,7 @@ from typing import Any
 from . import clock
 from .address import Endpoint, open_tcp, parse_endpoint
 from .driver import DriverError, Reason
-from .kinova import Measurement
+from .kinova_arm import Measurement
 
 __all__ = ["Kortex"]
 

@@ -34,12 +34,12 @@ class Kuka(Driver):
         endpoint = parse_endpoint(address, PORT, options=("bind", "effort"))
         self._sign = endpoint.options.sign("effort")
         self._where = endpoint.host
-        self._malformed = self._late = self._replies = self._unanswered = 0
+        self._malformed = self._replies = self._unanswered = 0
         self._last: StateMessage | None = None
         self._waiting: StateMessage | None = None
         """The message that told how many joints there are, not yet read."""
         local = (endpoint.options.get("bind", "0.0.0.0"), endpoint.port)  # noqa: S104
-        self._udp = DatagramSocket(local, resolve(endpoint.host))
+        self._udp = DatagramSocket(local, resolve(endpoint.host), self._count_rejected)
         try:
             self._joint_names = self._await_session(joint_names, endpoint.port)
         except BaseException:
@@ -50,18 +50,6 @@ class Kuka(Driver):
     def joint_names(self) -> tuple[str, ...]:
         """The arm's joints, from base to flange."""
         return self._joint_names
-
-    @property
-    def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Datagrams that were malformed, late, repeated or from another host."""
-        return self._malformed + self._late + self._udp.strangers
-
-    @property
-    def status(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The session's state and the connection's quality."""
-        if self._last is None:
-            return ""
-        return f"{self._last.session.name.lower().replace('_', ' ')}, {self._last.quality}"
 
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
@@ -108,11 +96,13 @@ class Kuka(Driver):
                 message = decode_message(datagram)
             except ValueError:
                 self._malformed += 1
+                self._count_rejected()
                 continue
             if not self._is_next(message):
-                self._late += 1
+                self._count_rejected()
                 continue
             self._last = message
+            self.status = f"{message.session.name.lower().replace('_', ' ')}, {message.quality}"
             self._refuse_command(message)
             self._answer(message, source)
             yield message

@@ -64,11 +64,6 @@ class Ur(Driver):
         """The arm's six joints, from base to flange."""
         return self._joint_names
 
-    @property
-    def status(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The robot's mode and its safety mode."""
-        return self._last.status if self._last else ""
-
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
         deadline = clock.now() + timeout
@@ -78,7 +73,7 @@ class Ur(Driver):
             except ValueError as error:
                 raise self._unusable(error) from None
             if self._is_next(state):
-                self._last = state
+                self._last, self.status = state, state.status
                 return JointState(state.timestamp, state.position, state.effort)
             self.rejected += 1
             if clock.now() > deadline:

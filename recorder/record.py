@@ -1,4 +1,4 @@
-"""The recorder: joins stream, keys, session, file and display."""
+"""The recorder: one loop that joins states, keys, session, file and screen."""
 
 import signal
 import time
@@ -26,7 +26,7 @@ __all__ = ["Outcome", "Recorder"]
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
 MOST_STATES = 500
-"""So many are looked at in one go; more wait, so that keys, signals and the screen do not."""
+"""How many states are looked at in one go, so that keys and the screen need not wait for more."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class Outcome:
 
 @dataclass
 class Recorder:
-    """One session at the robot.
+    """One session at the robot: :meth:`run` it.
 
-    A capture is on the disk before the session, and so the screen, counts it.
+    A capture is on the disk before the session counts it, and so before the screen shows it.
     """
 
     session: Session
@@ -57,7 +57,7 @@ class Recorder:
     script: Script | None = None
     push: Push | None = None
     check: Callable[[Sequence[Sample]], str | None] | None = None
-    """What a model of the arm says to the last of some samples; None if it looks right."""
+    """Says what is odd about the last of some samples by the model; None if nothing is."""
 
     def __post_init__(self) -> None:
         self._push = self.push or Push(self.session.joints)
@@ -129,7 +129,7 @@ class Recorder:
         return self.watch.trouble(now)
 
     def _follow_stream(self) -> None:
-        """Tell when the stream falls silent, and when it is back."""
+        """Say when the stream falls silent, and when it is back."""
         now = clock.now()
         silent = now - max(self.stream.arrival, self._started) > SILENT
         if silent and self._silent_since is None:
@@ -247,10 +247,10 @@ class Recorder:
     # -- what goes out ---------------------------------------------------------------------------
 
     def _tell(self, text: str) -> None:
-        self.session = self.session.told(text)
+        self.session = self.session.with_message(text)
 
     def _alarm(self, text: str) -> None:
-        self.session = self.session.told(text, alarm=True)
+        self.session = self.session.with_message(text, alarm=True)
         self.display.bell()
 
     def _draw(self) -> None:

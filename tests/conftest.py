@@ -14,9 +14,10 @@ import pytest
 from hypothesis import settings
 from virtual_time import VirtualTime
 
-from mukca.solver.urdf import Chain, load_chain
+from mukca.recorder.convert import write_holes
+from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.cli import main
-from mukca.tools.simulate import Base, perturb, record, write_holes
+from mukca.tools.simulate import Base, perturb, record
 
 ROOT = Path(__file__).parents[1]
 
@@ -72,23 +73,23 @@ def recordings() -> Path:
 
 
 @pytest.fixture(scope="session")
-def panda() -> Chain:
-    return load_chain("panda")
+def panda() -> Robot:
+    return load_robot("panda")
 
 
 @pytest.fixture(scope="session")
-def true_panda(panda: Chain) -> Chain:
+def true_panda(panda: Robot) -> Robot:
     """A Panda whose true kinematics differ from its URDF."""
     return perturb(panda, np.random.default_rng(7), 2e-3, 5e-3)
 
 
 @pytest.fixture(scope="session")
-def session(true_panda: Chain, shared: Callable[..., Path]) -> Path:
+def session(true_panda: Robot, shared: Callable[..., Path]) -> Path:
     """A folder with three placements of that arm, 2 x 12 samples each; nobody writes there."""
     return shared("session", lambda folder: _record_session(true_panda, folder))
 
 
-def _record_session(true_panda: Chain, folder: Path) -> None:
+def _record_session(true_panda: Robot, folder: Path) -> None:
     generator = np.random.default_rng(8)
     along_y = np.array([0.0, 1.0, 0.0])
     for name, x, y in (("front", 0.5, 0.0), ("left", 0.35, 0.4), ("right", 0.35, -0.4)):

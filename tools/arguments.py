@@ -1,32 +1,28 @@
 """Arguments that several verbs share: the robot, and the placements."""
 
 import argparse
-import math
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .. import MukcaError
+from .usage import UsageError
 
 if TYPE_CHECKING:
-    from ..solver.measurements import Measurement
-    from ..solver.observations import Load
-    from ..solver.urdf import Chain
+    from ..recorder.dataset import Placement
+    from ..solver.data.measurements import Measurement
+    from ..solver.data.observations import Load
+    from ..solver.robot.urdf import Robot
 
 __all__ = [
     "UsageError",
     "add_load",
     "add_robot",
-    "chain_of",
     "load_of",
     "measure_all",
+    "placements_of",
+    "robot_of",
     "split_test",
 ]
-
-
-class UsageError(MukcaError):
-    """Arguments that do not go together."""
 
 
 def add_robot(parser: argparse.ArgumentParser) -> None:
@@ -51,23 +47,21 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def chain_of(arguments: argparse.Namespace) -> "Chain":
+def robot_of(arguments: argparse.Namespace) -> "Robot":
     """Return the chain that the arguments of :func:`add_robot` name.
 
     Raises:
-        UsageError: One of --flange and --ball without the other.
-        ModelError: No such robot, link, or chain.
+        ModelError: No such robot, link, or chain, or one of --flange and --ball without the
+            other.
     """
-    from ..solver.urdf import load_chain
+    from ..solver.robot.urdf import load_robot
 
-    if (arguments.flange is None) != (arguments.ball is None):
-        raise UsageError("--flange LINK and --ball X Y Z go together: a link, and the ball on it")
-    return load_chain(
+    return load_robot(
         arguments.robot,
         base=arguments.base,
         tip=arguments.tip,
         flange=arguments.flange,
-        ball=None if arguments.ball is None else tuple(arguments.ball),
+        ball=arguments.ball,
     )
 
 
@@ -92,39 +86,29 @@ def load_of(arguments: argparse.Namespace) -> "Load":
     Raises:
         UsageError: A negative payload, or a gravity that is not about 9.8 m/s^2.
     """
-    from ..solver.observations import Load
+    from .calibration.settings import Settings
 
-    load = Load()
-    if arguments.payload is not None:
-        if not 0 <= arguments.payload < 1000:
-            raise UsageError(f"--payload {arguments.payload}: give kilograms, zero or more")
-        load = replace(load, payload=arguments.payload)
-    if arguments.gravity is not None:
-        strength = math.hypot(*arguments.gravity)
-        if not 9 < strength < 11:
-            raise UsageError(
-                f"--gravity: {strength:.3g} m/s^2; give its three components, for an arm that "
-                "hangs from the ceiling 0 0 9.81"
-            )
-        load = replace(load, gravity=tuple(arguments.gravity))
-    return load
+    return Settings(payload=arguments.payload, gravity=arguments.gravity).settled().load
+
+
+def placements_of(paths: Sequence[Path]) -> "list[Placement]":
+    """Read all placements that paths stand for."""
+    from ..recorder.dataset import find_placements, read_placement
+
+    return [read_placement(path) for path in find_placements(paths)]
 
 
 def measure_all(
-    paths: Sequence[Path], chain: "Chain", distance: float | None, *, sockets: int = 2
+    paths: Sequence[Path], robot: "Robot", distance: float | None, *, sockets: int = 2
 ) -> "list[Measurement]":
     """Read and check all placements that paths stand for.
 
     Raises:
         MukcaError: A placement that cannot be read or used; the message names it.
     """
-    from ..recorder.dataset import find_placements, read_placement
-    from ..solver.measurements import measure
+    from ..solver.data.measurements import measure
 
-    return [
-        measure(read_placement(path), chain, distance, sockets=sockets)
-        for path in find_placements(paths)
-    ]
+    return [measure(p, robot, distance, sockets=sockets) for p in placements_of(paths)]
 
 
 def split_test(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], list[str]]:

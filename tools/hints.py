@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..recorder.dataset import Sample
-from ..solver.kinematics import BallModel, gravity_function
-from ..solver.observations import Load
-from ..solver.urdf import Chain
+from ..solver.data.observations import Load
+from ..solver.robot.kinematics import BallModel, gravity_function
+from ..solver.robot.urdf import Robot
 
 __all__ = ["gravity_of", "seat_check"]
 
@@ -20,18 +20,18 @@ FAR, FAR_SHARE = 0.025, 4.0
 
 
 def gravity_of(
-    chain: Chain, load: Load | None = None
+    robot: Robot, load: Load | None = None
 ) -> Callable[[Sequence[float]], Sequence[float]] | None:
     """Return the gravity torque as a function of the joint positions; None without masses.
 
     Args:
-        chain: The robot.
+        robot: The robot.
         load: What pulls at the joints; None for an upright base and no payload.
     """
-    if not chain.bodies:
+    if not robot.bodies:
         return None
     load = load or Load()
-    torque = gravity_function(chain, load.gravity, load.payload)
+    torque = gravity_function(robot, load.gravity, load.payload)
 
     def gravity(position: Sequence[float]) -> Sequence[float]:
         return torque(position).full().ravel().tolist()
@@ -39,13 +39,13 @@ def gravity_of(
     return gravity
 
 
-def seat_check(chain: Chain) -> Callable[[Sequence[Sample]], str | None]:
+def seat_check(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
     """Return a function that doubts the last of some samples, where the ball was elsewhere.
 
     By the nominal model the ball's centres of one socket lie within a few millimetres up to some
     20 mm, a ball in the other socket 50 mm away.
     """
-    model = BallModel(chain, [])
+    model = BallModel(robot, [])
     points: dict[int, Vector] = {}
 
     def ball(sample: Sample) -> Vector:

@@ -10,7 +10,6 @@ printed socket allows. What is written down are the joint positions that put the
 # pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
 
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -18,10 +17,10 @@ from numpy.typing import NDArray
 
 from .. import MukcaError
 from ..recorder.dataset import Placement, Sample
-from ..solver.deflection import Deflection
-from ..solver.kinematics import BallModel, ball_position, gravity_torques, link_frames
-from ..solver.urdf import Chain
-from ..solver.urdf_text import Origin
+from ..solver.auto.deflection import Deflection
+from ..solver.robot.kinematics import BallModel, ball_position, gravity_torques, link_frames
+from ..solver.robot.urdf import Robot
+from ..solver.robot.urdf_text import Origin
 
 __all__ = [
     "Base",
@@ -30,7 +29,6 @@ __all__ = [
     "perturb",
     "reachable_bases",
     "record",
-    "write_holes",
 ]
 
 Vector = NDArray[np.float64]
@@ -63,12 +61,12 @@ class Base:
 
 
 def perturb(
-    chain: Chain, generator: np.random.Generator, translation: float, angle: float
-) -> Chain:
+    robot: Robot, generator: np.random.Generator, translation: float, angle: float
+) -> Robot:
     """Return an arm like the nominal one, its actuated joints' and ball's origins a little off.
 
     Args:
-        chain: The nominal arm.
+        robot: The nominal arm.
         generator: Source of randomness.
         translation: Standard deviation of x, y, z [m].
         angle: Standard deviation of roll, pitch, yaw [rad]; the ball's own are left, since they
@@ -76,11 +74,11 @@ def perturb(
     """
     joints = tuple(
         replace(joint, origin=_shifted(joint.origin, generator, translation, angle))
-        if joint.actuated or joint is chain.ball_joint
+        if joint.actuated or joint is robot.ball_joint
         else joint
-        for joint in chain.joints
+        for joint in robot.joints
     )
-    return replace(chain, joints=joints)
+    return replace(robot, joints=joints)
 
 
 def _shifted(
@@ -94,18 +92,18 @@ def _shifted(
 class Guide:
     """Finds configurations that put the ball at points: what the user's hand does."""
 
-    def __init__(self, chain: Chain) -> None:
-        q = ca.SX.sym("q", len(chain.actuated))
-        origins = ca.DM(chain.origins.ravel())
-        p = ca.SX(ball_position(chain.joints, origins, q))
-        neck = ca.SX(link_frames(chain.joints, origins, q)[-1][0])[:, 2]
+    def __init__(self, robot: Robot) -> None:
+        q = ca.SX.sym("q", len(robot.actuated))
+        origins = ca.DM(robot.origins.ravel())
+        p = ca.SX(ball_position(robot.joints, origins, q))
+        neck = ca.SX(link_frames(robot.joints, origins, q)[-1][0])[:, 2]
         pose = ca.vertcat(p, neck)
         function = ca.Function("pose", [q], [pose, ca.densify(ca.jacobian(pose, q))], {"cse": True})
-        self.chain = chain
+        self.robot = robot
         self._poses = function.map(BATCH)
         # Arms with endless or very wide joints are guided through one turn only.
-        self.lower = np.array([max(j.lower, -np.pi) for j in chain.actuated])
-        self.upper = np.array([min(j.upper, np.pi) for j in chain.actuated])
+        self.lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
+        self.upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
 
     def reach(self, points: Vector, generator: np.random.Generator, rounds: int = 40) -> Vector:
         """Return one random configuration within the limits for each point.
@@ -126,7 +124,7 @@ class Guide:
         while (missing := np.flatnonzero(np.isnan(found[:, 0]))).size:
             if failures == rounds:
                 where = np.round(points[missing[0]], 3).tolist()
-                raise SimulationError(f"{self.chain.name}: cannot reach {where}")
+                raise SimulationError(f"{self.robot.name}: cannot reach {where}")
             rows = np.resize(missing, BATCH)
             q, arrived = self._solve(points[rows], generator)
             found[rows[arrived]] = q[arrived]
@@ -182,7 +180,7 @@ class Imperfection:
 
 
 def record(
-    arm: Chain,
+    arm: Robot,
     base: Base,
     generator: np.random.Generator,
     *,
@@ -231,7 +229,7 @@ def _readings(true: Vector, torques: Vector, deflection: Deflection) -> Vector:
 
 
 def reachable_bases(
-    chain: Chain, generator: np.random.Generator, count: int, distance: float = 0.05
+    robot: Robot, generator: np.random.Generator, count: int, distance: float = 0.05
 ) -> list[Base]:
     """Return places for the base that are spread over an arm's workspace and within its reach.
 
@@ -241,8 +239,8 @@ def reachable_bases(
     Raises:
         SimulationError: No such places were found.
     """
-    guide = Guide(chain)
-    reach = float(np.linalg.norm(chain.origins[:, :3], axis=1).sum())
+    guide = Guide(robot)
+    reach = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
     bases: list[Base] = []
     for _ in range(400):
         radius, angle = generator.uniform(0.35, 0.65) * reach, generator.uniform(-2.0, 2.0)
@@ -260,7 +258,7 @@ def reachable_bases(
             bases.append(base)
         if len(bases) == count:
             return bases
-    raise SimulationError(f"{chain.name}: found {len(bases)} of {count} places for the base")
+    raise SimulationError(f"{robot.name}: found {len(bases)} of {count} places for the base")
 
 
 def _reachable(guide: Guide, base: Base, generator: np.random.Generator) -> bool:
@@ -270,15 +268,3 @@ def _reachable(guide: Guide, base: Base, generator: np.random.Generator) -> bool
     except SimulationError:
         return False
     return True
-
-
-def write_holes(placement: Placement, folder: Path) -> None:
-    """Write a placement as ``hole_0.csv``, ``hole_1.csv``; the floats read back exactly."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for socket in sorted({sample.socket for sample in placement.samples}):
-        lines = [
-            ",".join(map(repr, sample.position))
-            for sample in placement.samples
-            if sample.socket == socket
-        ]
-        (folder / f"hole_{socket}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -6,7 +6,7 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from ..solver.parameters import COMPONENTS
+from ..solver.robot.parameters import COMPONENTS
 
 __all__ = ["metrics_table", "parameters_table"]
 

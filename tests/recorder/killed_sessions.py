@@ -27,11 +27,11 @@ from mukca.recorder.record import Recorder
 from mukca.recorder.recording import Metadata, Recording
 from mukca.recorder.samples import read_samples
 from mukca.recorder.script import Script
-from mukca.recorder.session import Joint, Session
+from mukca.recorder.session import JointLimits, Session
 from mukca.recorder.stream import Stream
 from mukca.recorder.watch import Watch
 
-JOINTS = tuple(Joint(f"joint{i}", -3, 3) for i in range(7))
+JOINTS = tuple(JointLimits(f"joint{i}", -3, 3) for i in range(7))
 
 
 def record(folder: Path, seed: int) -> None:

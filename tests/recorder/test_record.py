@@ -25,12 +25,12 @@ from mukca.recorder.recording import Metadata, Recording
 from mukca.recorder.samples import Sample
 from mukca.recorder.screen import View
 from mukca.recorder.script import Script
-from mukca.recorder.session import Joint, Session
+from mukca.recorder.session import JointLimits, Session
 from mukca.recorder.stream import Stream
 from mukca.recorder.watch import Watch
 
 PLACES = [(0.1, 0.2), (0.6, -0.4), (0.2, 0.5), (-0.5, 0.1), (0.9, 0.9)]
-JOINTS = (Joint("a", -1, 1), Joint("b", -1, 1))
+JOINTS = (JointLimits("a", -1, 1), JointLimits("b", -1, 1))
 
 
 @dataclass

@@ -12,10 +12,10 @@ from mukca.drivers import JointState
 from mukca.drivers.mock import Fault, SimulatedArm
 from mukca.drivers.motion import Motion
 from mukca.recorder.rest import Window
-from mukca.recorder.session import Joint
+from mukca.recorder.session import JointLimits
 from mukca.recorder.watch import Watch
 
-JOINTS = (Joint("a", -3, 3), Joint("b", -3, 3), Joint("c", -3, 3))
+JOINTS = (JointLimits("a", -3, 3), JointLimits("b", -3, 3), JointLimits("c", -3, 3))
 REST = (0.1, 0.2, 0.3)
 PLACES = [REST, (0.6, -0.4, 1.0), (0.2, 0.5, -0.3), (-0.5, 0.1, 0.4)]
 

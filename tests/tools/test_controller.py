@@ -35,8 +35,8 @@ TWO_LINKS = b"""<robot name="two links">
 
 @pytest.fixture(scope="module")
 def arm() -> ArmModel:
-    _, chain = demo_arm()
-    return ArmModel(urdf_of(chain), chain.joint_names, chain.tip)
+    _, robot = demo_arm()
+    return ArmModel(urdf_of(robot), robot.joint_names, robot.tip)
 
 
 @pytest.fixture
@@ -134,9 +134,9 @@ def test_nothing_but_the_bias_acts_on_the_null_space(arm: ArmModel, moving) -> N
 def test_energy_does_not_grow_in_free_motion() -> None:
     # No friction and no contact, the model true: kinetic energy and that of the springs can only
     # go into the dampers.
-    _, chain = demo_arm()
-    arm = ArmModel(urdf_of(chain), chain.joint_names, chain.tip)
-    scene = Scene(chain, table=-1.0, friction=0.0)
+    _, robot = demo_arm()
+    arm = ArmModel(urdf_of(robot), robot.joint_names, robot.tip)
+    scene = Scene(robot, table=-1.0, friction=0.0)
     scene.reset(READY)
     controller = ImpedanceController(arm)
     goal = moved(arm.pose(READY), (0.05, -0.05, 0.05), (0.2, -0.2, 0.2))
@@ -169,8 +169,8 @@ def test_the_compensator_integrates_the_spring_and_forgets(arm: ArmModel, moving
 
 
 def test_the_compensator_is_off_but_just_before_the_insertion() -> None:
-    _, chain = demo_arm()
-    (trial,) = insert_at_centre(build_cell(chain, urdf_of(chain), hole=0.0104), 1, seed=0)
+    _, robot = demo_arm()
+    (trial,) = insert_at_centre(build_cell(robot, urdf_of(robot), hole=0.0104), 1, seed=0)
     log = trial.log
     np.testing.assert_array_equal(log.offset[log.during("approach", "insert", "rest")], 0)
     order = list(dict.fromkeys(log.phase))

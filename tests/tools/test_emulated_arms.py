@@ -11,10 +11,11 @@ import pytest
 from emulation import emulated, emulated_program
 from terminal_session import MUKCA, TerminalSession
 
+from mukca.recorder.convert import write_holes
 from mukca.recorder.dataset import Placement, Sample, read_placement
-from mukca.solver.urdf import load_chain
+from mukca.solver.robot.urdf import load_robot
 from mukca.tools.cli import main
-from mukca.tools.simulate import perturb, reachable_bases, record, write_holes
+from mukca.tools.simulate import perturb, reachable_bases, record
 
 SAMPLES = 8
 STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
@@ -37,7 +38,7 @@ ARMS = [
 def placements(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     """Two placements of an arm whose true kinematics differ from its URDF: to train, to test."""
     generator = np.random.default_rng(5)
-    arm = perturb(load_chain(request.param), generator, 2e-3, 5e-3)
+    arm = perturb(load_robot(request.param), generator, 2e-3, 5e-3)
     for name, base in zip(("train", "test"), reachable_bases(arm, generator, 2), strict=True):
         placement = record(arm, base, generator, samples=CANDIDATES, noise=2e-5)
         write_holes(replace(placement, samples=tuple(short_steps(placement))), tmp_path / name)

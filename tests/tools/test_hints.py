@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Sample, read_placement
-from mukca.solver.kinematics import gravity_torques
-from mukca.solver.observations import Load
-from mukca.solver.urdf import Chain
+from mukca.solver.data.observations import Load
+from mukca.solver.robot.kinematics import gravity_torques
+from mukca.solver.robot.urdf import Robot
 from mukca.tools.hints import gravity_of, seat_check
 
 
-def test_gravity_is_the_model_s(panda: Chain) -> None:
+def test_gravity_is_the_model_s(panda: Robot) -> None:
     gravity = gravity_of(panda)
     assert gravity is not None
     for q in np.random.default_rng(0).uniform(-1, 1, (3, 7)):
@@ -21,7 +21,7 @@ def test_gravity_is_the_model_s(panda: Chain) -> None:
         assert gravity(q.tolist()) == pytest.approx(expected)
 
 
-def test_gravity_is_the_load_s(panda: Chain) -> None:
+def test_gravity_is_the_load_s(panda: Robot) -> None:
     load = Load(gravity=(0.0, 9.81, 0.0), payload=0.5)
     gravity = gravity_of(panda, load)
     q = np.random.default_rng(0).uniform(-1, 1, 7)
@@ -30,11 +30,11 @@ def test_gravity_is_the_load_s(panda: Chain) -> None:
     assert gravity(q.tolist()) == pytest.approx(expected)
 
 
-def test_a_model_without_masses_knows_no_gravity(panda: Chain) -> None:
+def test_a_model_without_masses_knows_no_gravity(panda: Robot) -> None:
     assert gravity_of(replace(panda, bodies=())) is None
 
 
-def test_a_sample_of_the_other_socket_is_doubted_and_no_other(panda: Chain, session: Path) -> None:
+def test_a_sample_of_the_other_socket_is_doubted_and_no_other(panda: Robot, session: Path) -> None:
     check = seat_check(panda)
     samples = read_placement(session / "front").samples
     taken: list[Sample] = []
@@ -46,7 +46,7 @@ def test_a_sample_of_the_other_socket_is_doubted_and_no_other(panda: Chain, sess
     assert "socket 1: is it seated" in str(check([*taken, wrong]))
 
 
-def test_few_samples_cannot_be_judged(panda: Chain, session: Path) -> None:
+def test_few_samples_cannot_be_judged(panda: Robot, session: Path) -> None:
     first, *_, last = read_placement(session / "front").samples
     two = [replace(first, number=1), replace(last, socket=0, number=2)]
     assert seat_check(panda)(two) is None

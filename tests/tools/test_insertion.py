@@ -17,13 +17,13 @@ pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 
 from PIL import Image
 
+from mukca.recorder.convert import write_holes
 from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
 from mukca.tools.experiments import drawing, film, pictures
 from mukca.tools.experiments.controller import ArmModel
 from mukca.tools.experiments.models import record_placements
 from mukca.tools.experiments.scene import urdf_of
-from mukca.tools.simulate import write_holes
 
 Simulate = Callable[..., dict]
 
@@ -188,7 +188,7 @@ def test_bad_arguments_get_one_line(capsys, words: tuple[str, ...]) -> None:
 
 
 def test_a_model_of_another_arm_is_named(capsys) -> None:
-    other = str(files("mukca.solver") / "robots" / "ur5e.urdf")
+    other = str(files("mukca.solver.robot") / "shipped" / "ur5e.urdf")
     assert main(["simulate", "insertion", "--model", other]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert other in line

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mukca.solver.kinematics import BallModel
-from mukca.solver.urdf import load_chain, shipped_robots
+from mukca.solver.robot.kinematics import BallModel
+from mukca.solver.robot.urdf import load_robot, shipped_robots
 from mukca.tools.simulate import MAX_TILT, Base, Guide, SimulationError, perturb, record
 
 AT = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
@@ -43,12 +43,12 @@ def test_a_seed_repeats(panda) -> None:
     assert twice[0] == twice[1]
 
 
-@pytest.mark.parametrize("robot", shipped_robots())
-def test_only_calibrated_origins_are_perturbed(robot: str) -> None:
-    chain = load_chain(robot)
-    arm = perturb(chain, np.random.default_rng(0), 1e-3, 1e-3)
-    moved = [bool(np.any(a != b)) for a, b in zip(arm.origins, chain.origins, strict=True)]
-    assert moved == [j.actuated or j is chain.ball_joint for j in chain.joints]
+@pytest.mark.parametrize("name", shipped_robots())
+def test_only_calibrated_origins_are_perturbed(name: str) -> None:
+    robot = load_robot(name)
+    arm = perturb(robot, np.random.default_rng(0), 1e-3, 1e-3)
+    moved = [bool(np.any(a != b)) for a, b in zip(arm.origins, robot.origins, strict=True)]
+    assert moved == [j.actuated or j is robot.ball_joint for j in robot.joints]
 
 
 def test_out_of_reach_is_told(panda) -> None:

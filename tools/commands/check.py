@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from ..arguments import add_load, add_robot, chain_of, load_of, measure_all
+from ..arguments import add_load, add_robot, load_of, measure_all, robot_of
 from ..terminal import Terminal
 
 EXAMPLE = """example:
@@ -23,17 +23,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
-    from ...solver.check import inspect_all, next_placement
-    from ...solver.measurements import check_distinct
-    from ...solver.parameters import choose_parameters
+    from ...solver.checks.inspection import inspect_all, next_placement
+    from ...solver.data.measurements import check_distinct
+    from ...solver.robot.parameters import choose_parameters
 
-    chain = chain_of(arguments)
-    data = measure_all(arguments.data, chain, None, sockets=1)
+    robot = robot_of(arguments)
+    data = measure_all(arguments.data, robot, None, sockets=1)
     check_distinct(data)
     warnings = [line for measured in data for line in measured.warnings]
     for line in warnings:
         terminal.warn(line)
-    seen = inspect_all(chain, choose_parameters(chain), data, load_of(arguments))
+    seen = inspect_all(robot, choose_parameters(robot), data, load_of(arguments))
     for one in seen:
         counts = "+".join(map(str, one.measured.counts))
         terminal.say(
@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         )
         for finding in one.findings:
             terminal.say(f"  {finding.level}: {finding}")
-    hint = next_placement(chain, seen)
+    hint = next_placement(robot, seen)
     terminal.say(hint)
     findings = [finding for one in seen for finding in one.findings]
     if not findings:

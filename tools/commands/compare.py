@@ -51,9 +51,9 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     if arguments.out is not None:
         refuse_existing(arguments.out, force=arguments.force)
     contenders = contenders_of(arguments.calibrations)
-    chain = contenders[0].calibration.chain
+    robot = contenders[0].calibration.robot
     if arguments.data:
-        data = measure_all(arguments.data, chain, arguments.distance, sockets=1)
+        data = measure_all(arguments.data, robot, arguments.distance, sockets=1)
     else:
         data = shared_data(contenders, arguments.calibrations)
     result = compare(contenders, data)

@@ -7,12 +7,12 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import UsageError, add_load, add_robot, chain_of, load_of, measure_all
+from ..arguments import UsageError, add_load, add_robot, load_of, measure_all, robot_of
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
     from ...solver.crossval import Job, Plan
-    from ...solver.validate import Metrics
+    from ...solver.data.metrics import Metrics
 
 EXAMPLE = """example:
   mukca crossval recordings --robot panda"""
@@ -44,19 +44,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
     from ...solver.crossval import Plan, jobs
-    from ...solver.measurements import check_distinct
-    from ...solver.parameters import choose_parameters
+    from ...solver.data.measurements import check_distinct
+    from ...solver.robot.parameters import choose_parameters
 
-    chain = chain_of(arguments)
-    data = measure_all(arguments.data, chain, arguments.distance)
+    robot = robot_of(arguments)
+    data = measure_all(arguments.data, robot, arguments.distance)
     check_distinct(data)
     if len(data) < 2:
         raise UsageError("crossval needs two placements or more; there is one")
     if arguments.bootstrap == 1 or arguments.bootstrap < 0:
         raise UsageError(f"--bootstrap {arguments.bootstrap}: a spread needs 2 fits or more")
     plan = Plan(
-        chain,
-        choose_parameters(chain),
+        robot,
+        choose_parameters(robot),
         tuple(data),
         arguments.method,
         load_of(arguments),
@@ -95,7 +95,7 @@ def run_all(
 def summary(names: list[str], work: "list[Job]", metrics: "list[list[Metrics]]") -> dict[str, Any]:
     """Return errors with each placement left out, the matrix, and the bootstrap's spread."""
     from ...solver.crossval import spread
-    from ...solver.validate import mean_metrics
+    from ...solver.data.metrics import mean_metrics
 
     by_kind: dict[str, list[list[Metrics]]] = {}
     for job, row in zip(work, metrics, strict=True):

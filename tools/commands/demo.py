@@ -11,7 +11,7 @@ from ..terminal import Terminal
 from . import Command, record, solve, validate
 
 if TYPE_CHECKING:
-    from ...solver.urdf import Chain
+    from ...solver.robot.urdf import Robot
     from ..simulate import Base
 
 EXAMPLE = """example:
@@ -68,14 +68,14 @@ def record_words(folder: Path, out: Path) -> list[str]:
     return [*words, "--keys", str(out / KEYS)]
 
 
-def demo_arm(seed: int = DEMO_SEED) -> "tuple[Chain, Chain]":
+def demo_arm(seed: int = DEMO_SEED) -> "tuple[Robot, Robot]":
     """Return the nominal Panda, and the demo arm as it truly is; or another, drawn like it."""
     import numpy as np
 
-    from ...solver.urdf import load_chain
+    from ...solver.robot.urdf import load_robot
     from ..simulate import perturb
 
-    nominal = load_chain("panda")
+    nominal = load_robot("panda")
     return nominal, perturb(nominal, np.random.default_rng(seed), *ORIGIN_DEVIATION)
 
 
@@ -95,7 +95,7 @@ def simulate_hand(folder: Path, keys: Path) -> None:
     import numpy as np
 
     from ...recorder.convert import sample_files
-    from ...solver.kinematics import gravity_torques
+    from ...solver.robot.kinematics import gravity_torques
     from ..simulate import record
 
     _, arm = demo_arm()

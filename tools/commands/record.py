@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...drivers.registry import open_driver
-from ..arguments import UsageError, add_load, add_robot, chain_of, load_of
+from ...recorder.session import SOCKETS, STILL, TARGET, WINDOW
+from ..arguments import UsageError, add_load, add_robot, load_of, robot_of
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
     from ...recorder.record import Outcome
     from ...recorder.recording import Recording
     from ...recorder.script import Script
-    from ...recorder.session import Joint, Session
-    from ...solver.urdf import Chain
+    from ...recorder.session import JointLimits, Session
+    from ...solver.robot.urdf import Robot
 
 EXAMPLE = """example:
   mukca record --robot panda --driver franka:172.16.0.2 --out data/front
@@ -56,22 +57,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", required=True, type=Path, metavar="DIR/PLACEMENT", help="continued if it exists")
     add("--distance", type=float, default=0.05, metavar="M", help="between the centres of sockets "
         "0 and 1, in metres, as measured with a caliper (default: %(default)s)")  # fmt: skip
-    add("--sockets", type=int, default=2, metavar="N", help="1 to 10 (default: %(default)s)")
+    add("--sockets", type=int, default=SOCKETS, metavar="N", help="1 to 10 (default: %(default)s)")
     add(
         "--target",
         type=int,
-        default=30,
+        default=TARGET,
         metavar="N",
         help="samples for each socket (default: %(default)s)",
     )
     add(
         "--window",
         type=float,
-        default=0.3,
+        default=WINDOW,
         metavar="S",
         help="seconds that a capture averages (default: %(default)s)",
     )
-    add("--still", type=float, default=5e-4, metavar="RAD", help="largest standard deviation over "
+    add("--still", type=float, default=STILL, metavar="RAD", help="largest standard deviation over "
         "the window of an arm that is still (default: %(default)s)")  # fmt: skip
     add("--keys", type=Path, metavar="FILE", help="read keys from a script")
     add_load(parser, "noticing a hand on the arm")
@@ -86,8 +87,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Record until the operator finishes."""
     _check(arguments)
-    chain = chain_of(arguments)
-    outcome = _record(arguments, chain, terminal)
+    robot = robot_of(arguments)
+    outcome = _record(arguments, robot, terminal)
     try:
         _say_outcome(outcome, arguments, terminal)
         sys.stdout.flush()
@@ -98,17 +99,17 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return 1 if outcome.refused and _is_scripted(arguments) else 0
 
 
-def joints_of(chain: "Chain") -> "tuple[Joint, ...]":
+def joints_of(robot: "Robot") -> "tuple[JointLimits, ...]":
     """Return the chain's actuated joints as the recorder sees them."""
-    from ...recorder.session import Joint
+    from ...recorder.session import JointLimits
 
     return tuple(
-        Joint(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
-        for joint in chain.actuated
+        JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
+        for joint in robot.actuated
     )
 
 
-def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -> "Outcome":
+def _record(arguments: argparse.Namespace, robot: "Robot", terminal: Terminal) -> "Outcome":
     """Open all that a session needs, in the order in which it can fail, and run it."""
     from ...recorder.push import Push
     from ...recorder.record import Recorder
@@ -116,16 +117,16 @@ def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -
     from ...recorder.watch import Watch
     from ..hints import gravity_of, seat_check
 
-    joints = joints_of(chain)
-    push, check = Push(joints, gravity_of(chain, load_of(arguments))), seat_check(chain)
+    joints = joints_of(robot)
+    push, check = Push(joints, gravity_of(robot, load_of(arguments))), seat_check(robot)
     with ExitStack() as stack:
         keyboard, script = _keys(arguments, stack)
         stack.enter_context(_quiet())
         stack.enter_context(_without_pauses())
-        driver = stack.enter_context(_connect(arguments.driver, chain.joint_names))
+        driver = stack.enter_context(_connect(arguments.driver, robot.joint_names))
         stream = Stream(driver)
         stack.callback(stream.close)
-        recording = stack.enter_context(_recording(arguments, chain, joints))
+        recording = stack.enter_context(_recording(arguments, robot, joints))
         live = script is None
         return Recorder(
             session=_session(arguments, joints, recording),
@@ -133,7 +134,7 @@ def _record(arguments: argparse.Namespace, chain: "Chain", terminal: Terminal) -
             watch=Watch(joints, window=arguments.window, still=arguments.still, live=live),
             recording=recording,
             display=_display(terminal),
-            title=f"{chain.name}  {arguments.driver}  {arguments.out}",
+            title=f"{robot.name}  {arguments.driver}  {arguments.out}",
             keyboard=keyboard,
             script=script,
             push=push,
@@ -223,7 +224,7 @@ def _connect(text: str, joint_names: tuple[str, ...]) -> "Reconnecting":
 
 
 def _recording(
-    arguments: argparse.Namespace, chain: "Chain", joints: "tuple[Joint, ...]"
+    arguments: argparse.Namespace, robot: "Robot", joints: "tuple[JointLimits, ...]"
 ) -> "Recording":
     from ...recorder.recording import Metadata, Recording
 
@@ -231,12 +232,12 @@ def _recording(
     return Recording(
         arguments.out,
         Metadata(
-            robot=chain.name,
-            joints=chain.joint_names,
+            robot=robot.name,
+            joints=robot.joint_names,
             units=tuple(joint.unit for joint in joints),
             distance=arguments.distance,
             sockets=arguments.sockets,
-            model_sha256=chain.sha256,
+            model_sha256=robot.sha256,
             session={
                 "driver": arguments.driver,
                 "window": arguments.window,
@@ -248,7 +249,7 @@ def _recording(
 
 
 def _session(
-    arguments: argparse.Namespace, joints: "tuple[Joint, ...]", recording: "Recording"
+    arguments: argparse.Namespace, joints: "tuple[JointLimits, ...]", recording: "Recording"
 ) -> "Session":
     """Return the session as an earlier start left it."""
     from ...recorder.session import Session
@@ -264,9 +265,9 @@ def _session(
         withdrawn=content.withdrawn,
     )
     for remark in recording.remarks:
-        session = session.told(remark, alarm=True)
+        session = session.with_message(remark, alarm=True)
     if session.samples:
-        session = session.told(f"continues a recording of {len(session.live)} samples")
+        session = session.with_message(f"continues a recording of {len(session.live)} samples")
     return session
 
 

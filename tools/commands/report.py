@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Write the report, and show it in short."""
-    from ...solver.calibration import load_document
+    from ...solver.calibrated import load_document
     from ..report.build import build_report
     from ..report.terminal import show
 

@@ -48,17 +48,17 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     with ExitStack() as stack:
         driver = Reconnecting(lambda: open_driver(name, address))
         stack.callback(driver.close)
-        stream = Stream(driver, arguments.count, arguments.seconds)
+        monitor = Monitor(driver, arguments.count, arguments.seconds)
         if arguments.json:
-            stream.write_json(terminal)
+            monitor.write_json(terminal)
         elif sys.stdout.isatty():
-            stream.show_screen(terminal)
+            monitor.show_screen(terminal)
         else:
-            stream.write_lines(terminal)
+            monitor.write_lines(terminal)
     return 0
 
 
-class Stream:
+class Monitor:
     """Reads states and counts them, until an end.
 
     Args:

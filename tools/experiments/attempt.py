@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from ...solver.urdf import Chain
-from ...solver.urdf_text import ModelError
+from ...solver.robot.urdf import Robot
+from ...solver.robot.urdf_text import ModelError
 from .cell import build_cell
 from .drawing import Retracing, retrace
 from .insertion import Trial, insert_at_centre, insert_on_cross
@@ -50,7 +50,7 @@ class Attempt:
 
 
 def attempt(
-    settings: Settings, arm: Chain, name: str, urdf: bytes, progress: Callable[[str], None]
+    settings: Settings, arm: Robot, name: str, urdf: bytes, progress: Callable[[str], None]
 ) -> Attempt:
     """Try a model on an arm.
 

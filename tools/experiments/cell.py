@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...solver.urdf import Chain
+from ...solver.robot.urdf import Robot
 from .controller import ArmModel, ImpedanceController
 from .motion import Log, Phase, run
 from .postures import elbow_angle, pose_above, reach, self_motion
@@ -67,7 +67,7 @@ class Cell:
 
 
 def build_cell(
-    arm: Chain, urdf: bytes, hole: float | None = None, friction: float = JOINT_FRICTION
+    arm: Robot, urdf: bytes, hole: float | None = None, friction: float = JOINT_FRICTION
 ) -> Cell:
     """Return a cell.
 

@@ -18,8 +18,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from ...solver.urdf import BALL_LINK
-from ...solver.urdf_text import ModelError
+from ...solver.robot.urdf import BALL_LINK
+from ...solver.robot.urdf_text import ModelError
 
 __all__ = ["TABLE_II", "ArmModel", "Gains", "ImpedanceController", "pose_error"]
 

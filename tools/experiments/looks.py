@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from ...solver.urdf import Chain
+from ...solver.robot.urdf import Robot
 
 __all__ = ["HIDDEN", "OPEN_TO", "ORANGE", "add_looks", "add_open_block", "add_stem"]
 
@@ -29,7 +29,7 @@ LIGHT = [0.9, 0.9, 0.92, 1]
 BLUE = [0.3, 0.5, 0.7, 1]
 
 
-def add_looks(spec: Any, arm: Chain) -> None:
+def add_looks(spec: Any, arm: Robot) -> None:
     """Add a pale sky, a lamp, a capsule from each joint to the next, and a drum on each joint."""
     sky, gradient = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
     pale = {"rgb1": [0.97, 0.98, 0.99], "rgb2": [0.85, 0.88, 0.91]}

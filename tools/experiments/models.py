@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from ...recorder.dataset import Placement
-from ...solver.measurements import measure
-from ...solver.parameters import choose_parameters
-from ...solver.urdf import Chain
-from ...solver.urdf_text import ModelError
-from ..outcome import AutoSettings, calibrate_by_auto
+from ...solver.data.measurements import measure
+from ...solver.fit import fit_by_auto
+from ...solver.robot.parameters import choose_parameters
+from ...solver.robot.urdf import Robot
+from ...solver.robot.urdf_text import ModelError
 from ..simulate import Base, record
 from .scene import urdf_of
 
@@ -29,21 +29,20 @@ PLACEMENTS = {
 """Where the socket base stands, and the direction from socket 0 to socket 1."""
 
 
-def record_placements(arm: Chain, seed: int) -> list[Placement]:
+def record_placements(arm: Robot, seed: int) -> list[Placement]:
     """Return four placements recorded with an arm, 30 configurations in each socket."""
     generator = np.random.default_rng([seed, 2])
     bases = [Base(name, np.array(p), np.array(u)) for name, (p, u) in PLACEMENTS.items()]
     return [record(arm, base, generator, noise=SEAT_NOISE) for base in bases]
 
 
-def calibrated_urdf(nominal: Chain, placements: Sequence[Placement]) -> bytes:
+def calibrated_urdf(nominal: Robot, placements: Sequence[Placement]) -> bytes:
     """Return the URDF that ``mukca solve`` exports from these placements."""
     train = [measure(placement, nominal) for placement in placements]
-    found = calibrate_by_auto(nominal, choose_parameters(nominal), train, [], AutoSettings())
-    return found.calibration.urdf()
+    return fit_by_auto(nominal, choose_parameters(nominal), train).calibrated.urdf()
 
 
-def model_urdf(word: str, nominal: Chain, arm: Chain, seed: int) -> bytes:
+def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:
     """Return the text of a model.
 
     Args:

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from ...solver.urdf import Chain
-from ...solver.urdf_text import set_origins
+from ...solver.robot.urdf import Robot
+from ...solver.robot.urdf_text import set_origins
 from .looks import HIDDEN, ORANGE, add_looks, add_open_block, add_stem
 
 __all__ = ["HOLE_DEPTH", "JOINT_FRICTION", "PEG_RADIUS", "TIME_STEP", "Scene", "urdf_of"]
@@ -44,9 +44,9 @@ PEN_TOUCH = {
 """A felt tip on paper: it yields by a millimetre, or it would hop."""
 
 
-def urdf_of(chain: Chain) -> bytes:
+def urdf_of(robot: Robot) -> bytes:
     """Return a chain's model with the origins that its joints have now."""
-    return set_origins(chain.text, {joint.name: joint.origin for joint in chain.joints})
+    return set_origins(robot.text, {joint.name: joint.origin for joint in robot.joints})
 
 
 class Scene:
@@ -61,7 +61,7 @@ class Scene:
 
     def __init__(
         self,
-        arm: Chain,
+        arm: Robot,
         *,
         table: float,
         hole: float | None = None,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...solver.check import farthest_place
+from ...solver.checks.inspection import farthest_place
 from .answer_data import placements_with_errors
 from .words import area, joined, short_names
 

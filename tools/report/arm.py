@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ...solver.kinematics import link_frames
-from ...solver.urdf import Chain
+from ...solver.robot.kinematics import link_frames
+from ...solver.robot.urdf import Robot
 from .evidence import Evidence, Seen
 from .meshes import link_meshes
 from .svg import nice_above
@@ -37,8 +37,8 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
         ``meshes`` of the links, and with them the calibrated ``frames``, shape
         (configurations, joints + 1, 12), three rows of rotation and place each.
     """
-    chain = evidence.chain
-    nominal, calibrated = chain.origins, _calibrated_origins(evidence)
+    robot = evidence.robot
+    nominal, calibrated = robot.origins, _calibrated_origins(evidence)
     owners = np.concatenate([np.full(len(s.samples), i) for i, s in enumerate(evidence.placements)])
     q = np.concatenate([_true_positions(evidence, seen) for seen in evidence.placements])
     apart = np.concatenate(
@@ -49,11 +49,11 @@ def arm_figures(evidence: Evidence) -> dict[str, Any]:
     )
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
     read = np.concatenate([seen.measured.positions for seen in evidence.placements])
-    both = [frames(chain, nominal, read[rows]), frames(chain, calibrated, q[rows])]
+    both = [frames(robot, nominal, read[rows]), frames(robot, calibrated, q[rows])]
     reach = float(np.abs(both[1][:, :, :3, 3]).max())
-    meshes = link_meshes(evidence.document["model"], chain)
+    meshes = link_meshes(evidence.document["model"], robot)
     figures: dict[str, Any] = {
-        "joints": [joint.name for joint in chain.joints],
+        "joints": [joint.name for joint in robot.joints],
         "placements": owners[rows].tolist(),
         "nominal": np.round(both[0][:, :, :3, 3], 5).tolist(),
         "calibrated": np.round(both[1][:, :, :3, 3], 5).tolist(),
@@ -74,7 +74,7 @@ def _true_positions(evidence: Evidence, seen: Seen) -> Vector:
     calibration, measured = evidence.calibration, seen.measured
     if not calibration.deflection.extensions:
         return measured.positions
-    torques = calibration.load.torques(evidence.chain, measured)
+    torques = calibration.load.torques(evidence.robot, measured)
     return calibration.deflection.true_positions(measured.positions, torques)
 
 
@@ -89,22 +89,22 @@ def _exaggeration(displacement: float, reach: float) -> float:
     return max(1.0, nice_above(SHOWN_SHIFT * reach / displacement / 2))
 
 
-def frames(chain: Chain, origins: Vector, positions: Vector) -> Vector:
+def frames(robot: Robot, origins: Vector, positions: Vector) -> Vector:
     """Return the frames of the base and of each joint's child link, shape (N, joints + 1, 4, 4).
 
     Args:
-        chain: The robot.
+        robot: The robot.
         origins: Of its joints, shape (joints, 6).
         positions: Joint positions, shape (N, m).
     """
-    q = ca.SX.sym("q", len(chain.actuated))
+    q = ca.SX.sym("q", len(robot.actuated))
     parts = [
         ca.vec(ca.vertcat(ca.SX(R).T, ca.SX(p).T))
-        for R, p in link_frames(chain.joints, ca.DM(origins.ravel()), q)
+        for R, p in link_frames(robot.joints, ca.DM(origins.ravel()), q)
     ]
     function = ca.Function("frames", [q], [ca.densify(ca.horzcat(*parts))])
     N = len(positions)
-    numbers = function.map(N)(positions.T).full().T.reshape(N, len(chain.joints), 3, 4)
-    T = np.tile(np.eye(4), (N, len(chain.joints) + 1, 1, 1))
+    numbers = function.map(N)(positions.T).full().T.reshape(N, len(robot.joints), 3, 4)
+    T = np.tile(np.eye(4), (N, len(robot.joints) + 1, 1, 1))
     T[:, 1:, :3, :] = numbers
     return T

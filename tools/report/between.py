@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...solver.observations import KnownDistance, KnownError
+from ...solver.data.observations import KnownDistance, KnownError
 from .evidence import MODELS, Evidence, Seen
 
 __all__ = ["between"]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import MukcaError
-from ...solver.calibration import Calibration, CalibrationError, calibration_of, load_document
-from ...solver.measurements import Measurement
-from ...solver.validate import evaluate, mean_metrics, socket_centres
+from ...solver.calibrated import Calibration, CalibrationError, calibrated_robot, load_document
+from ...solver.data.measurements import Measurement
+from ...solver.data.metrics import evaluate, mean_metrics, socket_centres
 from .evidence import measurements_of, predict
 from .figures import quantiles
 
@@ -58,10 +58,10 @@ def contenders_of(files: Sequence[Path]) -> list[Contender]:
     found: list[Contender] = []
     for file, name in zip(files, names, strict=True):
         document = load_document(file)
-        found.append(Contender(name, document, calibration_of(document, str(file))))
-    first = found[0].calibration.chain
+        found.append(Contender(name, document, calibrated_robot(document, str(file))))
+    first = found[0].calibration.robot
     for file, other in zip(files, found, strict=True):
-        joints = other.calibration.chain.joint_names
+        joints = other.calibration.robot.joint_names
         if joints != first.joint_names:
             raise ComparisonError(
                 f"{file}: its joints are {', '.join(joints)}, but those of {files[0]} are "
@@ -90,7 +90,7 @@ def shared_data(contenders: Sequence[Contender], files: Sequence[Path]) -> list[
     found: list[Measurement] = []
     for contender, file in zip(contenders, files, strict=True):
         try:
-            placements = measurements_of(contender.document, contenders[0].calibration.chain)
+            placements = measurements_of(contender.document, contenders[0].calibration.robot)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise CalibrationError(f"{file}: damaged calibration.json: {error!r}") from None
         known = [m.placement.positions for m in found]
@@ -127,7 +127,7 @@ def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> dic
     fair = [i for i, row in enumerate(trained) if not any(row)]
     return {
         "format": FORMAT,
-        "robot_name": first.chain.name,
+        "robot_name": first.robot.name,
         "models": [_model(k, name, errors, data, points, fair) for k, name in enumerate(names)],
         "placements": [_placement(m, points[i], errors[i], trained[i]) for i, m in enumerate(data)],
         "fair": fair,

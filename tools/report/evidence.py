@@ -7,14 +7,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from ...recorder.dataset import Placement, Sample
-from ...solver.calibration import Calibration, CalibrationError, calibration_of
-from ...solver.measurements import Measurement, measure
-from ...solver.urdf import Chain
-from ...solver.validate import evaluate, socket_centres
+from ...solver.calibrated import CalibratedRobot as Calibration
+from ...solver.data.measurements import Measurement, measure
+from ...solver.data.metrics import evaluate, socket_centres
+from ...solver.robot.urdf import Robot
+from ..documents.calibration import CalibrationDocument, calibrated_robot
+from ..documents.files import DocumentError as CalibrationError
 
 __all__ = ["MODELS", "Evidence", "Seen", "evidence_of", "measurements_of", "predict", "short_where"]
 
@@ -72,9 +75,9 @@ class Evidence:
     placements: tuple[Seen, ...]
 
     @property
-    def chain(self) -> Chain:
+    def robot(self) -> Robot:
         """The nominal robot."""
-        return self.calibration.chain
+        return self.calibration.robot
 
     def of_role(self, role: str) -> list[Seen]:
         """Return the placements of a role."""
@@ -90,16 +93,16 @@ def evidence_of(document: Mapping[str, Any], source: str) -> Evidence:
     """Return the evidence in a calibration's document.
 
     Args:
-        document: As :func:`mukca.solver.calibration.load_document` returns it.
+        document: As :func:`mukca.solver.calibrated.load_document` returns it.
         source: Its file, for messages.
 
     Raises:
         CalibrationError: The document is damaged, or its figures do not follow from its samples.
     """
-    calibration = calibration_of(document, source)
+    calibration = calibrated_robot(msgspec.convert(document, CalibrationDocument), source)
     try:
         _refuse_infinite(document, source)
-        measurements = measurements_of(document, calibration.chain)
+        measurements = measurements_of(document, calibration.robot)
         rows = zip(document["data"], measurements, strict=True)
         placements = tuple(_seen(row, measured, calibration) for row, measured in rows)
         for seen, figures in zip(placements, document["placements"], strict=True):
@@ -109,18 +112,18 @@ def evidence_of(document: Mapping[str, Any], source: str) -> Evidence:
     return Evidence(document, calibration, placements)
 
 
-def measurements_of(document: Mapping[str, Any], chain: Chain) -> list[Measurement]:
+def measurements_of(document: Mapping[str, Any], robot: Robot) -> list[Measurement]:
     """Return the placements whose samples a calibration's document holds."""
     return [
         measure(
             Placement(
                 name=str(row["name"]),
                 samples=tuple(map(_sample, row["samples"])),
-                joint_names=chain.joint_names,
+                joint_names=robot.joint_names,
                 distance=row["distance"],
                 files=tuple(map(Path, row["files"])),
             ),
-            chain,
+            robot,
             sockets=1,
         )
         for row in document["data"]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...solver.observations import KnownDistance
+from ...solver.data.observations import KnownDistance
 from .answer_data import data_answer
 from .answer_next import next_answer
 from .answer_use import use_answer
@@ -67,7 +67,7 @@ def report_figures(evidence: Evidence, options: Options, command: str) -> dict[s
     figures: dict[str, Any] = {
         "format": FORMAT,
         **{key: document[key] for key in ("robot", "method", "optimizer", "iterations")},
-        "robot_name": evidence.chain.name,
+        "robot_name": evidence.robot.name,
         "summary": _summaries(evidence, options.tolerance),
         "placements": [
             {**row, **_place(seen, options.tolerance)}
@@ -177,7 +177,7 @@ def _coverage(evidence: Evidence) -> dict[str, Any]:
                 "lower": joint.lower if np.isfinite(joint.lower) else None,
                 "upper": joint.upper if np.isfinite(joint.upper) else None,
             }
-            for joint in evidence.chain.actuated
+            for joint in evidence.robot.actuated
         ],
         "sockets": [
             {

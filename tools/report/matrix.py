@@ -4,9 +4,9 @@ from dataclasses import replace
 from typing import Any
 
 from ... import MukcaError
-from ...solver.calibrate import REGULARIZATION, Problem, build_problem, calibrate
-from ...solver.parameters import Parameter, all_parameters
-from ...solver.validate import evaluate
+from ...solver.data.metrics import evaluate
+from ...solver.paper.problem import REGULARIZATION, Problem, build_problem, solve
+from ...solver.robot.parameters import Parameter, all_parameters
 from .evidence import Evidence, Seen
 
 __all__ = ["cross_placement"]
@@ -29,7 +29,7 @@ def cross_placement(evidence: Evidence) -> dict[str, Any] | None:
     if len(evidence.placements) < 2:
         return None
     problem = build_problem(
-        evidence.chain,
+        evidence.robot,
         [seen.measured for seen in evidence.placements],
         parameters=_geometry(evidence),
         regularization=evidence.document["settings"].get("regularization", REGULARIZATION),
@@ -44,14 +44,14 @@ def cross_placement(evidence: Evidence) -> dict[str, Any] | None:
 def _geometry(evidence: Evidence) -> list[Parameter]:
     """Return the joint origins among the calibrated parameters."""
     chosen = {parameter.name for parameter in evidence.calibration.parameters}
-    return [p for p in all_parameters(evidence.chain) if p.name in chosen]
+    return [p for p in all_parameters(evidence.robot) if p.name in chosen]
 
 
 def _row(problem: Problem, trained_on: Seen) -> list[float] | None:
     if not trained_on.measured.has_distance:
         return None
     try:
-        x = calibrate(replace(problem, training=(trained_on.measured,))).x
+        x = solve(replace(problem, training=(trained_on.measured,))).x
     except MukcaError:
         return None
     return [

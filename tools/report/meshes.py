@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...solver.urdf import Chain
+from ...solver.robot.urdf import Robot
 
 __all__ = ["link_meshes", "thin_out"]
 
@@ -25,14 +25,14 @@ LARGEST_FILE = 50_000_000
 """Mesh files beyond this are left out [bytes]."""
 
 
-def link_meshes(model: Mapping[str, Any], chain: Chain) -> list[dict[str, Any]]:
+def link_meshes(model: Mapping[str, Any], robot: Robot) -> list[dict[str, Any]]:
     """Return the triangles that move with the chain, for each frame of the chain.
 
     Mesh files are looked for where the model's source says; what is not found is left out.
 
     Args:
         model: The document's ``model``.
-        chain: The robot.
+        robot: The robot.
 
     Returns:
         Rows of ``frame`` (0 for the base, i + 1 for joint i's child link), ``vertices`` in that
@@ -46,7 +46,7 @@ def link_meshes(model: Mapping[str, Any], chain: Chain) -> list[dict[str, Any]]:
     except Exception as error:  # a drawing is not worth a report; whatever a mesh reader raises
         logging.getLogger(__name__).info("no meshes: %s", error)
         return []
-    index = {chain.base: 0, **{joint.child: i + 1 for i, joint in enumerate(chain.joints)}}
+    index = {robot.base: 0, **{joint.child: i + 1 for i, joint in enumerate(robot.joints)}}
     found: dict[int, list[tuple[Vector, NDArray[np.int64]]]] = {}
     for link, frame, vertices, faces in _shapes(scene, index):
         del link

@@ -9,7 +9,7 @@ from pathlib import Path
 import mesh_checks
 import pytest
 
-from mukca.solver.urdf import load_chain, shipped_robots
+from mukca.solver.robot.urdf import load_robot, shipped_robots
 from mukca.tools.cli import main
 
 
@@ -156,9 +156,9 @@ def test_the_places_put_the_ball_onto_the_shipped_models(everything: tuple[Path,
         at = words.index("--ball")
         x, y, z = map(float, words[at + 1 : at + 4])
         for robot in option["--robot"].split("|"):
-            chain = load_chain(
+            robot = load_robot(
                 robot, flange=option["--flange"], ball=(x, y, z), tip=option["--tip"]
             )
-            assert chain.joints[-1].origin.xyz == (x, y, z)
+            assert robot.joints[-1].origin.xyz == (x, y, z)
             seen.add(robot)
     assert seen == set(shipped_robots())

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mukca.solver.calibration import calibration_of
-from mukca.solver.check import farthest_place
-from mukca.solver.urdf import load_chain
+from mukca.solver.calibrated import calibration_of
+from mukca.solver.checks.inspection import farthest_place
+from mukca.solver.robot.urdf import load_robot
 from mukca.tools.report.answer_next import hardly_moved
 from mukca.tools.report.arm import frames
 from mukca.tools.report.build import build_report
@@ -70,8 +70,8 @@ def test_a_joint_that_hardly_moved_is_named(document) -> None:
     assert figures["answers"]["next"]["joints"] == []
     for sample in document["data"][0]["samples"]:
         sample["position"][6] = 0.1 + 1e-3 * sample["position"][6]
-    chain = calibration_of(document, "").chain
-    assert chain.joint_names[6] == "panda_joint7"
+    robot = calibration_of(document, "").robot
+    assert robot.joint_names[6] == "panda_joint7"
     positions = np.array([s["position"] for s in document["data"][0]["samples"]])
     figures["coverage"]["sockets"][0].update(
         low=positions.min(axis=0).tolist(), high=positions.max(axis=0).tolist()
@@ -115,7 +115,7 @@ def test_the_drawn_arm_ends_at_the_ball(document) -> None:
     q = np.array([s["position"] for s in document["data"][0]["samples"]])
     assert not calibration.deflection.extensions
     origins = calibration.model.origins(calibration.values)
-    T = frames(calibration.chain, origins, q)
+    T = frames(calibration.robot, origins, q)
     assert np.allclose(T[:, 0], np.eye(4))
     for i, xyz in enumerate(origins[:, :3]):  # each joint stands where its parent's frame says
         assert np.allclose(T[:, i + 1, :3, 3], T[:, i, :3, :3] @ xyz + T[:, i, :3, 3])
@@ -139,8 +139,8 @@ def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(tmp_path) -> No
         <origin xyz="0.5 0 0"/></joint><link name="ball_link"/></robot>"""
     file = tmp_path / "robot.urdf"
     file.write_text(text)
-    chain = load_chain(str(file))
-    meshes = link_meshes({"nominal_urdf": text, "source": str(file)}, chain)
+    robot = load_robot(str(file))
+    meshes = link_meshes({"nominal_urdf": text, "source": str(file)}, robot)
     assert [mesh["frame"] for mesh in meshes] == [0, 1]
     box, ball = (np.array(mesh["vertices"]) for mesh in meshes)
     assert np.allclose(box.min(axis=0), [-0.1, -0.1, 0.8])

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mukca.solver.calibration import calibration_of
+from mukca.solver.calibrated import calibration_of
 from mukca.tools.cli import main
 from mukca.tools.report.build import build_report
 from mukca.tools.report.figures import Options

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from mukca.solver.observations import parse_known
-from mukca.solver.urdf import shipped_robots
+from mukca.solver.data.observations import parse_known
+from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.cli import main
 from mukca.tools.report.build import build_report
 from mukca.tools.report.figures import Options

@@ -1,0 +1,1 @@
+"""The default method: geometry and extensions, weighed by evidence (``--method auto``)."""

@@ -1,0 +1,148 @@
+"""What the data leave undecided, in words: directions of the unknowns that no sample shows."""
+# NumPy's linear algebra is partly untyped.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..robot.kinematics import rotation, rotation_rpy
+from ..robot.urdf import Joint, Robot
+from .posterior import Posterior
+from .uncertainty import UNDECIDED, prior_covariance
+
+__all__ = ["CANNOT_SEE", "Direction", "weak_directions"]
+
+Vector = NDArray[np.float64]
+CANNOT_SEE = (
+    "the base frame: the sockets' places in it are not measured, only their distances",
+    "the flange's orientation and the last joint's offset: another tool needs its own TCP "
+    "calibration",
+)
+"""What no recording of a ball can tell."""
+SCALE = "the scale of all lengths (a longer base, or known distances, would tell it)"
+
+
+@dataclass(frozen=True)
+class Direction:
+    """Something that the data cannot tell, in words."""
+
+    text: str
+    deviation: float
+    """Posterior over prior deviation along it, 1 where the data say nothing."""
+
+
+def weak_directions(posterior: Posterior) -> list[Direction]:
+    """Return what the data leave to the prior, in words.
+
+    First the directions that no ball can show, by the chain's structure; then the largest of
+    what remains, by its two main parameters.
+    """
+    model = posterior.model
+    n = model.geometry
+    prior = np.linalg.cholesky(prior_covariance(posterior)[:n, :n])  # x = prior @ standard normal
+    whiten = np.linalg.inv(prior)
+    whitened = whiten @ posterior.covariance[:n, :n] @ whiten.T
+    named = [
+        (text, whiten @ v / np.linalg.norm(whiten @ v))
+        for text, v in _structural(model.robot, posterior)
+    ]
+    by_scale = prior.T @ model.by_scale()[:n]
+    if by_scale.any():
+        named.append((SCALE, by_scale / np.linalg.norm(by_scale)))
+    directions = [Direction(text, float(np.sqrt(u @ whitened @ u))) for text, u in named]
+    basis = np.linalg.qr(np.array([u for _, u in named]).T)[0] if named else np.zeros((n, 0))
+    rest = np.eye(n) - basis @ basis.T
+    values, vectors = np.linalg.eigh(rest @ whitened @ rest)
+    names = model.names
+    for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
+        if value < UNDECIDED**2:
+            break
+        main = np.argsort(-np.abs(prior @ vector) / np.linalg.norm(prior, axis=1))[:2]
+        text = " against ".join(names[i] for i in main)
+        directions.append(Direction(f"mainly {text}", float(np.sqrt(value))))
+    merged: dict[str, Direction] = {}
+    for direction in directions:
+        if direction.deviation > UNDECIDED:
+            merged.setdefault(direction.text, direction)
+    return list(merged.values())
+
+
+def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, Vector]]:
+    """Return changes of the free geometry that no ball can show, with their names.
+
+    The base frame may move as a whole; the ball may turn in place; and each joint may slide along
+    its axis or turn about it, if the next free joint undoes that.
+    """
+    model = posterior.model
+    place = {p.index: i for i, p in enumerate(model.parameters)}
+    free = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
+    origins = model.ball.origins(posterior.values)
+    named: list[tuple[str, Vector]] = []
+
+    def add(text: str, changes: dict[int, Vector]) -> None:
+        vector = np.zeros(model.geometry)
+        for joint, change in changes.items():
+            vector[[place[6 * joint + k] for k in range(6)]] = change
+        named.append((text, vector))
+
+    if free and robot.joints[free[0]].actuated:
+        for k in range(6):
+            add("the base frame", {free[0]: np.eye(6)[k]})
+    ball = len(robot.joints) - 1
+    if ball in free:
+        for k in (3, 4, 5):
+            add("the ball's orientation", {ball: np.eye(6)[k]})
+    for one, other in pairwise(free):
+        joint = robot.joints[one]
+        if not joint.actuated or any(j.actuated for j in robot.joints[one + 1 : other]):
+            continue
+        against = "the ball" if other == ball else robot.joints[other].name
+        R, p = _between(robot.joints, origins, one, other)
+        own, axis = _frame(origins[one])[0], np.array(joint.axis)
+        slide, back = np.zeros(6), np.zeros(6)
+        slide[:3], back[:3] = own @ axis, -R.T @ axis
+        add(f"sliding along {joint.name}'s axis", {one: slide, other: back})
+        if joint.type == "prismatic":
+            continue
+        turn = np.concatenate([np.zeros(3), _rates(origins[one], own @ axis)])
+        lever = origins[other, :3] + R.T @ p
+        back = np.concatenate([-np.cross(R.T @ axis, lever), _rates(origins[other], -R.T @ axis)])
+        add(f"{joint.name}'s offset against {against}", {one: turn, other: back})
+    return named
+
+
+def _frame(origin: Vector) -> tuple[Vector, Vector]:
+    """Return rotation and translation of an origin."""
+    return np.array(rotation_rpy(origin[3:]).full()), origin[:3]
+
+
+def _between(
+    joints: Sequence[Joint], origins: Vector, one: int, other: int
+) -> tuple[Vector, Vector]:
+    """Return rotation and translation from one joint's child link to another's parent link."""
+    transform = np.eye(4)
+    for j in range(one + 1, other):
+        assert not joints[j].actuated
+        step = np.eye(4)
+        step[:3, :3], step[:3, 3] = _frame(origins[j])
+        transform = transform @ step
+    return transform[:3, :3], transform[:3, 3]
+
+
+def _rates(origin: Vector, spin: Vector) -> Vector:
+    """Return the rates of roll, pitch and yaw of a rotation that spins about a parent's vector.
+
+    With R = Rz(yaw) Ry(pitch) Rx(roll), the spin is the sum of the rates times the axes as they
+    stand: x after pitch and yaw, y after yaw, and z.
+    """
+    _, pitch, yaw = origin[3:]
+    Rz = np.array(rotation((0, 0, 1), yaw).full())
+    Ry = np.array(rotation((0, 1, 0), pitch).full())
+    axes = np.stack([Rz @ Ry @ [1, 0, 0], Rz @ [0, 1, 0], np.array([0, 0, 1])], axis=1)
+    rates: Vector = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
+    return rates

@@ -1,0 +1,132 @@
+"""Calibration beyond the paper: the data decide which extensions of the geometry they support.
+
+Geometry comes first, then joint compliance, then transmission error, each on top of what was
+kept. An extension is kept if its evidence is at least 20 times that of the model without it and,
+where three placements or more allow to leave each out once, if it lowers the errors there by more
+than their standard error.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import log
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.observations import Observations
+from ..robot.parameters import Parameter
+from ..robot.urdf import Robot
+from .deflection import COMPLIANCE, TRANSMISSION
+from .estimation import estimate
+from .extended_model import extend
+from .posterior import Posterior
+
+__all__ = ["STAGES", "Selection", "held_out_error", "select_model"]
+
+Vector = NDArray[np.float64]
+STAGES: dict[str, tuple[str, ...]] = {"compliance": (COMPLIANCE,), "transmission": TRANSMISSION}
+"""What is tried, in this order: name, and its extensions."""
+GAIN = log(20)
+"""What an extension must add to the logarithm of the evidence."""
+ENOUGH_PLACEMENTS = 3
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was found."""
+
+    geometric: Posterior
+    """The best model without extensions."""
+    full: Posterior
+    """With those that the data support; the same where there are none."""
+    notes: tuple[str, ...]
+    """One line for each extension: what became of it, and why."""
+
+
+def select_model(
+    robot: Robot,
+    parameters: Sequence[Parameter],
+    data: Observations,
+    *,
+    stages: Sequence[str] = tuple(STAGES),
+    joint_noise: bool = True,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Selection:
+    """Calibrate, extension by extension.
+
+    Args:
+        robot: The robot.
+        parameters: What of its geometry is free.
+        data: Training placements.
+        stages: Which of :data:`STAGES` may be tried.
+        joint_noise: Whether joint angles may be noisy.
+        progress: Told what is being fitted.
+
+    Raises:
+        NotConverged: A fit did not settle.
+    """
+
+    def fit(extensions: Sequence[str], observed: Observations) -> Posterior:
+        return estimate(extend(robot, parameters, extensions), observed, joint_noise=joint_noise)
+
+    placements = list(dict.fromkeys(name for name, _ in data.labels))
+    progress("geometry")
+    geometric = best = fit((), data)
+    notes: list[str] = []
+    errors: Vector | None = None
+    for stage in (name for name in STAGES if name in stages):
+        progress(stage)
+        extensions = (*best.model.extensions, *STAGES[stage])
+        candidate = fit(extensions, data)
+        gain = candidate.log_evidence - best.log_evidence
+        if _active(candidate) == _active(best) or gain < GAIN:
+            notes.append(f"{stage}: not supported by the data (log evidence {gain:+.1f})")
+            continue
+        if len(placements) >= ENOUGH_PLACEMENTS:
+            if errors is None:
+                errors = _left_out(fit, best.model.extensions, data, placements)
+            with_it = _left_out(fit, extensions, data, placements)
+            helps, spread = _paired(errors, with_it)
+            line = f"by {1e3 * helps:+.4f} +- {1e3 * spread:.4f} mm where one placement is left out"
+            if helps <= spread:
+                notes.append(f"{stage}: dropped, it lowers errors only {line}")
+                continue
+            notes.append(f"{stage}: kept (log evidence {gain:+.1f}), it lowers errors {line}")
+            errors = with_it
+        else:
+            notes.append(f"{stage}: kept (log evidence {gain:+.1f})")
+        best = candidate
+    return Selection(geometric, best, tuple(notes))
+
+
+def _active(found: Posterior) -> tuple[str, ...]:
+    return tuple(group.name for group in found.groups if group.width)
+
+
+def _left_out(
+    fit: Callable[[Sequence[str], Observations], Posterior],
+    extensions: Sequence[str],
+    data: Observations,
+    placements: Sequence[str],
+) -> Vector:
+    """Return the mean error [m] in each placement, fitted to all others."""
+    return np.array(
+        [held_out_error(fit(extensions, data.without(name)), data, name) for name in placements]
+    )
+
+
+def held_out_error(found: Posterior, data: Observations, placement: str) -> float:
+    """Return the mean absolute error of a model in one placement [m]."""
+    distances: list[Vector] = []
+    for socket, (name, _) in enumerate(data.labels):
+        if name == placement:
+            rows = data.sockets == socket
+            points = found.predict(data.positions[rows], data.torques[rows])
+            distances.append(np.linalg.norm(points - points.mean(axis=0), axis=1))
+    return float(np.concatenate(distances).mean())
+
+
+def _paired(without: Vector, with_it: Vector) -> tuple[float, float]:
+    """Return by how much errors fall on average, and the standard error of that [m]."""
+    fall = without - with_it
+    return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))

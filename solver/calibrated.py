@@ -1,0 +1,126 @@
+"""A calibrated robot: where its ball truly is, and the URDF that says so."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import MukcaError
+from .auto.deflection import Deflection
+from .data.observations import Load
+from .robot.kinematics import BallModel, gravity_torques
+from .robot.parameters import Parameter
+from .robot.urdf import Robot
+from .robot.urdf_text import Origin, relocate_meshes, scan, set_origins
+
+__all__ = ["CalibratedRobot", "JointsError"]
+
+Vector = NDArray[np.float64]
+
+
+class JointsError(MukcaError):
+    """Joint positions or efforts that are not those of the robot."""
+
+
+@dataclass(frozen=True, repr=False)
+class CalibratedRobot:
+    """A robot with calibrated joint origins and, where the data support it, joint deflections.
+
+    The ball's centre is Phi(Theta, q'), where q' are the joint positions corrected by
+    :mod:`mukca.solver.auto.deflection`.
+    """
+
+    robot: Robot
+    """The nominal robot."""
+    parameters: tuple[Parameter, ...]
+    """What was calibrated of its geometry."""
+    values: Vector
+    """The calibrated parameters, shape (n,) [m, rad]."""
+    deflection: Deflection = field(default_factory=Deflection)
+    """What corrects the joint positions before the geometry is applied."""
+    load: Load = field(default_factory=Load)
+    """What pulls at the joints where no effort is measured."""
+    exported: Vector | None = None
+    """The best parameters for those who know nothing of deflections; None where there are none."""
+
+    @cached_property
+    def model(self) -> BallModel:
+        """The ball's position as a function of :attr:`parameters` and joint positions."""
+        return BallModel(self.robot, [p.index for p in self.parameters])
+
+    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> Vector:
+        """Return the ball's centre in the base frame [m].
+
+        Args:
+            q: Joint positions in chain order, shape (m,) or (N, m) [rad].
+            effort: What the joints exert on the arm, of the same shape [N m]; None for the
+                gravity torques of the model's masses.
+
+        Returns:
+            Shape (3,) or (N, 3).
+
+        Raises:
+            JointsError: Another number of joints than the robot's, or a number not finite.
+        """
+        positions = self._rows(q, "joint positions")
+        if not self.deflection.extensions:
+            return self._points(self.values, positions, q)
+        if effort is None:
+            load = self.load
+            torque = gravity_torques(self.robot, positions, load.gravity, load.payload)
+        else:
+            torque = self._rows(effort, "joint efforts")
+        true = self.deflection.true_positions(positions, torque)
+        return self._points(self.values, true, q)
+
+    def geometric_ball(self, q: ArrayLike) -> Vector:
+        """Return the ball's centre by the exported URDF; see :meth:`ball`."""
+        values = self.values if self.exported is None else self.exported
+        return self._points(values, self._rows(q, "joint positions"), q)
+
+    def nominal_ball(self, q: ArrayLike) -> Vector:
+        """Return the ball's centre by the nominal model; see :meth:`ball`."""
+        return self._points(self.model.nominal, self._rows(q, "joint positions"), q)
+
+    def _rows(self, values: ArrayLike, what: str) -> Vector:
+        rows = np.atleast_2d(np.asarray(values, dtype=float))
+        names = self.robot.joint_names
+        if rows.ndim != 2 or rows.shape[1] != len(names):
+            raise JointsError(
+                f"{what} of shape {np.shape(values)}: {self.robot.name} has {len(names)} joints, "
+                f"so shape ({len(names)},) or (N, {len(names)}) is needed; in order: "
+                f"{', '.join(names)}"
+            )
+        if not np.isfinite(rows).all():
+            row, column = np.argwhere(~np.isfinite(rows))[0].tolist()
+            raise JointsError(f"{what}: row {row}, {names[column]!r} is {rows[row, column]}")
+        return rows
+
+    def _points(self, parameters: Vector, positions: Vector, q: ArrayLike) -> Vector:
+        points = self.model.points(parameters, positions)
+        return points[0] if np.ndim(q) == 1 else points
+
+    def urdf(self, folder: Path | None = None, *, compensated: bool = False) -> bytes:
+        """Return the calibrated URDF: joint origins replaced, all else as it was.
+
+        Args:
+            folder: Where it will stand; relative mesh paths are rewritten to be found from
+                there. None leaves them.
+            compensated: Give the geometry for joint positions that are corrected first, instead
+                of the best one for those that are not.
+        """
+        values = self.values if compensated or self.exported is None else self.exported
+        origins = self.model.origins(values)
+        changed = {joint.name: _origin(origins[i]) for i, joint in enumerate(self.robot.joints)}
+        text = set_origins(self.robot.text, changed)
+        source = Path(self.robot.source)
+        if folder is None or not source.is_file():
+            return text
+        return relocate_meshes(scan(text, self.robot.source), source.parent, folder)
+
+
+def _origin(numbers: Vector) -> Origin:
+    x, y, z, roll, pitch, yaw = numbers.tolist()
+    return Origin((x, y, z), (roll, pitch, yaw))

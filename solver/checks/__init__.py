@@ -1,0 +1,1 @@
+"""A look at recordings before they are fitted: what a person would want to know at once."""

@@ -1,0 +1,1 @@
+"""What was measured: placements checked against the robot, and how well a model predicts them."""

@@ -1,0 +1,191 @@
+"""Placements as the solver sees them: checked against the robot, by socket, with distances."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import MukcaError
+from ...recorder.dataset import Placement
+from ..robot.urdf import Robot
+
+__all__ = ["DEFAULT_DISTANCE", "Measurement", "MeasurementError", "measure"]
+
+DEFAULT_DISTANCE = 0.05
+"""Distance of the paper's printed sockets [m]."""
+
+_FAR_OUTSIDE = 1.0
+"""A joint this far outside its limits [rad or m] was not there: the units are wrong."""
+_BARELY_OUTSIDE = math.radians(5)
+_LONGEST_BASE = 1.0
+
+
+class MeasurementError(MukcaError):
+    """A placement does not hold what a calibration needs."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One placement: joint positions in chain order, the socket of each, and the distance."""
+
+    placement: Placement
+    """With its columns in chain order."""
+    distance: float
+    """Between the centres of its first two sockets [m]."""
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def name(self) -> str:
+        """The placement's name."""
+        return self.placement.name
+
+    @cached_property
+    def sockets(self) -> tuple[int, ...]:
+        """The numbers of the sockets that have samples."""
+        return tuple(sorted({sample.socket for sample in self.placement.samples}))
+
+    @cached_property
+    def by_socket(self) -> tuple[NDArray[np.float64], ...]:
+        """Joint positions in each socket, shape (N_k, m) each."""
+        placement = self.placement
+        return tuple(placement.positions[placement.sockets == k] for k in self.sockets)
+
+    @cached_property
+    def positions(self) -> NDArray[np.float64]:
+        """Joint positions of all samples, socket after socket, shape (N, m)."""
+        return np.concatenate(self.by_socket)
+
+    @cached_property
+    def efforts(self) -> NDArray[np.float64] | None:
+        """Measured joint efforts, row for row as :attr:`positions`; None without them."""
+        efforts, sockets = self.placement.efforts, self.placement.sockets
+        if efforts is None:
+            return None
+        return np.concatenate([efforts[sockets == k] for k in self.sockets])
+
+    @property
+    def has_distance(self) -> bool:
+        """Whether there are two sockets for the distance to lie between."""
+        return len(self.sockets) > 1
+
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Where each socket's samples stand among :attr:`positions`."""
+        ends = np.cumsum([len(rows) for rows in self.by_socket]).tolist()
+        return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Number of samples in each socket."""
+        return tuple(len(rows) for rows in self.by_socket)
+
+
+def measure(
+    placement: Placement, robot: Robot, distance: float | None = None, *, sockets: int = 2
+) -> Measurement:
+    """Check a placement against the robot.
+
+    Args:
+        placement: As read.
+        robot: The robot.
+        distance: Between the sockets' centres [m]; None for the placement's metadata, or
+            :data:`DEFAULT_DISTANCE` where they say nothing.
+        sockets: How many sockets it must have at least.
+
+    Raises:
+        RecordingError: The columns are not the chain's joints.
+        MeasurementError: Too few sockets or samples, angles far outside the limits, or a
+            distance that cannot be.
+    """
+    warnings = list(placement.remarks)
+    names = placement.joint_names
+    if names is not None and not set(names) & set(robot.joint_names):
+        warnings.append(
+            f"{placement.files[0]}: no column is called like a joint of the robot "
+            f"({', '.join(robot.joint_names)}); the columns are taken in order"
+        )
+    ordered = placement.for_joints(robot.joint_names)
+    _check_limits(ordered, robot, warnings)
+    if distance is not None and placement.distance not in (None, distance):
+        warnings.append(
+            f"{placement.name}: distance {distance} m as given, not the recording's "
+            f"{placement.distance} m"
+        )
+    chosen = placement.distance if distance is None else distance
+    chosen = DEFAULT_DISTANCE if chosen is None else chosen
+    measured = Measurement(ordered, check_distance(chosen), tuple(warnings))
+    _check_sockets(measured, sockets)
+    return measured
+
+
+def check_distance(distance: float) -> float:
+    """Return a distance between sockets that can be [m].
+
+    Raises:
+        MeasurementError: Not positive and finite, or so large that it cannot be metres.
+    """
+    if not 0 < distance < math.inf:
+        raise MeasurementError(
+            f"distance {distance}: the distance between the sockets' centres is a positive "
+            "number of metres, for example 0.05"
+        )
+    if distance > _LONGEST_BASE:
+        raise MeasurementError(f"distance {distance}: metres are expected, for example 0.05")
+    return distance
+
+
+def check_distinct(measurements: Sequence[Measurement]) -> None:
+    """See that no placement is there twice.
+
+    Raises:
+        MeasurementError: Two placements come from one folder, or hold the same samples.
+    """
+    for i, one in enumerate(measurements):
+        for other in measurements[:i]:
+            a, b = one.placement, other.placement
+            if np.array_equal(one.positions, other.positions):
+                raise MeasurementError(
+                    f"{a.path or a.name} and {b.path or b.name} are the same placement; "
+                    "name each only once"
+                )
+
+
+def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> None:
+    positions = placement.positions
+    lower = np.array([joint.lower for joint in robot.actuated])
+    upper = np.array([joint.upper for joint in robot.actuated])
+    endless = np.isinf(lower) & np.isinf(upper)
+    lower, upper = np.where(endless, -4 * np.pi, lower), np.where(endless, 4 * np.pi, upper)
+    excess = np.maximum(lower - positions, positions - upper)
+    row, column = np.unravel_index(int(np.argmax(excess)), excess.shape)
+    joint = robot.actuated[int(column)]
+    where = placement.samples[int(row)].where or placement.name
+    text = (
+        f"{where}: joint {joint.name!r} at {positions[row, column]:.4g} is outside its limits, "
+        f"{lower[column]:.4g} to {upper[column]:.4g} {'m' if joint.type == 'prismatic' else 'rad'}"
+    )
+    if excess[row, column] > _FAR_OUTSIDE:
+        raise MeasurementError(
+            f"{text}; angles are radians (are these degrees?), in the order of the chain's joints"
+        )
+    if excess[row, column] > _BARELY_OUTSIDE:
+        warnings.append(text)
+
+
+def _check_sockets(measured: Measurement, least: int) -> None:
+    where = measured.placement.path or measured.name
+    if len(measured.sockets) < least:
+        raise MeasurementError(
+            f"{where}: only socket {measured.sockets[0]} has samples; the distance between two "
+            "sockets sets the scale, so record hole_0.csv and hole_1.csv, or tie it by --known"
+        )
+    for socket in measured.sockets:
+        samples = [s for s in measured.placement.samples if s.socket == socket]
+        if len(samples) < 2:
+            raise MeasurementError(
+                f"{samples[0].where or where}: one sample in socket {socket}; at least 2 are "
+                "needed, 30 are advised"
+            )

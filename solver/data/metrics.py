@@ -1,0 +1,111 @@
+"""The paper's metrics: how far apart the predicted ball centres lie, and how long the base is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .measurements import Measurement
+
+__all__ = [
+    "CALIPER_DEVIATION",
+    "Metrics",
+    "cost_terms",
+    "evaluate",
+    "found_deviation",
+    "is_distorted",
+    "mean_metrics",
+    "socket_centres",
+]
+
+CALIPER_DEVIATION = 3e-5
+"""Standard deviation of a socket distance measured with a caliper [m]."""
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """How well a model predicts one placement, or several; all in metres."""
+
+    mean_absolute_error: float
+    """Mean over the samples of |Phi(q_i) - mu_k|, k the socket of sample i."""
+    max_error: float
+    distance_error: float | None
+    """|mu1 - mu0| - d, signed; over several placements the mean of the absolute values. None
+    where there is one socket only."""
+
+    def as_dict(self) -> dict[str, float | None]:
+        """Return the figures by name [m]."""
+        return {
+            "mean_absolute_error": self.mean_absolute_error,
+            "max_error": self.max_error,
+            "distance_error": self.distance_error,
+        }
+
+
+def socket_centres(points: NDArray[np.float64], measured: Measurement) -> NDArray[np.float64]:
+    """Return the mean of the predicted ball centres in each socket, shape (sockets, 3) [m]."""
+    return np.array([points[rows].mean(axis=0) for rows in measured.slices])
+
+
+def evaluate(points: NDArray[np.float64], measured: Measurement) -> Metrics:
+    """Return the metrics of one placement.
+
+    Args:
+        points: Predicted ball centres for ``measured.positions``, shape (N, 3) [m].
+        measured: The placement.
+    """
+    centres = socket_centres(points, measured)
+    errors = np.concatenate(
+        [
+            np.linalg.norm(points[rows] - centre, axis=1)
+            for rows, centre in zip(measured.slices, centres, strict=True)
+        ]
+    )
+    return Metrics(float(errors.mean()), float(errors.max()), _distance_error(centres, measured))
+
+
+def _distance_error(centres: NDArray[np.float64], measured: Measurement) -> float | None:
+    if not measured.has_distance:
+        return None
+    return float(np.linalg.norm(centres[1] - centres[0])) - measured.distance
+
+
+def mean_metrics(metrics: Sequence[Metrics]) -> Metrics:
+    """Return the summary of several placements: the means, and the largest maximum."""
+    lengths = [abs(m.distance_error) for m in metrics if m.distance_error is not None]
+    return Metrics(
+        float(np.mean([m.mean_absolute_error for m in metrics])),
+        max(m.max_error for m in metrics),
+        float(np.mean(lengths)) if lengths else None,
+    )
+
+
+def cost_terms(points: NDArray[np.float64], measured: Measurement) -> tuple[float, float]:
+    """Return the first two terms of Eq. (5), inconsistency and distortion [m^2]."""
+    centres = socket_centres(points, measured)
+    squares = sum(
+        float(np.sum((points[rows] - centre) ** 2))
+        for rows, centre in zip(measured.slices, centres, strict=True)
+    )
+    return squares / len(points), (_distance_error(centres, measured) or 0.0) ** 2
+
+
+def found_deviation(points: NDArray[np.float64], measured: Measurement) -> float:
+    """Return the root mean square distance of samples from their socket's mean [m]."""
+    return cost_terms(points, measured)[0] ** 0.5
+
+
+def is_distorted(metrics: Metrics, measured: Measurement) -> bool:
+    """Tell whether a model fails to reproduce the distance between the sockets.
+
+    It does where the error is beyond what the caliper and the scatter of the samples explain,
+    3 sqrt(s_d^2 + MAE^2 (1/N0 + 1/N1)), or beyond a fifth of the distance: such a model has
+    shrunk or bent the robot to bring the samples together.
+    """
+    if metrics.distance_error is None:
+        return False
+    N0, N1 = measured.counts[:2]
+    scatter = metrics.mean_absolute_error**2 * (1 / N0 + 1 / N1)
+    allowed = min(3 * (CALIPER_DEVIATION**2 + scatter) ** 0.5, 0.2 * measured.distance)
+    return abs(metrics.distance_error) > allowed

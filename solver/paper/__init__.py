@@ -1,0 +1,1 @@
+"""The paper's method: Eq. (5), geometry alone (``--method paper``)."""

@@ -1,0 +1,177 @@
+"""Two ways to the minimum of a sum of squares: Gauss-Newton, and IPOPT as in the paper.
+
+Both stop when the objective changes by less than a relative tolerance from one iterate to the
+next, the paper's rule.
+"""
+
+# CasADi has no types, and NumPy's linear algebra few.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import MukcaError
+
+__all__ = ["NotConverged", "Solution", "gauss_newton", "ipopt"]
+
+Vector = NDArray[np.float64]
+TOLERANCE = 1e-8
+MAX_ITERATIONS = 200
+
+
+class NotConverged(MukcaError):  # noqa: N818 (the situation's name)
+    """The optimizer gave up; what it holds is no result."""
+
+    failed = True
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where the optimizer arrived, and how."""
+
+    x: Vector
+    iterates: tuple[Vector, ...]
+    """Every accepted point, from the start to the end."""
+
+    @property
+    def iterations(self) -> int:
+        """Number of steps taken."""
+        return len(self.iterates) - 1
+
+
+def gauss_newton(
+    evaluate: Callable[[Vector], tuple[Vector, Vector]],
+    start: Vector,
+    *,
+    tolerance: float = TOLERANCE,
+    max_iterations: int = MAX_ITERATIONS,
+) -> Solution:
+    """Minimise |r(x)|^2 by Gauss-Newton steps, damped after Levenberg and Marquardt.
+
+    The damping starts near zero, so where the residuals are nearly linear, as they are in
+    calibration, the steps are plain Gauss-Newton steps; it only grows when a step fails.
+
+    Args:
+        evaluate: Returns residuals, shape (r,), and their Jacobian, shape (r, n).
+        start: Where to begin, shape (n,).
+        tolerance: Relative change of the objective at which to stop.
+        max_iterations: Steps allowed.
+
+    Raises:
+        NotConverged: The steps are used up, or no step leads down.
+    """
+    x = np.array(start, dtype=float)
+    residuals, jacobian = evaluate(x)
+    cost = float(residuals @ residuals)
+    iterates = [x]
+    damping = 1e-14
+    while len(iterates) <= max_iterations:
+        step, promised = _damped_step(residuals, jacobian, damping)
+        # A full step that promises nothing beyond rounding: this is the minimum.
+        if damping < 1e-8 and promised <= tolerance * 1e-2 * cost:
+            return Solution(x, tuple(iterates))
+        new_residuals, new_jacobian = evaluate(x + step)
+        new_cost = float(new_residuals @ new_residuals)
+        if not new_cost < cost:  # NaN included
+            damping = max(damping, 1e-9) * 10
+            if damping > 1e12:
+                raise NotConverged("gauss-newton found no way down; check the model and the data")
+            continue
+        change = cost - new_cost
+        x, residuals, jacobian, cost = x + step, new_residuals, new_jacobian, new_cost
+        iterates.append(x)
+        damping = max(damping / 10, 1e-14)
+        if change <= tolerance * cost:
+            return Solution(x, tuple(iterates))
+    raise NotConverged(f"gauss-newton did not converge in {max_iterations} iterations")
+
+
+def _damped_step(residuals: Vector, jacobian: Vector, damping: float) -> tuple[Vector, float]:
+    """Return the step, and how much less the linear model promises for the objective."""
+    H = jacobian.T @ jacobian
+    gradient = jacobian.T @ residuals
+    diagonal = np.diag(H).copy()
+    diagonal[diagonal == 0] = 1.0  # a parameter without any effect stays where it is
+    step = -np.linalg.solve(H + np.diag(np.diag(H) == 0) + damping * np.diag(diagonal), gradient)
+    return step, float(-step @ (2 * gradient + H @ step))
+
+
+def ipopt(
+    objective: Callable[[Any], Any],
+    start: Vector,
+    *,
+    tolerance: float = TOLERANCE,
+    max_iterations: int = MAX_ITERATIONS,
+) -> Solution:
+    """Minimise a CasADi expression with IPOPT and its exact Hessian.
+
+    Args:
+        objective: Takes a symbolic vector and returns the scalar expression.
+        start: Where to begin, shape (n,).
+        tolerance: Relative change of the objective at which to stop.
+        max_iterations: Steps allowed.
+
+    Raises:
+        NotConverged: IPOPT stopped for any other reason.
+    """
+    x = ca.MX.sym("x", len(start))
+    watch = _Watch(len(start), tolerance)
+    solver = ca.nlpsol(
+        "calibration",
+        "ipopt",
+        # In square millimetres, so that IPOPT's own absolute tolerances are far below the noise.
+        {"x": x, "f": 1e6 * objective(x)},
+        {
+            "print_time": False,
+            "iteration_callback": watch,
+            "ipopt": {"print_level": 0, "sb": "yes", "max_iter": max_iterations, "tol": 1e-12},
+        },
+    )
+    result: Vector = solver(x0=start)["x"].full().ravel()
+    status: str = solver.stats()["return_status"]
+    if not watch.settled and status not in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
+        raise NotConverged(f"ipopt did not converge: {status.replace('_', ' ').lower()}")
+    iterates = watch.iterates if watch.settled else [*watch.iterates, result]
+    return Solution(iterates[-1], tuple(iterates))
+
+
+class _Watch(ca.Callback):
+    """Sees every iterate, and stops IPOPT by the paper's rule."""
+
+    def __init__(self, size: int, tolerance: float) -> None:
+        ca.Callback.__init__(self)
+        self.size = size
+        self.tolerance = tolerance
+        self.iterates: list[Vector] = []
+        self.objective = np.inf
+        self.settled = False
+        self.construct("watch", {})
+
+    def get_n_in(self) -> int:
+        return int(ca.nlpsol_n_out())
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_name_in(self, i: int) -> str:
+        return str(ca.nlpsol_out(i))
+
+    def get_sparsity_in(self, i: int) -> Any:
+        name = ca.nlpsol_out(i)
+        size = {"x": self.size, "lam_x": self.size, "f": 1}.get(name, 0)
+        return ca.Sparsity.dense(size, 1)
+
+    def eval(self, arg: Any) -> list[int]:
+        x: Vector = arg[0].full().ravel()
+        objective = float(arg[1])
+        change = self.objective - objective
+        self.iterates.append(x)
+        self.objective = objective
+        self.settled = 0 <= change <= self.tolerance * abs(objective)
+        return [int(self.settled)]

@@ -1,0 +1,174 @@
+"""Calibration after the paper: build the problem of Eq. (5), and solve it."""
+
+# CasADi has no types, and NumPy's linear algebra few.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import MukcaError
+from ..data.measurements import Measurement, check_distinct
+from ..robot.kinematics import BallModel
+from ..robot.parameters import Parameter, choose_parameters
+from ..robot.urdf import Robot
+from . import costs
+from .optimizers import MAX_ITERATIONS, Solution, gauss_newton, ipopt
+
+__all__ = [
+    "OPTIMIZERS",
+    "REGULARIZATION",
+    "Problem",
+    "SettingError",
+    "ball_only",
+    "build_problem",
+    "solve",
+]
+
+Vector = NDArray[np.float64]
+OPTIMIZERS = ("gauss-newton", "ipopt")
+REGULARIZATION = 1e-4
+"""lambda of Eq. (5)."""
+
+
+class SettingError(MukcaError):
+    """A setting of the calibration that cannot be."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Eq. (5), summed over placements; inspectable before it is solved."""
+
+    robot: Robot
+    parameters: tuple[Parameter, ...]
+    model: BallModel
+    training: tuple[Measurement, ...]
+    regularization: float
+
+    @property
+    def start(self) -> Vector:
+        """The nominal parameters."""
+        return self.model.nominal
+
+    def residuals(self, x: Vector) -> tuple[Vector, Vector]:
+        """Return all residuals, shape (r,), and their Jacobian, shape (r, n)."""
+        positions = np.concatenate([measured.positions for measured in self.training])
+        linear = self.model.linearise(x, positions)
+        parts = [(costs.regularisation(x, self.start, 1.0) * self._weights, np.diag(self._weights))]
+        first = 0
+        for measured in self.training:
+            last = first + len(measured.positions)
+            rows = [slice(first + s.start, first + s.stop) for s in measured.slices]
+            points = [linear.points[r].T for r in rows]
+            slopes = [linear.by_parameters[r].transpose(2, 1, 0) for r in rows]
+            parts += _placement_residuals(points, slopes, measured)
+            first = last
+        return np.concatenate([r for r, _ in parts]), np.concatenate([J for _, J in parts])
+
+    def objective(self, x: Any) -> Any:
+        """Return Eq. (5) as a CasADi expression of a symbolic parameter vector [m^2]."""
+        total: Any = ca.sumsqr(
+            costs.regularisation(x, ca.DM(self.model.nominal), 1.0) * ca.DM(self._weights)
+        )
+        for measured in self.training:
+            points = [self.model.function.map(len(rows))(x, rows.T) for rows in measured.by_socket]
+            for P in points:
+                total += ca.sumsqr(costs.inconsistency(P, len(measured.positions)))
+            total += ca.sumsqr(costs.distance(points[0], points[1]) - measured.distance)
+        return total
+
+    @property
+    def _weights(self) -> Vector:
+        """Root of lambda for each parameter: once per placement, never for the ball's own."""
+        weight = (self.regularization * len(self.training)) ** 0.5
+        return np.array([0.0 if p.of_ball else weight for p in self.parameters])
+
+
+def _placement_residuals(
+    points: Sequence[Vector], slopes: Sequence[Vector], measured: Measurement
+) -> list[tuple[Vector, Vector]]:
+    """Return the residuals of one placement, each with its Jacobian.
+
+    Args:
+        points: Ball centres in each socket, shape (3, N_k).
+        slopes: Their derivatives by the n parameters, shape (n, 3, N_k).
+        measured: The placement.
+    """
+    total = len(measured.positions)
+    parts = [
+        (
+            costs.inconsistency(P, total).ravel(),
+            costs.inconsistency(D, total).reshape(len(D), -1).T,
+        )
+        for P, D in zip(points, slopes, strict=True)
+    ]
+    length = costs.distance(points[0], points[1])
+    direction = (costs.mean(points[1]) - costs.mean(points[0])) / length
+    by_offset = (costs.mean(slopes[1]) - costs.mean(slopes[0]))[:, :, 0]
+    return [*parts, ((length - measured.distance).ravel(), (by_offset @ direction).T)]
+
+
+def build_problem(
+    robot: Robot,
+    training: Sequence[Measurement],
+    *,
+    parameters: Sequence[Parameter] | None = None,
+    regularization: float = REGULARIZATION,
+) -> Problem:
+    """Return the problem of Eq. (5).
+
+    Args:
+        robot: The robot.
+        training: Its placements, at least one.
+        parameters: What is free; None for all actuated joints and the ball.
+        regularization: lambda of Eq. (5), not negative.
+
+    Raises:
+        MeasurementError: A placement is there twice.
+        SettingError: A negative or infinite regularisation.
+    """
+    if not 0 <= regularization < np.inf:
+        raise SettingError(f"regularization {regularization}: give zero or a positive number")
+    check_distinct(training)
+    chosen = choose_parameters(robot) if parameters is None else tuple(parameters)
+    model = BallModel(robot, [p.index for p in chosen])
+    return Problem(robot, chosen, model, tuple(training), regularization)
+
+
+def solve(
+    problem: Problem, optimizer: str = "gauss-newton", max_iterations: int = MAX_ITERATIONS
+) -> Solution:
+    """Minimise Eq. (5) from the nominal parameters.
+
+    Args:
+        problem: What to minimise.
+        optimizer: One of :data:`OPTIMIZERS`; both reach the same minimum.
+        max_iterations: Steps allowed.
+
+    Raises:
+        SettingError: There is no such optimizer.
+        NotConverged: The optimizer gave up.
+    """
+    if optimizer == "gauss-newton":
+        return gauss_newton(problem.residuals, problem.start, max_iterations=max_iterations)
+    if optimizer == "ipopt":
+        return ipopt(problem.objective, problem.start, max_iterations=max_iterations)
+    raise SettingError(f"optimizer {optimizer!r}: choose one of {', '.join(OPTIMIZERS)}")
+
+
+def ball_only(problem: Problem) -> Problem:
+    """Return the problem with nothing free but the ball's place on the flange.
+
+    Solved, it is the fair baseline: the nominal robot without the error of a guessed ball offset.
+    """
+    return build_problem(
+        problem.robot,
+        problem.training,
+        parameters=choose_parameters(problem.robot, free=[f"{problem.robot.ball_joint.name}.xyz"]),
+        regularization=problem.regularization,
+    )

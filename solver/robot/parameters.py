@@ -1,0 +1,95 @@
+"""Which numbers of a chain's joint origins are free, and their names.
+
+A parameter is called ``JOINT.x``, ``.y``, ``.z`` [m] or ``JOINT.roll``, ``.pitch``, ``.yaw``
+[rad], as in the joint's ``<origin>``.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from ... import MukcaError
+from .urdf import Robot
+
+__all__ = ["COMPONENTS", "Parameter", "ParameterError", "all_parameters", "choose_parameters"]
+
+COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
+_GROUPS = {"xyz": COMPONENTS[:3], "rpy": COMPONENTS[3:]}
+
+
+class ParameterError(MukcaError):
+    """A name given to free or to fix is not a parameter."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One free number."""
+
+    joint: str
+    component: str
+    """One of :data:`COMPONENTS`."""
+    index: int
+    """Its place among the chain's origins, 6 a joint."""
+    of_ball: bool
+    """Whether it belongs to the ball's own joint, which is not regularised."""
+
+    @property
+    def name(self) -> str:
+        """``JOINT.COMPONENT``."""
+        return f"{self.joint}.{self.component}"
+
+    @property
+    def unit(self) -> str:
+        """``m`` or ``rad``."""
+        return "m" if self.component in _GROUPS["xyz"] else "rad"
+
+
+def choose_parameters(
+    robot: Robot, free: Sequence[str] = (), fix: Sequence[str] = ()
+) -> tuple[Parameter, ...]:
+    """Return the free parameters, in chain order.
+
+    Args:
+        robot: The robot.
+        free: What is free, as joint names, ``JOINT.x``, ``JOINT.xyz`` or ``JOINT.rpy``; ``*``
+            stands for any text. Empty: all actuated joints and the ball.
+        fix: What is not, by the same words.
+
+    Raises:
+        ParameterError: A word that fits nothing, or nothing remains free.
+    """
+    every = all_parameters(robot)
+    default = {joint.name for joint in robot.actuated} | {robot.ball_joint.name}
+    chosen = [p for p in every if p.joint in default]
+    if free:
+        wanted = {p for word in free for p in _matching(every, word)}
+        chosen = [p for p in every if p in wanted]
+    unwanted = {p for word in fix for p in _matching(every, word)}
+    chosen = [p for p in chosen if p not in unwanted]
+    if not chosen:
+        raise ParameterError("nothing is left free; a calibration needs at least one parameter")
+    return tuple(chosen)
+
+
+def all_parameters(robot: Robot) -> list[Parameter]:
+    """Return every number of every joint origin, in chain order."""
+    return [
+        Parameter(joint.name, component, 6 * i + k, of_ball=joint is robot.ball_joint)
+        for i, joint in enumerate(robot.joints)
+        for k, component in enumerate(COMPONENTS)
+    ]
+
+
+def _matching(every: Sequence[Parameter], word: str) -> list[Parameter]:
+    joint, _, component = word.rpartition(".")
+    parts = _GROUPS.get(component, (component,))
+    found = [p for p in every if fnmatchcase(p.joint, word)] or [
+        p for p in every if fnmatchcase(p.joint, joint) and p.component in parts
+    ]
+    if not found:
+        joints = ", ".join(dict.fromkeys(p.joint for p in every))
+        raise ParameterError(
+            f"{word!r} is no joint or parameter of this chain; joints: {joints}; "
+            f"components: {', '.join(COMPONENTS)}, xyz, rpy"
+        )
+    return found

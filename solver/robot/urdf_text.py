@@ -1,0 +1,254 @@
+"""The text of a URDF: a safe first look, and edits that leave all else byte for byte as it was.
+
+A URDF is edited by the places of its tags, not by parsing and printing it again: comments,
+blanks, quotes and the order of attributes in the rest of the file stay.
+"""
+
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
+
+from ... import MukcaError
+
+__all__ = ["ModelError", "Origin", "UrdfText", "add_ball", "relocate_meshes", "scan", "set_origins"]
+
+
+class ModelError(MukcaError):
+    """A robot model cannot be read, or is not what calibration needs."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """A joint's ``<origin>`` as written: translation [m], and roll, pitch, yaw [rad]."""
+
+    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class UrdfText:
+    """Where things stand in the text, as offsets into its UTF-8 bytes."""
+
+    data: bytes
+    origins: dict[str, Origin] = field(default_factory=dict[str, Origin])
+    """The origin of each joint; the identity where none is written."""
+    origin_tags: dict[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
+    """First and last offset of each joint's own ``<origin>`` start tag, where it has one."""
+    joint_tags: dict[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
+    """First and last offset of each joint's start tag."""
+    links: list[str] = field(default_factory=list[str])
+    filename_tags: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
+    """Start tags of meshes and textures."""
+    robot_end: int = 0
+    """Where ``</robot>`` begins."""
+
+
+def scan(data: bytes, name: str) -> UrdfText:
+    """Find the tags that matter, refusing all that no honest URDF holds.
+
+    Args:
+        data: The file's bytes.
+        name: The file's name, for messages.
+
+    Raises:
+        ModelError: Not UTF-8, not XML, a document type or entity declaration, a xacro file, no
+            ``<robot>``, a joint or link without a name or with one used twice, an origin that
+            is not three finite numbers.
+    """
+    return _Scanner(data, name).run()
+
+
+class _Scanner:
+    """One pass of expat, which never expands what it was not asked to."""
+
+    def __init__(self, data: bytes, name: str) -> None:
+        self.text = UrdfText(data.removeprefix(b"\xef\xbb\xbf"))
+        self.name = name
+        self.path: list[str] = []
+        self.joint = ""
+        self.parser = expat.ParserCreate("utf-8")
+        self.parser.StartElementHandler = self.start
+        self.parser.EndElementHandler = self.end
+        self.parser.StartDoctypeDeclHandler = self.refuse_doctype
+
+    def run(self) -> UrdfText:
+        try:
+            self.parser.Parse(self.text.data, True)
+        except expat.ExpatError as error:
+            reason = expat.errors.messages[error.code]
+            raise ModelError(f"{self.name}:{error.lineno}: not XML: {reason}") from None
+        return self.text
+
+    def fail(self, reason: str) -> ModelError:
+        return ModelError(f"{self.name}:{self.parser.CurrentLineNumber}: {reason}")
+
+    def refuse_doctype(self, *_: object) -> None:
+        raise self.fail("document type and entity declarations are refused; remove <!DOCTYPE ...>")
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        if not self.path and tag != "robot":
+            raise self.fail(f"the outermost element is <{tag}>, a URDF's is <robot>")
+        if tag.startswith("xacro:"):
+            raise self.fail("this is a xacro file; expand it first: xacro FILE > robot.urdf")
+        self.path.append(tag)
+        begin = self.parser.CurrentByteIndex
+        span = (begin, _end_of_tag(self.text.data, begin))
+        if self.path == ["robot", "joint"]:
+            self.joint = self.new_name(attributes, tag, self.text.joint_tags)
+            self.text.joint_tags[self.joint] = span
+            self.text.origins[self.joint] = Origin()
+        elif self.path == ["robot", "joint", "origin"]:
+            self.text.origin_tags[self.joint] = span
+            self.text.origins[self.joint] = Origin(
+                self.triple(attributes.get("xyz", "0 0 0")),
+                self.triple(attributes.get("rpy", "0 0 0")),
+            )
+        elif self.path == ["robot", "link"]:
+            self.text.links.append(self.new_name(attributes, tag, self.text.links))
+        if "filename" in attributes and tag in {"mesh", "texture"}:
+            self.text.filename_tags.append(span)
+
+    def end(self, tag: str) -> None:
+        if len(self.path) == 1:
+            self.text.robot_end = self.parser.CurrentByteIndex
+        self.path.pop()
+
+    def new_name(
+        self, attributes: Mapping[str, str], tag: str, known: Mapping[str, object] | list[str]
+    ) -> str:
+        name = attributes.get("name", "")
+        if not name:
+            raise self.fail(f"a <{tag}> without a name")
+        if name in known:
+            raise self.fail(f"a second <{tag}> is called {name!r}")
+        return name
+
+    def triple(self, words: str) -> tuple[float, float, float]:
+        try:
+            x, y, z = (float(word) for word in words.split())
+        except ValueError:
+            x = y = z = math.nan
+        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
+            raise self.fail(f"joint {self.joint!r}: origin {words!r} is not three finite numbers")
+        return (x, y, z)
+
+
+def _end_of_tag(data: bytes, begin: int) -> int:
+    """Return the offset behind the ``>`` that closes the start tag at ``begin``."""
+    quote = 0
+    for place in range(begin, len(data)):
+        byte = data[place]
+        if quote:
+            quote = 0 if byte == quote else quote
+        elif byte in b"\"'":
+            quote = byte
+        elif byte == ord(">"):
+            return place + 1
+    return len(data)
+
+
+def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
+    """Return the text with the origins of some joints replaced, and nothing else changed.
+
+    Only numbers that differ are written, in the shortest form that reads back exactly.
+    """
+    edits: list[tuple[int, int, bytes]] = []
+    for joint, origin in origins.items():
+        old = text.origins[joint]
+        changed = {
+            key: " ".join(map(repr, map(float, new)))
+            for key, new, before in (("xyz", origin.xyz, old.xyz), ("rpy", origin.rpy, old.rpy))
+            if tuple(new) != before
+        }
+        if changed and joint in text.origin_tags:
+            begin, end = text.origin_tags[joint]
+            edits.append((begin, end, _with_attributes(text.data[begin:end], changed)))
+        elif changed:
+            edits.append(_new_origin(text, joint, changed))
+    return _apply(text.data, edits)
+
+
+def _new_origin(text: UrdfText, joint: str, values: Mapping[str, str]) -> tuple[int, int, bytes]:
+    """Put an ``<origin>`` first into a joint that has none."""
+    _, end = text.joint_tags[joint]
+    words = " ".join(f'{key}="{value}"' for key, value in values.items())
+    return (end, end, f"<origin {words}/>".encode())
+
+
+def _with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
+    """Return a start tag with some attributes set, the others as they are."""
+    for key, value in values.items():
+        pattern = re.compile(rb"(\s" + key.encode() + rb"\s*=\s*)(\"[^\"]*\"|'[^']*')")
+        new = f'"{value}"'.encode()
+        if pattern.search(tag):
+            tag = pattern.sub(lambda match, new=new: match[1] + new, tag, count=1)
+        else:
+            close = re.search(rb"\s*/?>$", tag)
+            assert close is not None
+            tag = tag[: close.start()] + f" {key}=".encode() + new + tag[close.start() :]
+    return tag
+
+
+def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
+    """Return the text with relative mesh paths rewritten to be found from another folder.
+
+    Args:
+        text: The model.
+        source: The folder from which the paths are relative now.
+        target: The folder from which they are to be relative.
+    """
+
+    def moved(match: re.Match[bytes]) -> bytes:
+        filename = match[3].decode()
+        if "://" in filename or Path(filename).is_absolute():
+            return match[0]
+        path = os.path.relpath((source / filename).resolve(), target.resolve())
+        return match[1] + match[2] + path.encode() + match[2]
+
+    attribute = re.compile(rb"(\sfilename\s*=\s*)([\"'])(.*?)\2", re.DOTALL)
+    edits = [
+        (begin, end, attribute.sub(moved, text.data[begin:end], count=1))
+        for begin, end in text.filename_tags
+    ]
+    return _apply(text.data, edits)
+
+
+def add_ball(text: UrdfText, flange: str, xyz: tuple[float, float, float], link: str) -> bytes:
+    """Return the text with a ball link fixed to a link of the robot.
+
+    Args:
+        text: The model.
+        flange: The link that carries the ball.
+        xyz: The ball's centre in that link's frame [m].
+        link: Name for the new link; its joint is called alike.
+
+    Raises:
+        ModelError: The model already has such a link or joint.
+    """
+    joint = link.removesuffix("_link") + "_joint"
+    if link in text.links or joint in text.joint_tags:
+        raise ModelError(
+            f"the model already has {link!r} or {joint!r}; leave out --flange, or give the new "
+            "ball another name, as in --tip printed_ball"
+        )
+    place = " ".join(map(repr, map(float, xyz)))
+    new = (
+        f"  <link name={quoteattr(link)}/>\n"
+        f'  <joint name={quoteattr(joint)} type="fixed">\n'
+        f"    <parent link={quoteattr(flange)}/>\n"
+        f"    <child link={quoteattr(link)}/>\n"
+        f'    <origin xyz="{place}" rpy="0 0 0"/>\n'
+        f"  </joint>\n"
+    )
+    return _apply(text.data, [(text.robot_end, text.robot_end, new.encode())])
+
+
+def _apply(data: bytes, edits: list[tuple[int, int, bytes]]) -> bytes:
+    for begin, end, new in sorted(edits, reverse=True):
+        data = data[:begin] + new + data[end:]
+    return data

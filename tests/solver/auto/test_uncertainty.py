@@ -1,0 +1,94 @@
+"""Stated deviations against draws, and what cannot be identified against the derivatives."""
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import read_placement
+from mukca.solver.auto.directions import _structural, weak_directions
+from mukca.solver.auto.estimation import estimate
+from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.uncertainty import (
+    correlations,
+    deviations,
+    distance_deviations,
+    observability_index,
+    predicted_deviation,
+    prior_deviations,
+)
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.observations import observe
+from mukca.solver.robot.kinematics import gravity_torques, workspace
+from mukca.solver.robot.parameters import choose_parameters
+
+
+@pytest.fixture(scope="module")
+def found(session, panda):
+    data = observe([measure(read_placement(session / n), panda) for n in ("front", "left")], panda)
+    return estimate(extend(panda, choose_parameters(panda), ("compliance",)), data)
+
+
+def test_distance_deviations_are_those_of_draws_from_the_posterior(found, panda) -> None:
+    q = workspace(panda, 6)
+    torque = gravity_torques(panda, q)
+    size = found.model.size
+    draws = np.random.default_rng(0).multivariate_normal(
+        found.x, found.covariance[:size, :size], 1500
+    )
+    lengths = []
+    for x in draws:
+        points = found.model.linearise(x, q, torque)[0]
+        lengths.append(np.linalg.norm(points[1::2] - points[::2], axis=1))
+    assert distance_deviations(found, q, torque) == pytest.approx(np.std(lengths, axis=0), rel=0.1)
+
+
+def test_structural_directions_leave_every_ball_in_place(found, panda) -> None:
+    """All but the base frame, which moves all balls together."""
+    q = workspace(panda, 10)
+    model = found.model.ball
+    jacobian = model.linearise(found.values, q).by_parameters
+    named = _structural(panda, found)
+    assert len(named) == 23  # 6 of the base, 3 of the ball, and 2 for each of 7 joints
+    assert np.linalg.matrix_rank(np.array([v for _, v in named])) == 23
+    for text, vector in named:
+        motion = jacobian @ (vector / np.linalg.norm(vector))
+        if text != "the base frame":
+            assert np.abs(motion).max() < 1e-5, text
+
+
+def test_what_cannot_be_identified_is_named(found) -> None:
+    texts = [direction.text for direction in weak_directions(found)]
+    assert "the base frame" in texts
+    assert "the ball's orientation" in texts
+    assert "sliding along panda_joint3's axis" in texts
+    assert all(0.5 < direction.deviation <= 1.001 for direction in weak_directions(found))
+
+
+def test_the_posterior_is_never_wider_than_the_prior(found) -> None:
+    assert np.all(deviations(found) <= prior_deviations(found) * 1.001)
+
+
+def test_more_samples_tell_more(session, panda) -> None:
+    measured = [measure(read_placement(session / n), panda) for n in ("front", "left")]
+    parameters = choose_parameters(panda)
+    one, both = (
+        estimate(extend(panda, parameters), observe(data, panda))
+        for data in (measured[:1], measured)
+    )
+    q = workspace(panda, 40)
+    torque = gravity_torques(panda, q)
+    assert distance_deviations(both, q, torque).mean() < distance_deviations(one, q, torque).mean()
+    assert observability_index(both) > 0
+
+
+def test_correlated_pairs_are_beyond_the_limit(found) -> None:
+    assert all(abs(value) > 0.9 for _, _, value in correlations(found))
+
+
+def test_the_predicted_spread_is_about_the_one_found(found, session, panda) -> None:
+    held_out = measure(read_placement(session / "right"), panda)
+    torque = gravity_torques(panda, held_out.positions)
+    points = found.predict(held_out.positions, torque)
+    squares = [np.sum((points[r] - points[r].mean(axis=0)) ** 2) for r in held_out.slices]
+    rms = (sum(squares) / len(points)) ** 0.5
+    by_socket = [(held_out.positions[r], torque[r]) for r in held_out.slices]
+    assert predicted_deviation(found, by_socket) == pytest.approx(rms, rel=0.6)

@@ -1,0 +1,75 @@
+"""Sockets and known distances, in one placement and across."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import read_placement
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.observations import KnownError, Load, observe, parse_known
+from mukca.solver.robot.kinematics import gravity_torques
+
+
+@pytest.fixture
+def two(session, panda):
+    return [measure(read_placement(session / name), panda) for name in ("front", "left")]
+
+
+def test_each_base_ties_its_first_two_sockets(two, panda) -> None:
+    data = observe(two, panda)
+    assert [label[1] for label in data.labels] == [0, 1, 0, 1]
+    assert [(k.first, k.second, k.distance) for k in data.known] == [(0, 1, 0.05), (2, 3, 0.05)]
+    assert np.bincount(data.sockets).tolist() == [12, 12, 12, 12]
+    assert data.torques == pytest.approx(gravity_torques(panda, data.positions))
+
+
+def test_known_distances_tie_placements(two, panda) -> None:
+    known = parse_known("front:0-left:1=0.43+-0.0002")
+    data = observe(two, panda, known=[known])
+    assert (data.known[2].first, data.known[2].second) == (0, 3)
+    assert (data.known[2].distance, data.known[2].deviation) == (0.43, 0.0002)
+    assert parse_known("a-b:0-c:1=5e-2").deviation == 3e-5
+    without = data.without(two[0].name)
+    assert len(without.known) == 1 and without.socket_count == 2
+    assert len(without.positions) == 24
+
+
+def test_placements_of_one_base_share_the_error_of_its_measurement(two, panda) -> None:
+    known = parse_known("front:0-left:1=0.43+-0.0002")
+    covariance = observe(two, panda, known=[known]).distance_covariance()
+    assert covariance[0, 1] == pytest.approx(3e-5**2)
+    assert covariance[0, 0] == covariance[1, 1] == pytest.approx(3e-5**2 + 1e-5**2)
+    assert covariance[2] == pytest.approx([0, 0, 2e-4**2])
+    other = replace(two[1], distance=0.1)
+    assert observe([two[0], other], panda).distance_covariance()[0, 1] == 0
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a:0-b:0", "a:0-b:0=x", "a:0-b:0=-1", "a:0-b:0=1+-0", "a-b=1"]
+)
+def test_bad_known_distances_are_told(text: str) -> None:
+    with pytest.raises(KnownError, match="known distance"):
+        parse_known(text)
+
+
+@pytest.mark.parametrize("text", ["front:2-left:0=1", "back:0-left:0=1", "front:0-front:0=1"])
+def test_known_distances_need_their_sockets(two, panda, text: str) -> None:
+    with pytest.raises(KnownError):
+        observe(two, panda, known=[parse_known(text)])
+
+
+def test_one_socket_alone_must_be_tied(two, panda) -> None:
+    samples = tuple(s for s in two[0].placement.samples if s.socket == 0)
+    alone = measure(replace(two[0].placement, samples=samples), panda, sockets=1)
+    with pytest.raises(KnownError, match="only socket 0 has samples"):
+        observe([alone, two[1]], panda)
+    data = observe([alone, two[1]], panda, known=[parse_known("front:0-left:0=0.43")])
+    assert data.socket_count == 3
+
+
+def test_the_load_pulls_as_told(two, panda) -> None:
+    ceiling = observe(two, panda, load=Load(gravity=(0.0, 0.0, 9.80665)))
+    assert ceiling.torques == pytest.approx(-observe(two, panda).torques)
+    heavy = observe(two, panda, load=Load(payload=1.0))
+    assert not np.allclose(heavy.torques, observe(two, panda).torques)

@@ -1,0 +1,144 @@
+"""Known truth is found again, by both optimizers, and never without having converged."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import read_placement
+from mukca.solver.calibrated import CalibratedRobot
+from mukca.solver.data.measurements import MeasurementError, check_distinct, measure
+from mukca.solver.data.metrics import evaluate, is_distorted, socket_centres
+from mukca.solver.paper.optimizers import NotConverged, gauss_newton
+from mukca.solver.paper.problem import SettingError, ball_only, build_problem, solve
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import load_robot, shipped_robots
+from mukca.tools.simulate import perturb, reachable_bases, record
+
+
+@pytest.fixture(scope="module", params=shipped_robots())
+def workspace(request):
+    """A robot, one truly a little different, and five places of the base in its workspace."""
+    nominal = load_robot(request.param)
+    generator = np.random.default_rng(1)
+    arm = perturb(nominal, generator, 2e-3, 5e-3)
+    return nominal, arm, reachable_bases(arm, generator, 5), generator
+
+
+def test_without_noise_the_truth_is_found(workspace) -> None:
+    nominal, arm, bases, generator = workspace
+    measured = [measure(record(arm, base, generator), nominal) for base in bases]
+    problem = build_problem(nominal, measured[:4], regularization=1e-12)
+    calibration = CalibratedRobot(nominal, problem.parameters, solve(problem).x)
+    before = evaluate(calibration.nominal_ball(measured[4].positions), measured[4])
+    after = evaluate(calibration.ball(measured[4].positions), measured[4])
+    assert before.mean_absolute_error > 1e-3
+    assert after.mean_absolute_error < 1e-6
+    assert abs(after.distance_error) < 1e-6
+    found = [socket_centres(calibration.ball(m.positions), m)[0] for m in measured]
+    for i in range(5):
+        for j in range(i):
+            apart = np.linalg.norm(bases[i].sockets[0] - bases[j].sockets[0])
+            assert np.linalg.norm(found[i] - found[j]) == pytest.approx(apart, abs=1e-6)
+
+
+def test_with_noise_the_held_out_error_is_the_noise(workspace) -> None:
+    nominal, arm, bases, generator = workspace
+    measured = [measure(record(arm, base, generator, noise=1e-4), nominal) for base in bases]
+    problem = build_problem(nominal, measured[:4], regularization=1e-6)
+    calibration = CalibratedRobot(nominal, problem.parameters, solve(problem).x)
+    truth = CalibratedRobot(nominal, problem.parameters, arm.origins.ravel()[problem.model.free])
+    held_out = measured[4]
+    by_noise = evaluate(truth.ball(held_out.positions), held_out).mean_absolute_error
+    found = evaluate(calibration.ball(held_out.positions), held_out).mean_absolute_error
+    assert found <= 1.15 * by_noise
+
+
+def test_both_optimizers_reach_the_same_robot(session, panda) -> None:
+    measured = measure(read_placement(session / "front"), panda)
+    problem = build_problem(panda, [measured])
+    one, other = solve(problem, "gauss-newton").x, solve(problem, "ipopt").x
+    points = [problem.model.points(x, measured.positions) for x in (one, other)]
+    assert np.abs(points[0] - points[1]).max() < 1e-6
+
+
+@pytest.mark.parametrize("optimizer", ["gauss-newton", "ipopt"])
+def test_not_converged_is_never_a_result(session, panda, optimizer: str) -> None:
+    problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])
+    with pytest.raises(NotConverged):
+        solve(problem, optimizer, max_iterations=1)
+
+
+def test_an_unknown_optimizer_is_refused(session, panda) -> None:
+    problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])
+    with pytest.raises(SettingError, match="'newton': choose one of gauss-newton, ipopt"):
+        solve(problem, "newton")
+
+
+def test_a_valley_is_followed_by_damping() -> None:
+    """Rosenbrock's function as two residuals: full Gauss-Newton steps overshoot far from home."""
+
+    def evaluate_residuals(x):
+        J = np.array([[-1.0, 0.0], [-20 * x[0], 10.0]])
+        return np.array([1 - x[0], 10 * (x[1] - x[0] ** 2)]), J
+
+    assert gauss_newton(evaluate_residuals, np.array([-1.9, 2.0])).x == pytest.approx([1, 1])
+
+
+def test_no_way_down_is_not_converged() -> None:
+    def wrong(x):  # a Jacobian of the wrong sign
+        return np.array([x[0] ** 2 + 1.0]), np.array([[-2 * x[0]]])
+
+    with pytest.raises(NotConverged):
+        gauss_newton(wrong, np.array([1.0]))
+
+
+def test_regularisation_counts_once_per_placement(session, panda) -> None:
+    measured = measure(read_placement(session / "front"), panda)
+    again = replace(measured, placement=replace(measured.placement, name="again"))
+    problem = build_problem(panda, [measured], regularization=1e-3)
+    twice = replace(problem, training=(measured, again))
+    once_x, twice_x = solve(problem).x, solve(twice).x
+    assert twice_x == pytest.approx(once_x, abs=1e-9)
+
+
+def test_the_ball_alone_is_a_baseline_between(session, panda) -> None:
+    measured = measure(read_placement(session / "front"), panda)
+    problem = build_problem(panda, [measured])
+    refitted = ball_only(problem)
+    errors = [
+        evaluate(model.points(x, measured.positions), measured).mean_absolute_error
+        for model, x in (
+            (problem.model, problem.start),
+            (refitted.model, solve(refitted).x),
+            (problem.model, solve(problem).x),
+        )
+    ]
+    assert errors[0] > errors[1] > errors[2]
+
+
+def test_a_fixed_parameter_stays(session, panda) -> None:
+    measured = measure(read_placement(session / "front"), panda)
+    parameters = choose_parameters(panda, fix=["panda_joint4", "*.rpy"])
+    calibration = CalibratedRobot(
+        panda, parameters, solve(build_problem(panda, [measured], parameters=parameters)).x
+    )
+    changed = calibration.model.origins(calibration.values) != panda.origins
+    assert changed.any()
+    assert not changed[:, 3:].any()
+    assert not changed[[joint.name for joint in panda.joints].index("panda_joint4")].any()
+
+
+def test_a_wrong_distance_distorts(session, panda) -> None:
+    right = measure(read_placement(session / "front"), panda)
+    wrong = measure(read_placement(session / "front"), panda, distance=0.06)
+    problem = build_problem(panda, [right])
+    points = problem.model.points(solve(problem).x, right.positions)
+    assert not is_distorted(evaluate(points, right), right)
+    assert is_distorted(evaluate(points, wrong), wrong)
+
+
+def test_the_same_placement_twice_is_refused(session, panda) -> None:
+    one = measure(read_placement(session / "front"), panda)
+    with pytest.raises(MeasurementError, match="same placement"):
+        check_distinct([one, replace(one)])

@@ -1,0 +1,67 @@
+"""Eq. (5): by hand, by its derivatives, and the same for both optimizers."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import read_placement
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.metrics import cost_terms, evaluate
+from mukca.solver.paper import costs
+from mukca.solver.paper.problem import build_problem
+
+
+def test_inconsistency_by_hand() -> None:
+    # Two points 2 apart: each 1 off the mean, covariance 1 along x. Three samples in all.
+    points = np.array([[0.0, 2.0], [5.0, 5.0], [7.0, 7.0]])
+    residuals = costs.inconsistency(points, total=3)
+    assert np.sum(residuals**2) == pytest.approx(2 * 1.0 / 3)
+    assert costs.mean(points).ravel() == pytest.approx([1, 5, 7])
+
+
+def test_distance_by_hand() -> None:
+    zero = np.array([[0.0, 0.0], [0.0, 2.0], [0.0, 0.0]])
+    one = np.array([[3.0], [1.0], [4.0]])
+    assert costs.distance(zero, one).item() == pytest.approx(5.0)
+
+
+@pytest.fixture
+def problem(session, panda):
+    training = [measure(read_placement(session / name), panda) for name in ("front", "left")]
+    return build_problem(panda, training, regularization=1e-3)
+
+
+def test_the_jacobian_agrees_with_finite_differences(problem) -> None:
+    generator = np.random.default_rng(0)
+    x = problem.start + generator.normal(0, 0.01, len(problem.start))
+    _, jacobian = problem.residuals(x)
+    h = 1e-6
+    for k, e in enumerate(np.eye(len(x))):
+        after, before = problem.residuals(x + h * e)[0], problem.residuals(x - h * e)[0]
+        assert jacobian[:, k] == pytest.approx((after - before) / (2 * h), abs=1e-8)
+
+
+def test_both_optimizers_see_the_same_objective(problem) -> None:
+    x = problem.start + np.random.default_rng(1).normal(0, 0.01, len(problem.start))
+    symbol = ca.MX.sym("x", len(x))
+    objective = ca.Function("J", [symbol], [problem.objective(symbol)])
+    residuals, _ = problem.residuals(x)
+    assert float(objective(x)) == pytest.approx(float(residuals @ residuals), rel=1e-12)
+
+
+def test_the_objective_is_eq_5_written_out(problem) -> None:
+    x = problem.start + np.random.default_rng(2).normal(0, 0.01, len(problem.start))
+    expected = 0.0
+    for measured in problem.training:
+        points = problem.model.points(x, measured.positions)
+        p0, p1 = (points[rows] for rows in measured.slices)
+        N0, N1 = len(p0), len(p1)
+        S0, S1 = np.cov(p0.T, bias=True), np.cov(p1.T, bias=True)
+        expected += (N0 * np.trace(S0) + N1 * np.trace(S1)) / (N0 + N1)
+        expected += (np.linalg.norm(p1.mean(0) - p0.mean(0)) - 0.05) ** 2
+        expected += 1e-3 * np.sum((x - problem.start)[:42] ** 2)
+        terms = cost_terms(points, measured)
+        assert terms[0] == pytest.approx((N0 * np.trace(S0) + N1 * np.trace(S1)) / (N0 + N1))
+        assert terms[1] == pytest.approx(evaluate(points, measured).distance_error ** 2)
+    residuals, _ = problem.residuals(x)
+    assert float(residuals @ residuals) == pytest.approx(expected, rel=1e-12)

@@ -1,0 +1,69 @@
+"""The paper's Table I on the recordings of real arms, to every printed digit."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import find_placements, read_placement
+from mukca.solver.data.measurements import measure
+from mukca.solver.paper.problem import build_problem, solve
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.cli import main
+
+# folder, training placement, shipped robot; in mm: MAE before and after on the placement trained
+# on, and on all others, and the mean absolute distance error there.
+ROWS = {
+    "panda_3": ("frontcenter", "panda", (3.315, 0.151), (3.258, 0.238), 0.055),
+    "kuka_14": ("front", "iiwa14", (0.723, 0.107), (0.806, 0.268), 0.085),
+    "dinova_2": ("front", "gen3_lite", (4.716, 1.520), (5.986, 2.657), 1.240),
+}
+
+
+def solved(capsys, *words: str) -> dict:
+    assert main(["solve", *words, "--method", "paper", "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def mm(summary: dict, model: str, key: str = "mean_absolute_error") -> float:
+    return 1e3 * summary[model][key]
+
+
+@pytest.mark.parametrize("arm", ROWS)
+def test_table_one(arm: str, recordings: Path, capsys) -> None:
+    front, _, train, test, distance = ROWS[arm]
+    folder = recordings / arm
+    summary = solved(
+        capsys, f"{folder / front}", "--test", f"{folder}", "--robot", f"{folder}/nominal.urdf"
+    )["summary"]
+    for (before, after), figures in ((train, summary["train"]), (test, summary["test"])):
+        assert round(mm(figures, "nominal"), 3) == before
+        assert round(mm(figures, "calibrated"), 3) == after
+        assert figures["removed_error"] == pytest.approx(1 - after / before, abs=1e-3)
+    assert round(mm(summary["test"], "calibrated", "distance_error"), 3) == distance
+
+
+@pytest.mark.parametrize("arm", ROWS)
+def test_the_shipped_robot_serves_as_well(arm: str, recordings: Path, capsys) -> None:
+    front, robot, train, test, distance = ROWS[arm]
+    folder = recordings / arm
+    words = (f"{folder / front}", "--test", f"{folder}", "--robot", robot)
+    summary = solved(capsys, *words)["summary"]
+    within = 0.05 if robot == "gen3_lite" else 0.005
+    assert mm(summary["train"], "calibrated") == pytest.approx(train[1], abs=within)
+    assert mm(summary["test"], "calibrated") == pytest.approx(test[1], abs=within)
+    found = mm(summary["test"], "calibrated", "distance_error")
+    assert found == pytest.approx(distance, abs=within)
+
+
+@pytest.mark.parametrize("arm", ROWS)
+def test_both_optimizers_agree(arm: str, recordings: Path) -> None:
+    robot = load_robot(str(recordings / arm / "nominal.urdf"))
+    everywhere = [measure(read_placement(p), robot) for p in find_placements([recordings / arm])]
+    front = [m for m in everywhere if m.name.endswith("/" + ROWS[arm][0])]
+    problem = build_problem(robot, front)
+    one, other = solve(problem, "gauss-newton").x, solve(problem, "ipopt").x
+    for measured in everywhere:
+        points = [problem.model.points(x, measured.positions) for x in (one, other)]
+        assert np.abs(points[0] - points[1]).max() < 1e-6

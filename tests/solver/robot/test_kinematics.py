@@ -1,0 +1,79 @@
+"""Derivatives against finite differences, torques against Pinocchio."""
+
+import numpy as np
+import pinocchio
+import pytest
+
+from mukca.solver.robot.kinematics import BallModel, gravity_torques
+from mukca.solver.robot.parameters import all_parameters, choose_parameters
+from mukca.solver.robot.urdf import load_robot, parse_robot, shipped_robots
+from mukca.solver.robot.urdf_text import scan
+
+PRISMATIC = """<robot name="crane"><link name="w"/><link name="a"><inertial><mass value="2"/>
+<origin xyz="0.1 0 0.2"/></inertial></link><link name="b"><inertial><mass value="3"/></inertial>
+</link><link name="ball_link"/>
+<joint name="turn" type="revolute"><parent link="w"/><child link="a"/><origin rpy="0.3 0 0"/>
+<axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+<joint name="lift" type="prismatic"><parent link="a"/><child link="b"/><origin xyz="0 0.1 0.2"/>
+<axis xyz="0 0.6 0.8"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>
+<joint name="ball_joint" type="fixed"><parent link="b"/><child link="ball_link"/>
+<origin xyz="0 0 0.1"/></joint></robot>"""
+
+
+def crane():
+    return parse_robot(scan(PRISMATIC.encode(), "crane"), source="crane")
+
+
+@pytest.mark.parametrize("name", ["panda", "gen3_lite", "crane"])
+def test_derivatives_agree_with_finite_differences(name: str) -> None:
+    robot = crane() if name == "crane" else load_robot(name)
+    model = BallModel(robot, [p.index for p in all_parameters(robot)])
+    generator = np.random.default_rng(0)
+    x = model.nominal + generator.normal(0, 0.01, len(model.nominal))
+    q = generator.uniform(-1, 1, (4, len(robot.actuated)))
+    linear = model.linearise(x, q)
+    assert linear.points == pytest.approx(model.points(x, q), abs=1e-15)
+    h = 1e-6
+    for k, e in enumerate(np.eye(len(x))):
+        difference = (model.points(x + h * e, q) - model.points(x - h * e, q)) / (2 * h)
+        assert linear.by_parameters[:, :, k] == pytest.approx(difference, abs=1e-8)
+    for k, e in enumerate(np.eye(q.shape[1])):
+        difference = (model.points(x, q + h * e) - model.points(x, q - h * e)) / (2 * h)
+        assert linear.by_joints[:, :, k] == pytest.approx(difference, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", [*shipped_robots(), "crane"])
+def test_gravity_torques_agree_with_pinocchio(name: str) -> None:
+    robot = crane() if name == "crane" else load_robot(name)
+    model = pinocchio.buildModelFromXML(robot.text.data.decode())
+    gravity = (0.0, 3.0, -9.0)
+    model.gravity.linear = np.array(gravity)
+    data = model.createData()
+    positions = np.random.default_rng(2).uniform(-1.5, 1.5, (5, len(robot.actuated)))
+    expected = []
+    for q in positions:
+        configuration = pinocchio.neutral(model)
+        for name, angle in zip(robot.joint_names, q, strict=True):
+            joint = model.joints[model.getJointId(name)]
+            wide = joint.nq == 2  # an endless joint is kept as cosine and sine
+            configuration[joint.idx_q : joint.idx_q + joint.nq] = (
+                [np.cos(angle), np.sin(angle)] if wide else [angle]
+            )
+        expected.append(pinocchio.computeGeneralizedGravity(model, data, configuration).copy())
+    assert gravity_torques(robot, positions, gravity) == pytest.approx(np.array(expected), abs=1e-9)
+
+
+def test_a_payload_pulls_at_the_ball(panda) -> None:
+    q = np.array([[0.1, 0.5, -0.3, -1.8, 0.2, 2.0, 0.4]])
+    by_payload = gravity_torques(panda, q, payload=1.5) - gravity_torques(panda, q)
+    by_joints = BallModel(panda, []).linearise(np.empty(0), q).by_joints[0]
+    assert by_payload[0] == pytest.approx(by_joints.T @ [0, 0, 1.5 * 9.80665], abs=1e-12)
+
+
+def test_parameters_move_only_what_they_name(panda) -> None:
+    chosen = choose_parameters(panda, free=["panda_joint3.xyz", "ball_joint.z"])
+    model = BallModel(panda, [p.index for p in chosen])
+    origins = model.origins(model.nominal + 1.0)
+    changed = np.argwhere(origins != panda.origins).tolist()
+    names = [panda.joints[joint].name for joint, _ in changed]
+    assert names == ["panda_joint3"] * 3 + ["ball_joint"]

@@ -1,0 +1,352 @@
+"""The shipped robots against their makers' published figures, through an independent library.
+
+Every pose below is worked out from the maker's own Denavit-Hartenberg table or drawing, which these
+tests hold apart from the files, and compared with pinocchio's forward kinematics of the files.
+"""
+
+import re
+from dataclasses import dataclass
+from importlib.resources import files
+from math import cos, pi, sin
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio
+import pytest
+import yourdfpy
+
+FOLDER = Path(str(files("mukca.solver.robot") / "shipped"))
+Matrix = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DataSheet:
+    """What the maker publishes of one arm."""
+
+    joints: tuple[str, ...]
+    flange: str
+    "The link whose origin is the face of the flange."
+    mass: float
+    "Weight of the whole arm, base included [kg]."
+    end_effector_mass: float = 0.0
+    "What the model carries besides the arm [kg]."
+
+
+def numbered(pattern: str, count: int) -> tuple[str, ...]:
+    return tuple(pattern.format(i) for i in range(1, count + 1))
+
+
+UR_JOINTS = (
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+DATA_SHEETS = {
+    "panda": DataSheet(numbered("panda_joint{}", 7), "panda_link8", 18.0, 0.73),
+    "fr3": DataSheet(numbered("fr3_joint{}", 7), "fr3_link8", 17.8, 0.73),
+    "iiwa14": DataSheet(numbered("joint_a{}", 7), "tool0", 29.9),
+    "gen3_lite": DataSheet(numbered("joint_{}", 6), "end_effector_link", 5.4),
+    "ur3e": DataSheet(UR_JOINTS, "tool0", 11.2),
+    "ur5e": DataSheet(UR_JOINTS, "tool0", 20.6),
+    "ur10e": DataSheet(UR_JOINTS, "tool0", 33.5),
+}
+NAMES = sorted(DATA_SHEETS)
+every_robot = pytest.mark.parametrize("name", NAMES)
+
+# d1, a2, a3, d4, d5, d6 [m] of Universal Robots' table
+UR_LENGTHS = {
+    "ur3e": (0.15185, -0.24355, -0.2132, 0.13105, 0.08535, 0.0921),
+    "ur5e": (0.1625, -0.425, -0.3922, 0.1333, 0.0997, 0.0996),
+    "ur10e": (0.1807, -0.6127, -0.57155, 0.17415, 0.11985, 0.11655),
+}
+
+# masses [kg] and centres of mass [m] of links 1 to 6 in the Denavit-Hartenberg frames, same article
+UR_SMALL_CENTRES = (
+    *((0, -0.02, 0), (0.13, 0, 0.1157), (0.05, 0, 0.0238)),
+    *((0, 0, 0.01), (0, 0, 0.01), (0, 0, -0.02)),
+)
+UR_BODIES = {
+    "ur3e": ((1.98, 3.4445, 1.437, 0.871, 0.805, 0.261), UR_SMALL_CENTRES),
+    "ur5e": (
+        (3.761, 8.058, 2.846, 1.37, 1.3, 0.365),
+        (
+            *((0, -0.02561, 0.00193), (0.2125, 0, 0.11336), (0.15, 0, 0.0265)),
+            *((0, -0.0018, 0.01634), (0, 0.0018, 0.01634), (0, 0, -0.001159)),
+        ),
+    ),
+    "ur10e": (
+        (7.369, 13.051, 3.989, 2.1, 1.98, 0.615),
+        (
+            *((0.021, 0, 0.027), (0.38, 0, 0.158), (0.24, 0, 0.068)),
+            *((0, 0.007, 0.018), (0, 0.007, 0.018), (0, 0, -0.026)),
+        ),
+    ),
+}
+
+
+def path_of(name: str) -> Path:
+    return FOLDER / f"{name}.urdf"
+
+
+def load(name: str) -> yourdfpy.URDF:
+    return yourdfpy.URDF.load(
+        str(path_of(name)),
+        load_meshes=False,
+        build_scene_graph=False,
+        load_collision_meshes=False,
+        build_collision_scene_graph=False,
+    )
+
+
+def chain(name: str) -> list[yourdfpy.Joint]:
+    """The joints from the root to the ball, which must be all joints of the file."""
+    by_child = {joint.child: joint for joint in load(name).robot.joints}
+    link, found = "ball_link", list[yourdfpy.Joint]()
+    while link in by_child:
+        found.insert(0, by_child[link])
+        link = by_child[link].parent
+    return found
+
+
+def inertials(name: str) -> dict[str, yourdfpy.Inertial]:
+    links = load(name).robot.links
+    return {link.name: link.inertial for link in links if link.inertial is not None}
+
+
+def pose(name: str, link: str, q: npt.ArrayLike) -> Matrix:
+    """4 x 4 pose of a link in base_link, by pinocchio."""
+    model = pinocchio.buildModelFromUrdf(str(path_of(name)))
+    data = model.createData()
+    assert model.existFrame(link)
+    pinocchio.framesForwardKinematics(model, data, np.asarray(q, dtype=float))
+    return np.array(data.oMf[model.getFrameId(link)].homogeneous)
+
+
+def translation(axis: int, length: float) -> Matrix:
+    T = np.eye(4)
+    T[axis, 3] = length
+    return T
+
+
+def rotation(axis: int, angle: float) -> Matrix:
+    T = np.eye(4)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    T[i, i] = T[j, j] = cos(angle)
+    T[j, i], T[i, j] = sin(angle), -sin(angle)
+    return T
+
+
+X, Y, Z = range(3)
+
+
+def standard_dh(theta: float, d: float, a: float, alpha: float) -> Matrix:
+    return rotation(Z, theta) @ translation(Z, d) @ translation(X, a) @ rotation(X, alpha)
+
+
+def craig_dh(theta: float, d: float, a: float, alpha: float) -> Matrix:
+    """Modified Denavit-Hartenberg step: a and alpha are those of the link before."""
+    return rotation(X, alpha) @ translation(X, a) @ rotation(Z, theta) @ translation(Z, d)
+
+
+def product(steps: list[Matrix]) -> Matrix:
+    T = np.eye(4)
+    for step in steps:
+        T = T @ step
+    return T
+
+
+def franka_flange(q: Matrix) -> Matrix:
+    """Franka's FCI documentation, "Denavit-Hartenberg parameters", the same for Panda and FR3."""
+    d = (0.333, 0, 0.316, 0, 0.384, 0, 0)
+    a = (0, 0, 0, 0.0825, -0.0825, 0, 0.088)
+    alpha = (0, -pi / 2, pi / 2, pi / 2, -pi / 2, pi / 2, pi / 2)
+    steps = [craig_dh(*row) for row in zip(q, d, a, alpha, strict=True)]
+    return product([*steps, translation(Z, 0.107)])
+
+
+def ur_frames(name: str, q: Matrix) -> list[Matrix]:
+    """Universal Robots' table, in the controller's frame, which is base_link turned by pi."""
+    d1, a2, a3, d4, d5, d6 = UR_LENGTHS[name]
+    d, a = (d1, 0, 0, d4, d5, d6), (0, a2, a3, 0, 0, 0)
+    alpha = (pi / 2, 0, 0, pi / 2, -pi / 2, 0)
+    steps = [standard_dh(*row) for row in zip(q, d, a, alpha, strict=True)]
+    return [product([rotation(Z, pi), *steps[:count]]) for count in range(1, 7)]
+
+
+def gen3_lite_flange(q: Matrix) -> Matrix:
+    """Kinova's user guide, "Classical DH parameters", ending at the interface module."""
+    theta = q + np.array([0, pi / 2, pi / 2, pi / 2, pi, pi / 2])
+    d = (0.12825 + 0.115, 0.03, 0.02, 0.14 + 0.105, 0.0285 + 0.0285, 0.105)
+    a = (0, 0.28, 0, 0, 0, 0)
+    alpha = (pi / 2, pi, pi / 2, pi / 2, pi / 2, 0)
+    return product([standard_dh(*row) for row in zip(theta, d, a, alpha, strict=True)])
+
+
+def iiwa_flange(q: Matrix) -> Matrix:
+    """The data sheet's drawing: seven axes through one line when upright, 360, 420, 400, 126 mm."""
+    steps = [
+        *(rotation(Z, q[0]), translation(Z, 0.36), rotation(Y, q[1])),
+        *(rotation(Z, q[2]), translation(Z, 0.42), rotation(Y, -q[3])),
+        *(rotation(Z, q[4]), translation(Z, 0.4), rotation(Y, q[5])),
+        *(rotation(Z, q[6]), translation(Z, 0.126)),
+    ]
+    return product(steps)
+
+
+def random_configurations(name: str, count: int = 20) -> Matrix:
+    rng = np.random.default_rng(7)
+    limits = [joint.limit for joint in chain(name) if joint.type != "fixed"]
+    low, high = [x.lower for x in limits], [x.upper for x in limits]
+    return rng.uniform(low, high, (count, len(limits)))
+
+
+def test_every_robot_of_the_folder_is_tested_here() -> None:
+    assert sorted(path.stem for path in FOLDER.glob("*.urdf")) == NAMES
+
+
+@every_robot
+def test_is_one_chain_from_base_link_to_the_ball(name: str) -> None:
+    robot = load(name).robot
+    children = {joint.child for joint in robot.joints}
+    assert robot.name == name
+    assert [link.name for link in robot.links if link.name not in children] == ["base_link"]
+    assert chain(name)[0].parent == "base_link"
+    assert len(chain(name)) == len(robot.joints) == len(robot.links) - 1
+    assert (chain(name)[-1].name, chain(name)[-1].type) == ("ball_joint", "fixed")
+
+
+@every_robot
+def test_joints_are_the_makers_in_order_with_finite_limits(name: str) -> None:
+    actuated = [joint for joint in chain(name) if joint.type != "fixed"]
+    assert tuple(joint.name for joint in actuated) == DATA_SHEETS[name].joints
+    for joint in actuated:
+        limit = joint.limit
+        assert joint.type == "revolute"
+        assert np.linalg.norm(joint.axis) == pytest.approx(1)
+        assert -2 * pi <= limit.lower < limit.upper <= 2 * pi
+        assert 0 < limit.velocity < 10 and 0 < limit.effort < 500
+
+
+@every_robot
+def test_has_no_mesh_and_names_its_sources(name: str) -> None:
+    text = path_of(name).read_text(encoding="utf-8")
+    comments = re.findall(r"<!--(.*?)-->", text, flags=re.DOTALL)
+    assert "Source of" in comments[0]
+    assert "<mesh" not in text and "package://" not in text
+    assert "<visual" not in text and "<collision" not in text
+
+
+@every_robot
+def test_every_moving_link_has_a_mass_near_its_frame(name: str) -> None:
+    moving = {joint.child for joint in chain(name) if joint.type != "fixed"}
+    assert moving <= inertials(name).keys()
+    for link, inertial in inertials(name).items():
+        assert inertial.mass > 0, link
+        assert np.linalg.norm(inertial.origin[:3, 3]) < 0.5, link
+
+
+@every_robot
+def test_inertia_tensors_can_belong_to_a_body(name: str) -> None:
+    """Positive principal moments, none larger than the sum of the other two."""
+    for link, inertial in inertials(name).items():
+        moments = np.linalg.eigvalsh(inertial.inertia)
+        assert moments[0] > 0, link
+        assert moments[2] <= (moments[0] + moments[1]) * (1 + 1e-3), link
+
+
+@every_robot
+def test_mass_is_the_data_sheets(name: str) -> None:
+    total = sum(inertial.mass for inertial in inertials(name).values())
+    sheet = DATA_SHEETS[name]
+    assert total - sheet.end_effector_mass == pytest.approx(sheet.mass, rel=0.15)
+
+
+@every_robot
+def test_ball_is_a_hands_breadth_beyond_the_flange(name: str) -> None:
+    q = random_configurations(name, 1)[0]
+    T_base_flange = pose(name, DATA_SHEETS[name].flange, q)
+    p_flange_ball = (np.linalg.inv(T_base_flange) @ pose(name, "ball_link", q))[:3, 3]
+    np.testing.assert_allclose(p_flange_ball[:2], 0, atol=1e-12)
+    assert 0.03 < p_flange_ball[2] < 0.19
+
+
+@pytest.mark.parametrize("name", ["panda", "fr3"])
+def test_franka_follows_its_published_dh_table(name: str) -> None:
+    for q in random_configurations(name):
+        np.testing.assert_allclose(pose(name, f"{name}_link8", q), franka_flange(q), atol=1e-12)
+
+
+@pytest.mark.parametrize("name", sorted(UR_LENGTHS))
+def test_ur_follows_its_published_dh_table(name: str) -> None:
+    for q in random_configurations(name):
+        np.testing.assert_allclose(pose(name, "tool0", q), ur_frames(name, q)[-1], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", sorted(UR_LENGTHS))
+def test_ur_carries_its_published_masses_where_they_are(name: str) -> None:
+    q = random_configurations(name, 1)[0]
+    moving = [joint.child for joint in chain(name) if joint.type != "fixed"]
+    masses, centres = UR_BODIES[name]
+    for link, mass, centre, T in zip(moving, masses, centres, ur_frames(name, q), strict=True):
+        inertial = inertials(name)[link]
+        ours = pose(name, link, q) @ inertial.origin @ (0, 0, 0, 1)
+        assert inertial.mass == mass
+        np.testing.assert_allclose(ours, T @ (*centre, 1), atol=1e-9, err_msg=link)
+
+
+def test_gen3_lite_follows_its_published_dh_table() -> None:
+    for q in random_configurations("gen3_lite"):
+        T = pose("gen3_lite", "end_effector_link", q)
+        np.testing.assert_allclose(T, gen3_lite_flange(q), atol=1e-12)
+
+
+def test_iiwa14_follows_the_data_sheets_drawing() -> None:
+    """But for the 0.436 mm by which the ROS-Industrial model sets axes 2 and 3 off axis 1."""
+    for q in random_configurations("iiwa14"):
+        T = pose("iiwa14", "tool0", q)
+        np.testing.assert_allclose(T[:3, :3], iiwa_flange(q)[:3, :3], atol=1e-12)
+        assert np.linalg.norm(T[:3, 3] - iiwa_flange(q)[:3, 3]) < 2 * 0.00043625
+
+
+READY = (0, -pi / 4, 0, -3 * pi / 4, 0, pi / 2, pi / 4)
+LANDMARKS = [
+    # flange with all joints at zero, and in the ready pose of Franka's examples
+    ("panda", "panda_link8", (0,) * 7, (0.088, 0, 0.926)),
+    ("panda", "panda_link8", READY, (0.3069, 0, 0.5903)),
+    ("panda", "panda_hand_tcp", READY, (0.3069, 0, 0.4869)),
+    ("fr3", "fr3_hand_tcp", READY, (0.3069, 0, 0.4869)),
+    # upright: 360 + 420 + 400 + 126 mm
+    ("iiwa14", "tool0", (0,) * 7, (0, 0, 1.306)),
+    # elbow at a right angle: the forearm level, 400 + 126 mm out at 360 + 420 mm
+    ("iiwa14", "tool0", (0, 0, 0, -pi / 2, 0, 0, 0), (0.526, 0, 0.78)),
+    # upright at zero: 128.25 + 115 + 280 + 140 + 105 + 105 mm, aside by 28.5 + 28.5 and -30 + 20 mm
+    ("gen3_lite", "end_effector_link", (0,) * 6, (0.057, -0.01, 0.87325)),
+    # at zero the arm lies along x: a2 + a3, d4 + d6, d1 - d5
+    ("ur3e", "tool0", (0,) * 6, (0.45675, 0.22315, 0.0665)),
+    ("ur5e", "tool0", (0,) * 6, (0.8172, 0.2329, 0.0628)),
+    ("ur10e", "tool0", (0,) * 6, (1.18425, 0.2907, 0.06085)),
+    # upright: d1 + a2 + a3 + d5 high, d4 + d6 aside
+    ("ur5e", "tool0", (0, -pi / 2, 0, -pi / 2, 0, 0), (0, 0.2329, 1.0794)),
+]
+
+
+@pytest.mark.parametrize(("name", "link", "q", "expected"), LANDMARKS)
+def test_stands_where_its_drawing_says(
+    name: str, link: str, q: tuple[float, ...], expected: tuple[float, ...]
+) -> None:
+    np.testing.assert_allclose(pose(name, link, q)[:3, 3], expected, atol=1e-4)
+
+
+def test_fr3_is_not_a_panda_in_its_limits() -> None:
+    """FR3's elbow does not stretch as far as the Panda's, and its wrist is twice as fast."""
+
+    def limit(name: str, i: int) -> yourdfpy.Limit:
+        return next(j for j in chain(name) if j.name == f"{name}_joint{i}").limit
+
+    assert limit("fr3", 4).upper == -0.1518 and limit("panda", 4).upper == -0.0698
+    assert limit("fr3", 6).lower == 0.5445 and limit("panda", 6).lower == -0.0175
+    assert limit("fr3", 5).velocity == 5.26 and limit("panda", 5).velocity == 2.61

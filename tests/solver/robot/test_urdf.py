@@ -1,0 +1,202 @@
+"""Reading chains of any shape, and editing text without touching the rest."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yourdfpy
+
+from mukca.solver.robot.kinematics import BallModel
+from mukca.solver.robot.urdf import load_robot, shipped_robots
+from mukca.solver.robot.urdf_text import ModelError, Origin, relocate_meshes, scan, set_origins
+
+# Every kind of joint, axes of any direction and length, origins whole, half and missing.
+ODD_ARM = """<?xml version="1.0"?>
+<!-- an odd arm -->
+<robot name='odd'>
+  <link name="world"/><link name="a"/><link name="b"/><link name="c"/><link name="d"/>
+  <link name="e"/><link name="ball_link"/><link name="finger"/>
+  <joint name="mount" type="fixed"><parent link="world"/><child link="a"/>
+    <origin rpy="0.1 0.2 0.3"/></joint>
+  <joint name="turn" type="revolute"><parent link="a"/><child link="b"/>
+    <axis xyz="1 2 -0.5"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+  <joint name="slide" type="prismatic"><parent link="b"/><child link="c"/>
+    <origin xyz="0.1 0 0.2"/><axis xyz="0 -3 1"/>
+    <limit lower="0" upper="0.5" effort="1" velocity="1"/></joint>
+  <joint name="endless" type="continuous"><parent link="c"/><child link="d"/>
+    <origin rpy="0 1.5707963 0" xyz="0 0.3 0"/></joint>
+  <joint name="still" type="fixed"><parent link="d"/><child link="e"/>
+    <origin   xyz = "0.01 0.02 0.03"   rpy='-1 0.5 2' /></joint>
+  <joint name="ball_joint" type="fixed"><parent link="e"/><child link="ball_link"/>
+    <origin xyz="0.05 -0.02 0.1"/></joint>
+  <joint name="finger_joint" type="prismatic"><parent link="d"/><child link="finger"/>
+    <mimic joint="slide" multiplier="-1"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="0.1" effort="1" velocity="1"/></joint>
+</robot>
+"""
+
+
+@pytest.fixture
+def odd(tmp_path: Path) -> Path:
+    file = tmp_path / "odd.urdf"
+    file.write_text(ODD_ARM)
+    return file
+
+
+def yourdfpy_ball(file: Path, base: str, names: tuple[str, ...], q: np.ndarray) -> np.ndarray:
+    model = yourdfpy.URDF.load(str(file), load_meshes=False)
+    cfg = dict(zip(names, q, strict=True))
+    model.update_cfg({name: cfg.get(name, 0.0) for name in model.actuated_joint_names})
+    return model.get_transform("ball_link", base)[:3, 3]
+
+
+def test_the_chain_is_found_by_names(odd: Path) -> None:
+    robot = load_robot(str(odd))
+    assert [j.name for j in robot.joints] == [
+        "mount", "turn", "slide", "endless", "still", "ball_joint",
+    ]  # fmt: skip
+    assert robot.joint_names == ("turn", "slide", "endless")
+    assert np.linalg.norm([j.axis for j in robot.joints], axis=1) == pytest.approx(1)
+    assert load_robot(str(odd), base="b").joint_names == ("slide", "endless")
+
+
+@pytest.mark.parametrize("base", ["world", "b"])
+def test_forward_kinematics_agree_with_yourdfpy(odd: Path, base: str) -> None:
+    # yourdfpy wants unit axes, so the comparison file is given them.
+    robot = load_robot(str(odd), base=base)
+    text = ODD_ARM
+    for xyz, joint in (("1 2 -0.5", "turn"), ("0 -3 1", "slide")):
+        axis = np.array(xyz.split(), float)
+        text = text.replace(xyz, " ".join(map(repr, (axis / np.linalg.norm(axis)).tolist())))
+        assert joint in text
+    unit = odd.with_name("unit.urdf")
+    unit.write_text(text)
+    model = BallModel(robot, [])
+    for q in np.random.default_rng(0).uniform(-1.5, 1.5, (20, len(robot.actuated))):
+        expected = yourdfpy_ball(unit, base, robot.joint_names, q)
+        assert model.points(np.empty(0), q[None])[0] == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_shipped_robots_agree_with_yourdfpy(name: str) -> None:
+    robot = load_robot(name)
+    model = BallModel(robot, [])
+    for q in np.random.default_rng(1).uniform(-2, 2, (5, len(robot.actuated))):
+        expected = yourdfpy_ball(shipped_robots()[name], robot.base, robot.joint_names, q)
+        assert model.points(np.empty(0), q[None])[0] == pytest.approx(expected, abs=1e-9)
+
+
+def test_edits_touch_nothing_else(odd: Path) -> None:
+    text = scan(odd.read_bytes(), "odd")
+    new = set_origins(
+        text,
+        {
+            "turn": Origin((1, 2, 3), (0, 0, 0)),
+            "slide": Origin((0.1, 0, 0.2), (0.5, 0, 0)),
+            "still": Origin((0.01, 0.02, 0.07), (-1, 0.5, 2)),
+            "endless": text.origins["endless"],
+        },
+    ).decode()
+    expected = (
+        ODD_ARM.replace('<joint name="turn" type="revolute">',
+                        '<joint name="turn" type="revolute"><origin xyz="1.0 2.0 3.0"/>')
+        .replace('<origin xyz="0.1 0 0.2"/>', '<origin xyz="0.1 0 0.2" rpy="0.5 0.0 0.0"/>')
+        .replace('xyz = "0.01 0.02 0.03"', 'xyz = "0.01 0.02 0.07"')
+    )  # fmt: skip
+    assert new == expected
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_written_origins_read_back_exactly(name: str) -> None:
+    robot = load_robot(name)
+    generator = np.random.default_rng(3)
+    origins = {
+        joint.name: Origin(*map(tuple, generator.normal(size=(2, 3)).tolist()))
+        for joint in robot.joints
+    }
+    assert scan(set_origins(robot.text, origins), "again").origins | origins == (
+        scan(set_origins(robot.text, origins), "again").origins
+    )
+
+
+def test_relative_meshes_are_found_from_the_new_place(tmp_path: Path) -> None:
+    (tmp_path / "model/meshes").mkdir(parents=True)
+    mesh = tmp_path / "model/meshes/arm link.stl"
+    mesh.write_text("solid")
+    absolute, package = "/somewhere/x.stl", "package://robot/y.stl"
+    visuals = "".join(
+        f'<visual><geometry><mesh scale="1 1 1" filename="{name}"/></geometry></visual>'
+        for name in ("meshes/arm link.stl", absolute, package)
+    )
+    data = f'<robot name="m"><link name="a">{visuals}</link></robot>'.encode()
+    new = relocate_meshes(scan(data, "m"), tmp_path / "model", tmp_path / "out/deep").decode()
+    assert absolute in new and package in new
+    name = new.split('filename="')[1].split('"')[0]
+    assert (tmp_path / "out/deep" / name).resolve() == mesh
+
+
+def test_a_ball_is_put_on_a_flange(odd: Path) -> None:
+    odd.write_text(ODD_ARM.replace("ball_link", "hand"))
+    with pytest.raises(ModelError, match="--flange LINK --ball X Y Z"):
+        load_robot(str(odd))
+    robot = load_robot(str(odd), flange="e", ball=(0.05, -0.02, 0.1), tip="sphere")
+    assert robot.ball_joint.origin.xyz == (0.05, -0.02, 0.1)
+    assert robot.joint_names == ("turn", "slide", "endless")
+    with pytest.raises(ModelError, match="no link is called 'nowhere'"):
+        load_robot(str(odd), flange="nowhere", ball=(0, 0, 0))
+
+
+BOMB = (
+    '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>'
+    '<robot name="x"><link name="&b;"/></robot>'
+)
+EXTERNAL = '<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot name="&a;"/>'
+LOOP = ODD_ARM.replace("</robot>", '<joint name="back" type="fixed"><parent link="finger"/>'
+                       '<child link="b"/></joint></robot>')  # fmt: skip
+CIRCLE = ODD_ARM.replace("</robot>", '<joint name="back" type="fixed"><parent link="finger"/>'
+                         '<child link="world"/></joint></robot>')  # fmt: skip
+TAIL = '<child link="ball_link"/>'
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "not XML"),
+        ("hello", "not XML"),
+        ("<robot name='x'>", "not XML"),
+        ("<sdf/>", "outermost element is <sdf>"),
+        (BOMB, "entity declarations are refused"),
+        (EXTERNAL, "entity declarations are refused"),
+        (LOOP, "'b' has two parents"),
+        (CIRCLE, "no root link"),
+        (ODD_ARM.replace("</robot>", '<link name="lost"/></robot>'), "2 links have no parent"),
+        (ODD_ARM.replace('<link name="finger"/>', ""), "missing link 'finger'"),
+        (ODD_ARM.replace('<link name="finger"/>', '<link name="a"/>'), "second <link>"),
+        (ODD_ARM.replace('name="still"', 'name="turn"'), "second <joint> is called 'turn'"),
+        (ODD_ARM.replace('xyz="0.1 0 0.2"', 'xyz="0.1 0"'), "joint 'slide': origin"),
+        (ODD_ARM.replace('xyz="0.1 0 0.2"', 'xyz="0.1 0 nan"'), "three finite numbers"),
+        (ODD_ARM.replace('xyz="1 2 -0.5"', 'xyz="0 0 0"'), "'turn': axis"),
+        (ODD_ARM.replace('"continuous"', '"floating"'), "'endless' is floating"),
+        (ODD_ARM.replace('lower="-2"', 'lower="3"'), "leave no room"),
+        (ODD_ARM.replace('lower="-2"', 'lower="x"'), "not a valid URDF"),
+        (ODD_ARM.replace('"endless" type="continuous">',
+                         '"endless" type="continuous"><mimic joint="turn"/>'), "mimics 'turn'"),
+        (ODD_ARM.replace('name="ball_joint" type="fixed"', 'name="ball_joint" type="continuous"'),
+         "hangs on the moving joint"),
+        (ODD_ARM.replace("<link", "<xacro:macro/><link", 1), "xacro"),
+    ],
+)  # fmt: skip
+def test_bad_models_get_one_line(odd: Path, text: str, told: str) -> None:
+    odd.write_text(text)
+    with pytest.raises(ModelError, match=told) as caught:
+        load_robot(str(odd))
+    assert "odd.urdf" in str(caught.value)
+
+
+def test_unknown_robots_and_links_are_told(odd: Path) -> None:
+    with pytest.raises(ModelError, match=r"No such file.*panda"):
+        load_robot("pandas")
+    with pytest.raises(ModelError, match="no link is called 'nowhere'"):
+        load_robot(str(odd), base="nowhere")
+    with pytest.raises(ModelError, match="'ball_link' is not below 'finger'"):
+        load_robot(str(odd), base="finger")

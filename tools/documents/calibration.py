@@ -1,0 +1,343 @@
+"""What ``calibration.json`` holds: the robot before and after, every sample, all figures.
+
+Lengths are metres, angles radians, masses kilograms. The file needs no other to be used: it holds
+the text of the nominal and of the calibrated URDF.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...recorder.dataset import Placement, Sample
+from ...solver.auto.deflection import EXTENSIONS, Deflection, coefficient_names
+from ...solver.auto.directions import Direction
+from ...solver.calibrated import CalibratedRobot
+from ...solver.checks.inspection import Finding
+from ...solver.data.metrics import Metrics
+from ...solver.data.observations import Load
+from ...solver.robot.parameters import all_parameters
+from ...solver.robot.urdf import parse_robot
+from ...solver.robot.urdf_text import scan
+from .files import Document, DocumentError, read
+
+__all__ = [
+    "FORMAT",
+    "CalibrationDocument",
+    "Coefficient",
+    "Correlation",
+    "CostTerms",
+    "Iteration",
+    "Model",
+    "PlacementErrors",
+    "PlacementSamples",
+    "Result",
+    "Summaries",
+    "Summary",
+    "Uncertainty",
+    "calibrated_robot",
+    "read_calibration",
+]
+
+FORMAT = "mukca-calibration-1"
+
+
+class PlacementErrors(Document, kw_only=True, frozen=True):
+    """How far off a placement is, by each model."""
+
+    name: str
+    role: str
+    """``train`` or ``test``."""
+    samples: tuple[int, ...]
+    """Number of samples in each socket."""
+    distance: float
+    """Between the first two sockets, as measured [m]."""
+    nominal: Metrics
+    calibrated: Metrics
+    """By the full model."""
+    geometric: Metrics | None = None
+    """By the exported URDF alone, where it is not the full model."""
+    ball_refitted: Metrics | None = None
+    """By the nominal model with only the ball's place on the flange fitted."""
+    predicted_deviation: float | None = None
+    """Root mean square distance of samples from their socket's mean, as predicted [m]."""
+    found_deviation: float | None = None
+    """The same, as it came out [m]."""
+
+
+class Summary(Document, kw_only=True, frozen=True):
+    """The means over the placements of one role."""
+
+    nominal: Metrics
+    calibrated: Metrics
+    geometric: Metrics | None = None
+    ball_refitted: Metrics | None = None
+    removed_error: float
+    """1 - calibrated / nominal, of the mean absolute error."""
+
+
+class Summaries(Document, kw_only=True, frozen=True):
+    """A summary for each role; None where no placement has it."""
+
+    train: Summary | None
+    test: Summary | None
+
+
+class ParameterValue(Document, kw_only=True, frozen=True):
+    """One number of a joint's origin, in metres or radians."""
+
+    name: str
+    joint: str
+    component: str
+    unit: str
+    nominal: float
+    calibrated: float
+    change: float
+    exported: float
+    """As the exported URDF has it."""
+    standard_deviation: float | None = None
+
+
+class Coefficient(Document, kw_only=True, frozen=True):
+    """One coefficient of an extension of the geometry."""
+
+    name: str
+    unit: str
+    value: float
+    standard_deviation: float
+
+
+class PriorWidth(Document, kw_only=True, frozen=True):
+    """A group of unknowns, and what the data decided of its prior."""
+
+    name: str
+    unit: str
+    count: int
+    width: float
+    """Standard deviation of the prior."""
+    effective: float
+    """How many of its unknowns the data decide."""
+    active: bool
+
+
+class NoiseScale(Document, kw_only=True, frozen=True):
+    """The noise that was found."""
+
+    space: float
+    """Of the ball's place in a socket [m]."""
+    joint: float
+    """Of the joint angles [rad]."""
+    nu: float
+    """Degrees of freedom of Student's distribution."""
+
+
+class Correlation(Document, kw_only=True, frozen=True):
+    """Two unknowns that the data decide only together."""
+
+    a: str
+    b: str
+    value: float
+
+
+class DistanceDeviation(Document, kw_only=True, frozen=True):
+    """Predicted error, one standard deviation, of distances between random poses [m]."""
+
+    median: float
+    worst: float
+
+
+class Uncertainty(Document, kw_only=True, frozen=True):
+    """How well the calibration is known."""
+
+    weak_directions: tuple[Direction, ...]
+    correlations: tuple[Correlation, ...]
+    observability_index: float
+    distance_deviation: DistanceDeviation
+    cannot_see: tuple[str, ...]
+
+
+class CostTerms(Document, kw_only=True, frozen=True):
+    """The first two terms of Eq. (5), mean over the placements of a role [m^2]."""
+
+    inconsistency: float
+    distortion: float
+
+
+class Iteration(Document, kw_only=True, frozen=True):
+    """Where the fit stood after one step."""
+
+    iteration: int
+    train: CostTerms | None
+    test: CostTerms | None
+
+
+class NextPlacement(Document, kw_only=True, frozen=True):
+    """Where to record next, in words."""
+
+    text: str
+
+
+class Provenance(Document, kw_only=True, frozen=True):
+    """What a result was made from and with."""
+
+    created: str
+    model_sha256: str
+    data_sha256: dict[str, str]
+    versions: dict[str, str]
+
+
+class Result(Document, kw_only=True, frozen=True):
+    """What a calibration says of itself: the object that ``mukca solve --json`` prints."""
+
+    robot: str
+    method: str
+    optimizer: str
+    iterations: int
+    converged: bool
+    solve_seconds: float
+    placements: tuple[PlacementErrors, ...]
+    summary: Summaries
+    distorted: tuple[str, ...]
+    """Training placements whose distance between sockets the model does not reproduce."""
+    parameters: tuple[ParameterValue, ...]
+    coefficients: tuple[Coefficient, ...] | None = None
+    groups: tuple[PriorWidth, ...] | None = None
+    noise: NoiseScale | None = None
+    log_evidence: float | None = None
+    uncertainty: Uncertainty | None = None
+    choices: tuple[str, ...] | None = None
+    """What became of each extension, and why."""
+    history: tuple[Iteration, ...]
+    settings: dict[str, Any]
+    """The options of ``mukca solve`` that make this result again."""
+    provenance: Provenance
+    checks: tuple[Finding, ...] | None = None
+    """What was found in the recordings; None where they could not be checked."""
+    next_placement: NextPlacement | None = None
+    warnings: tuple[str, ...]
+    outputs: dict[str, str]
+    """The files written, by kind."""
+
+
+class Model(Document, kw_only=True, frozen=True):
+    """The robot's model, before and after."""
+
+    name: str
+    source: str
+    sha256: str
+    base: str
+    tip: str
+    joint_names: tuple[str, ...]
+    nominal_urdf: str
+    calibrated_urdf: str
+
+
+class RecordedSample(Document, kw_only=True, frozen=True):
+    """One sample; its joint positions in the chain's order [rad, m for prismatic joints]."""
+
+    socket: int
+    position: tuple[float, ...]
+    effort: tuple[float, ...] | None
+    """What the joints exerted [N m]; None where it was not measured."""
+    where: str = ""
+    """File and line."""
+    weight: float | None = None
+    """Robust weight in the fit: 1 and less; None where there was none."""
+
+
+class PlacementSamples(Document, kw_only=True, frozen=True):
+    """The samples of one placement."""
+
+    name: str
+    role: str
+    distance: float
+    files: tuple[str, ...]
+    samples: tuple[RecordedSample, ...]
+
+    def placement(self, joint_names: tuple[str, ...]) -> Placement:
+        """Return the placement as it was recorded, columns in the chain's order."""
+        return Placement(
+            name=self.name,
+            samples=tuple(
+                Sample(position=s.position, socket=s.socket, effort=s.effort, where=s.where)
+                for s in self.samples
+            ),
+            joint_names=joint_names,
+            distance=self.distance,
+            files=tuple(map(Path, self.files)),
+        )
+
+
+class CalibrationDocument(Result, kw_only=True, frozen=True):
+    """All of ``calibration.json``."""
+
+    format: str
+    model: Model
+    deflection: dict[str, tuple[float, ...]]
+    """Coefficients of each extension of the geometry."""
+    load: Load
+    data: tuple[PlacementSamples, ...]
+
+
+def read_calibration(file: Path) -> CalibrationDocument:
+    """Read a ``calibration.json``.
+
+    Raises:
+        DocumentError: Missing, of another format, or damaged; the line names the key.
+    """
+    return read(file, CalibrationDocument, FORMAT)
+
+
+def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
+    """Return the robot that a calibration describes.
+
+    Args:
+        document: The calibration.
+        source: Its file, for messages.
+
+    Raises:
+        DocumentError: The document's parts do not fit each other; the line names the key.
+        UrdfError: The nominal model in it cannot be read.
+    """
+    model = document.model
+    robot = parse_robot(
+        scan(model.nominal_urdf.encode(), source),
+        source=model.source,
+        base=model.base,
+        tip=model.tip,
+    )
+    values = {value.name: value for value in document.parameters}
+    parameters = tuple(p for p in all_parameters(robot) if p.name in values)
+    if not len(parameters) == len(values) == len(document.parameters):
+        raise _misfit(source, "parameters", "not those of the joints of model.nominal_urdf")
+    for extension, coefficients in document.deflection.items():
+        if extension not in EXTENSIONS:
+            raise _misfit(source, f"deflection.{extension}", "no extension of this version")
+        expected = len(coefficient_names(extension, robot.joint_names))
+        if len(coefficients) != expected:
+            words = f"{len(coefficients)} coefficients, but the joints need {expected}"
+            raise _misfit(source, f"deflection.{extension}", words)
+    calibrated, exported = (
+        np.array([getattr(values[p.name], key) for p in parameters], dtype=float)
+        for key in ("calibrated", "exported")
+    )
+    deflection = Deflection(
+        tuple(document.deflection), tuple(map(np.array, document.deflection.values()))
+    )
+    return CalibratedRobot(
+        robot,
+        parameters,
+        calibrated,
+        deflection,
+        document.load,
+        exported if document.deflection else None,
+    )
+
+
+def misfit(source: str, key: str, words: str) -> DocumentError:
+    """Return the error for a part that does not fit the others."""
+    return DocumentError(f"{source}: damaged calibration.json: `{key}`: {words}")
+
+
+def _misfit(source: str, key: str, words: str) -> DocumentError:
+    return DocumentError(f"{source}: damaged calibration.json: {key}: {words}")

@@ -1,0 +1,79 @@
+"""Typed values to JSON files and back, with one clear line for a file that is damaged or foreign.
+
+A key that this version does not know is passed over, so files of later versions that only add
+keys can still be read. A value that is left at its default is not written.
+"""
+
+import json
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from ... import MukcaError
+
+__all__ = ["Document", "DocumentError", "decode", "encode", "read"]
+
+
+class DocumentError(MukcaError):
+    """A file that a command is to read is missing, damaged, or of another kind."""
+
+
+class Document(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Base of all values that stand in a file."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the value by name, as it stands in the file."""
+        return msgspec.to_builtins(self)
+
+
+class _Head(msgspec.Struct):
+    """What tells one kind of file from another."""
+
+    format: str
+
+
+Typed = TypeVar("Typed", bound=Document)
+
+
+def encode(document: Document, indent: int | None = None) -> bytes:
+    """Return a document as JSON.
+
+    Raises:
+        ValueError: A number is not finite; JSON has no word for that.
+    """
+    return json.dumps(msgspec.to_builtins(document), indent=indent, allow_nan=False).encode()
+
+
+def read(file: Path, kind: type[Typed], format_: str) -> Typed:
+    """Read a document.
+
+    Args:
+        file: Where it lies.
+        kind: What it must hold.
+        format_: What it must say of its own format.
+
+    Raises:
+        DocumentError: Missing, not JSON, of another format, or damaged; the line names the key.
+    """
+    name = format_.split("-")[1] + ".json"
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise DocumentError(f"{file}: {error.strerror}; expected a {name}") from None
+    return decode(data, kind, format_, str(file))
+
+
+def decode(data: bytes, kind: type[Typed], format_: str, source: str) -> Typed:
+    """Return the document in a file's bytes; see :func:`read`."""
+    name = format_.split("-")[1] + ".json"
+    try:
+        head = msgspec.json.decode(data, type=_Head)
+    except msgspec.DecodeError as error:
+        raise DocumentError(f"{source}: not a {name}: {error}") from None
+    if head.format != format_:
+        raise DocumentError(f"{source}: not a {name} of this version ({format_})")
+    try:
+        return msgspec.json.decode(data, type=kind)
+    except msgspec.ValidationError as error:
+        raise DocumentError(f"{source}: damaged {name}: {error}") from None
