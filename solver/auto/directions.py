@@ -60,7 +60,7 @@ def weak_directions(posterior: Posterior) -> list[Direction]:
         main: list[int] = np.argsort(-np.abs(prior @ vector) / np.linalg.norm(prior, axis=1))[
             :2
         ].tolist()
-        text = " against ".join(names[i] for i in main.tolist())
+        text = " against ".join(names[i] for i in main)
         directions.append(Direction(f"mainly {text}", float(value) ** 0.5))
     merged: dict[str, Direction] = {}
     for direction in directions:

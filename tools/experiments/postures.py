@@ -34,7 +34,7 @@ def reach(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
             return q
         dq = J.T @ np.linalg.solve(J @ J.T + 1e-9 * np.eye(6), error)
         q = q + dq * min(1.0, 0.3 / max(float(np.abs(dq).max()), 1e-12))
-    where: list[float] = np.round(pose.translation, 3).tolist()
+    where = [round(float(x), 3) for x in pose.translation]
     raise SimulationError(f"the arm cannot reach {where} from where it is")
 
 
