@@ -17,6 +17,8 @@ from mukca.solver.robot.urdf import load_robot
 from mukca.tools.cli import main
 from mukca.tools.simulate import perturb, reachable_bases, record
 
+pytestmark = pytest.mark.slow
+
 SAMPLES = 8
 STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
 NOISE = 2e-5  # rad, of the emulated encoders

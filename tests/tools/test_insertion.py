@@ -25,6 +25,8 @@ from mukca.tools.experiments.controller import ArmModel
 from mukca.tools.experiments.models import record_placements
 from mukca.tools.experiments.scene import urdf_of
 
+pytestmark = pytest.mark.slow
+
 Simulate = Callable[..., dict]
 
 

@@ -141,12 +141,14 @@ def test_not_converged_is_status_1_and_no_result(run, tmp_path) -> None:
     assert "did not converge" in err and not (tmp_path / "c").exists()
 
 
+@pytest.mark.slow
 def test_a_test_folder_leaves_out_what_was_trained_on(run, session) -> None:
     _, out, err = run("solve", "front", "--test", ".", "--robot", "panda", "--json")
     assert [p["role"] for p in json.loads(out)["placements"]] == ["train", "test", "test"]
     assert "front: trained on, so left out" in err
 
 
+@pytest.mark.slow
 def test_each_placement_has_its_own_distance(run, session, tmp_path) -> None:
     shutil.copytree(session / "left", tmp_path / "left")
     (tmp_path / "left/placement.json").write_text('{"distance": 0.0502}')

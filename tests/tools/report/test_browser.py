@@ -27,7 +27,10 @@ OPTIONS = (
 )
 ARMS = {"panda_3": "frontcenter", "kuka_14": "front", "dinova_2": "front"}
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium"),
+]
 
 
 @pytest.fixture(scope="module")
