@@ -173,10 +173,14 @@ def known_distances(words: Sequence[str]) -> "tuple[KnownDistance, ...]":
 
 def show(terminal: Terminal, result: dict[str, Any]) -> None:
     """Print the figures for people."""
-    from ..tables import metrics_table, parameters_table
+    import msgspec
 
-    terminal.console.print(metrics_table(result))
-    terminal.console.print(parameters_table(result["parameters"]))
+    from ..console_tables import metrics_table, parameters_table
+    from ..documents.calibration import Result
+
+    typed = msgspec.convert(result, Result)
+    terminal.console.print(metrics_table(typed.placements, typed.summary))
+    terminal.console.print(parameters_table(typed.parameters))
     for line in spoken(result):
         terminal.say(line)
 
@@ -249,12 +253,12 @@ def write(
 
 def report(folder: Path, terminal: Terminal) -> None:
     """Write the report of the calibration in a folder, and show its verdict."""
-    from ...solver.calibrated import load_document
+    from ..documents.calibration import read_calibration
     from ..report.build import build_report
-    from ..report.terminal import show_verdict
+    from ..report.console import show_verdict
 
     file = folder / "calibration.json"
-    made = build_report(load_document(file), str(file))
+    made = build_report(read_calibration(file), str(file))
     write_files(folder, made.files)
     show_verdict(terminal.console, made.figures)
 

@@ -31,9 +31,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
+    import msgspec
+
     from ...solver.calibrated import calibration_of, load_document
     from ...solver.result import figures, models_of
-    from ..tables import metrics_table
+    from ..console_tables import metrics_table
+    from ..documents.calibration import PlacementErrors, Summaries
 
     document = load_document(arguments.calibration)
     calibration = calibration_of(document, str(arguments.calibration))
@@ -48,7 +51,9 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         **figures(models_of(calibration), train, test),
         "outputs": {},
     }
-    terminal.console.print(metrics_table(result))
+    placements = msgspec.convert(result["placements"], tuple[PlacementErrors, ...])
+    summary = msgspec.convert(result["summary"], Summaries)
+    terminal.console.print(metrics_table(placements, summary))
     if train:
         terminal.say("Placements with role `train` were fitted: their errors prove little.")
     if arguments.json:
