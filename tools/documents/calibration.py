@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ... import MukcaError
 from ...recorder.dataset import Placement, Sample
 from ...solver.auto.deflection import EXTENSIONS, Deflection, coefficient_names
 from ...solver.auto.directions import Direction
@@ -300,15 +301,17 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> Calibration:
 
     Raises:
         DocumentError: The document's parts do not fit each other; the line names the key.
-        UrdfError: The nominal model in it cannot be read.
     """
     model = document.model
-    robot = parse_robot(
-        scan(model.nominal_urdf.encode(), source),
-        source=model.source,
-        base=model.base,
-        tip=model.tip,
-    )
+    try:
+        robot = parse_robot(
+            scan(model.nominal_urdf.encode(), "nominal_urdf"),
+            source=model.source,
+            base=model.base,
+            tip=model.tip,
+        )
+    except MukcaError as error:
+        raise misfit(source, "model", str(error)) from None
     values = {value.name: value for value in document.parameters}
     parameters = tuple(p for p in all_parameters(robot) if p.name in values)
     if not len(parameters) == len(values) == len(document.parameters):

@@ -48,7 +48,7 @@ def build_report(
 
     Raises:
         DocumentError: Parts of the document do not fit each other; the line names the key.
-        UrdfError, MeasurementError: Its model or its samples cannot be used.
+        MeasurementError: Its samples cannot be used.
         KnownError: A known distance names no socket of the calibration.
     """
     predictions = predict(document, source)

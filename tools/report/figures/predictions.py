@@ -109,7 +109,7 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
 
     Raises:
         DocumentError: Parts of the document do not fit each other; the line names the key.
-        UrdfError, MeasurementError: Its model or its samples cannot be used.
+        MeasurementError: Its samples cannot be used.
     """
     calibration = calibrated_robot(document, source)
     measurements = measurements_of(document, calibration.robot, source)
@@ -173,6 +173,9 @@ def _check_parts(document: CalibrationDocument, source: str) -> None:
     for role, summary in summaries:
         if summary is None and any(row.role == role for row in document.data):
             raise misfit(source, f"summary.{role}", "missing, but `data` has such placements")
+    for i, row in enumerate(document.history):
+        if row.train is None and row.test is None:
+            raise misfit(source, f"history[{i}]", "neither `train` nor `test`")
 
 
 def _check_errors(placement: PlacementPrediction, errors: PlacementErrors, source: str) -> None:
