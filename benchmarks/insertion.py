@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from mukca.recorder.convert import write_holes
 from mukca.tools.cli import main as mukca
 from mukca.tools.commands.demo import DEMO_SEED, demo_arm
 from mukca.tools.experiments.cell import Cell, build_cell
@@ -30,7 +31,6 @@ from mukca.tools.experiments.insertion import Trial, insert_at_centre, insert_on
 from mukca.tools.experiments.models import record_placements
 from mukca.tools.experiments.results import drawing_figures, insertion_figures
 from mukca.tools.experiments.scene import TIME_STEP, urdf_of
-from mukca.tools.simulate import write_holes
 
 Insert = Callable[[Cell, int, int], Iterator[Trial]]
 SEED = 0

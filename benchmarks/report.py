@@ -17,8 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mukca.recorder.convert import write_holes
 from mukca.tools.commands.demo import SEAT_NOISE, demo_arm
-from mukca.tools.simulate import reachable_bases, record, write_holes
+from mukca.tools.simulate import reachable_bases, record
 
 
 def seconds(words: list[str], runs: int = 5) -> float:

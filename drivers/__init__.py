@@ -1,4 +1,4 @@
-"""Robots to joint states: read-only adapters, and the contract that they keep."""
+"""Robots to joint states: drivers that only read, and the contract that they keep."""
 
 from .driver import Driver, DriverError, JointState, Reason, match_joints
 

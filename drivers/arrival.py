@@ -1,25 +1,28 @@
-"""Stamps for a robot that sends evenly and gives no time of its own.
+"""Even stamps for a robot that sends at a steady rate but gives no time of its own.
 
-Adapters and kernels hand messages on in bursts, so that the time of arrival is a poor stamp: two
-states that were measured 5 ms apart may come 0.1 ms apart. An alpha-beta filter on the arrivals
-gives even stamps back::
+USB adapters and kernels pass messages on in bursts: two states that were measured 5 ms apart may
+arrive 0.1 ms apart, so that the time of arrival is a poor stamp. An alpha-beta filter, a small
+tracking filter for a value and its rate, smooths the arrivals. For each state, from the stamp of
+the state before and the period between two states (all in s)::
 
-    predicted = stamp + period                 error  = arrival - predicted
-    stamp     = predicted + ALPHA error        period = period + BETA error
+    predicted = stamp + period               when the state should arrive
+    error     = arrival - predicted          how much later it did
+    stamp     = predicted + ALPHA * error    the stamp of this state
+    period    = period + BETA * error        the period as learned so far
 """
 
 __all__ = ["EvenStamps"]
 
 ALPHA = 0.05
-BETA = ALPHA**2 / (2 - ALPHA)  # critically damped (Benedict and Bordner)
-GREATEST_ERROR = 0.05  # s: beyond it the stream was interrupted, and the filter begins anew
+BETA = ALPHA**2 / (2 - ALPHA)  # the usual choice for a given ALPHA (Benedict and Bordner, 1962)
+GREATEST_ERROR = 0.05  # s: a state that is later than this came after a pause; begin anew
 
 
 class EvenStamps:
-    """Turns times of arrival into stamps.
+    """Turns the times at which states arrive into stamps.
 
     Args:
-        period: How far apart the states are, about [s]; it is learned from the arrivals.
+        period: Roughly the time between two states [s]; the true one is learned.
     """
 
     def __init__(self, period: float) -> None:
@@ -27,7 +30,11 @@ class EvenStamps:
         self._last: float | None = None
 
     def __call__(self, arrival: float) -> float:
-        """Return the stamp of the state that arrived at a time [s]; it is after all before."""
+        """Return the stamp of the next state [s], later than all before.
+
+        Args:
+            arrival: When the state arrived [s], by any clock that keeps time.
+        """
         if self._last is None:
             self._last = arrival
             return arrival

@@ -2,9 +2,9 @@
 
 import errno
 import socket
-import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
+from . import clock
 from .driver import DriverError, Reason
 
 __all__ = ["BUFFER_BYTES", "DatagramSocket"]
@@ -20,15 +20,17 @@ class DatagramSocket:
     Args:
         local: The address to bind, ``(host, port)``; port 0 for any free one.
         robot: The robot's IPv4 address.
+        on_stranger: Called for each datagram of another host.
 
     Raises:
         DriverError: BUSY when the port is taken, BAD_ADDRESS when it is none of this computer's.
     """
 
-    def __init__(self, local: tuple[str, int], robot: str) -> None:
-        self.robot = robot
-        self.strangers = 0
+    def __init__(self, local: tuple[str, int], robot: str, on_stranger: Callable[[], None]) -> None:
+        self._robot = robot
+        self._on_stranger = on_stranger
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         try:
             self._socket.bind(local)
@@ -45,35 +47,34 @@ class DatagramSocket:
         return self._socket.getsockname()[1]
 
     def until(self, deadline: float) -> Iterator[tuple[bytes, tuple[str, int]]]:
-        """Yield the robot's datagrams with their source, until time is up.
+        """Yield the robot's datagrams, each with the address it came from, until time is up.
 
-        What is there already is yielded even when time is up before, but only once, so that a
-        flood of datagrams that are of no use holds nobody up.
+        A datagram that is waiting is yielded even if the time was up before. Only one is then, so
+        that a flood of useless datagrams cannot keep the caller for ever.
 
         Args:
-            deadline: When to give up, by :func:`time.monotonic` [s].
+            deadline: When to give up, by :func:`.clock.now` [s].
 
         Raises:
             DriverError: UNREACHABLE when the socket is closed or the network is down.
         """
         while (received := self._receive(deadline)) is not None:
-            if received[1][0] == self.robot:
+            if received[1][0] == self._robot:
                 yield received
             else:
-                self.strangers += 1
-            if time.monotonic() > deadline:
+                self._on_stranger()
+            if clock.now() > deadline:
                 return
 
     def _receive(self, deadline: float) -> tuple[bytes, tuple[str, int]] | None:
         try:
-            self._socket.settimeout(max(0.0, deadline - time.monotonic()))
+            if not clock.wait([self._socket], max(0.0, deadline - clock.now())):
+                return None
             return self._socket.recvfrom(LARGEST_DATAGRAM)
-        except (TimeoutError, BlockingIOError):
+        except BlockingIOError:
             return None
-        except OSError as error:
-            raise DriverError(
-                Reason.UNREACHABLE, f"the connection is lost: {error.strerror}"
-            ) from None
+        except (OSError, ValueError) as error:  # a closed socket cannot be waited for
+            raise DriverError(Reason.UNREACHABLE, f"the connection is lost: {error}") from None
 
     def send(self, datagram: bytes, target: tuple[str, int]) -> None:
         """Send one datagram; the network may lose it, as any."""

@@ -1,17 +1,17 @@
-"""The contract of every robot adapter: it streams joint states, and it only reads.
+"""The contract of every driver: it streams a robot's joint states, and it only reads.
 
-An adapter connects, decodes, and yields :class:`JointState`. It never sends a motion, torque,
-zeroing or parameter command. What it cannot do it says with :class:`DriverError`, whose
-:class:`Reason` tells a program (and a person) what to do next::
+A driver connects to one kind of robot, decodes what the robot sends, and returns it as
+:class:`JointState`. It never sends a motion, torque, zeroing or parameter command. When it cannot
+go on it raises :class:`DriverError`, whose :class:`Reason` says what to do next::
 
-    UNREACHABLE       nothing answers at the address: cable, power, network, firewall
+    UNREACHABLE       nothing answers at the address: look at cable, power, network, firewall
     BUSY              another program holds the robot: close it
-    WRONG_MODE        the robot is in a state in which this adapter must not, or cannot, listen
-    SILENT            connected, but no state came in time: the caller may read again
-    PROTOCOL          what came is not what this adapter can decode
-    WRONG_ROBOT       another number of joints, or other joint names, than the model has
+    WRONG_MODE        the robot is in a mode in which this driver must not, or cannot, listen
+    SILENT            connected, but no state came in time: read again
+    PROTOCOL          what came cannot be decoded
+    WRONG_ROBOT       the robot has other joints than the model
     BAD_ADDRESS       the address cannot be understood
-    MISSING_PACKAGE   the adapter needs a Python package that is not installed
+    MISSING_PACKAGE   a Python package that this driver needs is not installed
 """
 
 from abc import ABC, abstractmethod
@@ -26,7 +26,7 @@ __all__ = ["Driver", "DriverError", "JointState", "Reason", "match_joints"]
 
 
 class Reason(Enum):
-    """Why an adapter cannot deliver; the module's docstring says what each means."""
+    """Why a driver cannot deliver; the module's docstring says what to do about each."""
 
     UNREACHABLE = "unreachable"
     BUSY = "busy"
@@ -39,7 +39,7 @@ class Reason(Enum):
 
 
 class DriverError(MukcaError):
-    """An adapter cannot deliver joint states.
+    """A driver cannot deliver joint states; the message says why, and what would work.
 
     Attributes:
         reason: What kind of trouble it is, for programs; the message is for people.
@@ -50,45 +50,53 @@ class DriverError(MukcaError):
         self.reason = reason
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class JointState:
-    """What the robot's joints are at one moment."""
+    """Where a robot's joints are at one moment, and how hard they push.
+
+    A robot sends some 100 to 1000 of these a second.
+    """
 
     stamp: float
-    """Time of measurement [s]: the controller's clock where it gives one, else the host's
-    monotonic clock. Only differences have a meaning."""
+    """Time of measurement [s], by the controller's clock, or by the host's monotonic clock where
+    the controller sends no time. Only differences have a meaning."""
 
     position: tuple[float, ...]
-    """Joint positions in the model's order [rad], [m] for a prismatic joint."""
+    """Joint positions in the order of the driver's joint names [rad], [m] for a prismatic joint."""
 
     effort: tuple[float, ...] | None = None
-    """What each joint exerts on the arm beyond it [N m] ([N] for a prismatic joint), at rest
-    equal to the gravity torque; None where the robot does not measure it."""
+    """Torque that each joint exerts on the links beyond it [N m], force [N] for a prismatic joint.
+    While the arm rests it equals the gravity torque. None where the robot does not measure it."""
+
+    def __repr__(self) -> str:
+        position = ", ".join(f"{value:.4f}" for value in self.position)
+        effort = "" if self.effort is None else ", with effort"
+        return f"JointState({self.stamp:.3f} s: {position}{effort})"
 
 
 class Driver(ABC):
-    """A connection to one robot, opened by its constructor and ended by :meth:`close`.
+    """A connection to one robot: opened by its constructor, ended by :meth:`close`.
 
-    A context manager, and an iterator over all states until the caller stops::
+    It is a context manager, and an iterator over all states until the caller stops::
 
-        with open_driver("franka", "172.16.0.2", joint_names) as driver:
-            state = driver.read(timeout=0.1)
+        with open_driver("franka:172.16.0.2") as driver:
+            state = driver.read(timeout=1.0)
 
     Args:
-        address: Where the robot is, in the adapter's own notation; may be empty where the
-            adapter has a sensible default.
+        address: Where the robot is, in the driver's own notation; may be empty where the driver
+            has a sensible default.
         joint_names: Names of the model's actuated joints, in chain order. None where no model
-            is at hand: the adapter then names the joints itself.
+            is at hand: the driver then names the joints itself.
 
     Raises:
-        DriverError: The connection cannot be made.
+        DriverError: The connection cannot be made, or the robot has other joints than the model.
     """
 
     missed: int = 0
-    """States that the robot sent and that did not arrive, by its own sequence numbers."""
+    """How many states the robot sent that did not arrive, by its own sequence numbers."""
 
     rejected: int = 0
-    """Messages that were discarded: malformed, late, or not from the robot's address."""
+    """How many messages were thrown away: malformed, late, or from another host."""
 
     status: str = ""
     """What the robot says of itself, its mode and its errors, in words; empty if nothing."""
@@ -103,19 +111,28 @@ class Driver(ABC):
 
     @abstractmethod
     def read(self, timeout: float) -> JointState:
-        """Return the next state that has not been returned yet, in order, waiting for it.
+        """Wait for the next state and return it.
+
+        States come in order and each comes once: those that arrived while nobody read are
+        returned first, none is skipped to be up to date.
 
         Args:
             timeout: How long to wait at most [s].
 
+        Returns:
+            The next state, with a position for each of :attr:`joint_names`.
+
         Raises:
-            DriverError: SILENT when no state came within the timeout (reading again may
-                succeed); any other reason when the connection is of no more use.
+            DriverError: SILENT when no state came in time; reading again may succeed. With any
+                other reason the connection is of no more use.
         """
 
     @abstractmethod
     def close(self) -> None:
         """End the connection; safe to call twice."""
+
+    def _count_rejected(self) -> None:
+        self.rejected += 1
 
     def __enter__(self) -> "Driver":
         return self
@@ -132,14 +149,20 @@ class Driver(ABC):
         while True:
             yield self.read(timeout=1.0)
 
+    def __repr__(self) -> str:
+        return (
+            f"{type(self).__name__}({len(self.joint_names)} joints, missed {self.missed}, "
+            f"rejected {self.rejected})"
+        )
+
 
 def match_joints(joint_names: Sequence[str] | None, count: int, robot: str) -> tuple[str, ...]:
-    """Return the names of a robot's joints: the model's if there is one, else ``joint1``...
+    """Return the names of a robot's joints: the model's if there is one, else joint1, joint2, ...
 
     Args:
-        joint_names: The model's actuated joints, or None without a model.
+        joint_names: The model's actuated joints in chain order, or None without a model.
         count: How many joints the robot has.
-        robot: What the robot is, for the message.
+        robot: What the robot is, for the message, as in ``"a UR arm"``.
 
     Raises:
         DriverError: WRONG_ROBOT when the model has another number of joints.

@@ -11,13 +11,12 @@ acts from outside); it was not proven on a robot here.
 Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
 """
 
-import select
 import socket
 import struct
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 
+from . import clock
 from .address import CONNECT_SECONDS, Endpoint, open_tcp, parse_endpoint
 from .datagrams import DatagramSocket
 from .driver import Driver, DriverError, JointState, Reason, match_joints
@@ -46,30 +45,17 @@ class Franka(Driver):
             raise endpoint.options.wrong("version", f"from {VERSIONS[0]} to {VERSIONS[-1]}")
         self._joint_names = match_joints(joint_names, JOINTS, "a Franka arm")
         self._where = str(endpoint)
-        self._malformed = self._late = 0
         self._last: FrankaState | None = None
-        self._tcp, self._udp = _connect(endpoint, version)
+        self._tcp, self._udp = _connect(endpoint, version, self._count_rejected)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """The arm's seven joints, from base to flange."""
         return self._joint_names
 
-    @property
-    def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Datagrams that were malformed, late, repeated or from another host."""
-        return self._malformed + self._late + self._udp.strangers
-
-    @property
-    def status(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The robot's mode, and the errors that hold."""
-        if self._last is None:
-            return ""
-        return "; ".join((self._last.mode, *self._last.errors))
-
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
-        for datagram, _ in self._udp.until(time.monotonic() + timeout):
+        for datagram, _ in self._udp.until(clock.now() + timeout):
             try:
                 state = decode_state(datagram)
             except ValueError as error:
@@ -77,7 +63,7 @@ class Franka(Driver):
                 continue
             if self._last is None or state.message_id > self._last.message_id:
                 return self._accept(state)
-            self._late += 1
+            self._count_rejected()
         raise self._silence(timeout)
 
     def close(self) -> None:
@@ -89,12 +75,13 @@ class Franka(Driver):
         if self._last is not None:
             self.missed += state.message_id - self._last.message_id - 1
         self._last = state
+        self.status = "; ".join((state.mode, *state.errors))
         return JointState(state.message_id * 1e-3, state.position, state.torque)
 
     def _reject(self, error: ValueError) -> None:
         """Count a malformed datagram; a robot that sends nothing else cannot be read."""
-        self._malformed += 1
-        if self._last is None and self._malformed >= 100:
+        self._count_rejected()
+        if self._last is None and self.rejected >= 100:
             raise DriverError(Reason.PROTOCOL, f"the robot at {self._where} sends {error}")
 
     def _silence(self, timeout: float) -> DriverError:
@@ -103,18 +90,20 @@ class Franka(Driver):
             return DriverError(
                 Reason.UNREACHABLE, f"the robot at {self._where} closed the connection"
             )
-        told = f"no state from the robot at {self._where} for {timeout:g} s; "
+        silent = f"no state from the robot at {self._where} for {timeout:g} s; "
         if self._last is None:
-            return DriverError(Reason.SILENT, told + "does a firewall here block UDP from it?")
+            return DriverError(Reason.SILENT, silent + "does a firewall here block UDP from it?")
         return DriverError(
             Reason.SILENT,
-            f"{told}its last mode: {self.status}. Desk may pause FCI in its programming mode",
+            f"{silent}its last mode: {self.status}. Desk may pause FCI in its programming mode",
         )
 
 
-def _connect(endpoint: Endpoint, version: int) -> tuple[socket.socket, DatagramSocket]:
+def _connect(
+    endpoint: Endpoint, version: int, on_stranger: Callable[[], None]
+) -> tuple[socket.socket, DatagramSocket]:
     """Open the connection, with the version that the robot speaks if it refuses the given one."""
-    session = _try_version(endpoint, version)
+    session = _try_version(endpoint, version, on_stranger)
     if isinstance(session, int):
         if session not in VERSIONS or session == version or "version" in endpoint.options:
             raise DriverError(
@@ -122,8 +111,8 @@ def _connect(endpoint: Endpoint, version: int) -> tuple[socket.socket, DatagramS
                 f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
                 f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here",
             )
-        time.sleep(SETTLE_SECONDS)
-        version, session = session, _try_version(endpoint, session)
+        clock.sleep(SETTLE_SECONDS)
+        version, session = session, _try_version(endpoint, session, on_stranger)
     if isinstance(session, int):
         raise DriverError(
             Reason.PROTOCOL,
@@ -132,11 +121,13 @@ def _connect(endpoint: Endpoint, version: int) -> tuple[socket.socket, DatagramS
     return session
 
 
-def _try_version(endpoint: Endpoint, version: int) -> tuple[socket.socket, DatagramSocket] | int:
+def _try_version(
+    endpoint: Endpoint, version: int, on_stranger: Callable[[], None]
+) -> tuple[socket.socket, DatagramSocket] | int:
     """Ask for one version; return the open sockets, or the robot's own version if it refuses."""
     with ExitStack() as opened:
         tcp = opened.enter_context(_open_tcp(endpoint))
-        udp = opened.enter_context(closing(_open_udp(tcp)))
+        udp = opened.enter_context(closing(_open_udp(tcp, on_stranger)))
         try:
             tcp.sendall(REQUEST.pack(CONNECT, 0, REQUEST.size, version, udp.port))
             response = _receive_exactly(tcp, RESPONSE.size)
@@ -163,16 +154,17 @@ def _open_tcp(endpoint: Endpoint) -> socket.socket:
     return tcp
 
 
-def _open_udp(tcp: socket.socket) -> DatagramSocket:
+def _open_udp(tcp: socket.socket, on_stranger: Callable[[], None]) -> DatagramSocket:
     """Open a port for the states, on the interface by which the robot is reached."""
-    return DatagramSocket((tcp.getsockname()[0], 0), robot=tcp.getpeername()[0])
+    return DatagramSocket((tcp.getsockname()[0], 0), tcp.getpeername()[0], on_stranger)
 
 
 def _receive_exactly(tcp: socket.socket, count: int) -> bytes:
-    deadline = time.monotonic() + CONNECT_SECONDS
+    deadline = clock.now() + CONNECT_SECONDS
     received = b""
     while len(received) < count:
-        tcp.settimeout(max(1e-3, deadline - time.monotonic()))
+        if not clock.wait([tcp], max(0.0, deadline - clock.now())):
+            raise TimeoutError
         more = tcp.recv(count - len(received))
         if not more:
             raise ConnectionError
@@ -195,7 +187,6 @@ def _parse_response(response: bytes, endpoint: Endpoint) -> tuple[int, int]:
 def _is_closed(tcp: socket.socket) -> bool:
     """Tell whether the other side has ended the connection."""
     try:
-        readable, _, _ = select.select([tcp], [], [], 0)
-        return bool(readable) and not tcp.recv(1, socket.MSG_PEEK)
+        return bool(clock.wait([tcp], 0)) and not tcp.recv(1, socket.MSG_PEEK)
     except (OSError, ValueError):
         return True

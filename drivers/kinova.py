@@ -10,58 +10,24 @@ All take ``rate=HZ`` (100), how often the arm is asked, and ``effort=-1``, which
 the torques. That sign was not proven: compare a record at rest with the model's gravity torque.
 
 Joint angles come in degrees, and jump from 360 to 0 where a joint turns past its zero; such jumps
-are taken out again. Missed states cannot be told, since answers carry no numbers.
+are taken out again. Missed states cannot be counted, since answers carry no numbers.
 """
 
 import math
-import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
 
+from . import clock
 from .driver import Driver, DriverError, JointState, Reason, match_joints
+from .kinova_arm import KinovaArm, Measurement
 
-__all__ = ["Kinova", "Measurement", "Unwrap"]
+__all__ = ["Kinova", "Unwrap"]
 
 HALF_TURN = 180.0
 ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a hand is slow
 
 
-@dataclass(frozen=True, slots=True)
-class Measurement:
-    """The joints at one moment, as the arm tells them."""
-
-    degrees: tuple[float, ...]
-    torques: tuple[float, ...]
-
-
-class Arm(Protocol):
-    """One way to ask a Kinova arm where it is."""
-
-    joints: int
-    sign: int
-    """1, or -1 to turn the torques."""
-    rate: float
-    """How often to ask [Hz]."""
-    centred: bool
-    """Whether the first angles are meant from -180 to 180 degrees."""
-    rejected: int
-
-    def measure(self, deadline: float) -> Measurement:
-        """Ask all joints, by a moment of the monotonic clock [s].
-
-        Raises:
-            DriverError: SILENT when one does not answer in time.
-        """
-        ...
-
-    def close(self) -> None:
-        """End the connection; safe to call twice."""
-        ...
-
-
 class Kinova(Driver):
-    """A Kinova arm, asked again and again."""
+    """A connection to a Kinova arm, which is asked for its joints again and again."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         self._arm = _connect(address)
@@ -80,22 +46,20 @@ class Kinova(Driver):
         """The arm's joints, from base to flange."""
         return self._joint_names
 
-    @property
-    def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Answers that were malformed, not to what was asked, or too far apart."""
-        return self._arm.rejected + self._slow
-
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
         if not self._open:
             raise DriverError(Reason.UNREACHABLE, "the connection is closed")
-        deadline = time.monotonic() + timeout
-        wait = self._next_poll - time.monotonic()
+        deadline = clock.now() + timeout
+        wait = self._next_poll - clock.now()
         if wait > timeout:
-            time.sleep(timeout)
+            clock.sleep(timeout)
             raise DriverError(Reason.SILENT, f"no state for {timeout:g} s")
-        time.sleep(max(0.0, wait))
-        measurement, stamp = self._measure(deadline)
+        clock.sleep(max(0.0, wait))
+        try:
+            measurement, stamp = self._measure(deadline)
+        finally:
+            self.rejected = self._arm.rejected + self._slow
         return JointState(
             stamp,
             self._unwrap(measurement.degrees),
@@ -103,21 +67,22 @@ class Kinova(Driver):
         )
 
     def _measure(self, deadline: float) -> tuple[Measurement, float]:
-        """Return what the joints were at one moment, and that moment by the monotonic clock.
+        """Ask all joints once; return their answers and the time in the middle [s].
 
-        A round in which this computer, or the bus, was held up is no one moment, and is asked for
-        again: it takes much longer than the fastest, which a slow line sets.
+        Joints are asked one after the other. If that takes much longer than the fastest time so
+        far, this computer or the bus was held up and the arm may have moved meanwhile: all are
+        asked again.
         """
         while True:
-            start = time.monotonic()
+            start = clock.now()
             self._next_poll = start + 1 / self._arm.rate
             measurement = self._arm.measure(deadline)
-            end = time.monotonic()
+            end = clock.now()
             if end - start <= max(ONE_MOMENT, 2 * self._fastest):
                 self._fastest = min(self._fastest, end - start)
                 return measurement, (start + end) / 2
             self._slow += 1
-            self._fastest *= 1.05  # a bus that is slower for good is believed in the end
+            self._fastest *= 1.05  # so that a bus that became slower is accepted after a while
             if end >= deadline:
                 raise DriverError(Reason.SILENT, f"the joints take {end - start:.2g} s to answer")
 
@@ -128,7 +93,7 @@ class Kinova(Driver):
 
 
 class Unwrap:
-    """Takes the jumps of whole turns out of a stream of angles.
+    """Makes angles continuous that jump by a whole turn, as from 359 to 0 degrees.
 
     Args:
         centred: Whether the first angles are brought between -180 and 180 degrees.
@@ -139,7 +104,11 @@ class Unwrap:
         self._centred = centred
 
     def __call__(self, degrees: Sequence[float]) -> tuple[float, ...]:
-        """Return angles [rad], each within half a turn of the one before."""
+        """Return the angles [rad], each within half a turn of the same joint's last one.
+
+        Args:
+            degrees: The angles as they came [degrees].
+        """
         reference = self._last or ((0.0,) * len(degrees) if self._centred else degrees)
         self._last = tuple(
             angle - 2 * HALF_TURN * round((angle - last) / (2 * HALF_TURN))
@@ -148,7 +117,7 @@ class Unwrap:
         return tuple(map(math.radians, self._last))
 
 
-def _connect(address: str) -> Arm:
+def _connect(address: str) -> KinovaArm:
     """Open the kind of connection that an address names."""
     scheme, separator, rest = address.partition("://")
     if separator and scheme == "serial":

@@ -6,15 +6,15 @@ it may differ. The ISO-TP transfer (ISO 15765-2) is what a serial-to-CAN gateway
 """
 
 import termios
-import time
 
 import serial
 
+from . import clock
 from .address import Options, parse_options
 from .canbus import open_bus, parse_can_address
 from .driver import DriverError, Reason
-from .kinova import Measurement
 from .kinova_actuator import FIRST_ACTUATOR, ActuatorReply, decode_reply, encode_poll
+from .kinova_arm import Measurement
 from .kinova_links import IsoTpLink, Link, SerialLink
 
 __all__ = ["PolledArm", "open_can", "open_serial"]
@@ -72,28 +72,28 @@ class PolledArm:
 
     def _await_answers(self) -> None:
         try:
-            self.measure(time.monotonic() + FIRST_ANSWER_SECONDS)
+            self.measure(clock.now() + FIRST_ANSWER_SECONDS)
         except DriverError as error:
             raise DriverError(
                 Reason.UNREACHABLE, f"{error}: is the arm on, and are the settings right?"
             ) from None
 
     def _poll(self, actuator: int, deadline: float) -> ActuatorReply:
-        """Ask one actuator, again and again until it answers properly or time is up."""
+        """Ask one actuator until it gives a proper answer, or time is up."""
         while True:
             self._link.flush()
             self._link.send(encode_poll(actuator))
-            reply = self._answer(actuator, min(deadline, time.monotonic() + ANSWER_SECONDS))
+            reply = self._answer(actuator, min(deadline, clock.now() + ANSWER_SECONDS))
             if reply is not None:
                 return reply
-            if time.monotonic() >= deadline:
+            if clock.now() >= deadline:
                 raise DriverError(
                     Reason.SILENT, f"actuator 0x{actuator:02x} on {self._where} does not answer"
                 )
 
     def _answer(self, actuator: int, until: float) -> ActuatorReply | None:
-        """Return an actuator's answer; what else comes, as a late answer to before, is counted."""
-        while message := self._link.receive(max(0.0, until - time.monotonic())):
+        """Return an actuator's answer, or None; other messages, as late answers, are counted."""
+        while message := self._link.receive(max(0.0, until - clock.now())):
             try:
                 return decode_reply(message, actuator)
             except ValueError:

@@ -1,14 +1,13 @@
-"""What carries Kinova's messages of 20 bytes: a serial line, or ISO-TP on a CAN bus."""
+"""Carries Kinova's messages of 20 bytes over a serial line, or over a CAN bus by ISO-TP."""
 
-import select
 import termios
-import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
 import serial
 
+from . import clock
 from .driver import DriverError, Reason
 from .kinova_actuator import MESSAGE_BYTES
 
@@ -26,7 +25,7 @@ class Link(Protocol):
         ...
 
     def receive(self, wait: float) -> bytes:
-        """Return the next message; what came of it when the wait [s] is over."""
+        """Return the next message, or the part of it that came within the wait [s]."""
         ...
 
     def flush(self) -> None:
@@ -46,24 +45,24 @@ class SerialLink:
 
     def send(self, message: bytes) -> None:
         """Send a message."""
-        with self._told():
+        with self._translated():
             self._port.write(message)
 
     def receive(self, wait: float) -> bytes:
-        """Return 20 bytes, or what came of them."""
-        deadline = time.monotonic() + wait
+        """Return 20 bytes, or as many as came within the wait [s]."""
+        deadline = clock.now() + wait
         received = b""
-        with self._told():
+        with self._translated():
             while len(received) < MESSAGE_BYTES:
-                left = max(0.0, deadline - time.monotonic())
-                if not select.select([self._port.fileno()], [], [], left)[0]:
+                left = max(0.0, deadline - clock.now())
+                if not clock.wait([self._port], left):
                     break
                 received += self._port.read(MESSAGE_BYTES - len(received))
         return received
 
     def flush(self) -> None:
         """Throw away what has come in."""
-        with self._told():
+        with self._translated():
             self._port.reset_input_buffer()
 
     def close(self) -> None:
@@ -71,8 +70,8 @@ class SerialLink:
         self._port.close()
 
     @contextmanager
-    def _told(self) -> Generator[None, None, None]:
-        """Turn what a lost line raises into the driver's error."""
+    def _translated(self) -> Generator[None, None, None]:
+        """Turn the errors of a lost line into the driver's own."""
         try:
             yield
         except (OSError, TypeError, ValueError, termios.error) as error:

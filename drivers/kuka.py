@@ -11,9 +11,9 @@ Address: ``HOST[:PORT][?bind=LOCAL&effort=-1]``. HOST is the controller; PORT (3
 port that the application sends to, opened here on LOCAL, by default on all interfaces.
 """
 
-import time
 from collections.abc import Iterator, Sequence
 
+from . import clock
 from .address import parse_endpoint, resolve
 from .datagrams import DatagramSocket
 from .driver import Driver, DriverError, JointState, Reason, match_joints
@@ -34,12 +34,12 @@ class Kuka(Driver):
         endpoint = parse_endpoint(address, PORT, options=("bind", "effort"))
         self._sign = endpoint.options.sign("effort")
         self._where = endpoint.host
-        self._malformed = self._late = self._replies = self._unanswered = 0
+        self._malformed = self._replies = self._unanswered = 0
         self._last: StateMessage | None = None
         self._waiting: StateMessage | None = None
         """The message that told how many joints there are, not yet read."""
         local = (endpoint.options.get("bind", "0.0.0.0"), endpoint.port)  # noqa: S104
-        self._udp = DatagramSocket(local, resolve(endpoint.host))
+        self._udp = DatagramSocket(local, resolve(endpoint.host), self._count_rejected)
         try:
             self._joint_names = self._await_session(joint_names, endpoint.port)
         except BaseException:
@@ -51,24 +51,12 @@ class Kuka(Driver):
         """The arm's joints, from base to flange."""
         return self._joint_names
 
-    @property
-    def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Datagrams that were malformed, late, repeated or from another host."""
-        return self._malformed + self._late + self._udp.strangers
-
-    @property
-    def status(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The session's state and the connection's quality."""
-        if self._last is None:
-            return ""
-        return f"{self._last.session.name.lower().replace('_', ' ')}, {self._last.quality}"
-
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
         if self._waiting is not None:
             message, self._waiting = self._waiting, None
             return self._state(message)
-        for message in self._messages(time.monotonic() + timeout):
+        for message in self._messages(clock.now() + timeout):
             if message.position:
                 return self._state(message)
         last = f"; its session was {self.status}" if self._last else ""
@@ -82,7 +70,7 @@ class Kuka(Driver):
 
     def _await_session(self, joint_names: Sequence[str] | None, port: int) -> tuple[str, ...]:
         """Wait for the first message with joints, and match them with the model's."""
-        for message in self._messages(time.monotonic() + FIRST_MESSAGE_SECONDS):
+        for message in self._messages(clock.now() + FIRST_MESSAGE_SECONDS):
             if message.position:
                 self._waiting = message
                 return match_joints(joint_names, len(message.position), "the KUKA arm")
@@ -108,11 +96,13 @@ class Kuka(Driver):
                 message = decode_message(datagram)
             except ValueError:
                 self._malformed += 1
+                self._count_rejected()
                 continue
             if not self._is_next(message):
-                self._late += 1
+                self._count_rejected()
                 continue
             self._last = message
+            self.status = f"{message.session.name.lower().replace('_', ' ')}, {message.quality}"
             self._refuse_command(message)
             self._answer(message, source)
             yield message

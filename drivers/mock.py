@@ -1,8 +1,9 @@
 """A simulated arm that replays configurations, and misbehaves on demand.
 
-It knows no kinematics: it moves through the configurations that it is given as a hand would lead
-a real arm (:mod:`mukca.drivers.motion`), adds encoder noise, and streams. What it does not model:
-friction, tremor of the hand, quantised encoders, jitter of the controller's clock.
+It moves through given configurations as a hand would lead a real arm
+(:mod:`mukca.drivers.motion`), adds encoder noise, and streams the result as joint states. It knows
+no kinematics, and models no friction, no tremor of the hand, no rounding by encoders, and no
+jitter of the controller's clock.
 
 Its address is ``PATH?option=value&...``. PATH is a CSV file of configurations, or a placement
 folder; the options are
@@ -37,12 +38,12 @@ push        a hand pushes the arm: every effort is off by 5 N m, and trembles
 
 import math
 import random
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import parse_qsl
 
+from . import clock
 from .driver import Driver, DriverError, JointState, Reason
 from .motion import Motion
 from .replay import number, read_replay
@@ -54,13 +55,14 @@ FAULTS = ("drop", "silent", "freeze", "repeat", "nan", "jump", "zeros", "short",
 
 @dataclass(frozen=True)
 class Fault:
-    """One misbehaviour, from a moment of the arm's time on."""
+    """One thing that goes wrong with the simulated arm, for a while."""
 
     kind: str
+    """One of :data:`FAULTS`."""
     start: float
-    """[s]"""
+    """When it begins, by the arm's time [s]."""
     duration: float = 0.5
-    """[s]"""
+    """How long it lasts [s]; may be infinite."""
 
     @classmethod
     def parse(cls, text: str) -> "Fault":
@@ -76,27 +78,35 @@ class Fault:
         return cls(kind, float(start), float(duration or cls.duration))
 
     def active(self, moment: float) -> bool:
-        """Tell whether it shows at a moment of the arm's time [s]."""
+        """Tell whether it holds at a moment of the arm's time [s]."""
         return self.start <= moment < self.start + self.duration
 
 
 @dataclass
 class SimulatedArm:
-    """An arm that lives on from the first connection, whether or not anyone is connected."""
+    """An arm that moves from the first connection on, whether or not anyone is still connected."""
 
     motion: Motion
+    """Where it goes, and when."""
     joint_names: tuple[str, ...] = ()
     """Names of the joints; joint1, joint2, ... where none are given."""
     efforts: Sequence[Sequence[float]] | None = None
-    """What each joint exerts at each configuration [N m]; None for an arm that measures none."""
+    """Torque of each joint at each of the motion's configurations [N m], shape (configurations,
+    joints); None for an arm without torque sensors."""
     rate: float = 1000.0
+    """States per second of the arm's time [Hz]."""
     noise: float = 2e-5
+    """Standard deviation of the encoder noise [rad]."""
     effort_noise: float = 0.02
     """Standard deviation of the torque sensors' noise [N m]."""
     seed: int = 0
+    """Seed of the noise: the same seed gives the same noise."""
     speed: float = 1.0
+    """How many seconds of the arm's time pass in one second."""
     buffer: float = math.inf
+    """How much of the stream waits for a late reader [s]; older states are lost."""
     faults: Sequence[Fault] = ()
+    """What goes wrong, and when."""
 
     def __post_init__(self) -> None:
         if not (self.rate > 0 and self.speed > 0 and self.noise >= 0 and self.buffer > 0):
@@ -111,9 +121,9 @@ class SimulatedArm:
         self._effort = None if efforts is None else replace(self.motion, configurations=efforts)
 
     def connect(self) -> int:
-        """Return the number of the state that a new connection gets first."""
+        """Start the arm if it does not move yet; return the number of the next state."""
         if math.isnan(self._started):
-            self._started = time.monotonic()
+            self._started = clock.now()
             return 0
         return math.ceil(self.now() * self.rate)
 
@@ -121,7 +131,7 @@ class SimulatedArm:
         """The arm's time [s]; 0 before the first connection."""
         if math.isnan(self._started):
             return 0.0
-        return (time.monotonic() - self._started) * self.speed
+        return (clock.now() - self._started) * self.speed
 
     def due(self, number: int) -> float:
         """When a state leaves the arm, on the host's monotonic clock [s]."""
@@ -169,15 +179,21 @@ class SimulatedArm:
 class Mock(Driver):
     """A connection to a simulated arm.
 
+    It stands in for a robot in tests, in the demo, and while writing a program that reads robots.
+
     Args:
-        address: ``PATH?option=value&...``, as the module's docstring says; not looked at where
-            an arm is given.
+        address: ``PATH?option=value&...``, see the module's docstring; ignored where an arm is
+            given.
         joint_names: The model's actuated joints, in chain order.
         arm: The arm to connect to, for use from Python.
+
+    Raises:
+        DriverError: BAD_ADDRESS for an address without a recording or with an option that does
+            not exist; WRONG_ROBOT for another number of joints; UNREACHABLE during a drop.
     """
 
-    # Arms by address that misbehaved when their connection ended: they live on meanwhile, and the
-    # next connection to the same address finds them there.
+    # A connection that a fault ended can be made again: arms with such a fault are kept here by
+    # their address, and go on moving until the next connection to the same address finds them.
     _left: dict[str, SimulatedArm] = {}  # noqa: RUF012 - shared on purpose
 
     def __init__(
@@ -204,16 +220,16 @@ class Mock(Driver):
         return self._names
 
     def read(self, timeout: float) -> JointState:
-        """Return the next state, at the moment at which the arm sends it."""
-        deadline = time.monotonic() + timeout
+        """Return the next state, no sooner than the arm sends it; see :meth:`Driver.read`."""
+        deadline = clock.now() + timeout
         while True:
             if not self._open:
                 raise DriverError(Reason.UNREACHABLE, "the connection is closed")
             self._skip_lost()
             due = self._arm.due(self._next)
-            now = time.monotonic()
+            now = clock.now()
             if due > now:
-                time.sleep(max(0.0, min(due, deadline) - now))
+                clock.sleep(max(0.0, min(due, deadline) - now))
                 if due > deadline:
                     raise DriverError(Reason.SILENT, f"no state came within {timeout:g} s")
             state = self._receive()
@@ -221,7 +237,7 @@ class Mock(Driver):
                 return state
 
     def close(self) -> None:
-        """End the connection; an arm that misbehaves at that moment lives on."""
+        """End the connection; safe to call twice."""
         if self._open:
             self._open = False
             self._leave()
@@ -232,7 +248,7 @@ class Mock(Driver):
             self._left[self._address] = self._arm
 
     def _skip_lost(self) -> None:
-        """Lose what a reader that is too late cannot get any more, as a socket's buffer does."""
+        """Skip the states that no longer fit the buffer, as a socket drops them."""
         late = self._arm.now() - self._next / self._arm.rate - self._arm.buffer
         if late > 0:
             lost = math.ceil(late * self._arm.rate)

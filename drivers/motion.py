@@ -1,11 +1,13 @@
 """How a hand leads an arm from one configuration to the next, as a function of time.
 
-A person holds the arm still at each configuration, then leads it on along a minimum-jerk path,
-the one that human reaching follows (Flash and Hogan, 1985)::
+A person holds the arm still at each configuration, then leads it to the next one along a
+minimum-jerk path, which is how people move their hands (Flash and Hogan, 1985)::
 
-    x(s) = a + (b - a) (10 s^3 - 15 s^4 + 6 s^5),    s from 0 to 1
+    q(s) = a + (b - a) (10 s^3 - 15 s^4 + 6 s^5)
 
-Velocity and acceleration are zero at both ends, so nothing jumps.
+where a and b are the joint positions before and after the move [rad], and s is the share of the
+move's time that has passed, from 0 to 1. Velocity and acceleration are zero at both ends, so that
+nothing jumps.
 """
 
 from collections.abc import Sequence
@@ -16,10 +18,10 @@ __all__ = ["Motion"]
 
 @dataclass(frozen=True)
 class Motion:
-    """Rests and moves through configurations, in order; it stays at the last one for good."""
+    """Visits configurations in order, rests at each, and stays at the last one for good."""
 
     configurations: Sequence[Sequence[float]]
-    """Joint positions at each rest [rad], at least one, all of one length."""
+    """Joint positions at each rest [rad]: at least one configuration, all of the same length."""
     hold: float = 1.0
     """How long each rest lasts [s]."""
     move: float = 1.0
@@ -38,7 +40,7 @@ class Motion:
         return count * self.hold + (count - 1) * self.move
 
     def position(self, time: float) -> tuple[float, ...]:
-        """Return the joint positions at a time after the start [s]."""
+        """Return the joint positions [rad] at a time after the start [s]."""
         index, progress = self.phase(time)
         here = self.configurations[index]
         if progress == 0:
@@ -48,7 +50,7 @@ class Motion:
         return tuple([a + (b - a) * s for a, b in zip(here, there, strict=True)])
 
     def phase(self, time: float) -> tuple[int, float]:
-        """Return the number of the last rest reached, and how far the move after it is (0 to 1)."""
+        """Return the number of the last rest, and how far the move after it has come, 0 to 1."""
         index, within = divmod(max(time, 0.0), self.hold + self.move)
         if index >= len(self.configurations) - 1:
             return len(self.configurations) - 1, 0.0

@@ -1,15 +1,15 @@
-"""A driver around a driver: after a drop it connects again by itself, and says so.
+"""A driver around another driver, which connects again by itself when the connection is lost.
 
-A drop, or a silence longer than a robot makes in good health, ends the connection; from then on
-:meth:`Reconnecting.read` raises SILENT, with the trouble in its message, and tries to connect
-again, at first soon and then ever more seldom. What no second attempt can mend (a wrong address, a
-missing package, another robot) is raised as it is.
+A connection counts as lost when reading it fails, or when no state came for two seconds. From then
+on :meth:`Reconnecting.read` tries to connect again, at first soon and then less often, and raises
+SILENT with the reason in its message until it succeeds. What trying again cannot mend (a wrong
+address, a missing package, another robot) is raised as it is.
 """
 
 import logging
-import time
 from collections.abc import Callable
 
+from . import clock
 from .driver import Driver, DriverError, JointState, Reason
 
 __all__ = ["Reconnecting"]
@@ -20,10 +20,10 @@ logger = logging.getLogger(__name__)
 
 
 class Reconnecting(Driver):
-    """A connection that outlives its drops.
+    """A connection that is made again whenever it is lost.
 
     Args:
-        connect: Makes a new connection, as in ``lambda: open_driver("ur", address, names)``.
+        connect: Makes a new connection, as in ``lambda: open_driver("ur:192.168.1.10")``.
         first_wait: Time before the first new attempt [s]; it doubles with every failure.
         longest_wait: The most that it grows to [s].
         silence: How long a connection may be silent before it counts as lost [s].
@@ -46,37 +46,19 @@ class Reconnecting(Driver):
         self._driver: Driver | None = connect()
         self._names = self._driver.joint_names
         self._earlier_missed = self._earlier_rejected = 0
-        self._last_state = time.monotonic()
+        self._last_state = clock.now()
         self._wait = first_wait
         self._next_attempt = 0.0
         self._closed = False
         self.drops = 0
         """How often the connection was lost."""
         self.trouble: str | None = None
-        """Why no states come, in words; None while they do."""
+        """Why no states come, in words; None while they come."""
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints, the same for every connection."""
         return self._names
-
-    @property
-    def missed(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """States missed over all connections; those sent between two connections do not count."""
-        driver = self._driver  # another thread may be losing it
-        return self._earlier_missed + (driver.missed if driver else 0)
-
-    @property
-    def rejected(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Messages discarded over all connections."""
-        driver = self._driver
-        return self._earlier_rejected + (driver.rejected if driver else 0)
-
-    @property
-    def status(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """What the robot says of itself; empty while there is no connection."""
-        driver = self._driver
-        return driver.status if driver else ""
 
     def read(self, timeout: float) -> JointState:
         """Return the next state; making a new connection may take longer than the timeout.
@@ -89,14 +71,23 @@ class Reconnecting(Driver):
             raise DriverError(Reason.UNREACHABLE, "the connection is closed")
         driver = self._driver or self._again(timeout)
         try:
-            state = driver.read(timeout)
+            state = self._read(driver, timeout)
         except DriverError as error:
             self._fail(error)
             raise DriverError(Reason.SILENT, self.trouble or str(error)) from error
-        self._last_state = time.monotonic()
+        self._last_state = clock.now()
         self.trouble = None
         self._wait = self._first_wait
         return state
+
+    def _read(self, driver: Driver, timeout: float) -> JointState:
+        """Read a connection, and bring the counts over all connections up to date."""
+        try:
+            return driver.read(timeout)
+        finally:
+            self.missed = self._earlier_missed + driver.missed
+            self.rejected = self._earlier_rejected + driver.rejected
+            self.status = driver.status
 
     def close(self) -> None:
         """End the connection for good."""
@@ -106,7 +97,7 @@ class Reconnecting(Driver):
     def _fail(self, error: DriverError) -> None:
         """Take note of a failed read, and drop the connection if it is of no more use."""
         if error.reason is Reason.SILENT:
-            silent = time.monotonic() - self._last_state
+            silent = clock.now() - self._last_state
             self.trouble = f"{error}; silent for {silent:.1f} s"
             if silent < self._silence:
                 return
@@ -117,20 +108,20 @@ class Reconnecting(Driver):
             raise error
         self.drops += 1
         self._drop()
-        self._next_attempt = time.monotonic() + self._wait
+        self._next_attempt = clock.now() + self._wait
         logger.warning("connection lost: %s", self.trouble)
 
     def _drop(self) -> None:
         driver, self._driver = self._driver, None
         if driver is not None:
-            self._earlier_missed += driver.missed
-            self._earlier_rejected += driver.rejected
+            self._earlier_missed, self._earlier_rejected = self.missed, self.rejected
+            self.status = ""
             driver.close()
 
     def _again(self, timeout: float) -> Driver:
         """Connect anew when it is time to, or raise SILENT."""
-        pause = self._next_attempt - time.monotonic()
-        time.sleep(max(0.0, min(pause, timeout)))
+        pause = self._next_attempt - clock.now()
+        clock.sleep(max(0.0, min(pause, timeout)))
         if pause > timeout:
             raise DriverError(Reason.SILENT, f"{self.trouble}; connecting again")
         try:
@@ -139,7 +130,7 @@ class Reconnecting(Driver):
             if error.reason in _HOPELESS:
                 raise
             self._wait = min(2 * self._wait, self._longest_wait)
-            self._next_attempt = time.monotonic() + self._wait
+            self._next_attempt = clock.now() + self._wait
             self.trouble = str(error)
             raise DriverError(Reason.SILENT, f"{self.trouble}; connecting again") from error
         if driver.joint_names != self._names:
@@ -151,5 +142,5 @@ class Reconnecting(Driver):
             )
         logger.warning("connected again")
         self._driver = driver
-        self._last_state = time.monotonic()
+        self._last_state = clock.now()
         return driver

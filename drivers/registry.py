@@ -1,7 +1,7 @@
-"""From a driver's name to the driver: one table, and one group of entry points for plug-ins.
+"""Opens a driver by its name: those that mukca brings, and those of installed plug-ins.
 
-Nothing that belongs to a vendor is imported before its driver is opened. A third party adds an
-arm by an entry point of the group ``mukca.drivers`` in a package of its own::
+A driver's module, and the vendor's package that it may need, are imported only when it is opened.
+Another package adds an arm by an entry point of the group ``mukca.drivers``::
 
     [project.entry-points."mukca.drivers"]
     myarm = "mypackage.driver:MyArm"
@@ -31,25 +31,25 @@ ENTRY_POINT_GROUP = "mukca.drivers"
 
 @dataclass(frozen=True)
 class DriverInfo:
-    """One line of ``mukca drivers``."""
+    """What is known of a driver before it is imported: one line of ``mukca drivers``."""
 
     name: str
     target: str
     """Where the class is, ``module:Class``."""
     arms: str
-    """Which arms it reads, and how."""
+    """Which arms it reads, and over what."""
     needs: tuple[str, ...] = ()
     """Python modules that it imports beyond the standard library."""
     optional: tuple[tuple[str, str], ...] = ()
-    """More modules, that only some addresses need: the module, and how those addresses begin."""
+    """Modules that only some addresses need: each with how those addresses begin."""
     source: str = "mukca"
     """The package that provides it, with its version where it is a plug-in."""
     broken: str = ""
-    """What is wrong with a plug-in, where it was tried; see :func:`try_plugin`."""
+    """Why a plug-in cannot be imported, where that was tried; see :func:`try_plugin`."""
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Needed modules that are not installed."""
+        """Those of :attr:`needs` that are not installed."""
         return tuple(module for module in self.needs if not is_installed(module))
 
 
@@ -81,36 +81,54 @@ def is_installed(module: str) -> bool:
 
 
 def list_drivers() -> list[DriverInfo]:
-    """Return the drivers of the table, then those of installed plug-ins, by name."""
+    """Return all drivers: first mukca's own, then those of installed plug-ins by name."""
     plugins = entry_points(group=ENTRY_POINT_GROUP)
     return [*DRIVERS.values(), *(_plugin(point) for point in sorted(plugins, key=_name))]
 
 
 def try_plugin(info: DriverInfo) -> DriverInfo:
-    """Import a plug-in's driver, and describe it by its own first line, or as broken.
+    """Import a plug-in's driver, to describe it by its docstring's first line or as broken.
 
-    What mukca itself provides is returned as it is: its vendors' packages load only on use.
+    mukca's own drivers are returned as they are, without being imported.
     """
     if info.name in DRIVERS and DRIVERS[info.name] is info:
         return info
     try:
-        told = inspect.getdoc(_load(info)) or "plug-in"
+        description = inspect.getdoc(_load(info)) or "plug-in"
     except DriverError as error:
         return replace(info, broken=str(error))
-    return replace(info, arms=told.splitlines()[0])
+    return replace(info, arms=description.splitlines()[0])
 
 
-def open_driver(name: str, address: str, joint_names: Sequence[str] | None = None) -> Driver:
-    """Connect to a robot.
+def open_driver(
+    driver: str, address: str | None = None, joint_names: Sequence[str] | None = None
+) -> Driver:
+    """Connect to a robot, to read its joint states.
+
+    ::
+
+        with mukca.open_driver("franka:172.16.0.2") as driver:
+            state = driver.read(timeout=1.0)
+
+    The connection only reads: nothing is ever sent that could move the arm.
 
     Args:
-        name: A name of the table, or of an installed plug-in.
-        address: Where the robot is, in the driver's notation.
-        joint_names: The model's actuated joints in chain order, or None without a model.
+        driver: ``NAME[:ADDRESS]``, as after ``mukca record --driver``; ``mukca drivers`` lists
+            the names, and each driver's page in docs/ says what its addresses look like.
+        address: The address by itself; ``driver`` is then the name alone.
+        joint_names: The model's actuated joints in chain order; the robot must have as many.
+            None without a model: the driver then names the joints itself.
+
+    Returns:
+        The open connection: a context manager, and an iterator over all states.
 
     Raises:
-        DriverError: No such driver, a package it needs is missing, or it cannot connect.
+        DriverError: There is no such driver, a package that it needs is missing, it cannot
+            connect, or the robot has other joints than the model.
     """
+    name = driver
+    if address is None:
+        name, _, address = driver.partition(":")
     infos = {info.name: info for info in reversed(list_drivers())}
     if name not in infos:
         raise DriverError(
@@ -121,7 +139,7 @@ def open_driver(name: str, address: str, joint_names: Sequence[str] | None = Non
 
 
 def _load(info: DriverInfo) -> type[Driver]:
-    """Import a driver's class, naming the driver in every trouble."""
+    """Import a driver's class; every error names the driver and its package."""
     module, _, attribute = info.target.partition(":")
     try:
         loaded = getattr(importlib.import_module(module), attribute)

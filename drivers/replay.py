@@ -1,7 +1,8 @@
-"""Reads recordings for the simulated arm to replay: just their numbers.
+"""Reads the configurations that the simulated arm is to move through, from CSV files.
 
-A driver stands below the recorder and does not know its file formats; from any CSV file it takes
-the columns ``position.J`` and ``effort.J`` where the header has such, and else all columns.
+Drivers may not import the recorder, which knows the recordings' formats. So this takes from any
+CSV file the columns ``position.J`` and ``effort.J`` of each joint J, or all columns where the
+header names none of those.
 """
 
 import csv
@@ -18,17 +19,18 @@ _Rows = list[tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Replay:
-    """Where to lead an arm."""
+    """The configurations that an arm is led through."""
 
     joint_names: tuple[str, ...]
     """Empty where the file has no header."""
     configurations: _Rows
+    """Joint positions [rad]."""
     efforts: _Rows | None
-    """For each configuration [N m]; None where the file has none."""
+    """Joint torques at each configuration [N m]; None where the file has none."""
 
 
 def read_replay(path: Path) -> Replay:
-    """Read a CSV file, or all the recordings in a placement's folder, one after the other.
+    """Read a CSV file, or all recordings in a placement's folder one after the other.
 
     Raises:
         DriverError: BAD_ADDRESS where there is no configuration.

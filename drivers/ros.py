@@ -1,10 +1,11 @@
 """Any arm in ROS 1 or 2: ``sensor_msgs/JointState`` through a rosbridge, subscribed to.
 
-Joints are matched by name, so that grippers and other arms on the same topic do no harm. All that
-is sent is the subscription.
+Joints are matched by name, so that grippers and other arms on the same topic do no harm. Only the
+subscription is ever sent.
 
-Efforts are what the topic says. Their unit and sign are its publisher's; ``effort=-1`` turns the
-sign. Messages lost on their way cannot be told, since ROS 2 no longer numbers them.
+Efforts are what the topic says, in the unit and with the sign of whoever publishes it;
+``effort=-1`` turns the sign. Messages that are lost cannot be counted, since ROS 2 does not number
+them.
 
 Address: ``HOST[:PORT][?topic=/joint_states&effort=-1]``; PORT is 9090 by default.
 """
@@ -13,11 +14,14 @@ import math
 import queue
 import threading
 import time
-from collections.abc import Sequence
-from typing import Any, cast
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from .address import Endpoint, open_tcp, parse_endpoint
 from .driver import Driver, DriverError, JointState, Reason
+
+if TYPE_CHECKING:
+    import roslibpy
 
 __all__ = ["PORT", "Ros", "decode_message"]
 
@@ -31,12 +35,12 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
     """Return the state of the named joints in a JointState message.
 
     Args:
-        message: What rosbridge made of the message.
+        message: The message as rosbridge sends it: its JSON, parsed.
         joint_names: The joints wanted, in order.
         sign: 1, or -1 to turn the efforts.
 
     Raises:
-        ValueError: The message lacks a joint, or is none.
+        ValueError: The message lacks a joint, or is no JointState.
     """
     try:
         names = message["name"]
@@ -100,20 +104,20 @@ class Ros(Driver):
     def _match(self, joint_names: Sequence[str] | None) -> tuple[str, ...]:
         """Wait for a message that has the model's joints, or any joints without a model."""
         deadline = time.monotonic() + FIRST_STATE_SECONDS
-        seen: set[str] = set()
+        published: set[str] = set()
         while (message := self._get(deadline)) is not None:
             names = _names(message)
-            seen.update(names)
+            published.update(names)
             wanted = names if joint_names is None else tuple(joint_names)
-            if wanted and seen.issuperset(wanted) and set(names).issuperset(wanted):
+            if wanted and set(names).issuperset(wanted):
                 return wanted
-        if not seen:
+        if not published:
             raise DriverError(Reason.UNREACHABLE, f"nobody publishes on {self._where}")
-        missing = [name for name in joint_names or () if name not in seen]
+        missing = [name for name in joint_names or () if name not in published]
         raise DriverError(
             Reason.WRONG_ROBOT,
             f"{self._where} has no joint {', '.join(missing) or 'states with all joints at once'}; "
-            f"it has {', '.join(sorted(seen))}",
+            f"it has {', '.join(sorted(published))}",
         )
 
     def _put(self, message: Any) -> None:
@@ -132,17 +136,18 @@ class Ros(Driver):
             return None
 
 
-def _subscribe(endpoint: Endpoint, topic: str, callback: Any) -> tuple[Any, Any]:
+def _subscribe(
+    endpoint: Endpoint, topic: str, callback: Callable[[Any], None]
+) -> "tuple[roslibpy.Ros, roslibpy.Topic]":
     """Connect to a rosbridge and subscribe to a topic."""
     try:
-        import roslibpy  # pyright: ignore[reportMissingTypeStubs]
+        import roslibpy
     except ImportError:
         raise DriverError(
             Reason.MISSING_PACKAGE, "ros needs roslibpy: pip install 'mukca[ros]'"
         ) from None
     open_tcp(endpoint, "is rosbridge running (ros2 launch rosbridge_server ...)?").close()
-    library = cast(Any, roslibpy)
-    client = library.Ros(endpoint.host, endpoint.port)
+    client = roslibpy.Ros(endpoint.host, endpoint.port)
     try:
         client.run(timeout=CONNECT_SECONDS)
     except Exception as error:
@@ -151,7 +156,7 @@ def _subscribe(endpoint: Endpoint, topic: str, callback: Any) -> tuple[Any, Any]
         ) from None
     finally:
         client.factory.stopTrying()  # a lost connection is made again above, subscription and all
-    subscription = library.Topic(client, topic, "sensor_msgs/JointState")
+    subscription = roslibpy.Topic(client, topic, "sensor_msgs/JointState")
     subscription.subscribe(callback)
     return client, subscription
 

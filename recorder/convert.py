@@ -1,18 +1,27 @@
-"""Placements as the files of either form."""
+"""Writes a placement as files of either form, ``samples.csv`` or ``hole_0.csv`` and so on."""
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 from .dataset import METADATA, Placement
 from .samples import SAMPLES, capture_line, header_line
 
-__all__ = ["hole_files", "sample_files"]
+__all__ = ["hole_files", "sample_files", "write_holes"]
 
 
 def hole_files(placement: Placement) -> dict[str, bytes]:
-    """Return ``hole_0.csv``, ``hole_1.csv``, ... without a header, as the paper's authors do.
+    """Return a placement as ``hole_0.csv``, ``hole_1.csv``, ..., the form of the paper's authors.
 
-    Times, spreads and efforts have no place there.
+    One configuration a line, without a header; the numbers read back exactly. Times, spreads and
+    efforts have no place in this form and are left out.
+
+    Args:
+        placement: What to write.
+
+    Returns:
+        The content of each file by its name; among them ``placement.json`` where the placement
+        knows the distance between its sockets.
     """
     files: dict[str, bytes] = {}
     for sample in placement.samples:
@@ -22,8 +31,30 @@ def hole_files(placement: Placement) -> dict[str, bytes]:
     return files | _metadata(placement)
 
 
+def write_holes(placement: Placement, folder: Path) -> None:
+    """Write ``hole_0.csv``, ``hole_1.csv``, ... into a folder, and no ``placement.json``.
+
+    Args:
+        placement: What to write.
+        folder: Where to; made if it does not exist. Files of these names are overwritten.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in hole_files(replace(placement, distance=None)).items():
+        (folder / name).write_bytes(content)
+
+
 def sample_files(placement: Placement) -> dict[str, bytes]:
-    """Return ``samples.csv``, its samples numbered anew; joints without a name get one."""
+    """Return a placement as ``samples.csv``, the form that ``mukca record`` writes.
+
+    Samples are numbered anew, from 1. Joints without a name are called joint1, joint2, ...
+
+    Args:
+        placement: What to write.
+
+    Returns:
+        The content of each file by its name; among them ``placement.json`` where the placement
+        knows the distance between its sockets.
+    """
     count = len(placement.samples[0].position)
     names = placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
     lines = [

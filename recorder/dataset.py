@@ -1,7 +1,8 @@
-"""Placements and their samples, and the files that hold them.
+"""Recordings: what was captured at each position of the socket base, and the files that hold it.
 
-A *placement* is a folder: one position of the socket base, with the samples taken there.
-Two forms are read wherever a placement is:
+A *placement* is one position of the socket base, and the folder with the samples taken there. A
+*sample* is one configuration of the arm with the ball in a socket. A placement's folder may have
+either of two forms:
 
 ``samples.csv``
     What ``mukca record`` writes: a header, then one line an event, only ever appended.
@@ -29,7 +30,8 @@ Two forms are read wherever a placement is:
 
 ``hole_0.csv``, ``hole_1.csv``, ...
     One file a socket, one configuration a line: joint positions in chain order [rad], [m] for a
-    prismatic joint, separated by commas. A header with the joints' names may stand first.
+    prismatic joint, separated by commas. A header with the joints' names may stand first. This is
+    the form of the paper's authors.
 
 ``placement.json``
     Beside either form, optional there: an object whose key ``distance`` is the distance between
@@ -61,41 +63,54 @@ __all__ = [
     "find_placements",
     "read_metadata",
     "read_placement",
+    "read_placements",
 ]
 
 _HOLE = re.compile(r"hole_(\d+)\.csv")
 METADATA = "placement.json"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Placement:
-    """All samples taken at one position of the socket base."""
+    """All samples taken at one position of the socket base.
+
+    Some 30 configurations of the arm with the ball in socket 0, and as many in socket 1.
+    """
 
     name: str
-    """The folder's name after its parent's, ``panda_3/frontcenter``."""
+    """The folder's name after its parent's, as in ``panda_3/frontcenter``."""
     samples: tuple[Sample, ...]
+    """The samples, without those that the operator took back."""
     joint_names: tuple[str, ...] | None = None
-    """The joints of the columns, where the file names them."""
+    """Names of the joints, in the order of each sample's positions; None where the file names
+    none."""
     distance: float | None = None
-    """Distance between the sockets' centres [m], where the metadata give it."""
+    """Distance between the centres of sockets 0 and 1 [m]; None where ``placement.json`` does not
+    give it."""
     files: tuple[Path, ...] = ()
-    """The files that it was read from."""
+    """The files that it was read from; empty for a placement that was made in memory."""
     remarks: tuple[str, ...] = ()
-    """What a reader should know about the files, one line each."""
+    """What people should know about the files, one line each."""
+
+    def __repr__(self) -> str:
+        counts = np.bincount(self.sockets)
+        joints = len(self.samples[0].position) if self.samples else 0
+        samples = " + ".join(map(str, counts)) or "0"
+        return f"Placement({self.name!r}: {samples} samples, {joints} joints)"
 
     @cached_property
     def positions(self) -> NDArray[np.float64]:
-        """Joint positions of all samples, shape (samples, joints) [rad]."""
+        """Joint positions, shape (samples, joints) [rad], [m] for a prismatic joint."""
         return np.array([sample.position for sample in self.samples], dtype=float)
 
     @cached_property
     def sockets(self) -> NDArray[np.int64]:
-        """The socket of each sample, shape (samples,)."""
+        """The number of each sample's socket, from 0, shape (samples,)."""
         return np.array([sample.socket for sample in self.samples], dtype=np.int64)
 
     @cached_property
     def efforts(self) -> NDArray[np.float64] | None:
-        """Joint efforts of all samples, shape (samples, joints) [N m], or None without them."""
+        """Joint efforts, shape (samples, joints) [N m]; None where a sample lacks them."""
         if any(sample.effort is None for sample in self.samples):
             return None
         return np.array([sample.effort for sample in self.samples], dtype=float)
@@ -106,16 +121,19 @@ class Placement:
         return self.files[0].parent if self.files else None
 
     def for_joints(self, joint_names: Sequence[str]) -> "Placement":
-        """Return the placement with its columns in the order of a chain's actuated joints.
+        """Return the placement with its joints in the order in which a robot model has them.
 
-        Columns are matched by name where the file has a header that shares names with the
-        chain; without a header, or with one that shares none, they go by order.
+        Joints are matched by name where the file names at least one joint of the model. Where it
+        names none, they are taken to be in the model's order already.
 
         Args:
-            joint_names: The chain's actuated joints, in order.
+            joint_names: The model's actuated joints, in chain order.
+
+        Returns:
+            The same samples, each with one position for each of the joint names.
 
         Raises:
-            RecordingError: A wrong number of columns, or a header that names only some joints.
+            RecordingError: Another number of joints, or a header that names only some of them.
         """
         order = self._order(tuple(joint_names))
         if order is None:
@@ -154,12 +172,18 @@ class Placement:
 
 
 def find_placements(paths: Iterable[Path]) -> list[Path]:
-    """Return the placement folders that paths stand for; a folder of placements is all of them.
+    """Return the folders of all placements that some paths stand for.
+
+    Args:
+        paths: Each a placement's folder, or a folder of placements, which stands for all of them.
+
+    Returns:
+        The placements' folders, in the order of the paths; those inside one folder by name.
 
     Raises:
         RecordingError: A path that does not exist, is no folder, or holds no placement.
     """
-    found: list[Path] = []
+    folders: list[Path] = []
     for path in paths:
         if not path.exists():
             raise RecordingError(f"{path}: no such folder; a placement is a folder of recordings")
@@ -168,7 +192,7 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
                 f"{path}: not a folder; name the placement's folder, {path.parent}"
             )
         if is_placement(path):
-            found.append(path)
+            folders.append(path)
             continue
         inside = sorted(child for child in path.iterdir() if child.is_dir() and is_placement(child))
         if not inside:
@@ -176,8 +200,8 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
                 f"{path}: no recording in this folder; expected {SAMPLES}, or hole_0.csv and "
                 "hole_1.csv, or folders that hold them"
             )
-        found.extend(inside)
-    return found
+        folders.extend(inside)
+    return folders
 
 
 def is_placement(folder: Path) -> bool:
@@ -185,8 +209,35 @@ def is_placement(folder: Path) -> bool:
     return (folder / SAMPLES).exists() or bool(_holes(folder))
 
 
+def read_placements(*paths: str | Path) -> list[Placement]:
+    """Read recordings from disk, to calibrate with them or to test a calibration on them.
+
+    ::
+
+        train = mukca.read_placements("recordings/front")
+        test = mukca.read_placements("recordings/left", "recordings/right")
+
+    Args:
+        paths: One or more folders, each a placement, or a folder of placements, which stands for
+            all of them.
+
+    Returns:
+        The placements, in the order of the paths; those inside one folder by name.
+
+    Raises:
+        RecordingError: No path is given, a folder holds no recording, or a file is empty or
+            malformed; the message names file and line.
+    """
+    if not paths:
+        raise RecordingError("no placement is given; name at least one folder of recordings")
+    return [read_placement(folder) for folder in find_placements(map(Path, paths))]
+
+
 def read_placement(folder: Path) -> Placement:
-    """Read the placement in a folder.
+    """Read the recording in one placement's folder.
+
+    Args:
+        folder: Holds ``samples.csv``, or ``hole_0.csv`` and ``hole_1.csv``.
 
     Raises:
         RecordingError: A missing, empty or malformed file; the message names file and line.
@@ -201,7 +252,7 @@ def read_placement(folder: Path) -> Placement:
 
 
 def _holes(folder: Path) -> list[tuple[int, Path]]:
-    """Return the authors' files in a folder by socket."""
+    """Return the files ``hole_K.csv`` in a folder, each with its socket K."""
     return sorted(
         (int(match[1]), child)
         for child in folder.iterdir()
@@ -253,12 +304,12 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
 
 
 def placement_name(folder: Path) -> str:
-    """Return the folder's name after its parent's."""
+    """Return what a placement is called: its folder's name after its parent's."""
     return "/".join(folder.resolve().parts[-2:]).lstrip("/")
 
 
 def read_metadata(file: Path) -> dict[str, Any]:
-    """Return a placement's metadata; empty where there are none.
+    """Return what a placement's ``placement.json`` says; nothing where there is no such file.
 
     Raises:
         RecordingError: The file cannot be read, or holds no JSON object.
@@ -275,7 +326,9 @@ def read_metadata(file: Path) -> dict[str, Any]:
 
 
 def read_distance(file: Path) -> float | None:
-    """Return the socket distance in a placement's metadata [m]; None where there is none.
+    """Return the distance between the sockets' centres from a ``placement.json`` [m].
+
+    None where the file does not exist, or does not give it.
 
     Raises:
         RecordingError: The file is not JSON, or the distance is not a positive number.

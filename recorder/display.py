@@ -17,7 +17,7 @@ _LEAVE = "\x1b[?25h\x1b[?1049l"
 
 
 class Display(AbstractContextManager[object], Protocol):
-    """Where the operator looks, for as long as it is open."""
+    """Shows views to the operator while it is open."""
 
     def show(self, view: View) -> None:
         """Show what is known now.
@@ -33,7 +33,7 @@ class Display(AbstractContextManager[object], Protocol):
 
 
 class Screen:
-    """A whole terminal screen; what was on it before comes back at the end."""
+    """A full terminal screen; what was on it before is restored at the end."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -94,7 +94,7 @@ class Screen:
 
 
 class Lines:
-    """Messages as lines of text, for a pipe, a file, or a terminal that can do no more."""
+    """Messages as lines of text, for a pipe, a file, or a simple terminal."""
 
     def __init__(self, console: Console) -> None:
         self._console = console

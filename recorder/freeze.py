@@ -1,11 +1,13 @@
-"""Tells a stream that is frozen from an arm that rests.
+"""Tells a stream that is frozen, which repeats an old state, from an arm that rests.
 
-Some arms deliver sensor noise, so that no two states are the same; others round it away, and
-repeat the same numbers while they rest. Noise shows by steps that go to and fro; a motion goes on.
-A stream counts as frozen when its states are the same to the last digit for :data:`LONG` and
+Both send the same numbers again and again, if the arm's encoders are coarse enough. A stream counts
+as frozen when its states are the same to the last digit for :data:`LONG` seconds and
 
-* it is noisy, and has hardly ever stood so still before, or
-* it stopped dead: an arm that moved at the state before cannot stand at the next.
+* its sensors are noisy, so that even an arm at rest does not send the same state twice, and it has
+  hardly ever stood so still before; or
+* the arm was moving fast just before: a real arm takes time to stop.
+
+Noise is told from motion by the direction of the steps: noise goes to and fro, a motion goes on.
 """
 
 import math
@@ -17,19 +19,19 @@ __all__ = ["Freeze"]
 LONG = 0.25
 """How long a stream repeats itself before it can count as frozen [s]."""
 SHORT = 0.02
-"""Repeating itself for this long [s] is a rest, if the arm then goes on from where it stood."""
+"""An arm rested if it sent the same for this long [s] and then went on with a small step."""
 GOES_ON = 1e-3
-"""How far the first step after a rest goes at most [rad]."""
+"""The largest such step [rad]."""
 USUAL = 3
-"""A stream that has rested so often does so in good health."""
-SEEN = 100
-"""Nothing is known of a stream's noise before so many steps."""
+"""An arm that rested this often without noise sends none: standing still is usual for it."""
+ENOUGH_STEPS = 100
+"""Steps between states after which a stream's noise can be judged."""
 NOISY = 0.3
-"""A stream is noisy where this share of its steps turns back on the step before."""
+"""A stream is noisy where at least this share of its steps reverses the step before."""
 DEAD_STOP = 20.0
 """Deceleration that no arm led by hand reaches [rad/s^2]."""
 SLOW = 0.05
-"""Speed below which a stop says nothing [rad/s]."""
+"""Speed below which a sudden stop is no sign [rad/s]."""
 
 
 class Freeze:
@@ -46,7 +48,7 @@ class Freeze:
         self._speed = self._last_speed = 0.0
 
     def feed(self, before: JointState, state: JointState) -> None:
-        """Take two consecutive states in."""
+        """Take in two states, one after the other."""
         elapsed = max(state.stamp - before.stamp, 1e-6)
         if state.position == before.position and state.effort == before.effort:
             self._repeats(before, state, elapsed)
@@ -59,7 +61,7 @@ class Freeze:
             speed = min(self._speed, self._last_speed)
             self._stopped_dead = speed > max(SLOW, DEAD_STOP * elapsed)
         if state.stamp - self._since >= LONG:
-            noisy = self._steps >= SEEN and self._turns > NOISY * self._steps
+            noisy = self._steps >= ENOUGH_STEPS and self._turns > NOISY * self._steps
             noisy = noisy and self._rests < USUAL
             self.frozen = self.frozen or noisy or self._stopped_dead
 

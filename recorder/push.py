@@ -1,40 +1,47 @@
-"""Tells from measured efforts that someone pushes an arm which holds itself.
+"""Notices from the joint torques that a hand still pushes the arm.
 
-A hand that rests on the arm bends it a little, and its joint angles then do not say where an arm
-without a hand would be. Two signs, looked at while the arm is still:
+A hand that rests on the arm bends it a little, so that its joint angles are not those of the arm
+by itself. Two signs are looked for while the arm is still. With tau the measured torque of a joint
+and g the gravity torque that the model's masses give it [N m]:
 
-* *Load.* Where the model's link masses give the gravity torque, a joint that exerts something else
-  by more than ``2 N m + 10 % of the gravity torque``: masses in models are some percent off, and a
-  small tool is often missing.
-* *Tremor.* An effort whose standard deviation over the window is over four times that of the
-  quietest rest of this session, and over 0.1 N m: a hand is never quiet. The first rest has nothing
-  to be compared with.
+* *Load:* ``|tau - g| > 2 N m + 0.1 |g|``. The margin is there because masses in models are some
+  percent off, and a small tool is often missing from them.
+* *Tremor:* the standard deviation of tau over the window is more than four times that of the
+  quietest rest of this session, and more than 0.1 N m. A hand is never quiet. The first rest of a
+  session has nothing to be compared with.
 
-Both are hints and shown as such; a capture is not refused for them.
+Both are hints to the operator; a capture is not refused for them.
 """
 
 from collections.abc import Callable, Sequence
 
 from .rest import Rest
-from .session import Joint
+from .session import JointLimits
 
 __all__ = ["Push"]
 
-LOAD, LOAD_SHARE = 2.0, 0.1
-TREMOR, LEAST_TREMOR = 4.0, 0.1
+LOAD = 2.0
+"""Deviation from the gravity torque that is always allowed [N m]."""
+LOAD_SHARE = 0.1
+"""Further deviation that is allowed, as a share of the gravity torque."""
+TREMOR = 4.0
+"""How many times as much as at the quietest rest a torque may tremble."""
+LEAST_TREMOR = 0.1
+"""Standard deviation of a torque that is always allowed [N m]."""
 
 
 class Push:
-    """Looks at rests, and remembers how quiet the sensors can be.
+    """Looks at one rest after the other, and remembers the quietest.
 
     Args:
-        joints: The model's actuated joints.
-        gravity: From joint positions to the torques that hold the arm [N m]; None without masses.
+        joints: The model's actuated joints, in chain order.
+        gravity: Returns the gravity torque of each joint [N m] for joint positions [rad]; None
+            where the model has no masses.
     """
 
     def __init__(
         self,
-        joints: Sequence[Joint],
+        joints: Sequence[JointLimits],
         gravity: Callable[[Sequence[float]], Sequence[float]] | None = None,
     ) -> None:
         self._joints = tuple(joints)
@@ -42,7 +49,7 @@ class Push:
         self._quietest: tuple[float, ...] | None = None
 
     def look(self, rest: Rest) -> str | None:
-        """Say by which sign the arm is being pushed; None if nothing shows it."""
+        """Say what shows that the arm is being pushed; None if nothing does."""
         if rest.effort is None or rest.effort_spread is None:
             return None
         return self._load(rest.position, rest.effort) or self._tremor(rest.effort_spread)

@@ -1,12 +1,12 @@
-"""The recorder: joins stream, keys, session, file and display."""
+"""The recorder: one loop that joins states, keys, session, file and screen."""
 
-import select
 import signal
 import time
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
+from ..drivers import clock
 from .display import Display
 from .keyboard import HangUp, Keyboard
 from .push import Push
@@ -26,7 +26,7 @@ __all__ = ["Outcome", "Recorder"]
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
 MOST_STATES = 500
-"""So many are looked at in one go; more wait, so that keys, signals and the screen do not."""
+"""How many states are looked at in one go, so that keys and the screen need not wait for more."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class Outcome:
 
 @dataclass
 class Recorder:
-    """One session at the robot.
+    """One session at the robot: :meth:`run` it.
 
-    A capture is on the disk before the session, and so the screen, counts it.
+    A capture is on the disk before the session counts it, and so before the screen shows it.
     """
 
     session: Session
@@ -57,7 +57,7 @@ class Recorder:
     script: Script | None = None
     push: Push | None = None
     check: Callable[[Sequence[Sample]], str | None] | None = None
-    """What a model of the arm says to the last of some samples; None if it looks right."""
+    """Says what is odd about the last of some samples by the model; None if nothing is."""
 
     def __post_init__(self) -> None:
         self._push = self.push or Push(self.session.joints)
@@ -66,7 +66,7 @@ class Recorder:
         self._pushed: str | None = None
         self._silent_since: float | None = None
         self._refused_at: Rest | None = None
-        self._started = time.monotonic()
+        self._started = clock.now()
         self._next_frame = 0.0
 
     def run(self) -> Outcome:
@@ -97,8 +97,8 @@ class Recorder:
         if self.script and self.script.hungry:
             sources.append(self.script)
         behind = self.stream.waiting > MOST_STATES
-        pause = 0.0 if behind else max(0.0, self._next_frame - time.monotonic())
-        ready, _, _ = select.select(sources, [], [], pause)
+        pause = 0.0 if behind else max(0.0, self._next_frame - clock.now())
+        ready = clock.wait(sources, pause)
         if signals in ready:
             signals.read()
         if self.script and self.script in ready:
@@ -108,7 +108,7 @@ class Recorder:
             self._take_states()  # what came before the key was pressed
             for key in keys:
                 if not self.session.finished:
-                    self._press(key, time.monotonic())
+                    self._press(key, clock.now())
             self._next_frame = 0.0
 
     def _take_states(self) -> None:
@@ -120,7 +120,7 @@ class Recorder:
             if self.session.finished:
                 return
         if self.script:
-            self._follow_script(self.script, time.monotonic())
+            self._follow_script(self.script, clock.now())
 
     def _trouble(self, now: float) -> str | None:
         """Say why nothing may be captured now; None if it may."""
@@ -129,8 +129,8 @@ class Recorder:
         return self.watch.trouble(now)
 
     def _follow_stream(self) -> None:
-        """Tell when the stream falls silent, and when it is back."""
-        now = time.monotonic()
+        """Say when the stream falls silent, and when it is back."""
+        now = clock.now()
         silent = now - max(self.stream.arrival, self._started) > SILENT
         if silent and self._silent_since is None:
             self._silent_since = now
@@ -247,14 +247,14 @@ class Recorder:
     # -- what goes out ---------------------------------------------------------------------------
 
     def _tell(self, text: str) -> None:
-        self.session = self.session.told(text)
+        self.session = self.session.with_message(text)
 
     def _alarm(self, text: str) -> None:
-        self.session = self.session.told(text, alarm=True)
+        self.session = self.session.with_message(text, alarm=True)
         self.display.bell()
 
     def _draw(self) -> None:
-        now = time.monotonic()
+        now = clock.now()
         if now < self._next_frame and not self.session.finished:
             return
         self._next_frame = now + FRAME

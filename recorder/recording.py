@@ -1,21 +1,21 @@
 """A placement's files, open for recording: append-only, locked, and safe against a crash.
 
-A capture is on the disk when :meth:`Recording.capture` returns: written in one piece and
-fsynced. A write that fails in the middle, as on a full disk, is cut off again, so that the file
-holds whole lines only. What a killed recorder left half-written is moved to a file beside it when
-the recording is opened again.
+A capture is on the disk when :meth:`Recording.capture` returns: its line was written and synced. A
+line that could be written only in part, as on a full disk, is cut off again, so that the file holds
+whole lines only. If the recorder is killed in the middle of a line, the next one to open the
+recording moves that part to a file beside it.
 """
 
 import fcntl
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, cast
 
 from .dataset import METADATA, is_placement, read_metadata
 from .samples import (
@@ -27,6 +27,7 @@ from .samples import (
     read_samples,
     undo_line,
 )
+from .session import SOCKETS
 from .tables import RecordingError
 
 __all__ = ["Metadata", "Recording"]
@@ -43,13 +44,13 @@ class Metadata:
     """``rad`` or ``m`` for each joint."""
     distance: float
     """Distance between the centres of sockets 0 and 1 [m]."""
-    sockets: int = 2
+    sockets: int = SOCKETS
     model_sha256: str = ""
     session: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """What holds for this start of the recorder alone: driver, window, notes."""
+    """What holds only for this start of the recorder: driver, window, notes."""
 
     def agreeing(self) -> dict[str, Any]:
-        """What must be the same whenever the placement is recorded on."""
+        """What must be the same each time that the placement is recorded on."""
         return {
             "robot": self.robot,
             "joints": list(self.joints),
@@ -74,7 +75,7 @@ class Recording:
         self.folder = folder
         self.file = folder / SAMPLES
         self.remarks: list[str] = []
-        """What the operator should know about what was found there."""
+        """What the operator should know about files that were there already."""
         earlier = self._agree(metadata)
         try:
             _make_folder(folder)
@@ -128,7 +129,7 @@ class Recording:
         self.close()
 
     def _agree(self, metadata: Metadata) -> dict[str, Any]:
-        """Return the earlier metadata, after checking that they describe the same placement."""
+        """Return the metadata of an earlier session, if they describe the same placement."""
         if not self.folder.exists():
             return {}
         if not self.folder.is_dir():
@@ -157,7 +158,7 @@ class Recording:
             ) from None
 
     def _mend(self, joints: tuple[str, ...]) -> SampleFile:
-        """Move a torn end aside, begin the file where it is new, and return what it holds."""
+        """Move a torn line aside, give a new file its header, and return what the file holds."""
         whole, newline, torn = self.file.read_bytes().rpartition(b"\n")
         if torn:
             self._set_aside(torn)
@@ -261,4 +262,6 @@ def _write_metadata(file: Path, metadata: dict[str, Any]) -> None:
 
 
 def _text(value: object) -> str:
-    return ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, cast("Sequence[object]", value)))
+    return str(value)

@@ -1,8 +1,9 @@
-"""The average over a window in which the arm is still: what a capture saves.
+"""The stillness rule: whether the arm rests, and the average that a capture saves if it does.
 
-The arm is *still* when the standard deviation of every joint over the window is at most ``still``.
-A joint that drifts evenly by D over the window has D / sqrt(12). Time is the robot's own
-(:attr:`JointState.stamp`), so that nothing here depends on how busy this computer is.
+The arm is *still* when the standard deviation of every joint's position over the last window
+(0.3 s by default) is at most ``still`` (5e-4 rad by default). For scale: a joint that drifts by D
+at constant speed within the window has the standard deviation D / sqrt(12). Time is the robot's
+own (:attr:`JointState.stamp`), so that the answer does not depend on how busy this computer is.
 """
 
 import math
@@ -14,16 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drivers import JointState
-from .session import Joint
+from .session import JointLimits
 
 __all__ = ["Rest", "Window"]
 
 CHECK_EVERY = 0.02
 """How often stillness is looked at [s]."""
 LEAST_STATES = 5
-"""The fewest states that make an average."""
+"""The fewest states that are averaged."""
 WHOLE = 0.9
-"""A window is whole once it spans this share of its length."""
+"""A window counts as full once its states span this share of its length."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,25 +32,30 @@ class Rest:
     """The average over a window in which the arm was still."""
 
     position: tuple[float, ...]
+    """Mean position of each joint [rad], [m] for a prismatic joint."""
     spread: tuple[float, ...]
-    """Standard deviation of each joint [rad]."""
+    """Standard deviation of each joint's position [rad], [m]."""
     effort: tuple[float, ...] | None
+    """Mean effort of each joint [N m]; None where the robot does not measure it."""
     effort_spread: tuple[float, ...] | None
+    """Standard deviation of each joint's effort [N m]."""
     stamp: float
-    """Stamp of the last state [s]."""
+    """The robot's own time of the last state [s]."""
     states: int
+    """How many states were averaged."""
 
 
 class Window:
-    """The states of the last moment.
+    """The states of the last moment, and whether the arm was still during it.
 
     Args:
-        joints: The model's actuated joints.
-        length: How long an average is [s].
-        still: Largest standard deviation of a joint of an arm that is still [rad].
+        joints: The model's actuated joints, in chain order.
+        length: How long a moment is [s].
+        still: Largest standard deviation of a joint of an arm that is still [rad], [m] for a
+            prismatic joint.
     """
 
-    def __init__(self, joints: Sequence[Joint], length: float, still: float) -> None:
+    def __init__(self, joints: Sequence[JointLimits], length: float, still: float) -> None:
         self._joints = tuple(joints)
         self._length = length
         self._still = still
@@ -57,12 +63,12 @@ class Window:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all states: no average reaches across this moment."""
+        """Forget all states, so that none from before is averaged with one from after."""
         self._states.clear()
         self._next_check = -math.inf
         self._still_since = math.nan
         self.rest: Rest | None = None
-        """The average, while the arm is still."""
+        """The average, while the arm is still; else None."""
         self.settled = False
         """Whether the arm has been still for longer than a whole window."""
         self.whole = False
@@ -71,7 +77,7 @@ class Window:
         """Why there is no average."""
 
     def add(self, state: JointState) -> bool:
-        """Take a state in; return whether stillness was looked at anew."""
+        """Take in a state; return whether stillness was looked at again."""
         states = self._states
         states.append(state)
         while states[0].stamp < state.stamp - self._length * (1 + 1e-9):

@@ -1,7 +1,8 @@
 """The file ``samples.csv``: one line an event, as bytes and back.
 
-The columns are documented in :mod:`mukca.recorder.dataset`. A line counts once its line break is
-written; what stands after the last line break was torn off by a crash, and is no event.
+An event is a capture, or an undo, which takes an earlier capture back. The columns are documented
+in :mod:`mukca.recorder.dataset`. A line counts once its line break is written; what stands after
+the last line break was torn off by a crash, and is no event.
 """
 
 import csv
@@ -21,18 +22,22 @@ _LEADING = ("event", "sample", "socket", "time", "stamp", "states")
 _PER_JOINT = ("position", "spread", "effort")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Sample:
-    """One captured configuration."""
+    """One captured configuration: the joint positions at which the ball sat in a socket.
+
+    It is an average over a moment in which the arm was still.
+    """
 
     position: tuple[float, ...]
     """Joint positions in chain order [rad], [m] for a prismatic joint."""
     socket: int
-    """Number of the socket in which the ball sat."""
+    """Number of the socket in which the ball sat, from 0."""
     effort: tuple[float, ...] | None = None
-    """What each joint exerted on the arm beyond it [N m], where the robot measured it."""
+    """Torque that each joint exerted on the links beyond it [N m]; None where the robot does not
+    measure it."""
     where: str = ""
-    """File and line, for messages."""
+    """File and line that it was read from, for messages."""
     number: int = 0
     """Counts the captures of a placement from 1; 0 where the file does not number them."""
     time: float | None = None
@@ -42,24 +47,29 @@ class Sample:
     states: int = 1
     """How many joint states were averaged."""
     spread: tuple[float, ...] | None = None
-    """Standard deviation of each joint over the averaged states [rad]."""
+    """Standard deviation of each joint's position over the averaged states [rad], [m] for a
+    prismatic joint."""
+
+    def __repr__(self) -> str:
+        position = ", ".join(f"{value:.4f}" for value in self.position)
+        return f"Sample({self.number or 'unnumbered'}, socket {self.socket}: {position})"
 
 
 @dataclass(frozen=True)
 class SampleFile:
-    """What a ``samples.csv`` holds."""
+    """All that a ``samples.csv`` holds."""
 
     joint_names: tuple[str, ...]
     samples: tuple[Sample, ...]
-    """All captures in order, withdrawn ones included."""
+    """All captures in order, also those that were taken back."""
     withdrawn: frozenset[int]
     """Numbers of the samples that were taken back."""
     torn: bytes
-    """What stands after the last complete line."""
+    """Bytes after the last complete line, which a crash tore off."""
 
     @property
     def live(self) -> tuple[Sample, ...]:
-        """The samples that count."""
+        """The samples that count: all but those that were taken back."""
         return tuple(sample for sample in self.samples if sample.number not in self.withdrawn)
 
 
@@ -69,7 +79,7 @@ def header_line(joint_names: Sequence[str]) -> bytes:
 
 
 def capture_line(sample: Sample) -> bytes:
-    """Return the line of a capture; every number reads back exactly."""
+    """Return the line that records a capture; every number reads back exactly."""
     empty = [""] * len(sample.position)
     leading = [CAPTURE, sample.number, sample.socket, sample.time, sample.stamp, sample.states]
     return _line([*leading, *sample.position, *(sample.spread or empty), *(sample.effort or empty)])
@@ -89,11 +99,11 @@ def _line(cells: Sequence[object]) -> bytes:
 
 
 def read_samples(file: Path) -> SampleFile:
-    """Read the file.
+    """Read a ``samples.csv``.
 
     Raises:
         RecordingError: It cannot be read, has no complete header, or a complete line that is
-            no event.
+            no event; the message names the line.
     """
     try:
         complete, _, torn = file.read_bytes().rpartition(b"\n")
@@ -112,7 +122,7 @@ def read_samples(file: Path) -> SampleFile:
 
 
 class _Parser:
-    """Reads one line after the other, and checks that they make sense together."""
+    """Reads one line after the other, and checks that each fits those before it."""
 
     def __init__(self, file: Path, header: Sequence[str]) -> None:
         self.file = file
@@ -202,7 +212,7 @@ class _Row:
         return int(value)
 
     def joints(self, kind: str) -> tuple[float, ...] | None:
-        """The numbers of all joints, or None where all their cells are empty."""
+        """One kind of number for all joints; None where all their cells are empty."""
         columns = [f"{kind}.{name}" for name in self.joint_names]
         if not any(self.cells[column].strip() for column in columns):
             return None

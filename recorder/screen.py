@@ -1,4 +1,4 @@
-"""The recorder's screen: a pure drawing of what is known at one moment."""
+"""The recorder's screen: from what is known at one moment to lines of text, and nothing else."""
 
 import math
 import textwrap
@@ -9,7 +9,7 @@ from rich.console import Group
 from rich.text import Text
 
 from .samples import Sample
-from .session import Joint, Session
+from .session import JointLimits, Session
 
 __all__ = ["View", "render"]
 
@@ -51,16 +51,16 @@ _SMALLEST = (40, 12)
 
 @dataclass(frozen=True)
 class View:
-    """What is known at one moment."""
+    """What is known at one moment: all that the screen shows."""
 
     session: Session
     title: str
     position: tuple[float, ...] | None = None
-    """Joint positions of the last sound state [rad]; None before the first."""
+    """Joint positions of the last state that was not faulty [rad], [m]; None before the first."""
     trouble: str | None = None
     """Why nothing can be captured now; None when it can."""
     push: str | None = None
-    """By which sign the arm is being pushed."""
+    """What shows that the arm is being pushed; None if nothing does."""
     rate: float = 0.0
     """States per second."""
     age: float = math.inf
@@ -72,7 +72,9 @@ class View:
     discarded: int = 0
     """Messages that the driver could not use."""
     help: bool = False
+    """Whether to show the help in place of joints and captures."""
     scripted: bool = False
+    """Whether a script presses the keys."""
 
 
 def render(view: View, width: int, height: int, *, plain: bool = False) -> Group:
@@ -121,7 +123,7 @@ def _banner(view: View, width: int) -> list[Text]:
 
 
 def _readiness(view: View, width: int) -> list[tuple[str, str]]:
-    """Three lines: in a word, why, and what else."""
+    """Three lines beside the socket's number: whether to wait, why, and how many captures."""
     done = view.session.counts[view.session.socket]
     count = f"{done} of {view.session.target} captured in this socket"
     if view.trouble:
@@ -162,7 +164,7 @@ def _stream(view: View) -> Text:
 
 
 def _middle(view: View, width: int, room: int) -> list[Text]:
-    """Joints, last captures and messages, with what room there is."""
+    """Joints, last captures and messages, as many as there is room for."""
     joints = _joints(view, width)
     room -= len(joints)
     messages = _messages(view.session, width, max(2, room // 2))
@@ -179,7 +181,7 @@ def _joints(view: View, width: int) -> list[Text]:
 
 
 def _joint(
-    joint: Joint, value: float, covered: tuple[float, float] | None, names: int, width: int
+    joint: JointLimits, value: float, covered: tuple[float, float] | None, names: int, width: int
 ) -> Text:
     """One joint: its range from limit to limit, what is covered of it, and where it is."""
     lower, upper = _ends(joint)
@@ -206,7 +208,7 @@ def _joint(
     return line
 
 
-def _ends(joint: Joint) -> tuple[float, float]:
+def _ends(joint: JointLimits) -> tuple[float, float]:
     """The ends of a joint's bar; one turn for a joint without limits."""
     lower = joint.lower if math.isfinite(joint.lower) else -math.pi
     upper = joint.upper if math.isfinite(joint.upper) else math.pi

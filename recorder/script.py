@@ -28,13 +28,13 @@ from .. import MukcaError
 __all__ = ["Script", "ScriptError", "Step"]
 
 PATIENCE = 30.0
-"""How long a step may wait for the arm [s]."""
+"""How long a step waits for the arm at most [s]."""
 _WORD = re.compile(r"(!?)([aduqs?0-9]+)(?:\*(\d{1,4}))?")
 _WAIT = re.compile(r"wait=(\d+\.?\d*|\.\d+)")
 
 
 class ScriptError(MukcaError):
-    """A script that cannot be read, or that waits for what does not come."""
+    """A script cannot be read, or waited too long for the arm."""
 
     def __init__(self, message: str, *, failed: bool = False) -> None:
         super().__init__(message)
@@ -53,7 +53,7 @@ class Step:
 
 
 class Script:
-    """Steps, as they come from a file descriptor.
+    """The steps of a key script, read as they come.
 
     Args:
         descriptor: A file's or a pipe's; closed by nobody here.
@@ -89,7 +89,7 @@ class Script:
         Args:
             now: The host's clock [s, monotonic].
             stamp: The robot's clock [s].
-            trouble: Why there is no new rest of the arm; None where there is one.
+            trouble: Why the arm does not rest at a new place; None if it does.
 
         Raises:
             ScriptError: A step has waited for too long.

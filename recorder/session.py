@@ -1,7 +1,7 @@
-"""The recording session as a value: what was captured, which socket is active, what was said.
+"""A recording session as a value: what was captured, which socket is active, what was said.
 
-Nothing here reads a robot, a key or a file. :class:`Session` never changes; every event makes a
-new one.
+Nothing here reads a robot, a key or a file. A :class:`Session` never changes; each event returns a
+new one, as in ``session = session.captured(sample)``.
 """
 
 import math
@@ -11,14 +11,24 @@ from functools import cached_property
 
 from .samples import Sample
 
-__all__ = ["Joint", "Message", "Session"]
+__all__ = ["SOCKETS", "STILL", "TARGET", "WINDOW", "JointLimits", "Message", "Session"]
+
+SOCKETS = 2
+"""How many sockets a base has, where nothing else is said."""
+TARGET = 30
+"""How many samples each socket should get, where nothing else is said."""
+WINDOW = 0.3
+"""How long a capture averages, where nothing else is said [s]."""
+STILL = 5e-4
+"""Largest standard deviation of a joint of an arm that is still, where nothing else is said
+[rad], [m] for a prismatic joint."""
 
 SAME = math.radians(1.0)
-"""Two configurations are nearly the same where no joint differs by more than this [rad]."""
+"""Two configurations are nearly the same if no joint differs by more than this [rad]."""
 SAME_LENGTH = 2e-3
 """The same for a prismatic joint [m]."""
 STOOD_STILL = math.radians(0.2)
-"""Within this [rad] of a configuration in another socket, the arm cannot have been moved over."""
+"""An arm within this of a configuration in another socket still stands in that socket [rad]."""
 BEYOND_LIMITS = math.radians(3.0)
 """How far a joint may read beyond its limits [rad]; sensors and models disagree a little."""
 BEYOND_LIMITS_LENGTH = 5e-3
@@ -26,15 +36,14 @@ BEYOND_LIMITS_LENGTH = 5e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Joint:
-    """One actuated joint of the model."""
+class JointLimits:
+    """One actuated joint of the model, with its limits, as the recorder needs it."""
 
     name: str
     lower: float = -math.inf
     """Lower limit [rad], [m] for a prismatic joint; infinite for a continuous one."""
     upper: float = math.inf
-    effort: float = math.inf
-    """The most that it can exert [N m]."""
+    """Upper limit, likewise."""
     prismatic: bool = False
 
     @property
@@ -58,16 +67,16 @@ class Message:
 
 @dataclass(frozen=True)
 class Session:
-    """Everything that happened at one placement."""
+    """Everything that happened at one placement so far."""
 
-    joints: tuple[Joint, ...]
-    sockets: int = 2
-    target: int = 30
+    joints: tuple[JointLimits, ...]
+    sockets: int = SOCKETS
+    target: int = TARGET
     """How many samples each socket should get."""
     socket: int = 0
     """The active socket."""
     samples: tuple[Sample, ...] = ()
-    """All captures in order, withdrawn ones included."""
+    """All captures in order, also those that were taken back."""
     withdrawn: frozenset[int] = frozenset()
     """Numbers of the samples that were taken back."""
     messages: tuple[Message, ...] = ()
@@ -75,12 +84,12 @@ class Session:
 
     @cached_property
     def live(self) -> tuple[Sample, ...]:
-        """The samples that count."""
+        """The samples that count: all but those that were taken back."""
         return tuple(sample for sample in self.samples if sample.number not in self.withdrawn)
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
-        """How many samples that count each socket has."""
+        """How many samples each socket has, without those that were taken back."""
         return tuple(
             sum(sample.socket == socket for sample in self.live) for socket in range(self.sockets)
         )
@@ -117,7 +126,7 @@ class Session:
         """Return the session with another socket active."""
         return replace(self, socket=socket)
 
-    def told(self, text: str, *, alarm: bool = False) -> "Session":
+    def with_message(self, text: str, *, alarm: bool = False) -> "Session":
         """Return the session with one more message."""
         return replace(self, messages=(*self.messages[-99:], Message(text, alarm)))
 
@@ -126,7 +135,12 @@ class Session:
         return self._outside(position) or self._repeated(position)
 
     def nearest(self, position: Sequence[float], within: float = SAME) -> Sample | None:
-        """Return a sample of any socket that is nearly at a configuration."""
+        """Return a sample, of any socket, that is nearly at a configuration; None without one.
+
+        Args:
+            position: The configuration [rad], [m] for a prismatic joint.
+            within: How much a revolute joint may differ [rad].
+        """
         for sample in self.live:
             if self.same(sample.position, position, within):
                 return sample
@@ -155,7 +169,7 @@ class Session:
         return None
 
     def same(self, a: Sequence[float], b: Sequence[float], within: float = SAME) -> bool:
-        """Tell whether no joint differs by more than some angle [rad] between configurations."""
+        """Tell whether two configurations differ by at most some angle [rad] at every joint."""
         return all(
             abs(x - y) <= (SAME_LENGTH * within / SAME if joint.prismatic else within)
             for joint, x, y in zip(self.joints, a, b, strict=True)

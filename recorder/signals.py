@@ -1,7 +1,7 @@
-"""Turns signals into something that a loop can look at between two steps.
+"""Signals that a loop looks at between two steps, instead of being interrupted by them.
 
-A handler that raised would do so anywhere, between a write and its fsync for instance. So a signal
-is only noted, and wakes the loop that waits on the descriptor.
+A signal handler that raises an exception may do so anywhere, for instance between a write and its
+sync. Here a signal is only noted, and wakes the loop if it waits.
 """
 
 import os
@@ -15,7 +15,7 @@ _ENDING = (signal.SIGHUP, signal.SIGINT, signal.SIGQUIT, signal.SIGTERM)
 
 
 class Signals:
-    """Notes signals that end the program, and those that the terminal was resized."""
+    """Notes the signals that end the program, and the one for a resized terminal."""
 
     def __init__(self) -> None:
         self.received: int | None = None

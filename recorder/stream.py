@@ -1,11 +1,10 @@
-"""Reads a driver in a thread of its own, so that no state waits for a screen or a disk."""
+"""Reads a driver in a thread of its own, so that no state waits for a slow disk or screen."""
 
 import math
 import threading
-import time
 from collections import deque
 
-from ..drivers import Driver, DriverError, JointState, Reason
+from ..drivers import Driver, DriverError, JointState, Reason, clock
 from ..drivers.reconnect import Reconnecting
 
 __all__ = ["Stream"]
@@ -15,12 +14,12 @@ PATIENCE = 0.1
 
 
 class Stream:
-    """The states of a driver, in order, with the time at which each arrived.
+    """The states of a driver, in order, each with the time at which it arrived.
 
     Args:
         driver: Belongs to the stream from now on, which closes it.
-        capacity: How many states wait at most for a consumer that is busy; older ones are dropped
-            and counted in :attr:`dropped`.
+        capacity: How many states wait at most to be taken; beyond that the oldest is dropped and
+            counted in :attr:`dropped`.
     """
 
     def __init__(self, driver: Driver, capacity: int = 120_000) -> None:
@@ -31,17 +30,17 @@ class Stream:
         self.arrival = -math.inf
         """When the newest state came [s, monotonic]."""
         self.dropped = 0
-        """States that no consumer came for in time."""
+        """States that nobody took in time."""
         self.trouble: str | None = None
-        """Why no state comes, in words; None while they do."""
+        """Why no states come, in words; None while they come."""
         self.ended = False
         """Whether the driver gave up for good; :attr:`trouble` says why."""
         self._thread = threading.Thread(target=self._read, name="joint states", daemon=True)
-        self._thread.start()
+        self._begin()
 
     @property
     def missed(self) -> int:
-        """States that the robot sent and that no one got to see."""
+        """States that the robot sent and that were lost on the way, or not taken in time."""
         return self._driver.missed + self.dropped
 
     @property
@@ -62,8 +61,12 @@ class Stream:
     def take(self, most: int = 1_000_000) -> list[tuple[float, JointState, int]]:
         """Return the oldest states that were not taken yet.
 
-        Each comes with its arrival [s, monotonic] before it, and behind it how many connections
-        had been lost by then.
+        Args:
+            most: How many at most.
+
+        Returns:
+            For each state a tuple of the time at which it arrived, by the host's monotonic clock
+            [s], the state, and how many connections had been lost by then.
         """
         waiting = self._waiting
         return [waiting.popleft() for _ in range(min(most, len(waiting)))]
@@ -73,16 +76,21 @@ class Stream:
         self._stop.set()
         self._thread.join(timeout=5.0)
 
+    def _begin(self) -> None:
+        self._thread.start()
+
     def _read(self) -> None:
+        while not (self.ended or self._stop.is_set()):
+            self._step()
+        self._driver.close()
+
+    def _step(self) -> None:
         try:
-            while not self._stop.is_set():
-                self._read_one()
+            self._read_one()
         except DriverError as error:
             self.trouble, self.ended = str(error), True
         except Exception as error:  # a plug-in may fail in any way; the session goes on to be saved
             self.trouble, self.ended = f"the driver failed: {error!r}", True
-        finally:
-            self._driver.close()
 
     def _read_one(self) -> None:
         try:
@@ -96,5 +104,5 @@ class Stream:
         if len(self._waiting) >= self._capacity:
             self._waiting.popleft()
             self.dropped += 1
-        self.arrival = time.monotonic()
+        self.arrival = clock.now()
         self._waiting.append((self.arrival, state, self.drops))

@@ -12,7 +12,7 @@ __all__ = ["RecordingError", "Table", "read_table"]
 
 
 class RecordingError(MukcaError):
-    """A recording cannot be read or written, or does not hold what it must."""
+    """A recording cannot be read or written, or is not as it must be; the message says where."""
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,11 @@ class Table:
 
 
 def read_table(file: Path) -> Table:
-    """Read a CSV file of finite numbers, with or without one header line.
+    """Read a CSV file of finite numbers, with or without a header line.
 
     Raises:
-        RecordingError: Missing, empty, header only, ragged, or a cell that is no finite number.
+        RecordingError: The file is missing, empty, or only a header; its lines differ in length;
+            or a cell is no finite number. The message names file and line.
     """
     try:
         with file.open(newline="", encoding="utf-8-sig") as stream:

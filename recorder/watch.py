@@ -1,15 +1,18 @@
-"""Watches the stream of joint states: is it sound, is the arm still, and what is its average?
+"""Watches the stream of joint states: can it be trusted, is the arm still, what is its average?
 
 * The arm is *still* by the rule of :mod:`mukca.recorder.rest`.
-* A state with another number of joints than the model, a number that is not finite, zeros only, or
-  a stamp that does not advance is a *fault*; so is a *jump*, a step that is over 3 degrees off
-  what the speed before it leads to. No window reaches across a fault. After a jump nothing is
-  trusted until the joint has jumped back. A new connection begins anew: the arm may have been
-  led anywhere, and the robot's clock may have stood, while there was none.
+* A state is *faulty* if it has another number of joints than the model, a number that is not
+  finite, zeros only, or a stamp that is not later than the one before. No average is taken across
+  a faulty state.
+* A joint *jumps* if its position is over 3 degrees away from where its speed would have led it.
+  Nothing is captured until it has jumped back.
 * The stream is *frozen* when it repeats one state to the last digit although its sensors are
   noisy, or although the arm was just moving (:mod:`mukca.recorder.freeze`).
 * It is *silent* when no state has come for a quarter of a second, and *late* when states take half
-  a second longer from the robot to here than they once did.
+  a second longer from the robot to here than the quickest did.
+
+A new connection is compared with nothing from before it: without a connection the arm may have been
+led anywhere, and the robot's clock may have been set.
 """
 
 import math
@@ -19,50 +22,51 @@ from collections.abc import Sequence
 from ..drivers import JointState
 from .freeze import Freeze
 from .rest import Rest, Window
-from .session import Joint
+from .session import STILL, WINDOW, JointLimits
 
 __all__ = ["Watch"]
 
 SILENT = 0.25
 """Longest pause of a stream that is alive [s]."""
 LATE = 0.5
-"""Longest delay of a stream that is live [s]."""
+"""Longest delay of a state in a stream that is not late [s]."""
 DRIFT = 1e-3
-"""How much faster or slower than the host's clock the robot's may run."""
+"""How much faster or slower than the host's clock the robot's may run, as a share."""
 JUMP = math.radians(3.0)
-"""The least that a jump is [rad] or [m]."""
+"""A smaller deviation from the expected position is no jump [rad], [m]."""
 JUMP_ACCELERATION = 50.0
-"""More than any arm's joint is led with by hand [rad/s^2]; it allows more in slow streams."""
+"""No hand accelerates a joint more than this [rad/s^2]; in slow streams it allows larger steps."""
 UNEVEN = 0.05
-"""How far a stamp may be off the moment of measurement, where the host gives it [s]."""
+"""How far a stamp may be off the time of measurement, where the host gives the stamps [s]."""
 ABSURD = 1e6
-"""No joint's position or effort is as large as this."""
+"""No joint's position [rad] or effort [N m] is as large as this."""
 
 
 class Watch:
     """Follows a stream, one state at a time.
 
     Args:
-        joints: The model's actuated joints.
-        window: How long an average is [s].
-        still: Largest standard deviation of a joint of an arm that is still [rad].
-        live: Whether a stream that is late counts as unsound.
+        joints: The model's actuated joints, in chain order.
+        window: How long a capture averages [s].
+        still: Largest standard deviation of a joint of an arm that is still [rad], [m] for a
+            prismatic joint.
+        live: Whether nothing may be captured from a stream that is late.
     """
 
     def __init__(
         self,
-        joints: Sequence[Joint],
+        joints: Sequence[JointLimits],
         *,
-        window: float = 0.3,
-        still: float = 5e-4,
+        window: float = WINDOW,
+        still: float = STILL,
         live: bool = True,
     ) -> None:
         self.joints = tuple(joints)
         self.live = live
         self.latest: JointState | None = None
-        """The last sound state."""
+        """The last state that was not faulty."""
         self.arrival = -math.inf
-        """When the last state came, sound or not [s, monotonic]."""
+        """When the last state came, faulty or not, by the host's monotonic clock [s]."""
         self._window = Window(joints, window, still)
         self._arrivals: deque[float] = deque()
         self._fault: str | None = None
@@ -75,11 +79,11 @@ class Watch:
         self._connection = 0
 
     def feed(self, state: JointState, arrival: float, connection: int = 0) -> bool:
-        """Take a state in; return whether stillness was looked at anew.
+        """Take in a state; return whether stillness was looked at again.
 
         Args:
             state: The state.
-            arrival: When it came [s, monotonic].
+            arrival: When it came, by the host's monotonic clock [s].
             connection: The number of the connection that it came over.
         """
         if connection != self._connection:
@@ -110,7 +114,7 @@ class Watch:
         return self._window.settled
 
     def rate(self, now: float) -> float:
-        """States per second over the last second, up to the last state while they come."""
+        """Return how many states came within the last second."""
         if self.age(now) <= SILENT:
             return float(len(self._arrivals))
         while self._arrivals and self._arrivals[0] < now - 1.0:
@@ -118,11 +122,11 @@ class Watch:
         return float(len(self._arrivals))
 
     def age(self, now: float) -> float:
-        """Time since the last state came [s]."""
+        """Return the time since the last state came [s]."""
         return now - self.arrival
 
     def trouble(self, now: float) -> str | None:
-        """Say why nothing may be captured now; None if the arm is still and the stream sound."""
+        """Say why nothing may be captured now; None if something may."""
         return self._unsound(now) or (None if self.rest else self._window.moving)
 
     def _unsound(self, now: float) -> str | None:
@@ -144,7 +148,7 @@ class Watch:
         return None
 
     def _begin_anew(self) -> None:
-        """Compare nothing with what came before."""
+        """Forget what came before, so that nothing is compared with it."""
         self.latest = None
         self._fault = None
         self._offsets = [0.0] * len(self.joints)
@@ -155,7 +159,7 @@ class Watch:
         self._window.restart()
 
     def _count(self, arrival: float, stamp: float) -> None:
-        """Follow rate and delay."""
+        """Keep track of the stream's rate and delay."""
         self._arrivals.append(arrival)
         while self._arrivals[0] < arrival - 1.0:
             self._arrivals.popleft()

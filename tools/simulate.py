@@ -10,7 +10,6 @@ printed socket allows. What is written down are the joint positions that put the
 # pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
 
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -30,7 +29,6 @@ __all__ = [
     "perturb",
     "reachable_bases",
     "record",
-    "write_holes",
 ]
 
 Vector = NDArray[np.float64]
@@ -270,15 +268,3 @@ def _reachable(guide: Guide, base: Base, generator: np.random.Generator) -> bool
     except SimulationError:
         return False
     return True
-
-
-def write_holes(placement: Placement, folder: Path) -> None:
-    """Write a placement as ``hole_0.csv``, ``hole_1.csv``; the floats read back exactly."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for socket in sorted({sample.socket for sample in placement.samples}):
-        lines = [
-            ",".join(map(repr, sample.position))
-            for sample in placement.samples
-            if sample.socket == socket
-        ]
-        (folder / f"hole_{socket}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")

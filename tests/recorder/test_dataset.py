@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mukca.recorder.dataset import RecordingError, find_placements, read_placement, read_table
+from mukca.recorder.dataset import (
+    RecordingError,
+    find_placements,
+    read_placement,
+    read_placements,
+    read_table,
+)
 
 NAMES = ("j1", "j2", "j3")
 
@@ -137,3 +143,24 @@ def test_efforts_are_all_or_none(tmp_path: Path) -> None:
     read = read_placement(placement(tmp_path, "1,2,3\n"))
     assert read.efforts is None
     assert np.shape(read.positions) == (3, 3)
+
+
+def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path: Path) -> None:
+    for name in ("left", "right"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "hole_0.csv").write_text("1,2\n3,4\n")
+        (tmp_path / name / "hole_1.csv").write_text("5,6\n")
+    both = read_placements(tmp_path)
+    assert [placement.path for placement in both] == [tmp_path / "left", tmp_path / "right"]
+    assert read_placements(str(tmp_path / "right"), tmp_path / "left") == both[::-1]
+    assert repr(both[0]) == f"Placement('{tmp_path.name}/left': 2 + 1 samples, 2 joints)"
+    assert repr(both[0].samples[2]) == "Sample(unnumbered, socket 1: 5.0000, 6.0000)"
+
+
+def test_paths_without_a_placement_are_told_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="no placement is given"):
+        read_placements()
+    with pytest.raises(RecordingError, match="/nowhere: no such folder"):
+        read_placements("/nowhere")
+    with pytest.raises(RecordingError, match="no recording in this folder"):
+        read_placements(tmp_path)

@@ -12,9 +12,9 @@ from rich.console import Console
 from mukca.recorder.display import Lines, Screen
 from mukca.recorder.keyboard import HangUp
 from mukca.recorder.screen import View
-from mukca.recorder.session import Joint, Session
+from mukca.recorder.session import JointLimits, Session
 
-VIEW = View(Session((Joint("elbow", -1, 1),)), "arm", (0.1,), rate=1000.0, age=0.001)
+VIEW = View(Session((JointLimits("elbow", -1, 1),)), "arm", (0.1,), rate=1000.0, age=0.001)
 
 
 class Terminal:
@@ -88,10 +88,10 @@ def test_a_terminal_that_is_gone_is_told(terminal: Terminal) -> None:
 
 def test_without_a_terminal_messages_are_lines() -> None:
     text = io.StringIO()
-    session = VIEW.session.told("first").told("[b]second[/b]", alarm=True)
+    session = VIEW.session.with_message("first").with_message("[b]second[/b]", alarm=True)
     with Lines(Console(file=text)) as lines:
         lines.show(replace(VIEW, session=session))
         lines.show(replace(VIEW, session=session))
-        lines.show(replace(VIEW, session=session.told("third")))
+        lines.show(replace(VIEW, session=session.with_message("third")))
         lines.bell()
     assert text.getvalue() == "first\n! [b]second[/b]\nthird\n"

@@ -4,9 +4,9 @@ import pytest
 
 from mukca.recorder.push import Push
 from mukca.recorder.rest import Rest
-from mukca.recorder.session import Joint
+from mukca.recorder.session import JointLimits
 
-JOINTS = (Joint("shoulder"), Joint("elbow"))
+JOINTS = (JointLimits("shoulder"), JointLimits("elbow"))
 QUIET = (0.02, 0.02)
 
 

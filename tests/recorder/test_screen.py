@@ -10,12 +10,12 @@ from rich.console import Console
 
 from mukca.recorder.samples import Sample
 from mukca.recorder.screen import HELP, View, render
-from mukca.recorder.session import Joint, Session
+from mukca.recorder.session import JointLimits, Session
 
-JOINTS = tuple(Joint(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
+JOINTS = tuple(JointLimits(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
 
 
-def session(count: int = 12, sockets: int = 2, joints: tuple[Joint, ...] = JOINTS) -> Session:
+def session(count: int = 12, sockets: int = 2, joints: tuple[JointLimits, ...] = JOINTS) -> Session:
     made = Session(joints, sockets=sockets)
     for k in range(count):
         position = tuple(0.05 * k * (i - 3) for i in range(len(joints)))
@@ -57,8 +57,8 @@ def drawn(
 def test_it_fits_any_terminal(
     width, height, joints, sockets, count, helps, plain, trouble, message
 ) -> None:
-    made = session(count, sockets, tuple(Joint(f"j{i}", -1, 1) for i in range(joints)))
-    shown = view(made.told(message, alarm=True), help=helps, trouble=trouble)
+    made = session(count, sockets, tuple(JointLimits(f"j{i}", -1, 1) for i in range(joints)))
+    shown = view(made.with_message(message, alarm=True), help=helps, trouble=trouble)
     group = render(shown, width, height, plain=plain)
     assert all(line.cell_len <= width for line in group.renderables)
     assert len(group.renderables) in (1, height)
@@ -66,7 +66,11 @@ def test_it_fits_any_terminal(
 
 @pytest.mark.parametrize("plain", [False, True])
 def test_all_that_is_needed_is_on_80_by_24(plain: bool) -> None:
-    made = session().told("captured sample 12").told("refused: still moving", alarm=True)
+    made = (
+        session()
+        .with_message("captured sample 12")
+        .with_message("refused: still moving", alarm=True)
+    )
     shown = "\n".join(drawn(view(made, trouble="still moving: panda_joint4 by 1.2°"), plain=plain))
     for needed in (
         "SOCKET 0",
@@ -118,7 +122,7 @@ def test_all_of_the_help_is_on_80_by_24() -> None:
 
 
 def test_the_bar_shows_limits_range_and_place() -> None:
-    joint = (Joint("a", math.radians(-100), math.radians(100)),)
+    joint = (JointLimits("a", math.radians(-100), math.radians(100)),)
     made = Session(joint)
     for number, degrees in enumerate((-50, 0), start=1):
         made = made.captured(Sample((math.radians(degrees),), 0, number=number))
@@ -132,11 +136,11 @@ def test_the_bar_shows_limits_range_and_place() -> None:
 
 
 def test_a_joint_without_limits_has_a_bar_of_one_turn() -> None:
-    assert any("-180.0°├" in line for line in drawn(view(Session((Joint("wheel"),)))))
+    assert any("-180.0°├" in line for line in drawn(view(Session((JointLimits("wheel"),)))))
 
 
 def test_a_prismatic_joint_is_shown_in_millimetres() -> None:
-    made = Session((Joint("rail", 0, 0.5, prismatic=True),))
+    made = Session((JointLimits("rail", 0, 0.5, prismatic=True),))
     assert any(
         "0.0 mm├" in x and x.endswith("123.0 mm") for x in drawn(view(made, position=(0.123,)))
     )
@@ -151,6 +155,6 @@ def test_the_active_socket_is_told_by_more_than_colour() -> None:
 
 
 def test_the_newest_message_is_whole_and_last() -> None:
-    made = session().told("older").told("word " * 20 + "end", alarm=True)
+    made = session().with_message("older").with_message("word " * 20 + "end", alarm=True)
     lines = [line for line in drawn(view(made)) if line.startswith((" !", " >"))]
     assert lines[0] == " > older" and lines[-1].endswith("end") and len(lines) == 3

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mukca.recorder.samples import Sample
-from mukca.recorder.session import Joint, Session
+from mukca.recorder.session import JointLimits, Session
 
-JOINTS = (Joint("shoulder", -1.0, 1.0), Joint("rail", 0.0, 0.5, prismatic=True))
+JOINTS = (JointLimits("shoulder", -1.0, 1.0), JointLimits("rail", 0.0, 0.5, prismatic=True))
 
 
 def captured(session: Session, *position: float) -> Session:
@@ -71,7 +71,7 @@ def test_a_withdrawn_configuration_may_be_captured_again() -> None:
 
 
 def test_a_joint_without_limits_may_be_anywhere() -> None:
-    assert Session((Joint("wheel"),)).refusal((100.0,)) is None
+    assert Session((JointLimits("wheel"),)).refusal((100.0,)) is None
 
 
 def test_undo_of_nothing_changes_nothing() -> None:

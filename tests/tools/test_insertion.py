@@ -17,13 +17,13 @@ pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 
 from PIL import Image
 
+from mukca.recorder.convert import write_holes
 from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
 from mukca.tools.experiments import drawing, film, pictures
 from mukca.tools.experiments.controller import ArmModel
 from mukca.tools.experiments.models import record_placements
 from mukca.tools.experiments.scene import urdf_of
-from mukca.tools.simulate import write_holes
 
 Simulate = Callable[..., dict]
 

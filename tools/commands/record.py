@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...drivers.registry import open_driver
+from ...recorder.session import SOCKETS, STILL, TARGET, WINDOW
 from ..arguments import UsageError, add_load, add_robot, load_of, robot_of
 from ..terminal import Terminal
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from ...recorder.record import Outcome
     from ...recorder.recording import Recording
     from ...recorder.script import Script
-    from ...recorder.session import Joint, Session
+    from ...recorder.session import JointLimits, Session
     from ...solver.robot.urdf import Robot
 
 EXAMPLE = """example:
@@ -56,22 +57,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", required=True, type=Path, metavar="DIR/PLACEMENT", help="continued if it exists")
     add("--distance", type=float, default=0.05, metavar="M", help="between the centres of sockets "
         "0 and 1, in metres, as measured with a caliper (default: %(default)s)")  # fmt: skip
-    add("--sockets", type=int, default=2, metavar="N", help="1 to 10 (default: %(default)s)")
+    add("--sockets", type=int, default=SOCKETS, metavar="N", help="1 to 10 (default: %(default)s)")
     add(
         "--target",
         type=int,
-        default=30,
+        default=TARGET,
         metavar="N",
         help="samples for each socket (default: %(default)s)",
     )
     add(
         "--window",
         type=float,
-        default=0.3,
+        default=WINDOW,
         metavar="S",
         help="seconds that a capture averages (default: %(default)s)",
     )
-    add("--still", type=float, default=5e-4, metavar="RAD", help="largest standard deviation over "
+    add("--still", type=float, default=STILL, metavar="RAD", help="largest standard deviation over "
         "the window of an arm that is still (default: %(default)s)")  # fmt: skip
     add("--keys", type=Path, metavar="FILE", help="read keys from a script")
     add_load(parser, "noticing a hand on the arm")
@@ -98,12 +99,12 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return 1 if outcome.refused and _is_scripted(arguments) else 0
 
 
-def joints_of(robot: "Robot") -> "tuple[Joint, ...]":
+def joints_of(robot: "Robot") -> "tuple[JointLimits, ...]":
     """Return the chain's actuated joints as the recorder sees them."""
-    from ...recorder.session import Joint
+    from ...recorder.session import JointLimits
 
     return tuple(
-        Joint(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
+        JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
         for joint in robot.actuated
     )
 
@@ -223,7 +224,7 @@ def _connect(text: str, joint_names: tuple[str, ...]) -> "Reconnecting":
 
 
 def _recording(
-    arguments: argparse.Namespace, robot: "Robot", joints: "tuple[Joint, ...]"
+    arguments: argparse.Namespace, robot: "Robot", joints: "tuple[JointLimits, ...]"
 ) -> "Recording":
     from ...recorder.recording import Metadata, Recording
 
@@ -248,7 +249,7 @@ def _recording(
 
 
 def _session(
-    arguments: argparse.Namespace, joints: "tuple[Joint, ...]", recording: "Recording"
+    arguments: argparse.Namespace, joints: "tuple[JointLimits, ...]", recording: "Recording"
 ) -> "Session":
     """Return the session as an earlier start left it."""
     from ...recorder.session import Session
@@ -264,9 +265,9 @@ def _session(
         withdrawn=content.withdrawn,
     )
     for remark in recording.remarks:
-        session = session.told(remark, alarm=True)
+        session = session.with_message(remark, alarm=True)
     if session.samples:
-        session = session.told(f"continues a recording of {len(session.live)} samples")
+        session = session.with_message(f"continues a recording of {len(session.live)} samples")
     return session
 
 

@@ -82,6 +82,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _options(arguments: argparse.Namespace) -> "Options":
+    from ...solver.data.observations import parse_known
     from ..report.build import Options
     from .solve import known_distances
 
@@ -90,7 +91,7 @@ def _options(arguments: argparse.Namespace) -> "Options":
         mean_absolute_error=_metres("--limit-mae-mm", arguments.limit_mae_mm),
         distance_error=_metres("--limit-distance-mm", arguments.limit_distance_mm),
         between_placements=_metres("--limit-between-mm", arguments.limit_between_mm),
-        known=known_distances(arguments.known),
+        known=[parse_known(words) for words in known_distances(arguments.known)],
         tolerance=_metres("--tolerance-mm", arguments.tolerance_mm) or 0.0,
     )
 

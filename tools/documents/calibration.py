@@ -13,7 +13,7 @@ from ... import MukcaError
 from ...recorder.dataset import Placement, Sample
 from ...solver.auto.deflection import EXTENSIONS, Deflection, coefficient_names
 from ...solver.auto.directions import Direction
-from ...solver.calibrated import Calibration
+from ...solver.calibrated import CalibratedRobot
 from ...solver.checks.inspection import Finding
 from ...solver.data.metrics import Metrics
 from ...solver.data.observations import Load
@@ -25,6 +25,7 @@ from .files import Document, DocumentError, read
 __all__ = [
     "FORMAT",
     "CalibrationDocument",
+    "CarriedLoad",
     "Coefficient",
     "Correlation",
     "CostTerms",
@@ -272,6 +273,15 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
         )
 
 
+class CarriedLoad(Document, kw_only=True, frozen=True):
+    """What pulled at the joints while recording."""
+
+    gravity: tuple[float, float, float]
+    """In the base frame [m/s^2]."""
+    payload: float
+    """Mass at the ball beyond that of the model [kg]."""
+
+
 class CalibrationDocument(Result, kw_only=True, frozen=True):
     """All of ``calibration.json``."""
 
@@ -279,7 +289,7 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     model: Model
     deflection: dict[str, tuple[float, ...]]
     """Coefficients of each extension of the geometry."""
-    load: Load
+    load: CarriedLoad
     data: tuple[PlacementSamples, ...]
 
 
@@ -292,7 +302,7 @@ def read_calibration(file: Path) -> CalibrationDocument:
     return read(file, CalibrationDocument, FORMAT)
 
 
-def calibrated_robot(document: CalibrationDocument, source: str) -> Calibration:
+def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
     """Return the robot that a calibration describes.
 
     Args:
@@ -330,12 +340,12 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> Calibration:
     deflection = Deflection(
         tuple(document.deflection), tuple(map(np.array, document.deflection.values()))
     )
-    return Calibration(
+    return CalibratedRobot(
         robot,
         parameters,
         calibrated,
         deflection,
-        document.load,
+        Load(document.load.gravity, document.load.payload),
         exported if document.deflection else None,
     )
 

@@ -23,6 +23,10 @@ class DocumentError(MukcaError):
 class Document(msgspec.Struct, frozen=True, omit_defaults=True):
     """Base of all values that stand in a file."""
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return the value by name, as it stands in the file."""
+        return msgspec.to_builtins(self)
+
 
 class _Head(msgspec.Struct):
     """What tells one kind of file from another."""

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ....solver.calibrated import Calibration
+from ....solver.calibrated import CalibratedRobot
 from ....solver.data.measurements import Measurement
 from ....solver.robot.kinematics import link_frames
 from ....solver.robot.urdf import Robot
@@ -64,7 +64,7 @@ def arm_drawing(predictions: Predictions) -> ArmDrawing:
     )
 
 
-def _corrected_positions(calibration: Calibration, measured: Measurement) -> Vector:
+def _corrected_positions(calibration: CalibratedRobot, measured: Measurement) -> Vector:
     """Return the joint positions that the calibrated geometry is applied to."""
     if not calibration.deflection.extensions:
         return measured.positions

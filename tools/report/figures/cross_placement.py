@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from .... import MukcaError
 from ....solver.data.metrics import evaluate
-from ....solver.paper.problem import REGULARIZATION, Problem, build_problem, calibrate
+from ....solver.paper.problem import REGULARIZATION, Problem, build_problem, solve
 from ....solver.robot.parameters import Parameter, all_parameters
 from ...documents.report import CrossPlacement
 from .predictions import PlacementPrediction, Predictions
@@ -49,7 +49,7 @@ def _row(problem: Problem, trained_on: PlacementPrediction) -> tuple[float, ...]
     if not trained_on.measured.has_distance:
         return None
     try:
-        x = calibrate(replace(problem, training=(trained_on.measured,))).x
+        x = solve(replace(problem, training=(trained_on.measured,))).x
     except MukcaError:
         return None
     return tuple(

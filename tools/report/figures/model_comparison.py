@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .... import MukcaError
-from ....solver.calibrated import Calibration
+from ....solver.calibrated import CalibratedRobot
 from ....solver.data.measurements import Measurement
 from ....solver.data.metrics import evaluate, mean_metrics, socket_centres
 from ...documents.calibration import CalibrationDocument, calibrated_robot, read_calibration
@@ -48,7 +48,7 @@ class Contender:
     name: str
     file: Path
     document: CalibrationDocument
-    calibration: Calibration
+    calibration: CalibratedRobot
 
     def trained_on(self, measured: Measurement) -> bool:
         """Tell whether it was fitted to these very samples, wherever they lie now."""

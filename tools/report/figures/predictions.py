@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ....solver.calibrated import Calibration
+from ....solver.calibrated import CalibratedRobot
 from ....solver.data.measurements import Measurement, measure
 from ....solver.data.metrics import evaluate, socket_centres
 from ....solver.robot.urdf import Robot
@@ -82,7 +82,7 @@ class Predictions:
     """A calibration, and what its two models predict for all its samples."""
 
     document: CalibrationDocument
-    calibration: Calibration
+    calibration: CalibratedRobot
     placements: tuple[PlacementPrediction, ...]
 
     @property
@@ -144,7 +144,7 @@ def _measurement(row: PlacementSamples, i: int, robot: Robot, source: str) -> Me
 
 
 def _prediction(
-    row: PlacementSamples, measured: Measurement, calibration: Calibration
+    row: PlacementSamples, measured: Measurement, calibration: CalibratedRobot
 ) -> PlacementPrediction:
     points = ByModel(
         nominal=calibration.nominal_ball(measured.positions),
@@ -154,7 +154,7 @@ def _prediction(
     return PlacementPrediction(measured, row.role, points, tuple(samples))
 
 
-def calibrated_points(calibration: Calibration, measured: Measurement) -> Vector:
+def calibrated_points(calibration: CalibratedRobot, measured: Measurement) -> Vector:
     """Return where the calibrated robot puts the ball in each sample, shape (N, 3) [m]."""
     return calibration.ball(measured.positions, measured.efforts)
 

@@ -1,0 +1,58 @@
+"""Opening a driver by one string, and how connections and states print."""
+
+import pytest
+
+from mukca import MukcaError
+from mukca.drivers import DriverError, JointState, Reason
+from mukca.drivers.registry import open_driver
+
+
+@pytest.fixture
+def hand(tmp_path):
+    file = tmp_path / "hand.csv"
+    file.write_text("elbow,wrist\n0.1,0.2\n")
+    return file
+
+
+def test_a_driver_is_opened_by_one_string_and_closed_at_the_end(hand):
+    with open_driver(f"mock:{hand}?noise=0") as driver:
+        assert driver.read(timeout=1.0).position == (0.1, 0.2)
+        assert driver.joint_names == ("elbow", "wrist")
+    with pytest.raises(DriverError, match="closed"):
+        driver.read(timeout=1.0)
+
+
+def test_an_address_may_hold_colons_and_may_come_apart(hand):
+    with pytest.raises(DriverError, match=r"127\.0\.0\.1:9 refused"):
+        open_driver("ur:127.0.0.1:9")
+    with open_driver("mock", str(hand), ("a", "b")) as driver:
+        assert driver.joint_names == ("a", "b")
+
+
+def test_the_model_s_joints_are_checked(hand):
+    with pytest.raises(DriverError, match="2 joints, but the model has 1") as caught:
+        open_driver(f"mock:{hand}", joint_names=["elbow"])
+    assert caught.value.reason is Reason.WRONG_ROBOT
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("frnka:172.16.0.2", "no driver is called 'frnka'; there are: franka,"),
+        ("", "no driver is called ''"),
+        ("mock", "mock needs a recording to replay, as in mock:data/front"),
+        ("ur", "a host is missing"),
+    ],
+)
+def test_what_cannot_be_opened_is_told_in_one_line(text, says):
+    with pytest.raises(MukcaError) as caught:
+        open_driver(text)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_state_and_a_connection_print_on_one_line(hand):
+    assert repr(JointState(1.5, (0.1, -2.0))) == "JointState(1.500 s: 0.1000, -2.0000)"
+    assert repr(JointState(0.0, (1.0,), (2.0,))) == "JointState(0.000 s: 1.0000, with effort)"
+    with open_driver(f"mock:{hand}") as driver:
+        assert repr(driver) == "Mock(2 joints, missed 0, rejected 0)"
