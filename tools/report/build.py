@@ -1,17 +1,13 @@
 """From a calibration to its report: first the figures, then the page that shows them."""
 
-import shlex
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, cast
 
 import msgspec
 
 from ..documents.calibration import CalibrationDocument
 from ..documents.files import encode
 from ..documents.report import PlotCaption, ReportDocument
-from .figures.collect import Options, regularization_of, report_figures
-from .figures.predictions import predict
+from .figures.collect import Options, report_figures
 from .page.report_page import page, plots_of
 
 __all__ = ["Options", "Report", "build_report"]
@@ -51,9 +47,7 @@ def build_report(
         MeasurementError: Its samples cannot be used.
         KnownError: A known distance names no socket of the calibration.
     """
-    predictions = predict(document, source)
-    regularization = regularization_of(document, source)
-    figures = report_figures(predictions, options, regularization, command_of(document))
+    figures = report_figures(document, source, options)
     plots = plots_of(figures)
     captions = tuple(
         PlotCaption(id=plot.id, section=section, title=plot.title, sentence=plot.sentence)
@@ -62,24 +56,3 @@ def build_report(
     )
     figures = msgspec.structs.replace(figures, plots=captions)
     return Report(figures, page(figures, plots))
-
-
-def command_of(document: CalibrationDocument) -> str:
-    """Return the command that makes the calibration again."""
-    folders = {
-        role: [
-            str(Path(row.files[0]).parent) if row.files else "?"
-            for row in document.data
-            if row.role == role
-        ]
-        for role in ("train", "test")
-    }
-    words = ["mukca", "solve", *folders["train"]]
-    if folders["test"]:
-        words += ["--test", *folders["test"]]
-    words += ["--robot", document.robot, "--method", document.method]
-    for key, value in document.settings.items():
-        if value not in (None, [], False):
-            values = cast("list[Any]", value) if isinstance(value, list) else [value]
-            words += [f"--{key.replace('_', '-')}", *([] if value is True else values)]
-    return shlex.join(map(str, words))

@@ -1,8 +1,11 @@
 """All figures of a report: the document that is ``report.json``, but for the plots' captions."""
 
 import math
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
 
 from ....solver.data.observations import KnownDistance
 from ...documents.calibration import CalibrationDocument, misfit
@@ -17,10 +20,10 @@ from .coverage import coverage
 from .cross_placement import cross_placement
 from .errors import placement_reports, role_summaries, sample_errors
 from .known_distances import known_distance_errors
-from .predictions import Predictions
+from .predictions import predict
 from .verdict import judge
 
-__all__ = ["Options", "regularization_of", "report_figures"]
+__all__ = ["Options", "report_figures"]
 
 DRAWN = 3000
 """Samples drawn at most; figures rest on all of them."""
@@ -41,7 +44,7 @@ class Options:
     """The error that the user's task allows [m]."""
 
 
-def regularization_of(document: CalibrationDocument, source: str) -> float | None:
+def _regularization(document: CalibrationDocument, source: str) -> float | None:
     """Return the weight of the last term of Eq. (5) that was given to ``mukca solve``, if any.
 
     Raises:
@@ -55,21 +58,22 @@ def regularization_of(document: CalibrationDocument, source: str) -> float | Non
     return float(value)
 
 
-def report_figures(
-    predictions: Predictions, options: Options, regularization: float | None, command: str
-) -> ReportDocument:
+def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
     """Return the figures of a report, without plots.
 
     Args:
-        predictions: The calibration.
+        document: The calibration.
+        source: Its file, for messages.
         options: Limits, known distances, the task's tolerance.
-        regularization: See :func:`regularization_of`.
-        command: What reproduces the calibration.
 
     Raises:
+        DocumentError: Parts of the document do not fit each other; the line names the key.
+        MeasurementError: Its samples cannot be used.
         KnownError: A known distance names no socket of the calibration.
     """
-    document, tolerance = predictions.document, options.tolerance
+    predictions = predict(document, source)
+    regularization = _regularization(document, source)
+    tolerance = options.tolerance
     limits = limits_for(
         document.model,
         options.repeatability,
@@ -116,9 +120,30 @@ def report_figures(
         uncertainty=document.uncertainty,
         warnings=document.warnings,
         provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
-        command=command,
+        command=_command(document),
         verdict=verdict,
         answers=answers,
         arm=arm_drawing(predictions),
         plots=(),
     )
+
+
+def _command(document: CalibrationDocument) -> str:
+    """Return the command that makes the calibration again."""
+    folders = {
+        role: [
+            str(Path(row.files[0]).parent) if row.files else "?"
+            for row in document.data
+            if row.role == role
+        ]
+        for role in ("train", "test")
+    }
+    words = ["mukca", "solve", *folders["train"]]
+    if folders["test"]:
+        words += ["--test", *folders["test"]]
+    words += ["--robot", document.robot, "--method", document.method]
+    for key, value in document.settings.items():
+        if value not in (None, [], False):
+            values = cast("list[Any]", value) if isinstance(value, list) else [value]
+            words += [f"--{key.replace('_', '-')}", *([] if value is True else values)]
+    return shlex.join(map(str, words))

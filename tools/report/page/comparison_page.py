@@ -9,9 +9,9 @@ from ...documents.comparison import (
 )
 from ...documents.files import encode
 from ..words import joined, mm, plural, short_names
-from .cells import Cell, figure, table
-from .frame import frame
-from .markup import Element, tag
+from .html.cells import Cell, figure, table
+from .html.frame import frame
+from .html.markup import Element, tag
 from .plots.axes import Axis, Rows
 from .plots.plot import Plot
 

@@ -3,8 +3,8 @@
 from ...documents.calibration import Coefficient, ParameterValue
 from ...documents.report import ReportDocument
 from ..words import mm, plural
-from .cells import Cell, figure, table
-from .markup import Element, Node, tag
+from .html.cells import Cell, figure, table
+from .html.markup import Element, Node, tag
 from .plots.model import shown_unit
 
 __all__ = ["details"]

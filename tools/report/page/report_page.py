@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from ...documents.files import encode
 from ...documents.report import ReportDocument
 from .details import details
-from .frame import frame
-from .markup import tag
+from .html.frame import frame
+from .html.markup import tag
 from .plots import fit, model, samples, scenes, use
 from .plots.plot import Maker, Plot
 from .sections import answers, headline, limits_table, placements_table, verdict_box

@@ -3,8 +3,8 @@
 from ...documents.calibration import Role
 from ...documents.report import ReportDocument, RoleSummary
 from ..words import mm, plural, short_names, short_where
-from .cells import Cell, figure, table
-from .markup import Element, Node, tag
+from .html.cells import Cell, figure, table
+from .html.markup import Element, Node, tag
 
 __all__ = [
     "answers",

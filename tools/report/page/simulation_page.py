@@ -7,9 +7,9 @@ from pathlib import Path
 from ...documents.files import encode
 from ...documents.simulation import Drawing, Insertions, ModelTrials, SimulationDocument
 from ..words import joined, mm, nice_above
-from .cells import Cell, figure, table
-from .frame import frame
-from .markup import Element, Node, tag
+from .html.cells import Cell, figure, table
+from .html.frame import frame
+from .html.markup import Element, Node, tag
 from .plots.axes import Axis, Panel
 from .plots.plot import Plot
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...words import nice_above
-from ..markup import Element, tag
+from ..html.markup import Element, tag
 
 __all__ = ["Axis", "Panel", "Rows", "number"]
 

@@ -8,7 +8,7 @@ import numpy as np
 from ....documents.calibration import Iteration, Role
 from ....documents.report import CrossPlacement, ReportDocument
 from ...words import joined, mm, plural, short_names
-from ..markup import Element, tag
+from ..html.markup import Element, tag
 from .axes import Axis, Panel, Rows
 from .plot import BOTH, MODELS, Plot
 

@@ -8,7 +8,7 @@ import numpy as np
 from ....documents.report import Coverage, ReportDocument
 from ...figures.answers.next import HARDLY_MOVED
 from ...words import joined, short_names
-from ..markup import Element
+from ..html.markup import Element
 from .axes import Axis, Rows
 from .plot import Plot
 

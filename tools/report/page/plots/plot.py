@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ....documents.calibration import Role
 from ....documents.report import ModelName, ReportDocument
 from ...words import short_names
-from ..markup import Element, tag
+from ..html.markup import Element, tag
 
 __all__ = ["BOTH", "MODELS", "Maker", "Plot", "judged_role", "legend", "lengths", "names_of"]
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ....documents.report import ModelName, ReportDocument, SampleErrors
 from ...figures.answers.data import FAR
 from ...words import mm, nice_above
-from ..markup import Element
+from ..html.markup import Element
 from .axes import Axis, Panel
 from .plot import BOTH, MODELS, Plot, lengths, names_of
 

@@ -2,7 +2,7 @@
 
 from ....documents.report import ModelName, ReportDocument
 from ...words import mm, nice_above, plural
-from ..markup import Element, tag
+from ..html.markup import Element, tag
 from .plot import BOTH, Plot, lengths
 from .samples import FINE
 

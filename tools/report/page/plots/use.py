@@ -6,7 +6,7 @@ import numpy as np
 
 from ....documents.report import Answer, PlacementReport, Point, ReportDocument
 from ...words import area, joined, mm, percent
-from ..markup import Element, tag
+from ..html.markup import Element, tag
 from .axes import Axis, Panel, Rows
 from .plot import BOTH, MODELS, Plot, judged_role, lengths, names_of
 

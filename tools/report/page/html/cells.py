@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any, TypeAlias, cast
 
-from ...documents.files import Document
-from ..words import fixed
+from ....documents.files import Document
+from ...words import fixed
 from .markup import Element, Node, tag
 
 __all__ = ["Cell", "figure", "table"]
