@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import msgspec
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ... import MukcaError
 from ...recorder.dataset import Placement
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Calibration", "DistortedError", "Errors", "load_calibration"]
 
-Vector = NDArray[np.float64]
-
 
 class DistortedError(MukcaError):
     """A model does not reproduce the distance of the sockets, so it is not to be used."""
@@ -53,7 +51,13 @@ class Errors(Sequence[PlacementErrors]):
     summary: Summaries
     """The means over the placements trained on, and over those held out."""
 
-    def __getitem__(self, index):  # pyright: ignore
+    @overload
+    def __getitem__(self, index: int) -> PlacementErrors: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[PlacementErrors, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> PlacementErrors | tuple[PlacementErrors, ...]:
         return self.placements[index]
 
     def __len__(self) -> int:
@@ -134,7 +138,7 @@ class Calibration:
 
         return build_report(self.document, self._source)
 
-    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> Vector:
+    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return where the calibrated robot has the ball's centre, in its base frame [m].
 
         Args:
