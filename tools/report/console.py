@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
 
 __all__ = ["show", "show_verdict", "sparkline"]
 
-Vector = NDArray[np.float64]
 _BARS = "▁▂▃▄▅▆▇█"
 _STYLES = {"pass": "green", "fail": "bold red", "yes": "green", "no": "red", "mostly": "yellow"}
 
@@ -92,12 +90,12 @@ def _placements(console: "Console", report: ReportDocument) -> Table:
     return table
 
 
-def _errors(report: ReportDocument, placement: int) -> Vector:
+def _errors(report: ReportDocument, placement: int) -> np.ndarray:
     """Return the calibrated error of each sample of a placement [m]."""
     return np.array([row.error() for row in report.samples if row.placement == placement])
 
 
-def sparkline(values: Vector, top: float, width: int = 24) -> str:
+def sparkline(values: np.ndarray, top: float, width: int = 24) -> str:
     """Return a row of bars, the largest value of each stretch against ``top``."""
     if len(values) > width:
         values = np.array([part.max() for part in np.array_split(values, width)])

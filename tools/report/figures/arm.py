@@ -1,12 +1,7 @@
 """The arm in its recorded configurations, nominal and calibrated, for the 3D view."""
 
-# CasADi has no types.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
-
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from ....solver.calibrated import CalibratedRobot
 from ....solver.data.measurements import Measurement
@@ -20,7 +15,6 @@ from .predictions import Predictions, norms
 
 __all__ = ["arm_drawing", "frames"]
 
-Vector = NDArray[np.float64]
 CONFIGURATIONS = 400
 """Configurations drawn at most."""
 SHOWN_SHIFT = 0.05
@@ -64,7 +58,7 @@ def arm_drawing(predictions: Predictions) -> ArmDrawing:
     )
 
 
-def _corrected_positions(calibration: CalibratedRobot, measured: Measurement) -> Vector:
+def _corrected_positions(calibration: CalibratedRobot, measured: Measurement) -> np.ndarray:
     """Return the joint positions that the calibrated geometry is applied to."""
     if not calibration.deflection.extensions:
         return measured.positions
@@ -79,7 +73,7 @@ def _exaggeration(displacement: float, reach: float) -> float:
     return max(1.0, nice_above(SHOWN_SHIFT * reach / displacement / 2))
 
 
-def frames(robot: Robot, origins: Vector, positions: Vector) -> Vector:
+def frames(robot: Robot, origins: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Return the frames of the base and of each joint's child link, shape (N, joints + 1, 4, 4).
 
     Args:

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...documents.calibration import PlacementErrors, Role, Summary
 from ...documents.files import fields_of
@@ -22,16 +21,14 @@ from .predictions import PlacementPrediction, Predictions
 
 __all__ = ["as_point", "placement_reports", "quantiles", "role_summaries", "sample_errors"]
 
-Vector = NDArray[np.float64]
 
-
-def quantiles(errors: Vector) -> Quantiles:
+def quantiles(errors: np.ndarray) -> Quantiles:
     """Return the median, the 95th percentile and the maximum of some errors."""
     median, high = np.quantile(errors, (0.5, 0.95)).tolist()
     return Quantiles(median=median, p95=high, max=float(np.max(errors)))
 
 
-def _share_within(errors: Vector, tolerance: float) -> float:
+def _share_within(errors: np.ndarray, tolerance: float) -> float:
     return float(np.mean(errors <= tolerance))
 
 
@@ -116,13 +113,13 @@ def _deviations(index: int, placement: PlacementPrediction) -> Iterator[SampleEr
         )
 
 
-def _rounded(vector: Vector) -> Point:
+def _rounded(vector: np.ndarray) -> Point:
     """Return a vector to hundredths of a micrometre."""
     x, y, z = (round(value, 8) for value in vector.tolist())
     return x, y, z
 
 
-def as_point(vector: Vector) -> Point:
+def as_point(vector: np.ndarray) -> Point:
     """Return a vector of three as numbers."""
     x, y, z = vector.tolist()
     return x, y, z

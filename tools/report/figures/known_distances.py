@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....solver.data.observations import KnownDistance, KnownError
 from ...documents.report import KnownDistanceErrors, ModelName
@@ -57,7 +56,7 @@ def _placement(predictions: Predictions, name: str) -> PlacementPrediction:
     raise KnownError(f"known distance: {name!r} names no one placement; there are: {names}")
 
 
-def _centre(placement: PlacementPrediction, socket: int, model: ModelName) -> NDArray[np.float64]:
+def _centre(placement: PlacementPrediction, socket: int, model: ModelName) -> np.ndarray:
     if socket not in placement.measured.sockets:
         raise KnownError(f"known distance: {placement.name} has no samples in socket {socket}")
     return placement.centres(model)[placement.measured.sockets.index(socket)]

@@ -1,9 +1,5 @@
 """The links' shapes from the URDF, thinned out for a drawing; none where the URDF has none."""
 
-# yourdfpy and trimesh have no types.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
-
 import contextlib
 import io
 import logging
@@ -12,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....solver.robot.urdf import Robot
 from ...documents.calibration import Model
@@ -20,9 +15,7 @@ from ...documents.report import LinkMesh
 
 __all__ = ["link_meshes", "thin_out"]
 
-Vector = NDArray[np.float64]
-Faces = NDArray[np.int64]
-Shape = tuple[Vector, Faces]
+Shape = tuple[np.ndarray, np.ndarray]
 """Corners, shape (V, 3), and triangles by corner, shape (F, 3)."""
 FACES = 600
 """Triangles kept of each link at most."""
@@ -55,12 +48,12 @@ def link_meshes(model: Model, robot: Robot) -> tuple[LinkMesh, ...]:
 
 
 def _load(text: str, folder: Path) -> Any:
-    import yourdfpy
+    import yourdfpy  # pyright: ignore[reportMissingTypeStubs]
 
     for name in ("yourdfpy", "trimesh"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        return yourdfpy.URDF.load(
+        return yourdfpy.URDF.load(  # pyright: ignore[reportUnknownMemberType]
             io.BytesIO(text.encode()), filename_handler=_finder(folder), load_meshes=True
         )
 
@@ -84,7 +77,7 @@ def _finder(folder: Path) -> Callable[[str], str]:
     return find
 
 
-def _shapes(urdf: Any, index: Mapping[str, int]) -> Iterator[tuple[int, Vector, Faces]]:
+def _shapes(urdf: Any, index: Mapping[str, int]) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
     """Yield every shape that hangs on a link of the chain: vertices in that link's frame."""
     graph = urdf.scene.graph
     parents = graph.transforms.parents
@@ -110,7 +103,7 @@ def _link_mesh(frame: int, parts: list[Shape]) -> LinkMesh:
     return LinkMesh(frame=frame, vertices=np.round(vertices, 4).tolist(), faces=faces.tolist())
 
 
-def thin_out(vertices: Vector, faces: Faces, most: int) -> Shape:
+def thin_out(vertices: np.ndarray, faces: np.ndarray, most: int) -> Shape:
     """Return a mesh of at most so many triangles, by merging the vertices in cells of a grid.
 
     Args:

@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .... import MukcaError
 from ....solver.calibrated import CalibratedRobot
@@ -29,7 +28,6 @@ from .predictions import calibrated_points, measurements_of, norms
 
 __all__ = ["ComparisonError", "Contender", "compare", "contenders_of", "shared_data"]
 
-Vector = NDArray[np.float64]
 NOMINAL = "nominal"
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)
 """Half the width of a 95 % interval in standard errors, for 1 to 9 degrees of freedom."""
@@ -64,17 +62,17 @@ class _Tried:
     """One placement, and where every model puts the ball in its samples."""
 
     measured: Measurement
-    points: tuple[Vector, ...]
+    points: tuple[np.ndarray, ...]
     """Of each model, shape (N, 3) [m]."""
     trained: tuple[bool, ...]
     """Whether each model was fitted to this placement."""
 
     @property
-    def errors(self) -> list[Vector]:
+    def errors(self) -> list[np.ndarray]:
         """The distance of each sample from its socket's mean by each model, shape (N,) [m]."""
         return [self._errors(points) for points in self.points]
 
-    def _errors(self, points: Vector) -> Vector:
+    def _errors(self, points: np.ndarray) -> np.ndarray:
         centres = socket_centres(points, self.measured)
         return norms(points - np.repeat(centres, self.measured.counts, axis=0))
 
@@ -204,7 +202,7 @@ def _pair(tried: Sequence[_Tried], fair: Sequence[int], a: int, b: int) -> Compa
     )
 
 
-def _difference(differences: Vector) -> Difference:
+def _difference(differences: np.ndarray) -> Difference:
     """Return a placement's mean difference, and the noise that its samples leave in it."""
     count = len(differences)
     return _judged(float(differences.mean()), 2 * float(differences.std(ddof=1)) / count**0.5)
@@ -228,7 +226,7 @@ def _judged(mean: float, noise: float) -> Difference:
     return Difference(mean=mean, noise=noise, beyond_noise=abs(mean) > noise)
 
 
-def apart(one: Sequence[Vector], other: Sequence[Vector]) -> Displacement:
+def apart(one: Sequence[np.ndarray], other: Sequence[np.ndarray]) -> Displacement:
     """Return how far two models put the ball apart, once the other is moved onto the one.
 
     The base frame cannot be seen by a ball in a socket, so a rigid motion between two

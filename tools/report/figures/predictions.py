@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....solver.calibrated import CalibratedRobot
 from ....solver.data.measurements import Measurement, measure
@@ -32,7 +31,6 @@ __all__ = [
     "predict",
 ]
 
-Vector = NDArray[np.float64]
 MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
 _AGREE = 1e-6
 """Figures in the file and those that follow from its samples differ by less than this [m]."""
@@ -44,7 +42,7 @@ class PlacementPrediction:
 
     measured: Measurement
     role: Role
-    points: ByModel[Vector]
+    points: ByModel[np.ndarray]
     """Predicted ball centres, socket after socket, shape (N, 3) [m]."""
     samples: tuple[RecordedSample, ...]
     """The samples in the order of the points."""
@@ -55,7 +53,7 @@ class PlacementPrediction:
         return self.measured.name
 
     @cached_property
-    def deviations(self) -> ByModel[Vector]:
+    def deviations(self) -> ByModel[np.ndarray]:
         """Each predicted centre less the mean of its socket, shape (N, 3) [m]."""
         nominal, calibrated = (
             self.points.of(m) - np.repeat(self.centres(m), self.measured.counts, axis=0)
@@ -63,16 +61,16 @@ class PlacementPrediction:
         )
         return ByModel(nominal=nominal, calibrated=calibrated)
 
-    def errors(self, model: ModelName) -> Vector:
+    def errors(self, model: ModelName) -> np.ndarray:
         """Return the length of each deviation, shape (N,) [m]."""
         return norms(self.deviations.of(model))
 
-    def centres(self, model: ModelName = "calibrated") -> Vector:
+    def centres(self, model: ModelName = "calibrated") -> np.ndarray:
         """Return where a model puts the sockets, shape (sockets, 3) [m]."""
         return socket_centres(self.points.of(model), self.measured)
 
     @cached_property
-    def position(self) -> Vector:
+    def position(self) -> np.ndarray:
         """The middle of the sockets in the base frame, by the calibrated model, shape (3,) [m]."""
         return self.centres().mean(axis=0)
 
@@ -95,7 +93,7 @@ class Predictions:
         return [placement for placement in self.placements if placement.role == role]
 
 
-def norms(vectors: Vector) -> Vector:
+def norms(vectors: np.ndarray) -> np.ndarray:
     """Return the length of each row, shape (N,)."""
     return np.sqrt(np.sum(vectors**2, axis=-1))
 
@@ -154,7 +152,7 @@ def _prediction(
     return PlacementPrediction(measured, row.role, points, tuple(samples))
 
 
-def calibrated_points(calibration: CalibratedRobot, measured: Measurement) -> Vector:
+def calibrated_points(calibration: CalibratedRobot, measured: Measurement) -> np.ndarray:
     """Return where the calibrated robot puts the ball in each sample, shape (N, 3) [m]."""
     return calibration.ball(measured.positions, measured.efforts)
 

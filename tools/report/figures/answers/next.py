@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .....solver.checks.inspection import Finding, farthest_place
 from ....documents.calibration import NextPlacement
@@ -15,7 +14,6 @@ from .data import placements_with_errors
 
 __all__ = ["HARDLY_MOVED", "hardly_moved", "next_answer"]
 
-Vector = NDArray[np.float64]
 HARDLY_MOVED = float(np.radians(30))
 """A joint that turns less than this in a socket tells little about itself [rad]."""
 
@@ -62,7 +60,7 @@ def next_answer(
     return NextAnswer(text=" ".join(texts), train_on=train_on, place=place, joints=tuple(joints))
 
 
-def _train_on(positions: Vector, trained: NDArray[np.bool_], names: list[str]) -> tuple[str, str]:
+def _train_on(positions: np.ndarray, trained: np.ndarray, names: list[str]) -> tuple[str, str]:
     """Return the placement farthest from all that were trained on, and why to train on it."""
     gaps = norms(positions[:, None] - positions[trained]).min(axis=1)
     farthest = int(np.argmax(np.where(trained, -1.0, gaps)))

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....documents.calibration import Role
 from ....documents.report import ModelName, ReportDocument
@@ -68,9 +67,7 @@ def names_of(report: ReportDocument) -> list[str]:
     return short_names([row.name for row in report.placements])
 
 
-def lengths(
-    report: ReportDocument, model: ModelName, role: Role | None = None
-) -> NDArray[np.float64]:
+def lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
     """Return the error of each sample [m], of one role or of all, shape (N,)."""
     return np.array(
         [

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....documents.report import ModelName, ReportDocument, SampleErrors
 from ...figures.answers.data import FAR
@@ -143,7 +142,7 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Eleme
     return panel.root
 
 
-def _running_centre(deviations: NDArray[np.float64]) -> NDArray[np.float64]:
+def _running_centre(deviations: np.ndarray) -> np.ndarray:
     """Return the mean deviation of the samples round each one, shape (N, 3)."""
     half = WINDOW // 2
     count = len(deviations)
