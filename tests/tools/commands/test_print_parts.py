@@ -12,6 +12,8 @@ import pytest
 from mukca.solver.robot.urdf import load_robot, shipped_robots
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 
 def run(*words: object) -> int:
     return main(["print-parts", *map(str, words)])
@@ -46,7 +48,6 @@ def everything(shared: Callable[..., Path]) -> tuple[Path, str]:
     return folder / "files", (folder / "shown").read_text()
 
 
-@pytest.mark.slow
 def test_without_a_mount_all_of_them_are_written(everything: tuple[Path, str]) -> None:
     assert sorted(file.stem for file in everything[0].iterdir()) == [
         "ball-franka-flange", "ball-franka-hand", "ball-gen3-lite", "ball-iiwa14",
@@ -54,7 +55,6 @@ def test_without_a_mount_all_of_them_are_written(everything: tuple[Path, str]) -
     ]  # fmt: skip
 
 
-@pytest.mark.slow
 def test_json_is_one_object_in_metres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ("--distance", 0.12, "--mount", "iso-50-4-m6", "--format", "stl", "--json")
     assert run("--out", tmp_path, *words) == 0
@@ -73,7 +73,6 @@ def test_json_is_one_object_in_metres(tmp_path: Path, capsys: pytest.CaptureFixt
     assert all(Path(file).exists() for file in told["outputs"])
 
 
-@pytest.mark.slow
 def test_a_mount_of_ones_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     circle = ("--bolt-circle-mm", 31.5, "--bolts", 3, "--screw", "M5")
     grip = ("--grip-mm", 12, 20, 25)
@@ -149,7 +148,6 @@ def test_an_out_that_is_a_file_gets_one_line(
     assert "is no folder" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_the_places_put_the_ball_onto_the_shipped_models(everything: tuple[Path, str]) -> None:
     """The words that are shown are accepted, and the ball comes out where they say."""
     lines = [line for line in everything[1].splitlines() if "place: " in line]

@@ -10,6 +10,8 @@ from hypothesis import given, settings, strategies
 from mukca.tools.printables import PrintableError, SocketBase, encode
 from mukca.tools.printables.parts import base_part
 
+pytestmark = pytest.mark.slow
+
 PARTS = [("base", name) for name in printed_parts.BASES] + [
     ("ball", name) for name in printed_parts.BALLS
 ]
@@ -25,7 +27,6 @@ def mesh_of(part: tuple[str, str]) -> trimesh.Trimesh:
     return printed_parts.base_mesh(name) if kind == "base" else printed_parts.ball_mesh(name)
 
 
-@pytest.mark.slow
 def test_a_part_is_one_closed_body_that_fits_the_printer(part: tuple[str, str]) -> None:
     mesh = mesh_of(part)
     assert mesh.is_watertight
@@ -59,7 +60,6 @@ def test_the_volume_given_is_the_files(part: tuple[str, str]) -> None:
     assert np.array(facts["size"]) * 1e3 == pytest.approx(mesh_of(part).extents, abs=1e-3)
 
 
-@pytest.mark.slow
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(
     distance=strategies.floats(30, 155),
