@@ -39,7 +39,7 @@ ARMS: dict[str, Arm] = {
 """The shipped robots."""
 
 RESOLUTION = 1e-4
-"""What a ball in a printed socket resolves, however well the arm repeats [m]."""
+"""The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
 
 
 def known_arm(names: list[str]) -> str | None:
