@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...documents.calibration import Model
-from ...documents.report import Limit, Limits
+from ...documents.report_verdict import Limit, Limits
 
 __all__ = ["ARMS", "Arm", "known_arm", "limits_for"]
 

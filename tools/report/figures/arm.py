@@ -7,7 +7,7 @@ from ....solver.calibrated import CalibratedRobot
 from ....solver.data.measurements import Measurement
 from ....solver.robot.kinematics import link_frames
 from ....solver.robot.urdf import Robot
-from ...documents.report import ArmDrawing, Displacement
+from ...documents.report_drawing import ArmDrawing, Displacement
 from ..words import nice_above
 from .errors import as_point
 from .meshes import link_meshes

@@ -10,7 +10,8 @@ from typing import Any, cast
 from ....solver.data.observations import KnownDistance
 from ...documents.calibration import CalibrationDocument, misfit
 from ...documents.files import fields_of
-from ...documents.report import FORMAT, Answers, ReportDocument, ReportProvenance
+from ...documents.report import FORMAT, ReportDocument, ReportProvenance
+from ...documents.report_verdict import Answers
 from .acceptance import limits_for
 from .answers.data import data_answer
 from .answers.next import next_answer

@@ -22,7 +22,7 @@ from ...documents.comparison import (
     ErrorsOverall,
 )
 from ...documents.files import fields_of
-from ...documents.report import Displacement
+from ...documents.report_drawing import Displacement
 from .errors import quantiles
 from .predictions import calibrated_points, measurements_of, norms
 

@@ -3,15 +3,8 @@
 from collections.abc import Sequence
 
 from ....documents.calibration import Uncertainty
-from ....documents.report import (
-    Answer,
-    Limits,
-    PlacementReport,
-    RoleSummaries,
-    UseAnswer,
-    UseAtPlacement,
-    Verdict,
-)
+from ....documents.report_errors import PlacementReport, RoleSummaries
+from ....documents.report_verdict import Answer, Limits, UseAnswer, UseAtPlacement, Verdict
 from ...words import brief_area, joined, mm, short_names
 
 __all__ = ["answer_at", "use_answer", "use_text"]
