@@ -10,8 +10,8 @@ from math import lgamma, log, pi
 import numpy as np
 
 from .noise import NU
-from .normal_equations import normal_equations, weigh
-from .objective import Objective, State, distance_rows, free_unknowns, prior_precision, priors
+from .normal_equations import normal_equations, value
+from .objective import Objective, State, free_unknowns, prior_precision, priors
 from .posterior import Posterior
 
 __all__ = ["inverse", "posterior"]
@@ -50,20 +50,14 @@ def _log_evidence(objective: Objective, state: State, information: np.ndarray) -
 
     log p(data) = -L + sum_g log|P_g| / 2 - log|H| / 2 + log p(widths)                 (6)
     """
-    _, squares, _ = weigh(state)
-    N = len(squares)
-    scales = np.linalg.slogdet(state.noise.scales(state.linear.by_joints))[1]
     constant = lgamma((NU + 3) / 2) - lgamma(NU / 2) - 1.5 * log(NU * pi)
-    value = N * constant - 0.5 * scales.sum() - 0.5 * (NU + 3) * np.log1p(squares / NU).sum()
-    value += float(objective.by_volume[: objective.model.size] @ state.x)
-    value -= 0.5 * float(np.sum(distance_rows(objective, state)[1] ** 2))
+    result = len(state.linear.errors) * constant - value(objective, state)
     for group, members in priors(state):
         P = group.precision(members, group.width)
-        value += 0.5 * float(np.linalg.slogdet(P)[1] - state.x[members] @ P @ state.x[members])
-        value -= 0.5 * (group.width / group.scale) ** 2
+        result += 0.5 * float(np.linalg.slogdet(P)[1]) - 0.5 * (group.width / group.scale) ** 2
     free = free_unknowns(objective, state)
     hessian = (information + prior_precision(objective, state))[np.ix_(free, free)]
-    return float(value - 0.5 * np.linalg.slogdet(hessian)[1])
+    return float(result - 0.5 * np.linalg.slogdet(hessian)[1])
 
 
 def inverse(H: np.ndarray, free: np.ndarray) -> np.ndarray:

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .noise import INFORMATION, NU
-from .objective import Objective, State, distance_rows
+from .objective import Objective, State, distance_rows, priors
 
-__all__ = ["NormalEquations", "leverage", "normal_equations", "predicted_errors", "weigh"]
+__all__ = ["NormalEquations", "leverage", "normal_equations", "predicted_errors", "value", "weigh"]
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,9 @@ class NormalEquations:
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
     weights: np.ndarray
     """w_i, robust weight of each sample, shape (N,)."""
+    noise_ratio: float
+    """Mean of w_i e_i^T C_i^-1 e_i / 3: near 1 where the noise fits the errors, and towards 0 as
+    long as it is taken for too large."""
 
 
 def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -38,8 +41,26 @@ def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     inverse = np.linalg.inv(state.noise.scales(state.linear.by_joints))
     e = state.linear.errors
-    squares = np.einsum("ni,nij,nj->n", e, inverse, e)
+    squares = np.einsum("ni,ni->n", np.einsum("nij,nj->ni", inverse, e), e)
     return inverse, squares, (NU + 3) / (NU + squares)
+
+
+def value(objective: Objective, state: State, volume: float = 1.0) -> float:
+    """Return L of (1) at a state, but for a constant.
+
+    Args:
+        objective: What is minimised.
+        state: Where.
+        volume: How much of the last term counts.
+    """
+    _, squares, _ = weigh(state)
+    scales = np.linalg.slogdet(state.noise.scales(state.linear.by_joints))[1]
+    cost = 0.5 * float(scales.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
+    cost += 0.5 * float(np.sum(distance_rows(objective, state)[1] ** 2))
+    for group, members in priors(state):
+        x = state.x[members]
+        cost += 0.5 * float(x @ group.precision(members, group.width) @ x)
+    return cost - volume * float(objective.by_volume[: objective.model.size] @ state.x)
 
 
 def normal_equations(objective: Objective, state: State) -> NormalEquations:
@@ -51,29 +72,32 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     B is the derivative of the distances, and k is what a sample of Student's distribution tells,
     relative to a Gaussian one.
     """
-    inverse, _, weights = weigh(state)
+    inverse, squares, weights = weigh(state)
     size, S = objective.model.size, objective.data.socket_count
     J = state.linear.by_unknowns
     weighted = inverse * weights[:, None, None]
     WJ = weighted @ J
     We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
     information, gradient = np.zeros((objective.size,) * 2), np.zeros(objective.size)
-    information[:size, :size] = np.tensordot(J, WJ, ((0, 1), (0, 1)))
-    gradient[:size] = np.tensordot(J, We, ((0, 1), (0, 1)))
-    sockets = objective.data.sockets
-    across, own, slope = np.zeros((S, 3, size)), np.zeros((S, 3, 3)), np.zeros((S, 3))
-    np.add.at(across, sockets, -WJ)
-    np.add.at(own, sockets, weighted)
-    np.add.at(slope, sockets, -We)
-    information[size:, :size] = across.reshape(3 * S, size)
-    information[:size, size:] = information[size:, :size].T
-    for k in range(S):
-        rows = slice(size + 3 * k, size + 3 * k + 3)
-        information[rows, rows] = own[k]
-    gradient[size:] = slope.ravel()
+    rows = J.reshape(-1, size)
+    information[:size, :size] = rows.T @ WJ.reshape(-1, size)
+    gradient[:size] = rows.T @ We.ravel()
+    across = -_by_socket(objective, WJ).reshape(3 * S, size)
+    information[size:, :size], information[:size, size:] = across, across.T
+    for k, own in enumerate(_by_socket(objective, weighted)):
+        centre = slice(size + 3 * k, size + 3 * k + 3)
+        information[centre, centre] = own
+    gradient[size:] = -_by_socket(objective, We).ravel()
     B, b = distance_rows(objective, state)
     information = INFORMATION * information + B.T @ B
-    return NormalEquations(information, gradient + B.T @ b, inverse, weights)
+    ratio = float(np.mean(weights * squares)) / 3
+    return NormalEquations(information, gradient + B.T @ b, inverse, weights, ratio)
+
+
+def _by_socket(objective: Objective, values: np.ndarray) -> np.ndarray:
+    """Return the sums over the samples of each socket, shape (S, ...); samples come in order."""
+    starts = np.searchsorted(objective.data.sockets, np.arange(objective.data.socket_count))
+    return np.add.reduceat(values, starts, axis=0)
 
 
 def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:

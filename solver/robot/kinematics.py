@@ -132,6 +132,25 @@ class BallModel:
             by_q.full().T.reshape(N, m, 3).transpose(0, 2, 1),
         )
 
+    def volume_slope(self, positions: np.ndarray) -> np.ndarray:
+        """Return how the free numbers change the volume that the ball sweeps, shape (N, n).
+
+        A small box of joint positions becomes a body of ball positions whose volume is
+        sqrt(det(Jq Jq^T)) times as large; these are the derivatives of the logarithm of that
+        factor at the nominal parameters. For a robot of less than three joints there is no
+        volume, and they are zero.
+
+        Args:
+            positions: Joint positions, shape (N, m).
+        """
+        if positions.shape[1] < 3:
+            return np.zeros((len(positions), len(self.free)))
+        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", positions.shape[1])
+        J = ca.jacobian(self.function(x, q), q)
+        slope = ca.gradient(0.5 * ca.log(ca.det(J @ J.T)), x)
+        function = ca.Function("volume", [x, q], [ca.densify(slope)], {"cse": True})
+        return function.map(len(positions))(self.nominal, positions.T).full().T
+
     def _map(self, function: Any, N: int) -> Any:
         """Return a function mapped over N samples, built once for each N."""
         key = (function.name(), N)
