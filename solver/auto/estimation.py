@@ -100,7 +100,7 @@ def _gauss_newton(objective: Objective, state: State) -> Step:
     prior = prior_precision(objective, state)
     x = np.concatenate([state.x, np.zeros(state.centres.size)])
     volume = _volume_weight(objective, state, normal)
-    gradient = normal.gradient + prior @ x - volume * objective.by_volume
+    gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
     covariance = inverse(normal.information + prior, free_unknowns(objective, state))
     return Step(-covariance @ gradient, covariance, normal, volume)
 

@@ -60,7 +60,7 @@ def value(objective: Objective, state: State, volume: float = 1.0) -> float:
     for group, members in priors(state):
         x = state.x[members]
         cost += 0.5 * float(x @ group.precision(members, group.width) @ x)
-    return cost - volume * float(objective.by_volume[: objective.model.size] @ state.x)
+    return cost + volume * state.linear.volume
 
 
 def normal_equations(objective: Objective, state: State) -> NormalEquations:

@@ -6,7 +6,7 @@ m_s. Given the widths of the priors and the noise, the most plausible unknowns m
     L =  sum over samples  t(e_i; C_i)              e_i = Phi(x, q_i) - m_s(i)             (1)
        + |W (l - d)|^2 / 2                          l_k = |m_b - m_a|, of measured distances d
        + sum over groups  x_g^T P_g x_g / 2         P_g = (s_g^2 I + t_g t_g^T)^-1
-       - 3 (N - S) log(scale)
+       - (1 - S / N) sum over samples  log V_i          V_i = sqrt(det(Jq_i Jq_i^T))
 
 - t is Student's distribution with nu = 5 of whole 3-vectors, so that a sample far from its socket
   weighs little, and C_i its scale, see :mod:`mukca.solver.auto.noise`.
@@ -48,15 +48,15 @@ class Objective:
 
     model: ExtendedModel
     data: Observations
-    by_volume: np.ndarray
-    """Derivative of 3 (N - S) log(scale) by all unknowns, shape (n,)."""
+    nominal_log_volume: float
+    """Mean of log V_i of the nominal robot."""
     whiten: np.ndarray
     """W, shape (K, K) [1/m]."""
 
     @property
     def size(self) -> int:
         """Number n of unknowns, three for each socket centre included."""
-        return len(self.by_volume)
+        return self.model.size + 3 * self.data.socket_count
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,10 @@ class Linear:
     """J_i, derivatives of the ball's position by x, shape (N, 3, size)."""
     by_joints: np.ndarray
     """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m)."""
+    volume: float
+    """The last term of L."""
+    by_volume: np.ndarray
+    """Its derivatives by all unknowns, shape (n,)."""
 
 
 @dataclass(frozen=True)
@@ -89,11 +93,9 @@ class State:
 
 def build_objective(model: ExtendedModel, data: Observations) -> Objective:
     """Return the objective of a model and data."""
-    N, S = len(data.sockets), data.socket_count
-    by_volume = np.zeros(model.size + 3 * S)
-    by_volume[: model.geometry] = (N - S) * model.ball.volume_slope(data.positions).mean(axis=0)
+    log_volume, _ = model.ball.log_volume(model.ball.nominal, data.positions)
     whiten = np.linalg.inv(np.linalg.cholesky(data.distance_covariance()))
-    return Objective(model, data, by_volume, whiten)
+    return Objective(model, data, log_volume, whiten)
 
 
 def start(objective: Objective, joint_noise: bool) -> State:
@@ -118,7 +120,13 @@ def linearise(objective: Objective, x: np.ndarray, centres: np.ndarray) -> Linea
     model, data = objective.model, objective.data
     points, by_x, by_joints = model.linearise(x, data.positions, data.torques)
     by_x, by_joints = np.ascontiguousarray(by_x), np.ascontiguousarray(by_joints)  # far faster
-    return Linear(points, points - centres[data.sockets], by_x, by_joints)
+    log_volume, slope = model.ball.log_volume(model.values(x), data.positions)
+    count = len(points) - data.socket_count
+    by_volume = np.zeros(objective.size)
+    by_volume[: model.geometry] = -count * slope
+    volume = -count * (log_volume - objective.nominal_log_volume)
+    errors = points - centres[data.sockets]
+    return Linear(points, errors, by_x, by_joints, volume, by_volume)
 
 
 def distance_rows(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:

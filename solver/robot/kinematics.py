@@ -11,7 +11,7 @@ with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -132,24 +132,32 @@ class BallModel:
             by_q.full().T.reshape(N, m, 3).transpose(0, 2, 1),
         )
 
-    def volume_slope(self, positions: np.ndarray) -> np.ndarray:
-        """Return how the free numbers change the volume that the ball sweeps, shape (N, n).
+    def log_volume(self, parameters: np.ndarray, positions: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
 
         A small box of joint positions becomes a body of ball positions whose volume is
-        sqrt(det(Jq Jq^T)) times as large; these are the derivatives of the logarithm of that
-        factor at the nominal parameters. For a robot of less than three joints there is no
-        volume, and they are zero.
+        sqrt(det(Jq Jq^T)) times as large. For a robot of less than three joints there is no
+        volume, and both are zero.
 
         Args:
+            parameters: The free numbers, shape (n,).
             positions: Joint positions, shape (N, m).
+
+        Returns:
+            The mean over the positions, and its derivatives by the free numbers, shape (n,).
         """
         if positions.shape[1] < 3:
-            return np.zeros((len(positions), len(self.free)))
-        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", positions.shape[1])
+            return 0.0, np.zeros(len(self.free))
+        value, slope = self._map(self._volume, len(positions))(parameters, positions.T)
+        return float(value.full().mean()), slope.full().mean(axis=1)
+
+    @cached_property
+    def _volume(self) -> Any:
+        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(self.robot.actuated))
         J = ca.jacobian(self.function(x, q), q)
-        slope = ca.gradient(0.5 * ca.log(ca.det(J @ J.T)), x)
-        function = ca.Function("volume", [x, q], [ca.densify(slope)], {"cse": True})
-        return function.map(len(positions))(self.nominal, positions.T).full().T
+        value = 0.5 * ca.log(ca.det(J @ J.T))
+        slope = ca.densify(ca.gradient(value, x))
+        return ca.Function("volume", [x, q], [value, slope], {"cse": True})
 
     def _map(self, function: Any, N: int) -> Any:
         """Return a function mapped over N samples, built once for each N."""
