@@ -5,7 +5,7 @@ import pytest
 
 from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.urdf import load_robot, shipped_robots
-from mukca.tools.simulate import MAX_TILT, Base, Guide, SimulationError, perturb, record
+from mukca.tools.simulated_arms import MAX_TILT, Base, Guide, SimulationError, perturb, record
 
 AT = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
 
