@@ -1,10 +1,13 @@
 """The examples run as they stand, from any folder, and use nothing but the public face."""
 
+import ast
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -32,7 +35,9 @@ def run(folder: Path, script: str, *words: str) -> str:
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda file: file.name)
 def test_an_example_is_short_and_uses_the_public_face_alone(script: Path) -> None:
     text = script.read_text()
-    imported = set(re.findall(r"^\s*(?:import|from) +([\w.]+)", text, re.M))
+    nodes = list(ast.walk(ast.parse(text)))
+    imported = {a.name for node in nodes if isinstance(node, ast.Import) for a in node.names}
+    imported |= {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
     assert imported <= {"mukca", "numpy", "pathlib", "pinocchio", "sys", "tempfile"}
     assert set(re.findall(r"\bmukca\.(\w+)", text)) <= set(mukca.__all__)
     assert 15 <= len(text.splitlines()) <= 40
@@ -86,3 +91,34 @@ def test_monte_carlo(tmp_path: Path) -> None:
     assert (few[0], many[0]) == (5, 20)
     assert 0.05 < many[1] < few[1] < 2  # the noise is 0.05 mm per axis
     assert 0 < many[2] < 2  # by the nominal model it is some 10 mm
+
+
+def snippets(page: str) -> list[str]:
+    """Return the Python code on a page, block by block."""
+    text = (EXAMPLES.parent / "docs" / page).read_text()
+    return re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
+
+
+@pytest.mark.slow
+def test_the_code_in_the_documents_runs(
+    tmp_path: Path, session: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("front", "left", "right"):
+        shutil.copytree(session / name, tmp_path / "recordings" / name)
+    shutil.copytree(session / "left", tmp_path / "recordings" / "july")
+    monkeypatch.chdir(tmp_path)
+    code = "\n".join(snippets("python.md")).replace("samples=30", "samples=8")
+    code = code.replace("franka:172.16.0.2", "mock:recordings/front")
+    names: dict[str, Any] = {}
+    exec(code, names)
+    assert len(names["state"].position) == 7
+    q = names["q"]
+    real, predicted = (
+        np.linalg.norm(np.diff(names[model].ball(q), axis=0), axis=1)
+        for model in ("truth", "calibration")
+    )
+    assert np.abs(real - predicted).mean() < 5e-3
+    names = {"q": q, "effort": np.zeros_like(q)}
+    (last,) = snippets("model.md")
+    exec(last, names)
+    assert names["calibration"].robot.name == "panda"
