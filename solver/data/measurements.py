@@ -59,7 +59,7 @@ class Measurement:
 
     @cached_property
     def efforts(self) -> np.ndarray | None:
-        """Measured joint efforts, row by row as :attr:`positions` [N m]; None where not measured."""
+        """Measured joint efforts, row by row as :attr:`positions` [N m]; None without them."""
         efforts, sockets = self.placement.efforts, self.placement.sockets
         if efforts is None:
             return None

@@ -50,7 +50,7 @@ class Problem:
         return self.model.nominal
 
     def residuals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residuals at parameters x, shape (r,) [m], and their Jacobian, shape (r, n)."""
+        """Return the residuals at x, shape (r,) [m], and their Jacobian, shape (r, n)."""
         positions = np.concatenate([measured.positions for measured in self.training])
         linear = self.model.linearise(x, positions)
         parts = [(costs.regularisation(x, self.start, 1.0) * self._weights, np.diag(self._weights))]
