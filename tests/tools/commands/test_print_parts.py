@@ -12,6 +12,8 @@ import pytest
 from mukca.solver.robot.urdf import load_robot, shipped_robots
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 
 def run(*words: object) -> int:
     return main(["print-parts", *map(str, words)])
