@@ -1,10 +1,14 @@
-"""Maximum a posteriori estimation whose prior widths and noise are set by the objective.
+"""Finds the most probable unknowns, and how wide the priors are and how large the noise is.
 
-Each iteration takes a Gauss-Newton step (2), (3) of the objective L, see
-:mod:`mukca.solver.auto.objective`, and a fixed-point step of the widths of the priors (4) and of
-the noise (5) towards the maximum of the evidence (6), see :mod:`mukca.solver.auto.laplace`. A
-group of unknowns that the data do not support ends with a width of nearly zero, and is taken out.
-docs/model.md is an introduction.
+docs/model.md introduces prior, posterior and evidence. Each iteration does three things:
+
+1. a Gauss-Newton step (2), (3) of the unknowns down the objective L (1), see
+   :mod:`mukca.solver.auto.objective`;
+2. a step (4) of the widths of the priors, see :mod:`mukca.solver.auto.priors`;
+3. a step (5) of the noise, see :mod:`mukca.solver.auto.noise`.
+
+The last two lead to the maximum of the evidence (6), see :mod:`mukca.solver.auto.laplace`. The
+width of a group that the data do not support falls to nearly zero; the group is then taken out.
 """
 
 from dataclasses import dataclass, replace

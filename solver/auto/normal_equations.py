@@ -1,4 +1,4 @@
-"""What the data say of the unknowns at a state: weights, curvature, gradient, leverage.
+"""Weights, curvature and slope of the data's part of the objective, for a Gauss-Newton step.
 
 A sample's error e_i = Phi(x, q_i) - m_s(i) depends on x by J_i, shape (3, size), and on the centre
 of its own socket alone, by -I. Nothing of the size of samples times sockets is ever built, so time
@@ -33,11 +33,15 @@ class NormalEquations:
 
 
 def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return C_i^-1, e_i^T C_i^-1 e_i, and the robust weights w_i.
+    """Return C_i^-1, the squared errors relative to the noise, and the robust weights.
 
         w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (2)
 
-    With them, weighted squares have the gradient of Student's distribution.
+    A sample whose error is large beside its noise weighs little. With these weights, a weighted
+    sum of squares has the same slope as Student's distribution.
+
+    Returns:
+        C_i^-1, shape (N, 3, 3) [1/m^2]; e_i^T C_i^-1 e_i, shape (N,); w_i, shape (N,).
     """
     inverse = np.linalg.inv(state.noise.scales(state.linear.by_joints))
     e = state.linear.errors
@@ -69,8 +73,8 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     curvature  sum_i k w_i [J_i, -I]^T C_i^-1 [J_i, -I]  +  B^T W^T W B
     slope      sum_i w_i [J_i, -I]^T C_i^-1 e_i          +  B^T W^T W (l - d)
 
-    B is the derivative of the distances, and k is what a sample of Student's distribution tells,
-    relative to a Gaussian one.
+    B is the derivative of the distances l by all unknowns, and k says how much one sample with
+    Student's noise tells, relative to one with Gaussian noise.
     """
     inverse, squares, weights = weigh(state)
     size, S = objective.model.size, objective.data.socket_count
@@ -101,7 +105,7 @@ def _by_socket(objective: Objective, values: np.ndarray) -> np.ndarray:
 
 
 def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:
-    """Return what the uncertainty of the unknowns does to each error: [J, -I] Sigma [J, -I]^T.
+    """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T.
 
     Args:
         objective: The objective.

@@ -1,4 +1,6 @@
-"""What the default method minimises, and where it stands: the objective and its state.
+"""What the default method minimises (the objective), and where the search stands (the state).
+
+docs/model.md introduces prior, posterior and evidence.
 
 The unknowns are x, the geometry and the coefficients of the extensions, and the socket centres
 m_s. Given the widths of the priors and the noise, the most plausible unknowns minimise
@@ -8,15 +10,23 @@ m_s. Given the widths of the priors and the noise, the most plausible unknowns m
        + sum over groups  x_g^T P_g x_g / 2         P_g = (s_g^2 I + t_g t_g^T)^-1
        - (1 - S / N) sum over samples  log V_i          V_i = sqrt(det(Jq_i Jq_i^T))
 
-- t is Student's distribution with nu = 5 of whole 3-vectors, so that a sample far from its socket
-  weighs little, and C_i its scale, see :mod:`mukca.solver.auto.noise`.
-- W^T W is the inverse covariance of the measured distances; placements of one base share the
-  error of its measurement.
-- P_g is the prior precision of a group, see :mod:`mukca.solver.auto.priors`.
-- The last term is there because a model that shrinks shrinks its errors, and would seem the better
-  for it: what is given are N joint positions, and the volume of ball positions that belongs to a
-  volume of theirs grows with the cube of the scale; S samples' worth goes to the S sockets, which
-  shrink too.
+Line by line: the predicted balls should be at their sockets' centres, the sockets should be as far
+apart as they were measured to be, the unknowns should be near their priors, and the robot should
+not shrink.
+
+- Phi(x, q_i) is the predicted ball of sample i, and s(i) the socket that it sat in.
+- t is minus the logarithm of Student's distribution, with nu = 5, of whole 3-vectors, so that a
+  sample far from its socket weighs little. C_i is its scale, see :mod:`mukca.solver.auto.noise`.
+- l_k is the distance between sockets a and b by the model, d_k the measured one. W^T W is the
+  inverse covariance of the measured distances; placements of one base share the error of its
+  measurement.
+- P_g is the prior precision (inverse covariance) of a group of unknowns, s_g its width, and t_g a
+  common change that is allowed beside it, see :mod:`mukca.solver.auto.priors`.
+- The last term is there because a model that shrinks the robot shrinks all errors, too, and would
+  seem better for that alone. What is known are N joint positions; a small box of joint positions
+  about q_i leads to a body of ball positions whose volume is V_i times as large, and V_i grows with
+  the cube of the robot's scale. The S socket centres are unknown and shrink along with the robot,
+  so only N - S samples count.
 """
 
 from dataclasses import dataclass, replace
@@ -44,14 +54,14 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Objective:
-    """What stays the same in all iterations: the model, the data, and how they are weighed."""
+    """What stays the same in all iterations: the model, the data, and two constant terms of L."""
 
     model: ExtendedModel
     data: Observations
     nominal_log_volume: float
     """Mean of log V_i of the nominal robot."""
     whiten: np.ndarray
-    """W, shape (K, K) [1/m]."""
+    """W, for K measured distances, shape (K, K) [1/m]."""
 
     @property
     def size(self) -> int:
@@ -82,13 +92,17 @@ class State:
     """Where the estimation stands between two iterations."""
 
     x: np.ndarray
+    """Unknowns of the model, shape (size,)."""
     centres: np.ndarray
+    """Centres of the sockets, shape (S, 3) [m]."""
     groups: tuple[PriorGroup, ...]
+    """The priors, at their present widths."""
     noise: Noise
+    """The noise, at its present size."""
     at_zero: np.ndarray
     """Which of x are held at zero, shape (size,)."""
     linear: Linear
-    """At x and the centres."""
+    """Errors and derivatives at x and the centres."""
 
 
 def build_objective(model: ExtendedModel, data: Observations) -> Objective:
@@ -99,7 +113,12 @@ def build_objective(model: ExtendedModel, data: Observations) -> Objective:
 
 
 def start(objective: Objective, joint_noise: bool) -> State:
-    """Return the nominal robot, with each socket at the median of its ball positions."""
+    """Return the first state: the nominal robot, each socket at the median of its balls.
+
+    Args:
+        objective: What will be minimised.
+        joint_noise: Whether the joint angles may be noisy.
+    """
     model, data = objective.model, objective.data
     x = np.zeros(model.size)
     nominal = linearise(objective, x, np.zeros((data.socket_count, 3)))
@@ -130,7 +149,12 @@ def linearise(objective: Objective, x: np.ndarray, centres: np.ndarray) -> Linea
 
 
 def distance_rows(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Return W B and W (l - d) of the measured distances."""
+    """Return what the measured distances add to the least-squares problem.
+
+    Returns:
+        W B, shape (K, n), where B is the derivative of the distances by all unknowns; and
+        W (l - d), shape (K,): how far each distance is off, relative to its uncertainty.
+    """
     known = objective.data.known
     rows = np.zeros((len(known), objective.size))
     values = np.zeros(len(known))
@@ -165,7 +189,7 @@ def prior_precision(objective: Objective, state: State, *, widened: bool = False
     Args:
         objective: The objective.
         state: Its groups.
-        widened: Whether the uncertainty of the widths counts.
+        widened: Whether to count that the widths are uncertain themselves.
     """
     P = np.zeros((objective.size, objective.size))
     for group, members in priors(state):
