@@ -15,6 +15,7 @@ from .calibration import (
     ParameterValue,
     PriorWidth,
     Provenance,
+    Scale,
     Uncertainty,
 )
 from .files import Document, read
@@ -84,6 +85,9 @@ class ReportDocument(Document, kw_only=True, frozen=True):
     coefficients: tuple[Coefficient, ...] | None = None
     groups: tuple[PriorWidth, ...] | None = None
     log_evidence: float | None = None
+    scale: Scale | None = None
+    distance_text: str
+    """The distances between sockets that were used, and where each is from."""
     next_placement: NextPlacement | None = None
     noise: NoiseScale | None = None
     uncertainty: Uncertainty | None = None

@@ -11,7 +11,8 @@ from ....solver.data.observations import KnownDistance
 from ...documents.calibration import CalibrationDocument, misfit
 from ...documents.files import fields_of
 from ...documents.report import FORMAT, ReportDocument, ReportProvenance
-from ...documents.report_verdict import Answers
+from ...documents.report_drawing import Coverage
+from ...documents.report_verdict import Answers, LimitResult, Limits
 from .acceptance import limits_for
 from .answers.data import data_answer
 from .answers.next import next_answer
@@ -19,9 +20,11 @@ from .answers.use import use_answer
 from .arm import arm_drawing
 from .coverage import coverage
 from .cross_placement import cross_placement
+from .earned import prediction_row, samples_row, travel_row
 from .errors import placement_reports, role_summaries, sample_errors
 from .known_distances import known_distance_errors
-from .predictions import predict
+from .predictions import Predictions, predict
+from .size import distance_text, scale_row
 from .verdict import judge
 
 __all__ = ["Options", "report_figures"]
@@ -45,17 +48,17 @@ class Options:
     """The error that the user's task allows [m]."""
 
 
-def _regularization(document: CalibrationDocument, source: str) -> float | None:
-    """Return the weight of the last term of Eq. (5) that was given to ``mukca solve``, if any.
+def _setting(document: CalibrationDocument, source: str, key: str) -> float | None:
+    """Return a number that was given to ``mukca solve``, if any.
 
     Raises:
         DocumentError: It is no number.
     """
-    value = document.settings.get("regularization")
+    value = document.settings.get(key)
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise misfit(source, "settings.regularization", f"{value!r} is no number")
+        raise misfit(source, f"settings.{key}", f"{value!r} is no number")
     return float(value)
 
 
@@ -73,11 +76,13 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         KnownError: A known distance names no socket of the calibration.
     """
     predictions = predict(document, source)
-    regularization = _regularization(document, source)
+    regularization = _setting(document, source, "regularization")
+    given = _setting(document, source, "repeatability_mm")
+    repeatability = options.repeatability or (None if given is None else given / 1e3)
     tolerance = options.tolerance
     limits = limits_for(
         document.model,
-        options.repeatability,
+        repeatability,
         mean_absolute_error=options.mean_absolute_error,
         distance_error=options.distance_error,
         between_placements=options.between_placements,
@@ -88,7 +93,8 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
     samples = sample_errors(predictions, DRAWN)
     matrix = cross_placement(predictions, regularization)
     covered = coverage(predictions, DRAWN)
-    verdict = judge(summary.test, between, document.checks, limits)
+    earned = _earned(predictions, covered, limits)
+    verdict = judge(summary.test, between, document.checks, limits, earned)
     answers = Answers(
         use=use_answer(placements, summary, verdict, limits, document.uncertainty, tolerance),
         next=next_answer(placements, covered, document.checks, document.next_placement),
@@ -116,6 +122,8 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         coefficients=document.coefficients,
         groups=document.groups,
         log_evidence=document.log_evidence,
+        scale=document.scale,
+        distance_text=distance_text(document.placements),
         next_placement=document.next_placement,
         noise=document.noise,
         uncertainty=document.uncertainty,
@@ -127,6 +135,20 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         arm=arm_drawing(predictions),
         plots=(),
     )
+
+
+def _earned(predictions: Predictions, covered: Coverage, limits: Limits) -> tuple[LimitResult, ...]:
+    """Return what else a verdict rests on: the arm's size, and how much was recorded."""
+    document = predictions.document
+    rows = [
+        samples_row(predictions.placements, tied=bool(document.settings.get("known"))),
+        travel_row(covered),
+    ]
+    if document.scale is not None:
+        rows.insert(0, scale_row(document.scale, document.placements))
+    if document.method == "auto" or document.uncertainty is not None:
+        rows.append(prediction_row(document.uncertainty, limits.mean_absolute_error))
+    return tuple(rows)
 
 
 def _command(document: CalibrationDocument) -> str:
