@@ -27,7 +27,7 @@ from .predictions import Predictions, predict
 from .size import distance_text, scale_row
 from .verdict import judge
 
-__all__ = ["Options", "report_figures"]
+__all__ = ["Options", "limits_of", "report_figures"]
 
 DRAWN = 3000
 """Samples drawn at most; all figures are computed from all of them."""
@@ -62,6 +62,18 @@ def _setting(document: CalibrationDocument, source: str, key: str) -> float | No
     return float(value)
 
 
+def limits_of(document: CalibrationDocument, source: str, options: Options) -> Limits:
+    """Return what a calibration is held against; arguments as for :func:`report_figures`."""
+    given = _setting(document, source, "repeatability_mm")
+    return limits_for(
+        document.model,
+        options.repeatability or (None if given is None else given / 1e3),
+        mean_absolute_error=options.mean_absolute_error,
+        distance_error=options.distance_error,
+        between_placements=options.between_placements,
+    )
+
+
 def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
     """Return the figures of a report, without plots.
 
@@ -77,16 +89,8 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
     """
     predictions = predict(document, source)
     regularization = _setting(document, source, "regularization")
-    given = _setting(document, source, "repeatability_mm")
-    repeatability = options.repeatability or (None if given is None else given / 1e3)
     tolerance = options.tolerance
-    limits = limits_for(
-        document.model,
-        repeatability,
-        mean_absolute_error=options.mean_absolute_error,
-        distance_error=options.distance_error,
-        between_placements=options.between_placements,
-    )
+    limits = limits_of(document, source, options)
     between = known_distance_errors(predictions, options.known)
     summary = role_summaries(predictions, tolerance)
     placements = placement_reports(predictions, tolerance)
