@@ -27,7 +27,7 @@ from .report_errors import (
     RoleSummaries,
     SampleErrors,
 )
-from .report_verdict import Answers, Limits, Verdict
+from .report_verdict import Answers, Limits, Step, Verdict
 
 __all__ = [
     "FORMAT",
@@ -96,6 +96,8 @@ class ReportDocument(Document, kw_only=True, frozen=True):
     command: str
     """What makes the calibration again."""
     verdict: Verdict
+    todo: tuple[Step, ...]
+    """What to do next, the most useful first; empty where the verdict is PASS."""
     answers: Answers
     arm: ArmDrawing
     plots: tuple[PlotCaption, ...]

@@ -16,6 +16,7 @@ __all__ = [
     "NextAnswer",
     "Outcome",
     "Status",
+    "Step",
     "UseAnswer",
     "UseAtPlacement",
     "Verdict",
@@ -79,6 +80,14 @@ class Verdict(Document, kw_only=True, frozen=True):
     title: str
     text: str
     limits: tuple[LimitResult, ...]
+
+
+class Step(Document, kw_only=True, frozen=True):
+    """One thing to do next."""
+
+    text: str
+    command: str
+    """To copy."""
 
 
 class UseAtPlacement(Document, kw_only=True, frozen=True):

@@ -65,6 +65,10 @@ def show_verdict(console: "Console", report: ReportDocument) -> None:
             row.found is None and row.status == "fail"
         ):
             console.print(Text(f"{row.status.capitalize()}: {row.text}."))
+    for i, step in enumerate(report.todo):
+        head = "Do this next:\n" if i == 0 else ""
+        console.print(Text(f"{head}{i + 1}. {step.text}:"))
+        console.print(Text(f"   {step.command}"), soft_wrap=True)
     if limits.repeatability is not None:
         repeatability = f"{1e3 * limits.repeatability:g} mm"
         console.print(

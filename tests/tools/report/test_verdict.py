@@ -1,6 +1,7 @@
 """The verdict: limits by arm, what fails, and what was not evaluated."""
 
 import json
+import shlex
 from typing import Any
 
 import msgspec
@@ -9,7 +10,7 @@ import pytest
 from mukca.solver.data.observations import parse_known
 from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.calibration.calibration import Calibration
-from mukca.tools.cli import main
+from mukca.tools.cli import build_parser, main
 from mukca.tools.documents.calibration import FORMAT, CalibrationDocument, calibrated_robot
 from mukca.tools.documents.files import decode
 from mukca.tools.documents.report import ReportDocument
@@ -224,3 +225,17 @@ def test_a_large_predicted_error_leaves_it_open(extended) -> None:
     status, limits, text = rows(extended)
     assert (status, limits["predicted_distance"]) == ("incomplete", "not enough")
     assert "are known to 3.80 mm only" in text
+
+
+def test_whatever_is_not_a_pass_says_what_to_do_next(document) -> None:
+    assert figures_of(document).todo == ()
+    todo = figures_of(with_geometric(document, 0.5e-3)).todo
+    first = shlex.split(todo[0].command)
+    assert "Train on" in todo[0].text
+    assert len(first[first.index("solve") + 1 : first.index("--test")]) == 2
+    document["scale"] = {"value": 0.02, "deviation": 7e-4}
+    todo = figures_of(document).todo
+    assert "--distance 0.04902" in todo[0].command
+    for step in todo:  # each can be copied: its verb and options exist
+        words = shlex.split(step.command)[1:]
+        build_parser(words[0]).parse_args(words)

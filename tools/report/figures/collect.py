@@ -1,11 +1,8 @@
 """All figures of a report, worked out from a calibration: the way into this folder."""
 
 import math
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, cast
 
 from ....solver.data.observations import KnownDistance
 from ...documents.calibration import CalibrationDocument, misfit
@@ -25,6 +22,7 @@ from .errors import placement_reports, role_summaries, sample_errors
 from .known_distances import known_distance_errors
 from .predictions import Predictions, predict
 from .size import distance_text, scale_row
+from .todo import solve_command, steps
 from .verdict import judge
 
 __all__ = ["Options", "limits_of", "report_figures"]
@@ -133,8 +131,9 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         uncertainty=document.uncertainty,
         warnings=document.warnings,
         provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
-        command=_command(document),
+        command=solve_command(document),
         verdict=verdict,
+        todo=steps(document, placements, verdict),
         answers=answers,
         arm=arm_drawing(predictions),
         plots=(),
@@ -153,24 +152,3 @@ def _earned(predictions: Predictions, covered: Coverage, limits: Limits) -> tupl
     if document.method == "auto" or document.uncertainty is not None:
         rows.append(prediction_row(document.uncertainty, limits.mean_absolute_error))
     return tuple(rows)
-
-
-def _command(document: CalibrationDocument) -> str:
-    """Return the command that makes the calibration again."""
-    folders = {
-        role: [
-            str(Path(row.files[0]).parent) if row.files else "?"
-            for row in document.data
-            if row.role == role
-        ]
-        for role in ("train", "test")
-    }
-    words = ["mukca", "solve", *folders["train"]]
-    if folders["test"]:
-        words += ["--test", *folders["test"]]
-    words += ["--robot", document.robot, "--method", document.method]
-    for key, value in document.settings.items():
-        if value not in (None, [], False):
-            values = cast("list[Any]", value) if isinstance(value, list) else [value]
-            words += [f"--{key.replace('_', '-')}", *([] if value is True else values)]
-    return shlex.join(map(str, words))

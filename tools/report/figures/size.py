@@ -6,7 +6,7 @@ from ...documents.calibration import PlacementErrors, Scale
 from ...documents.report_verdict import LimitResult, Status
 from ..words import joined, short_names
 
-__all__ = ["distance_text", "scale_row", "scale_text"]
+__all__ = ["distance_text", "likely_distance", "scale_row", "scale_text"]
 
 UNUSUAL = 0.003
 """Real arms came out within 0.5 % of their models, most of them within a quarter percent."""
@@ -53,9 +53,8 @@ def scale_row(scale: Scale, placements: Sequence[PlacementErrors]) -> LimitResul
     elif abs(scale.value) > max(UNUSUAL, SURE * (scale.deviation or 0.0)):
         status = "warning"
     text = scale_text(scale)
-    distance = next((row.distance for row in placements if row.role == "train"), None)
-    if status != "pass" and distance is not None and scale.value > -1:
-        likely = distance / (1 + scale.value)
+    if status != "pass":
+        distance, likely = _trained_distance(placements), likely_distance(scale, placements)
         text += f"; more likely the sockets are {_tenth(likely, distance)} mm apart than "
         text += f"{_tenth(distance, likely)}: measure them, and give it by --distance"
     return LimitResult(
@@ -67,6 +66,15 @@ def scale_row(scale: Scale, placements: Sequence[PlacementErrors]) -> LimitResul
         text=text,
         reason=f"{text[0].upper()}{text[1:]}",
     )
+
+
+def likely_distance(scale: Scale, placements: Sequence[PlacementErrors]) -> float:
+    """Return the distance of the sockets by which the arm would have its nominal size [m]."""
+    return _trained_distance(placements) / max(1 + scale.value, 0.1)
+
+
+def _trained_distance(placements: Sequence[PlacementErrors]) -> float:
+    return next(row.distance for row in placements if row.role == "train")
 
 
 def _mm(metres: float) -> str:

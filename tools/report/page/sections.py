@@ -13,6 +13,7 @@ __all__ = [
     "headline",
     "limits_table",
     "placements_table",
+    "todo",
     "verdict_box",
 ]
 
@@ -103,6 +104,21 @@ def _rests_on(report: ReportDocument) -> list[Node]:
 
 def _counts(summary: RoleSummary) -> str:
     return f"{plural(summary.placements, 'placement')} ({plural(summary.samples, 'sample')})"
+
+
+def todo(report: ReportDocument) -> Element | None:
+    """Return what to do next; nothing where the verdict is PASS."""
+    if not report.todo:
+        return None
+    return tag(
+        "section",
+        tag("h2", "Do this next"),
+        tag(
+            "ol",
+            [tag("li", step.text, ":", tag("pre", step.command)) for step in report.todo],
+        ),
+        id="todo",
+    )
 
 
 def limits_table(report: ReportDocument) -> Element:
