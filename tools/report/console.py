@@ -49,6 +49,8 @@ def show_verdict(console: "Console", report: ReportDocument) -> None:
     """Print the verdict, limit by limit."""
     verdict, limits = report.verdict, report.limits
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
+    if verdict.status == "pass" and any(row.status == "warning" for row in verdict.limits):
+        style = "bold yellow"
     console.print(Text.assemble("Verdict: ", (verdict.title, style)))
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     two = any(row.full is not None for row in verdict.limits)

@@ -35,6 +35,7 @@ def headline(report: ReportDocument) -> Element:
 def verdict_box(report: ReportDocument) -> Element:
     """Return the verdict, and the error before and after in large figures."""
     verdict = report.verdict
+    warned = verdict.status == "pass" and any(r.status == "warning" for r in verdict.limits)
     role, _ = report.summary.judged
     return tag(
         "section",
@@ -42,7 +43,7 @@ def verdict_box(report: ReportDocument) -> Element:
             "div",
             tag("p", verdict.title, class_="stamp"),
             tag("p", verdict.text),
-            class_=f"verdict {verdict.status}",
+            class_=f"verdict {'warned' if warned else verdict.status}",
             id="verdict",
         ),
         tag(
@@ -92,7 +93,8 @@ def _rests_on(report: ReportDocument) -> list[Node]:
     words: list[Node] = [
         f"Trained on {trained}, {held_out}. Removed: ",
         figure(report, f"summary.{role}.removed_error", scale=100, digits=1),
-        " % of the error. ",
+        " % of the error",
+        ". " if judged.geometric is None else " with corrected joint positions. ",
     ]
     if judged.ball_refitted is not None:
         path = f"summary.{role}.ball_refitted.mean_absolute_error"
