@@ -57,7 +57,7 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="A:0-B:0=M[+-S]",
-        help="further measured distances between sockets, with their standard deviation, or a "
+        help="further measured distances between sockets, which the fit keeps to as closely as their "
         "file with one a line",
     )
     group.add_argument(

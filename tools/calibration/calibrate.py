@@ -14,7 +14,7 @@ from ...solver.robot.urdf import Robot
 from ..documents.calibration import NextPlacement
 from ..usage import UsageError
 from .calibration import Calibration
-from .document import compose
+from .compose import compose
 from .settings import Settings
 from .task import Inspected, Task
 
