@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder.dataset import Placement, find_placements, read_placement
-from mukca.solver.auto.posterior import Estimate
+from mukca.solver.auto.posterior import Posterior
 from mukca.solver.auto.selection import calibrate_auto
 from mukca.solver.data.measurements import Measurement, measure
 from mukca.solver.data.observations import KnownDistance, observe
@@ -49,10 +49,10 @@ def costs(robot: Robot, data: list[Measurement]) -> None:
     parameters = choose_parameters(robot)
     one = observe(data[:1], robot)
     found = calibrate_auto(robot, parameters, one).full
-    problem = found.problem
+    model = found.model
 
     def evaluate() -> None:
-        problem.linearise(found.x, one.positions, one.torques)
+        model.linearise(found.x, one.positions, one.torques)
 
     evaluation = seconds(evaluate, 30)
     fit = seconds(lambda: calibrate_auto(robot, parameters, one), 5)
@@ -68,12 +68,12 @@ def costs(robot: Robot, data: list[Measurement]) -> None:
     )
 
 
-def distance_errors(found: Estimate, truth: np.ndarray, seed: int) -> np.ndarray:
+def distance_errors(found: Posterior, truth: np.ndarray, seed: int) -> np.ndarray:
     """Return errors of distances up to 400 mm between balls in the workspace [m]."""
-    robot = found.problem.robot
+    robot = found.model.robot
     q = workspace(robot, 2000, seed)
     ball = found.predict(q, gravity_torques(robot, q))
-    true = found.problem.model.points(truth, q)
+    true = found.model.model.points(truth, q)
     lengths = np.linalg.norm(true[1::2] - true[::2], axis=1)
     errors = np.linalg.norm(ball[1::2] - ball[::2], axis=1) - lengths
     return errors[lengths < 0.4]

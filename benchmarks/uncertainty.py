@@ -44,29 +44,29 @@ def draw(seed: int) -> dict[str, list[float]]:
     measured = [measure(p, robot, stated) for p in placements]
     parameters = choose_parameters(robot)
     found = calibrate_auto(robot, parameters, observe(measured[:2], robot)).full
-    truth = arm.origins.ravel()[found.problem.model.free]
+    truth = arm.origins.ravel()[found.model.ball.free]
 
     q = workspace(robot, 80, seed)
     torque = gravity_torques(robot, q)
     ball = found.predict(q, torque)
-    true = found.problem.model.points(truth, q)
+    true = found.model.ball.points(truth, q)
     lengths = [np.linalg.norm(p[1::2] - p[::2], axis=1) for p in (ball, true)]
     distances = (lengths[0] - lengths[1]) / distance_deviations(found, q, torque)
 
-    size = found.problem.size
+    size = found.model.size
     covariance = found.covariance[:size, :size]
     scatter: list[float] = []
     held = measured[2]
     for rows in held.slices:
         x = held.positions[rows]
-        points, jacobian, _ = found.problem.linearise(found.x, x, gravity_torques(robot, x))
-        exact = found.problem.model.points(truth, x)
+        points, jacobian, _ = found.model.linearise(found.x, x, gravity_torques(robot, x))
+        exact = found.model.ball.points(truth, x)
         error = (points - points.mean(axis=0)) - (exact - exact.mean(axis=0))
         centred = jacobian - jacobian.mean(axis=0)
         variance = np.einsum("nij,jk,nik->ni", centred, covariance, centred)
         scatter += (error / np.sqrt(variance)).ravel().tolist()
 
-    n = found.problem.geometry
+    n = found.model.geometry
     deviation = deviations(found)[:n]
     decided = (deviation > 0) & (deviation < 0.5 * prior_deviations(found)[:n])
     parameter = ((found.values - truth) / deviation)[decided]

@@ -19,7 +19,7 @@ from ..solver.robot.parameters import Parameter
 from ..solver.robot.urdf import Robot
 
 if TYPE_CHECKING:
-    from ..solver.auto.posterior import Estimate
+    from ..solver.auto.posterior import Posterior
 
 __all__ = ["AutoSettings", "Outcome", "calibrate_by_auto", "calibrate_by_paper", "provenance"]
 
@@ -129,7 +129,6 @@ def calibrate_by_auto(
     """
     import time
 
-    from ..solver.auto.posterior import predict
     from ..solver.auto.selection import STAGES, calibrate_auto
 
     begin = time.perf_counter()
@@ -152,12 +151,12 @@ def calibrate_by_auto(
         full.values,
         full.deflection,
         settings.load,
-        fit.geometric.values if full.problem.extensions else None,
+        fit.geometric.values if full.model.extensions else None,
     )
     load = settings.load
 
     def points(x: Any, m: Measurement) -> Any:
-        return predict(full.problem, x, m.positions, load.torques(robot, m))
+        return full.model.predict(x, m.positions, load.torques(robot, m))
 
     outcome = Outcome(
         calibration,
@@ -179,7 +178,7 @@ def calibrate_by_auto(
     return outcome
 
 
-def _weights(train: Sequence[Measurement], full: "Estimate") -> dict[str, list[float]]:
+def _weights(train: Sequence[Measurement], full: "Posterior") -> dict[str, list[float]]:
     """Return each training placement's robust weights, in the order of its samples."""
     weights: dict[str, list[float]] = {}
     rest = full.weights.tolist()
@@ -193,15 +192,15 @@ def _weights(train: Sequence[Measurement], full: "Estimate") -> dict[str, list[f
 
 def _uncertainty(
     calibration: Calibration,
-    full: "Estimate",
+    full: "Posterior",
 ) -> dict[str, Any]:
     """Return groups, noise, deviations, and what the data cannot identify."""
     from ..solver.auto import uncertainty as u
     from ..solver.auto.directions import CANNOT_SEE, weak_directions
 
     deviation = u.deviations(full)
-    names = u.unknown_names(full)
-    n = full.problem.geometry
+    names = full.model.names
+    n = full.model.geometry
     coefficients = [
         {
             "name": name,
@@ -242,7 +241,7 @@ def _uncertainty(
     }
 
 
-def _spread(calibration: Calibration, full: "Estimate", m: Measurement) -> dict[str, float]:
+def _spread(calibration: Calibration, full: "Posterior", m: Measurement) -> dict[str, float]:
     """Return the predicted and the found rms distance of a placement's samples from their mean."""
     import numpy as np
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..robot.kinematics import rotation, rotation_rpy
 from ..robot.urdf import Joint, Robot
-from .posterior import Estimate
-from .uncertainty import UNDECIDED, prior_covariance, unknown_names
+from .posterior import Posterior
+from .uncertainty import UNDECIDED, prior_covariance
 
 __all__ = ["CANNOT_SEE", "Direction", "weak_directions"]
 
@@ -36,29 +36,29 @@ class Direction:
     """Posterior over prior deviation along it, 1 where the data say nothing."""
 
 
-def weak_directions(found: Estimate) -> list[Direction]:
+def weak_directions(found: Posterior) -> list[Direction]:
     """Return what the data leave to the prior, in words.
 
     First the directions that no ball can show, by the chain's structure; then the largest of
     what remains, by its two main parameters.
     """
-    problem = found.problem
-    n = problem.geometry
+    model = found.model
+    n = model.geometry
     prior = np.linalg.cholesky(prior_covariance(found)[:n, :n])  # x = prior @ standard normal
     whiten = np.linalg.inv(prior)
     posterior = whiten @ found.covariance[:n, :n] @ whiten.T
     named = [
         (text, whiten @ v / np.linalg.norm(whiten @ v))
-        for text, v in _structural(problem.robot, found)
+        for text, v in _structural(model.robot, found)
     ]
-    by_scale = prior.T @ problem.by_scale()[:n]
+    by_scale = prior.T @ model.by_scale()[:n]
     if by_scale.any():
         named.append((SCALE, by_scale / np.linalg.norm(by_scale)))
     found_directions = [Direction(text, float(np.sqrt(u @ posterior @ u))) for text, u in named]
     basis = np.linalg.qr(np.array([u for _, u in named]).T)[0] if named else np.zeros((n, 0))
     rest = np.eye(n) - basis @ basis.T
     values, vectors = np.linalg.eigh(rest @ posterior @ rest)
-    names = unknown_names(found)
+    names = model.names
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         if value < UNDECIDED**2:
             break
@@ -72,20 +72,20 @@ def weak_directions(found: Estimate) -> list[Direction]:
     return list(merged.values())
 
 
-def _structural(robot: Robot, found: Estimate) -> list[tuple[str, Vector]]:
+def _structural(robot: Robot, found: Posterior) -> list[tuple[str, Vector]]:
     """Return changes of the free geometry that no ball can show, with their names.
 
     The base frame may move as a whole; the ball may turn in place; and each joint may slide along
     its axis or turn about it, if the next free joint undoes that.
     """
-    problem = found.problem
-    place = {p.index: i for i, p in enumerate(problem.parameters)}
+    model = found.model
+    place = {p.index: i for i, p in enumerate(model.parameters)}
     free = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
-    origins = problem.model.origins(found.values)
+    origins = model.ball.origins(found.values)
     named: list[tuple[str, Vector]] = []
 
     def add(text: str, changes: dict[int, Vector]) -> None:
-        vector = np.zeros(problem.geometry)
+        vector = np.zeros(model.geometry)
         for joint, change in changes.items():
             vector[[place[6 * joint + k] for k in range(6)]] = change
         named.append((text, vector))

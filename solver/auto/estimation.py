@@ -1,293 +1,224 @@
-"""Maximum a posteriori estimation whose prior widths and noise the data decide by evidence.
+"""Maximum a posteriori estimation whose prior widths and noise are set by the objective.
 
-The unknowns x are the geometry, the coefficients of extensions and the socket centres m_s.
-Given hyperparameters, the posterior's maximum minimises
-
-    sum over samples  t(e_i; C_i)        e_i = Phi(x, q_i) - m_s(i)
-  + |W (l - d)|^2 / 2             l_k = |m_a - m_b|, of the known distances d
-  + sum over groups  x_g^T P_g x_g / 2                            P_g = (s_g^2 I)^-1
-  - 3 (N - S) log(scale)          of the cloud of ball positions in the workspace
-
-where t is Student's distribution with nu = 5 of whole 3-vectors, and C_i = s_x^2 I + s_q^2 Jq Jq^T
-its scale: noise in space, and noise of the joint angles. W^T W is the inverse covariance of the
-known distances; placements of one base share the error of its measurement. P_g of the translations
-leaves the scale of all lengths together to the known distances. The last term is there because a
-model that shrinks shrinks its errors, and would seem the better for it: what is given are N joint
-positions, and the volume that maps to a volume of theirs grows with the cube of the scale; S
-samples' worth goes to the sockets, which shrink too.
-
-Each iteration takes one Gauss-Newton step with reweighting, and one fixed-point step for s_g, s_x
-and s_q towards the maximum of the evidence (MacKay 1992; for the noise, Harville 1977), so that a
-group without support vanishes.
+Each iteration takes a Gauss-Newton step (2), (3) of the objective L, see
+:mod:`mukca.solver.auto.objective`, and a fixed-point step of the widths of the priors (4) and of
+the noise (5) towards the maximum of the evidence (6), see :mod:`mukca.solver.auto.laplace`. A
+group of unknowns that the data do not support ends with a width of nearly zero, and is taken out.
+docs/model.md is an introduction.
 """
 # NumPy's linear algebra is partly untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 # pyright: reportUnknownArgumentType=false
 
-from dataclasses import replace
-from math import lgamma, log, pi
+from dataclasses import dataclass, replace
+from math import log
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..data.observations import Observations
 from ..paper.optimizers import NotConverged
 from .deflection import COMPLIANCE, EXTENSIONS
-from .extended_model import MapProblem
-from .posterior import INFORMATION, NU, Estimate
-from .priors import NEGLIGIBLE, Group, Noise
+from .extended_model import ExtendedModel
+from .laplace import inverse, posterior
+from .noise import INFORMATION, NEGLIGIBLE, Noise
+from .objective import (
+    Mask,
+    Objective,
+    State,
+    Vector,
+    build_objective,
+    distance_rows,
+    free_unknowns,
+    linearise,
+    prior_precision,
+    start,
+    weigh,
+)
+from .posterior import Posterior
+from .priors import PriorGroup
 
 __all__ = ["estimate"]
 
-Vector = NDArray[np.float64]
 MAX_ITERATIONS = 150
+SETTLED = 1e-2
+"""Relative change of the widths and the noise at which the iteration ends."""
 
 
-def estimate(problem: MapProblem, joint_noise: bool = True) -> Estimate:
-    """Solve a problem from the nominal model.
+@dataclass(frozen=True)
+class Step:
+    """A Gauss-Newton step, and what it was computed from."""
+
+    change: Vector
+    """Of all unknowns, shape (n,); zero for those that are held."""
+    free: Mask
+    """Which of all unknowns are not held, shape (n,)."""
+    information: Vector
+    """Curvature of L that the data give to the free unknowns."""
+    covariance: Vector
+    """Inverse of the whole curvature, priors included: that of the free unknowns."""
+    inverse_scales: Vector
+    """C_i^-1, shape (N, 3, 3) [1/m^2]."""
+    weights: Vector
+    """w_i, shape (N,)."""
+
+
+def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
+    """Find the most plausible unknowns of a model, starting at the nominal robot.
 
     Args:
-        problem: What to solve.
+        model: What is unknown.
+        data: What was measured.
         joint_noise: Whether the joint angles' noise may be other than zero.
 
     Raises:
-        NotConverged: The hyperparameters did not settle.
+        NotConverged: The widths and the noise did not settle.
     """
-    return _Iteration(problem, joint_noise).run()
+    objective = build_objective(model, data)
+    state = start(objective, joint_noise)
+    iterates = [state.x]
+    compliances_may_return = True
+    try:
+        for _ in range(MAX_ITERATIONS):
+            step = _gauss_newton(objective, state)
+            state, change = _advance(objective, state, step)
+            iterates.append(state.x)
+            if change >= SETTLED:
+                continue
+            pruned = _without_negligible(state)
+            if pruned is not state:
+                state = pruned
+            elif compliances_may_return and _held_compliances(state).any():
+                state = replace(state, at_zero=state.at_zero & ~_held_compliances(state))
+                compliances_may_return = False
+            else:
+                last = _gauss_newton(objective, state)
+                return posterior(objective, state, last.information, last.free, iterates)
+    except np.linalg.LinAlgError:
+        raise NotConverged("auto diverged; see mukca check, or try --method paper") from None
+    raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
 
 
-class _Iteration:
-    """The state of the estimation between steps."""
+def _gauss_newton(objective: Objective, state: State) -> Step:
+    """Return the step to the minimum of L's quadratic approximation.
 
-    def __init__(self, problem: MapProblem, joint_noise: bool) -> None:
-        data = problem.data
-        self.problem = problem
-        self.groups = problem.groups
-        self.volume = np.concatenate([problem.by_scale(), np.zeros(3 * data.socket_count)])
-        self.volume *= 3 * (len(data.sockets) - data.socket_count)
-        self.whiten = np.linalg.inv(np.linalg.cholesky(data.distance_covariance()))
-        self.x = np.zeros(problem.size)
-        self.fixed = np.zeros(problem.size, dtype=bool)
-        self.iterates = [self.x]
-        self.evaluate()
-        sockets = range(data.socket_count)
-        self.centres = np.array(
-            [np.median(self.points[data.sockets == k], axis=0) for k in sockets]
-        )
-        typical = float(np.median(np.linalg.norm(self.residuals, axis=1))) / 1.54
-        reach = float(np.sqrt(np.mean(np.sum(self.by_joints**2, axis=(1, 2)) / 3)))
-        self.noise = Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
-        self.evaluations = 1
-        self.released = False
+        H = sum_i k w_i J_i^T C_i^-1 J_i + B^T W^T W B + P        step = -H^-1 (dL/dx)     (3)
 
-    @property
-    def residuals(self) -> Vector:
-        return self.points - self.centres[self.problem.data.sockets]
-
-    def evaluate(self) -> None:
-        data = self.problem.data
-        self.points, by_x, self.by_joints = self.problem.linearise(
-            self.x, data.positions, data.torques
-        )
-        by_centres = np.zeros((len(by_x), 3, 3 * data.socket_count))
-        for axis in range(3):
-            by_centres[np.arange(len(by_x)), axis, 3 * data.sockets + axis] = -1
-        self.jacobian = np.concatenate([by_x, by_centres], axis=2)
-
-    def run(self) -> Estimate:
-        try:
-            for _ in range(MAX_ITERATIONS):
-                if self.step() < 1e-2 and not self.prune() and not self.release():
-                    return self.result()
-        except np.linalg.LinAlgError:
-            raise NotConverged("auto diverged; see mukca check, or try --method paper") from None
-        raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
-
-    def prune(self) -> bool:
-        """Take out what has no effect beside the noise; tell whether there was any."""
-        extensions = [g for g in self.groups if g.name in EXTENSIONS and g.width]
-        gone = [g for g in extensions if self.effect(g) < NEGLIGIBLE]
-        for group in gone:
-            self.fixed[group.members] = True
-            self.x[group.members] = 0.0
-        self.groups = tuple(
-            replace(g, width=0.0, effective=0.0, learned=False) if g in gone else g
-            for g in self.groups
-        )
-        if self.noise.joint and self.joint_effect() < NEGLIGIBLE:
-            self.noise = replace(self.noise, joint=0.0)
-            return True
-        return bool(gone)
-
-    def effect(self, group: Group) -> float:
-        """Return how far a group's width moves the ball, relative to the noise."""
-        members = group.members[~self.fixed[group.members]]
-        squares = np.sum(self.jacobian[:, :, members] ** 2, axis=(1, 2)) / 3
-        return group.width * float(np.sqrt(np.mean(squares))) / self.noise.space
-
-    def joint_effect(self) -> float:
-        """Return how far the noise of the joints moves the ball, relative to that in space."""
-        squares = np.sum(self.by_joints**2, axis=(1, 2)) / 3
-        return self.noise.joint * float(np.sqrt(np.mean(squares))) / self.noise.space
-
-    def weigh(self) -> tuple[Vector, Vector]:
-        """Return the inverse scales C_i^-1, shape (N, 3, 3), and squared distances e C^-1 e."""
-        inverse: Vector = np.linalg.inv(self.noise.scales(self.by_joints)).astype(np.float64)
-        e = self.residuals
-        squares = np.einsum("ni,nij,nj->n", e, inverse, e)
-        self.weights = (NU + 3) / (NU + squares)
-        return inverse, squares
-
-    def priors(self) -> list[tuple[Group, NDArray[np.int64]]]:
-        """Return the groups, and the members of each that are free."""
-        kept = [(g, g.members[~self.fixed[g.members]]) for g in self.groups if g.width]
-        return [(group, members) for group, members in kept if len(members)]
-
-    def find_free(self) -> NDArray[np.bool_]:
-        """Return which unknowns do not stay at zero."""
-        free = np.ones(self.jacobian.shape[2], dtype=bool)
-        free[: self.problem.size] = False
-        for _, members in self.priors():
-            free[members] = True
-        return free
-
-    def prior_precision(self, widened: bool = False) -> Vector:
-        """Return the prior precision of all unknowns; no row for those that stay at zero.
-
-        Args:
-            widened: Whether the uncertainty of the widths counts.
-        """
-        P = np.zeros((self.jacobian.shape[2],) * 2)
-        for group, members in self.priors():
-            width = group.deviation if widened else group.width
-            P[np.ix_(members, members)] = group.precision(members, width)
-        return P[np.ix_(self.free, self.free)]
-
-    def step(self) -> float:
-        """Take one step of everything; return the largest relative change of a scale."""
-        inverse, _ = self.weigh()
-        whitened = np.linalg.cholesky(inverse * (INFORMATION * self.weights)[:, None, None])
-        A = (whitened.transpose(0, 2, 1) @ self.jacobian).reshape(-1, self.jacobian.shape[2])
-        r = (whitened.transpose(0, 2, 1) @ self.residuals[:, :, None]).ravel() / INFORMATION
-        B, b = self.distance_rows()
-        free = self.free = self.find_free()
-        prior = self.prior_precision()
-        A_free, B_free = A[:, free], B[:, free]
-        self.hessian = A_free.T @ A_free + B_free.T @ B_free + prior
-        x = np.concatenate([self.x, np.zeros(self.centres.size)])[free]
-        gradient = A_free.T @ r + B_free.T @ b + prior @ x - self.volume[free]
-        self.covariance = _inverse(self.hessian)
-        step = np.zeros(len(free))
-        step[free] = -self.covariance @ gradient
-        self.move(step)
-        return max(self.update_groups(), self.update_noise(inverse, step))
-
-    def move(self, step: Vector) -> None:
-        x = self.x + step[: self.problem.size]
-        for group in self.groups:
-            if group.name == COMPLIANCE:  # a joint that would bend against its load does not bend
-                below = group.members[x[group.members] < 0]
-                x[below] = 0.0
-                self.fixed[below] = True
-        self.x = x
-        self.iterates.append(x)
-        self.residuals_before = self.residuals
-        self.centres = self.centres + step[self.problem.size :].reshape(-1, 3)
-        self.jacobian_before, self.by_joints_before = self.jacobian, self.by_joints
-        self.evaluate()
-        self.evaluations += 1
-
-    def distance_rows(self) -> tuple[Vector, Vector]:
-        """Return Jacobian and residuals of the known distances, whitened."""
-        known = self.problem.data.known
-        rows = np.zeros((len(known), self.jacobian.shape[2]))
-        values = np.zeros(len(known))
-        for i, k in enumerate(known):
-            offset = self.centres[k.second] - self.centres[k.first]
-            length = float(np.linalg.norm(offset))
-            for socket, sign in ((k.second, 1), (k.first, -1)):
-                begin = self.problem.size + 3 * socket
-                rows[i, begin : begin + 3] = sign * offset / length
-            values[i] = length - k.distance
-        return self.whiten @ rows, self.whiten @ values
-
-    def update_groups(self) -> float:
-        """Take one step for the widths; return the largest relative change of those that matter."""
-        covariance = np.zeros((len(self.free),) * 2)
-        covariance[np.ix_(self.free, self.free)] = self.covariance
-        updated: list[Group] = []
-        change = 0.0
-        for group in self.groups:
-            new = group
-            if group.learned:
-                members = group.members[~self.fixed[group.members]]
-                new = group.updated(self.x[members], covariance[np.ix_(members, members)], members)
-                if self.effect(new) > NEGLIGIBLE:
-                    change = max(change, abs(log(new.width / group.width)))
-            updated.append(new)
-        self.groups = tuple(updated)
-        return change
-
-    def update_noise(self, inverse: Vector, step: Vector) -> float:
-        """Take one step for s_x^2 and s_q^2; return the relative change."""
-        J = self.jacobian_before[:, :, self.free]
-        leverage = (J @ self.covariance) @ J.transpose(0, 2, 1)
-        leverage *= INFORMATION * self.weights[:, None, None]
-        errors = self.residuals_before + self.jacobian_before @ step
-        before, matters = self.noise, self.joint_effect() > NEGLIGIBLE
-        squares = before.fisher_step(inverse, self.weights, errors, leverage, self.by_joints_before)
-        self.noise = before.updated(squares, self.joint_effect())
-        return max(
-            abs(log(self.noise.space / before.space)),
-            abs(log(self.noise.joint / before.joint)) if matters else 0.0,
-        )
-
-    def release(self) -> bool:
-        """Let compliances that were held at zero go once more; tell whether there are any."""
-        members = [g.members for g in self.groups if g.name == COMPLIANCE and g.learned]
-        if self.released or not members or not self.fixed[members[0]].any():
-            return False
-        self.fixed[members[0]] = False
-        self.released = True
-        return True
-
-    def result(self) -> Estimate:
-        full = np.zeros((len(self.free), len(self.free)))
-        full[np.ix_(self.free, self.free)] = self.widened_covariance()
-        _, squares = self.weigh()
-        return Estimate(
-            self.problem,
-            self.x,
-            self.centres,
-            full,
-            self.groups,
-            self.noise,
-            self.points,
-            self.weights * NU / (NU + 3),
-            self.log_evidence(squares),
-            self.evaluations,
-            tuple(self.iterates),
-        )
-
-    def widened_covariance(self) -> Vector:
-        """Return the covariance with the priors as wide as they may well be."""
-        return _inverse(self.hessian - self.prior_precision() + self.prior_precision(widened=True))
-
-    def log_evidence(self, squares: Vector) -> float:
-        """Return the logarithm of the evidence, by Laplace's approximation."""
-        N = len(squares)
-        scales = np.linalg.slogdet(self.noise.scales(self.by_joints))[1]
-        constant = lgamma((NU + 3) / 2) - lgamma(NU / 2) - 1.5 * log(NU * pi)
-        value = N * constant - 0.5 * scales.sum() - 0.5 * (NU + 3) * np.log1p(squares / NU).sum()
-        value += float(self.volume[: self.problem.size] @ self.x)
-        value -= 0.5 * float(np.sum(self.distance_rows()[1] ** 2))
-        for group, members in self.priors():
-            P = group.precision(members, group.width)
-            value += 0.5 * float(np.linalg.slogdet(P)[1] - self.x[members] @ P @ self.x[members])
-            value -= 0.5 * (group.width / group.scale) ** 2
-        return float(value - 0.5 * np.linalg.slogdet(self.hessian)[1])
+    where J_i and B are the derivatives of e_i and of the distances, and k is what a sample of
+    Student's distribution tells, relative to a Gaussian one.
+    """
+    linear = state.linear
+    inverse_scales, _, weights = weigh(state)
+    root = np.linalg.cholesky(inverse_scales * (INFORMATION * weights)[:, None, None])
+    A = (root.transpose(0, 2, 1) @ linear.jacobian).reshape(-1, objective.size)
+    a = (root.transpose(0, 2, 1) @ linear.errors[:, :, None]).ravel() / INFORMATION
+    B, b = distance_rows(objective, state)
+    free = free_unknowns(objective, state)
+    prior = prior_precision(objective, state, free)
+    information = A[:, free].T @ A[:, free] + B[:, free].T @ B[:, free]
+    x = np.concatenate([state.x, np.zeros(state.centres.size)])[free]
+    gradient = (A.T @ a + B.T @ b - objective.by_volume)[free] + prior @ x
+    covariance = inverse(information + prior)
+    change = np.zeros(objective.size)
+    change[free] = -covariance @ gradient
+    return Step(change, free, information, covariance, inverse_scales, weights)
 
 
-def _inverse(H: Vector) -> Vector:
-    """Return the inverse of a positive definite matrix whose rows differ in scale."""
-    scale = 1 / np.sqrt(np.diag(H))
-    return np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale
+def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
+    """Return the state after a step of everything, and the largest relative change of a scale."""
+    x, at_zero = _moved(state, step.change[: objective.model.size])
+    centres = state.centres + step.change[objective.model.size :].reshape(-1, 3)
+    linear = linearise(objective, x, centres)
+    moved = replace(state, x=x, centres=centres, at_zero=at_zero, linear=linear)
+    groups, change = _updated_groups(objective, moved, step)
+    noise = _updated_noise(state, moved, step)
+    before = state.noise
+    change = max(change, abs(log(noise.space / before.space)))
+    if before.joint_effect(linear.by_joints) > NEGLIGIBLE:
+        change = max(change, abs(log(noise.joint / before.joint)))
+    return replace(moved, groups=groups, noise=noise), change
+
+
+def _moved(state: State, change: Vector) -> tuple[Vector, Mask]:
+    """Return x after a change, and what is held: a joint never bends against its load."""
+    x, at_zero = state.x + change, state.at_zero.copy()
+    for group in state.groups:
+        if group.name == COMPLIANCE:
+            below = group.members[x[group.members] < 0]
+            x[below] = 0.0
+            at_zero[below] = True
+    return x, at_zero
+
+
+def _updated_groups(
+    objective: Objective, state: State, step: Step
+) -> tuple[tuple[PriorGroup, ...], float]:
+    """Return the groups after a step of their widths (4), and the largest relative change.
+
+    Widths whose effect is negligible do not count for the change.
+    """
+    covariance = np.zeros((objective.size, objective.size))
+    covariance[np.ix_(step.free, step.free)] = step.covariance
+    groups: list[PriorGroup] = []
+    change = 0.0
+    for group in state.groups:
+        new = group
+        if group.learned:
+            members = group.members[~state.at_zero[group.members]]
+            new = group.updated(state.x[members], covariance[np.ix_(members, members)], members)
+            if _effect(state, new) > NEGLIGIBLE:
+                change = max(change, abs(log(new.width / group.width)))
+        groups.append(new)
+    return tuple(groups), change
+
+
+def _updated_noise(state: State, moved: State, step: Step) -> Noise:
+    """Return the noise after a step of its scales (5), see :class:`Noise`."""
+    J = state.linear.jacobian[:, :, step.free]
+    leverage = (J @ step.covariance) @ J.transpose(0, 2, 1)
+    leverage *= INFORMATION * step.weights[:, None, None]
+    errors = state.linear.errors + state.linear.jacobian @ step.change
+    squares = state.noise.fisher_step(
+        step.inverse_scales, step.weights, errors, leverage, state.linear.by_joints
+    )
+    return state.noise.updated(squares, state.noise.joint_effect(moved.linear.by_joints))
+
+
+def _effect(state: State, group: PriorGroup) -> float:
+    """Return how far a group's width moves the ball, relative to the noise."""
+    members = group.members[~state.at_zero[group.members]]
+    squares = np.sum(state.linear.jacobian[:, :, members] ** 2, axis=(1, 2)) / 3
+    return group.width * float(np.sqrt(np.mean(squares))) / state.noise.space
+
+
+def _without_negligible(state: State) -> State:
+    """Return the state without extensions and joint noise that do hardly anything.
+
+    The very same state where there are none.
+    """
+    gone = [
+        group
+        for group in state.groups
+        if group.name in EXTENSIONS and group.width and _effect(state, group) < NEGLIGIBLE
+    ]
+    noise = state.noise
+    if noise.joint and noise.joint_effect(state.linear.by_joints) < NEGLIGIBLE:
+        noise = replace(noise, joint=0.0)
+    if not gone and noise is state.noise:
+        return state
+    x, at_zero = state.x.copy(), state.at_zero.copy()
+    for group in gone:
+        x[group.members], at_zero[group.members] = 0.0, True
+    groups = tuple(
+        replace(g, width=0.0, effective=0.0, learned=False) if g in gone else g
+        for g in state.groups
+    )
+    return replace(state, x=x, at_zero=at_zero, groups=groups, noise=noise)
+
+
+def _held_compliances(state: State) -> Mask:
+    """Return which unknowns are compliances held at zero, though their group has a width."""
+    held = np.zeros_like(state.at_zero)
+    for group in state.groups:
+        if group.name == COMPLIANCE and group.learned:
+            held[group.members] = state.at_zero[group.members]
+    return held

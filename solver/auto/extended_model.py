@@ -1,7 +1,10 @@
-"""The unknowns of the extended model, their priors, and what was observed.
+"""The ball's place by the extended model: joint origins, and joints that bend and turn unevenly.
 
-The unknowns are the geometry (as change from nominal), the coefficients of the extensions, and the
-socket centres. Each group of unknowns has a Gaussian prior of its own width.
+The unknowns x are, in this order: the change of each free number of the geometry from nominal,
+then the coefficients of each extension. With q' the true joint positions, see
+:mod:`mukca.solver.auto.deflection`,
+
+    Phi(x, q) = ball position at origins Theta_nominal + x_geometry and joint positions q'(x, q)
 """
 # NumPy's linear algebra is partly untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -13,46 +16,33 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.observations import Observations
 from ..robot.kinematics import BallModel, workspace
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
-from .deflection import COMPLIANCE, EXTENSIONS, Deflection, design
-from .priors import Group
+from .deflection import COMPLIANCE, EXTENSIONS, Deflection, coefficient_names, design
 
-__all__ = ["MapProblem", "build_map_problem"]
+__all__ = ["ExtendedModel", "extend"]
 
 Vector = NDArray[np.float64]
-BALL_WIDTH = 0.1
-"""Prior of the ball's place on the flange [m]: hardly any."""
-COMMON_SCALE = 2e-3
-"""Prior of the scale of all lengths together: wide beside the 0.06 % that a caliper tells of a
-50 mm base, so that measured distances rule, and narrow enough to hold where an arm is noisy."""
 SCALE_SAMPLES = 200
-TRANSMISSION_SCALE = 5e-4
-"""Transmission errors much wider than this are implausible [rad]: the prior of their width."""
+"""Random poses from which the scale of a robot is told."""
 
 
 @dataclass(frozen=True)
-class MapProblem:
-    """The unknowns and their priors, and what was observed; inspectable before it is solved."""
+class ExtendedModel:
+    """A robot whose geometry is free, with some extensions of it."""
 
     robot: Robot
     parameters: tuple[Parameter, ...]
-    model: BallModel
-    data: Observations
+    ball: BallModel
+    """The ball's position as a function of the parameters and the true joint positions."""
     extensions: tuple[str, ...]
-    groups: tuple[Group, ...]
+    """Among :data:`~mukca.solver.auto.deflection.EXTENSIONS`, in that order."""
 
     @property
     def geometry(self) -> int:
-        """Number of geometric unknowns; those of the extensions follow, then the centres."""
+        """Number of geometric unknowns; those of the extensions follow."""
         return len(self.parameters)
-
-    @property
-    def size(self) -> int:
-        """Number of unknowns before the socket centres."""
-        return self.geometry + sum(self.sizes)
 
     @property
     def sizes(self) -> list[int]:
@@ -60,8 +50,55 @@ class MapProblem:
         m = len(self.robot.actuated)
         return [m if extension == COMPLIANCE else 2 * m for extension in self.extensions]
 
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.geometry + sum(self.sizes)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all unknowns."""
+        names = [p.name for p in self.parameters]
+        for extension in self.extensions:
+            names += coefficient_names(extension, self.robot.joint_names)
+        return names
+
+    def values(self, x: Vector) -> Vector:
+        """Return the geometric parameters at some unknowns, shape (geometry,) [m, rad]."""
+        return self.ball.nominal + x[: self.geometry]
+
+    def deflection(self, x: Vector) -> Deflection:
+        """Return the extensions at some unknowns."""
+        ends = self.geometry + np.cumsum(self.sizes)
+        values = tuple(x[end - size : end] for end, size in zip(ends, self.sizes, strict=True))
+        return Deflection(self.extensions, values)
+
+    def predict(self, x: Vector, q: Vector, torque: Vector) -> Vector:
+        """Return the ball's centres Phi(x, q), shape (N, 3) [m].
+
+        Args:
+            x: The unknowns, shape (size,).
+            q: Joint positions as read, shape (N, m).
+            torque: Joint torques, shape (N, m) [N m].
+        """
+        true = self.deflection(x).true_positions(q, torque)
+        return self.ball.points(self.values(x), true)
+
+    def linearise(self, x: Vector, q: Vector, torque: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return ball centres and their derivatives; arguments as for :meth:`predict`.
+
+        Returns:
+            The centres, shape (N, 3) [m]; their derivatives by the unknowns, shape (N, 3, size),
+            and by the joint positions, shape (N, 3, m).
+        """
+        shifts = self._shifts(q, torque)
+        true = q + shifts @ x[self.geometry :]
+        linear = self.ball.linearise(self.values(x), true)
+        by_unknowns = np.concatenate([linear.by_parameters, linear.by_joints @ shifts], axis=2)
+        return linear.points, by_unknowns, linear.by_joints
+
     def by_scale(self) -> Vector:
-        """Return the derivative of the logarithm of the model's scale by the unknowns.
+        """Return the derivative of the logarithm of the robot's scale by the unknowns.
 
         The scale is the size of the cloud of ball positions in the workspace. Unlike the lengths
         in the model, it does not depend on which of many equivalent descriptions they are.
@@ -71,68 +108,22 @@ class MapProblem:
         cloud = points - points.mean(axis=0)
         return np.einsum("ni,nij->j", cloud, slopes) / np.sum(cloud**2)
 
-    def design(self, q: Vector, torque: Vector) -> Vector:
-        """Return how all extensions' coefficients shift the joints, shape (N, m, p)."""
+    def _shifts(self, q: Vector, torque: Vector) -> Vector:
+        """Return how all extensions' coefficients shift the joints, shape (N, m, coefficients)."""
         parts = [design(extension, q, torque) for extension in self.extensions]
         return np.concatenate([np.zeros((*q.shape, 0)), *parts], axis=2)
 
-    def deflection(self, x: Vector) -> Deflection:
-        """Return the extensions at some unknowns."""
-        ends = self.geometry + np.cumsum(self.sizes)
-        values = tuple(x[end - size : end] for end, size in zip(ends, self.sizes, strict=True))
-        return Deflection(self.extensions, values)
 
-    def linearise(self, x: Vector, q: Vector, torque: Vector) -> tuple[Vector, Vector, Vector]:
-        """Return ball centres (N, 3), and derivatives by the unknowns and by the joints."""
-        shifts = self.design(q, torque)
-        true = q + shifts @ x[self.geometry :]
-        linear = self.model.linearise(self.model.nominal + x[: self.geometry], true)
-        by_unknowns = np.concatenate([linear.by_parameters, linear.by_joints @ shifts], axis=2)
-        return linear.points, by_unknowns, linear.by_joints
-
-
-def build_map_problem(
-    robot: Robot,
-    parameters: Sequence[Parameter],
-    data: Observations,
-    extensions: Sequence[str] = (),
-) -> MapProblem:
-    """Return the problem with its groups at their starting widths.
+def extend(
+    robot: Robot, parameters: Sequence[Parameter], extensions: Sequence[str] = ()
+) -> ExtendedModel:
+    """Return the model of a robot with some extensions.
 
     Args:
-        robot: The robot.
+        robot: The nominal robot.
         parameters: What of its geometry is free.
-        data: What was observed.
-        extensions: Among :data:`EXTENSIONS`.
+        extensions: Among :data:`~mukca.solver.auto.deflection.EXTENSIONS`, in any order.
     """
-    kinds = [
-        ("ball" if p.of_ball else "translation" if p.unit == "m" else "rotation")
-        for p in parameters
-    ]
-    units = {"translation": ("m", 1e-3), "rotation": ("rad", 5e-3), "ball": ("m, rad", BALL_WIDTH)}
-    model = BallModel(robot, [p.index for p in parameters])
-    lengths = np.flatnonzero([kind == "translation" for kind in kinds])
-    groups = [
-        Group(
-            name,
-            unit,
-            np.flatnonzero([kind == name for kind in kinds]),
-            width,
-            learned=name != "ball",
-            together=COMMON_SCALE * model.nominal[lengths] if name == "translation" else None,
-        )
-        for name, (unit, width) in units.items()
-    ]
-    begin, m = len(parameters), len(robot.actuated)
-    for extension in (e for e in EXTENSIONS if e in extensions):
-        size = m if extension == COMPLIANCE else 2 * m
-        members = np.arange(begin, begin + size)
-        if extension == COMPLIANCE:
-            torque = float(np.sqrt(np.mean(data.torques**2)))
-            groups.append(Group(extension, "rad/(N m)", members, 5e-4 / max(torque, 1e-6)))
-        else:
-            groups.append(Group(extension, "rad", members, 5e-4, scale=TRANSMISSION_SCALE))
-        begin += size
-    ordered = tuple(e for e in EXTENSIONS if e in extensions)
-    present = tuple(group for group in groups if len(group.members))
-    return MapProblem(robot, tuple(parameters), model, data, ordered, present)
+    ball = BallModel(robot, [p.index for p in parameters])
+    ordered = tuple(extension for extension in EXTENSIONS if extension in extensions)
+    return ExtendedModel(robot, tuple(parameters), ball, ordered)

@@ -1,68 +1,66 @@
-"""Where an estimation arrived: the posterior's maximum, its covariance, its hyperparameters."""
+"""What is known after the fit: the most plausible unknowns, and how well they are known."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.observations import Observations
 from .deflection import Deflection
-from .extended_model import MapProblem
-from .priors import Group, Noise
+from .extended_model import ExtendedModel
+from .noise import Noise
+from .priors import PriorGroup
 
-__all__ = ["INFORMATION", "NU", "Estimate", "predict"]
+__all__ = ["Posterior"]
 
 Vector = NDArray[np.float64]
-NU = 5.0
-"""Degrees of freedom of the noise: heavy tails, so that a ball badly seated weighs little."""
-INFORMATION = (NU + 3) / (NU + 5)
-"""What a sample of that noise tells, relative to a Gaussian one of the same scale."""
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """Where the estimation arrived."""
+class Posterior:
+    """The posterior distribution of the unknowns, approximated by a Gaussian at its maximum."""
 
-    problem: MapProblem
+    model: ExtendedModel
+    data: Observations
     x: Vector
-    """Geometry, as change from nominal, and coefficients of the extensions."""
+    """The unknowns at the maximum: geometry, as change from nominal, then the extensions'
+    coefficients, shape (model.size,)."""
     centres: Vector
     """Socket centres, shape (S, 3) [m]."""
     covariance: Vector
-    """Posterior covariance of x and the centres."""
-    groups: tuple[Group, ...]
+    """Covariance of x and the centres, shape (size + 3 S, size + 3 S)."""
+    groups: tuple[PriorGroup, ...]
+    """The priors, as the data set them."""
     noise: Noise
     points: Vector
     """Ball centres of the samples, shape (N, 3) [m]."""
     weights: Vector
     """Robust weight of each sample, shape (N,): near 1, and towards 0 far from its socket."""
     log_evidence: float
-    evaluations: int
-    """Residuals and Jacobians evaluated."""
-    iterates: tuple[Vector, ...] = field(default=())
+    """Logarithm of how probable the data are under the model, its unknowns integrated out."""
+    iterates: tuple[Vector, ...]
     """x after each iteration, the start first."""
 
     @property
+    def evaluations(self) -> int:
+        """How often the residuals and their Jacobian were computed."""
+        return len(self.iterates)
+
+    @property
     def values(self) -> Vector:
-        """The geometric parameters."""
-        geometry = self.problem.geometry
-        return self.problem.model.nominal + self.x[:geometry]
+        """The geometric parameters, shape (geometry,) [m, rad]."""
+        return self.model.values(self.x)
+
+    @property
+    def deflection(self) -> Deflection:
+        """The extensions, as they came out."""
+        return self.model.deflection(self.x)
 
     @property
     def residuals(self) -> Vector:
         """Each sample's ball centre less its socket's, shape (N, 3) [m]."""
-        return self.points - self.centres[self.problem.data.sockets]
-
-    @property
-    def deflection(self) -> Deflection:
-        """The extensions."""
-        return self.problem.deflection(self.x)
+        return self.points - self.centres[self.data.sockets]
 
     def predict(self, q: Vector, torque: Vector) -> Vector:
         """Return the ball's centre for rows of joint positions and torques, shape (N, 3) [m]."""
-        return predict(self.problem, self.x, q, torque)
-
-
-def predict(problem: MapProblem, x: Vector, q: Vector, torque: Vector) -> Vector:
-    """Return the ball's centre at some unknowns, shape (N, 3) [m]."""
-    true = problem.deflection(x).true_positions(q, torque)
-    return problem.model.points(problem.model.nominal + x[: problem.geometry], true)
+        return self.model.predict(self.x, q, torque)

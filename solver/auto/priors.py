@@ -1,4 +1,9 @@
-"""What the evidence decides beside the unknowns: widths of priors, and scales of the noise."""
+"""What is believed of the unknowns before the data: groups that share a Gaussian prior.
+
+Each group of unknowns x_g has a prior of mean 0 and standard deviation (width) s_g, which the
+data set by the evidence; see docs/model.md. The lengths have, beside a width each, one common
+change that the prior leaves nearly free: that of the robot's whole scale.
+"""
 # NumPy's linear algebra is partly untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 # pyright: reportUnknownArgumentType=false
@@ -8,15 +13,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NEGLIGIBLE", "Group", "Noise"]
+from ..data.observations import Observations
+from .deflection import COMPLIANCE
+from .extended_model import ExtendedModel
+
+__all__ = ["PriorGroup", "prior_groups"]
 
 Vector = NDArray[np.float64]
-NEGLIGIBLE = 0.05
-"""A scale that moves the ball by less than this part of the noise is nothing."""
+BALL_WIDTH = 0.1
+"""Prior of the ball's place on the flange [m]: hardly any."""
+TRANSLATION_WIDTH, ROTATION_WIDTH = 1e-3, 5e-3
+"""Where the widths of lengths [m] and angles [rad] begin."""
+COMMON_SCALE = 2e-3
+"""Prior of the scale of all lengths together: wide beside the 0.06 % that a caliper tells of a
+50 mm base, so that measured distances rule, and narrow enough to hold where an arm is noisy."""
+DEFLECTION = 5e-4
+"""Where the widths of extensions begin, as an angle [rad]. Transmission errors much wider than
+this are implausible, so it is the scale of the prior of their width, too."""
+SMALLEST_WIDTH = 1e-12
 
 
 @dataclass(frozen=True)
-class Group:
+class PriorGroup:
     """Unknowns that share one prior, of mean 0 and width (standard deviation) s_g."""
 
     name: str
@@ -24,28 +42,34 @@ class Group:
     members: NDArray[np.int64]
     """Their indices among the unknowns."""
     width: float
+    """s_g; 0 holds the members at zero."""
     scale: float = np.inf
     """Of a half-normal prior on the width itself."""
     learned: bool = True
     """Whether the evidence sets the width."""
     effective: float = 0.0
     """gamma_g: how many of its unknowns the data decide."""
-    together: Vector | None = None
-    """A change of all members at once that the prior leaves free, in standard deviations of it."""
+    common: Vector | None = None
+    """t: a change of all members in step that the prior allows beside the width, one standard
+    deviation of it. For lengths, t is their change when the whole robot grows by 0.2 %."""
 
     def covariance(self, width: float) -> Vector:
         """Return the members' prior covariance for a width: s_g^2 I + t t^T."""
-        t = self._together
+        t = self._common
         return width**2 * np.eye(len(t)) + np.outer(t, t)
 
-    def precision(self, kept: NDArray[np.int64], width: float) -> Vector:
-        """Return the prior precision of those members that do not stay at zero."""
-        t = self._together[np.isin(self.members, kept)]
+    def precision(self, members: NDArray[np.int64], width: float) -> Vector:
+        """Return the prior precision (inverse covariance) of some of the members.
+
+        Those left out are known to be zero. By Sherman and Morrison's formula,
+        (s^2 I + t t^T)^-1 = (I - t t^T / (s^2 + t^T t)) / s^2.
+        """
+        t = self._common[np.isin(self.members, members)]
         return (np.eye(len(t)) - np.outer(t, t) / (width**2 + t @ t)) / width**2
 
     @property
-    def _together(self) -> Vector:
-        return np.zeros(len(self.members)) if self.together is None else self.together
+    def _common(self) -> Vector:
+        return np.zeros(len(self.members)) if self.common is None else self.common
 
     @property
     def deviation(self) -> float:
@@ -57,79 +81,60 @@ class Group:
         gamma = max(self.effective, 4.0)
         return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
 
-    def updated(self, x: Vector, covariance: Vector, kept: NDArray[np.int64]) -> "Group":
-        """Return the group after a fixed-point step of its width, gamma s^2 = |x_g|^2 (MacKay).
+    def updated(self, x: Vector, covariance: Vector, members: NDArray[np.int64]) -> "PriorGroup":
+        """Return the group after a fixed-point step of its width (MacKay 1992).
+
+            gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2        s_g^2 = |x_g|^2 / gamma_g
 
         Args:
-            x: Those members that do not stay at zero.
-            covariance: Their posterior covariance.
-            kept: Their indices.
+            x: Those members that are free.
+            covariance: Sigma_g, their posterior covariance.
+            members: Their indices.
         """
-        P = self.width**2 * self.precision(kept, self.width)
+        P = self.width**2 * self.precision(members, self.width)
         effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
         squares, gamma = float(np.sum((P @ x) ** 2)), max(effective, 1e-9)
         square = squares / gamma
         if np.isfinite(self.scale):
             h2 = self.scale**2
             square = h2 * (np.sqrt(gamma**2 + 4 * squares / h2) - gamma) / 2
-        return replace(self, width=float(np.sqrt(max(square, 1e-24))), effective=effective)
+        width = float(np.sqrt(max(square, SMALLEST_WIDTH**2)))
+        return replace(self, width=width, effective=effective)
 
 
-@dataclass(frozen=True)
-class Noise:
-    """Scales of the noise."""
+def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, ...]:
+    """Return the groups of a model's unknowns, at the widths from which the estimation starts.
 
-    space: float
-    """s_x [m]."""
-    joint: float
-    """s_q [rad]; 0 where the data do not support it."""
-
-    def updated(self, step: Vector, effect: float) -> "Noise":
-        """Return the noise after a step of its squares, each by a factor of 4 at most.
-
-        Noise in space is kept from zero, since no ball sits without any play.
-
-        Args:
-            step: Change of s_x^2 [m^2] and, unless it is zero, of s_q^2 [rad^2].
-            effect: What the noise of the joints does to the ball, relative to that in space.
-        """
-        squares = np.array([self.space, self.joint])[: len(step)] ** 2
-        scales = np.sqrt(np.clip(squares + step, squares / 4, 4 * squares)).tolist()
-        s_x, s_q = scales if len(scales) == 2 else (scales[0], 0.0)
-        reach = effect * self.space / self.joint if self.joint else 0.0
-        return Noise(max(s_x, NEGLIGIBLE * s_q * reach, 1e-9), s_q)
-
-    def scales(self, by_joints: Vector) -> Vector:
-        """Return C_i for each sample's Jq, shape (N, 3, 3)."""
-        spread = by_joints @ by_joints.transpose(0, 2, 1)
-        return self.space**2 * np.eye(3) + self.joint**2 * spread
-
-    def fisher_step(
-        self, inverse: Vector, weights: Vector, errors: Vector, leverage: Vector, by_joints: Vector
-    ) -> Vector:
-        """Return a step of Fisher scoring for s_x^2 and, unless it is zero, s_q^2.
-
-        The score of each is what is left over of it in the errors, less what was to be expected
-        in the directions that the fit leaves to it (restricted maximum likelihood).
-
-        Args:
-            inverse: C_i^-1, shape (N, 3, 3).
-            weights: Robust information of each sample, shape (N,).
-            errors: Shape (N, 3).
-            leverage: Posterior covariance of the errors, weighted, shape (N, 3, 3).
-            by_joints: Jq, shape (N, 3, m).
-        """
-        u = np.einsum("nij,nj->ni", inverse, errors)
-        left = inverse - inverse @ leverage @ inverse
-        kinds = [
-            np.broadcast_to(np.eye(3), inverse.shape),
-            by_joints @ by_joints.transpose(0, 2, 1),
-        ]
-        kinds = kinds if self.joint else kinds[:1]
-        score = [
-            float(np.sum(weights * np.einsum("ni,nij,nj->n", u, V, u)) - np.sum(left * V))
-            for V in kinds
-        ]
-        scaled = [inverse @ V for V in kinds]
-        fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
-        return np.linalg.solve(fisher, score).astype(np.float64)
+    Args:
+        model: The model.
+        data: What was measured: the torques tell the size of a plausible compliance.
+    """
+    kinds = [
+        "ball" if p.of_ball else "translation" if p.unit == "m" else "rotation"
+        for p in model.parameters
+    ]
+    members = {kind: np.flatnonzero([k == kind for k in kinds]) for kind in kinds}
+    no_members = np.zeros(0, dtype=np.int64)
+    lengths = members.get("translation", no_members)
+    geometry = [
+        PriorGroup(
+            "translation",
+            "m",
+            lengths,
+            TRANSLATION_WIDTH,
+            common=COMMON_SCALE * model.ball.nominal[lengths],
+        ),
+        PriorGroup("rotation", "rad", members.get("rotation", no_members), ROTATION_WIDTH),
+        PriorGroup("ball", "m, rad", members.get("ball", no_members), BALL_WIDTH, learned=False),
+    ]
+    groups = [group for group in geometry if len(group.members)]
+    begin = model.geometry
+    for extension, size in zip(model.extensions, model.sizes, strict=True):
+        own = np.arange(begin, begin + size)
+        if extension == COMPLIANCE:
+            torque = max(float(np.sqrt(np.mean(data.torques**2))), 1e-6)
+            groups.append(PriorGroup(extension, "rad/(N m)", own, DEFLECTION / torque))
+        else:
+            groups.append(PriorGroup(extension, "rad", own, DEFLECTION, scale=DEFLECTION))
+        begin += size
+    return tuple(groups)

@@ -18,8 +18,8 @@ from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
 from .deflection import COMPLIANCE, TRANSMISSION
 from .estimation import estimate
-from .extended_model import build_map_problem
-from .posterior import Estimate
+from .extended_model import extend
+from .posterior import Posterior
 
 __all__ = ["STAGES", "AutoFit", "calibrate_auto", "held_out_error"]
 
@@ -35,9 +35,9 @@ ENOUGH_PLACEMENTS = 3
 class AutoFit:
     """What was found."""
 
-    geometric: Estimate
+    geometric: Posterior
     """The best model without extensions."""
-    full: Estimate
+    full: Posterior
     """With those that the data support; the same where there are none."""
     notes: tuple[str, ...]
     """One line for each extension: what became of it, and why."""
@@ -66,8 +66,8 @@ def calibrate_auto(
         NotConverged: A fit did not settle.
     """
 
-    def fit(extensions: Sequence[str], observed: Observations) -> Estimate:
-        return estimate(build_map_problem(robot, parameters, observed, extensions), joint_noise)
+    def fit(extensions: Sequence[str], observed: Observations) -> Posterior:
+        return estimate(extend(robot, parameters, extensions), observed, joint_noise=joint_noise)
 
     placements = list(dict.fromkeys(name for name, _ in data.labels))
     progress("geometry")
@@ -76,7 +76,7 @@ def calibrate_auto(
     errors: Vector | None = None
     for stage in (name for name in STAGES if name in stages):
         progress(stage)
-        extensions = (*best.problem.extensions, *STAGES[stage])
+        extensions = (*best.model.extensions, *STAGES[stage])
         candidate = fit(extensions, data)
         gain = candidate.log_evidence - best.log_evidence
         if _active(candidate) == _active(best) or gain < GAIN:
@@ -84,7 +84,7 @@ def calibrate_auto(
             continue
         if len(placements) >= ENOUGH_PLACEMENTS:
             if errors is None:
-                errors = _left_out(fit, best.problem.extensions, data, placements)
+                errors = _left_out(fit, best.model.extensions, data, placements)
             with_it = _left_out(fit, extensions, data, placements)
             helps, spread = _paired(errors, with_it)
             line = f"by {1e3 * helps:+.4f} +- {1e3 * spread:.4f} mm where one placement is left out"
@@ -99,12 +99,12 @@ def calibrate_auto(
     return AutoFit(geometric, best, tuple(notes))
 
 
-def _active(found: Estimate) -> tuple[str, ...]:
+def _active(found: Posterior) -> tuple[str, ...]:
     return tuple(group.name for group in found.groups if group.width)
 
 
 def _left_out(
-    fit: Callable[[Sequence[str], Observations], Estimate],
+    fit: Callable[[Sequence[str], Observations], Posterior],
     extensions: Sequence[str],
     data: Observations,
     placements: Sequence[str],
@@ -115,7 +115,7 @@ def _left_out(
     )
 
 
-def held_out_error(found: Estimate, data: Observations, placement: str) -> float:
+def held_out_error(found: Posterior, data: Observations, placement: str) -> float:
     """Return the mean absolute error of a model in one placement [m]."""
     distances: list[Vector] = []
     for socket, (name, _) in enumerate(data.labels):

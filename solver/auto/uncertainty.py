@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ..data.observations import Load
 from ..robot.kinematics import gravity_torques, workspace
-from .deflection import coefficient_names
-from .posterior import INFORMATION, Estimate
+from .noise import INFORMATION
+from .posterior import Posterior
 
 __all__ = [
     "correlations",
@@ -19,7 +19,6 @@ __all__ = [
     "distance_deviations",
     "observability_index",
     "predicted_deviation",
-    "unknown_names",
 ]
 
 Vector = NDArray[np.float64]
@@ -28,41 +27,32 @@ UNDECIDED = 0.5
 STRONG = 0.9
 
 
-def unknown_names(found: Estimate) -> list[str]:
-    """Return the names of all unknowns before the socket centres."""
-    problem = found.problem
-    names = [p.name for p in problem.parameters]
-    for extension in problem.extensions:
-        names += coefficient_names(extension, problem.robot.joint_names)
-    return names
-
-
-def deviations(found: Estimate) -> Vector:
+def deviations(found: Posterior) -> Vector:
     """Return the posterior standard deviation of every unknown before the centres."""
-    return np.sqrt(np.diag(found.covariance)[: found.problem.size])
+    return np.sqrt(np.diag(found.covariance)[: found.model.size])
 
 
-def prior_covariance(found: Estimate) -> Vector:
+def prior_covariance(found: Posterior) -> Vector:
     """Return the prior covariance of all unknowns before the centres."""
-    covariance = np.zeros((found.problem.size,) * 2)
+    covariance = np.zeros((found.model.size,) * 2)
     for group in found.groups:
         covariance[np.ix_(group.members, group.members)] = group.covariance(group.deviation)
     return covariance
 
 
-def prior_deviations(found: Estimate) -> Vector:
+def prior_deviations(found: Posterior) -> Vector:
     """Return the prior standard deviation of every unknown before the centres."""
     return np.sqrt(np.diag(prior_covariance(found)))
 
 
-def correlations(found: Estimate) -> list[tuple[str, str, float]]:
+def correlations(found: Posterior) -> list[tuple[str, str, float]]:
     """Return pairs of unknowns that the data decide only together: correlation beyond 0.9."""
-    size = found.problem.size
+    size = found.model.size
     deviation = deviations(found)
     known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior_deviations(found)))
     covariance = found.covariance[:size, :size][np.ix_(known, known)]
     matrix = covariance / np.outer(deviation[known], deviation[known])
-    names = unknown_names(found)
+    names = found.model.names
     rows, columns = np.nonzero(np.triu(np.abs(matrix) > STRONG, k=1))
     pairs = [
         (names[known[i]], names[known[j]], float(matrix[i, j]))
@@ -71,26 +61,25 @@ def correlations(found: Estimate) -> list[tuple[str, str, float]]:
     return sorted(pairs, key=lambda pair: -abs(pair[2]))
 
 
-def observability_index(found: Estimate) -> float:
+def observability_index(found: Posterior) -> float:
     """Return O1 of Borm and Menq (1991): (s_1 ... s_L)^(1/L) / sqrt(N).
 
     The s are the singular values of the ball positions' derivatives by the geometry, each number
     in units of its prior's width, as far as the configurations excite it (s > 1e-6 s_1).
     """
-    problem = found.problem
-    data = problem.data
-    _, jacobian, _ = problem.linearise(found.x, data.positions, data.torques)
-    scaled = jacobian[:, :, : problem.geometry] * prior_deviations(found)[: problem.geometry]
+    model, data = found.model, found.data
+    _, jacobian, _ = model.linearise(found.x, data.positions, data.torques)
+    scaled = jacobian[:, :, : model.geometry] * prior_deviations(found)[: model.geometry]
     centred = np.concatenate(
         [rows - rows.mean(axis=0) for k in range(data.socket_count)
          for rows in [scaled[data.sockets == k]]]
     )  # fmt: skip
-    values = np.linalg.svd(centred.reshape(-1, problem.geometry), compute_uv=False)
+    values = np.linalg.svd(centred.reshape(-1, model.geometry), compute_uv=False)
     values = values[values > 1e-6 * values[0]]
     return float(np.exp(np.mean(np.log(values))) / np.sqrt(len(data.positions)))
 
 
-def distance_deviations(found: Estimate, q: Vector, torque: Vector) -> Vector:
+def distance_deviations(found: Posterior, q: Vector, torque: Vector) -> Vector:
     """Return the predicted 1-sigma error of the distances between successive ball positions.
 
     Args:
@@ -101,26 +90,26 @@ def distance_deviations(found: Estimate, q: Vector, torque: Vector) -> Vector:
     Returns:
         Shape (N,) [m].
     """
-    points, jacobian, _ = found.problem.linearise(found.x, q, torque)
+    points, jacobian, _ = found.model.linearise(found.x, q, torque)
     offset = points[1::2] - points[::2]
     direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-12)
     slopes = np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
-    size = found.problem.size
+    size = found.model.size
     return np.sqrt(np.einsum("ni,ij,nj->n", slopes, found.covariance[:size, :size], slopes))
 
 
-def predicted_deviation(found: Estimate, by_socket: Sequence[tuple[Vector, Vector]]) -> float:
+def predicted_deviation(found: Posterior, by_socket: Sequence[tuple[Vector, Vector]]) -> float:
     """Return the predicted rms distance of samples from their socket's mean, noise included [m].
 
     Args:
         found: The calibration.
         by_socket: Joint positions and torques of the samples in each socket.
     """
-    size = found.problem.size
+    size = found.model.size
     covariance = found.covariance[:size, :size]
     total, count = 0.0, 0
     for q, torque in by_socket:
-        _, jacobian, by_joints = found.problem.linearise(found.x, q, torque)
+        _, jacobian, by_joints = found.model.linearise(found.x, q, torque)
         centred = jacobian - jacobian.mean(axis=0)
         total += float(np.einsum("nij,jk,nik->", centred, covariance, centred))
         noise = np.trace(found.noise.scales(by_joints), axis1=1, axis2=2).sum() / INFORMATION
@@ -129,9 +118,9 @@ def predicted_deviation(found: Estimate, by_socket: Sequence[tuple[Vector, Vecto
     return (total / count) ** 0.5
 
 
-def workspace_deviation(found: Estimate, load: Load, pairs: int = 200) -> dict[str, float]:
+def workspace_deviation(found: Posterior, load: Load, pairs: int = 200) -> dict[str, float]:
     """Return median and worst predicted error of distances between random poses [m]."""
-    robot = found.problem.robot
+    robot = found.model.robot
     q = workspace(robot, 2 * pairs)
     torque = gravity_torques(robot, q, load.gravity, load.payload)
     deviation = distance_deviations(found, q, torque)

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..auto.posterior import NU, Estimate
+from ..auto.noise import NU
+from ..auto.posterior import Posterior
 from ..data.measurements import Measurement
 
 __all__ = ["Change", "find_changes", "split_at"]
@@ -34,9 +35,9 @@ class Change:
     """How far the predicted centre moved [m]."""
 
 
-def find_changes(measured: Measurement, together: Estimate) -> tuple[Change, ...]:
+def find_changes(measured: Measurement, together: Posterior) -> tuple[Change, ...]:
     """Return where the running centre of a socket jumps, at most once each."""
-    data = together.problem.data
+    data = together.data
     found: list[Change] = []
     for socket in measured.sockets:
         rows = data.sockets == data.labels.index((measured.name, socket))

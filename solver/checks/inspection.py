@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..auto.estimation import estimate
-from ..auto.extended_model import build_map_problem
-from ..auto.posterior import Estimate
+from ..auto.extended_model import extend
+from ..auto.posterior import Posterior
 from ..data.measurements import Measurement
 from ..data.observations import Load, observe
 from ..robot.parameters import Parameter
@@ -106,7 +106,7 @@ def inspect_all(
             *_duplicates(measured),
             *_still(measured, robot),
         ]
-        labels = together.problem.data.labels
+        labels = together.data.labels
         rows = [k for k, (name, _) in enumerate(labels) if name == measured.name]
         centre = together.centres[rows].mean(axis=0)
         seen.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
@@ -159,12 +159,12 @@ def _fit(
     parameters: Sequence[Parameter],
     measurements: Sequence[Measurement],
     load: Load | None,
-) -> Estimate:
+) -> Posterior:
     data = observe(measurements, robot, load=load, tied=False)
-    return estimate(build_map_problem(robot, parameters, data))
+    return estimate(extend(robot, parameters), data)
 
 
-def _floor(alone: Estimate) -> float:
+def _floor(alone: Posterior) -> float:
     errors = np.linalg.norm(alone.residuals, axis=1)
     return float(np.average(errors, weights=alone.weights))
 
@@ -204,9 +204,9 @@ def _bad_floor(measured: Measurement, floor: float, others: Sequence[float]) -> 
     ]
 
 
-def _far(measured: Measurement, alone: Estimate, changes: Sequence[Change]) -> list[Finding]:
+def _far(measured: Measurement, alone: Posterior, changes: Sequence[Change]) -> list[Finding]:
     """Return samples that lie far from their own socket, or in another."""
-    data = alone.problem.data
+    data = alone.data
     found: list[Finding] = []
     for socket in measured.sockets:
         index = measured.sockets.index(socket)

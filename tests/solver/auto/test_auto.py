@@ -8,7 +8,7 @@ import pytest
 from mukca.recorder.dataset import Placement
 from mukca.solver.auto.deflection import COMPLIANCE, Deflection
 from mukca.solver.auto.estimation import estimate
-from mukca.solver.auto.extended_model import build_map_problem
+from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.selection import calibrate_auto
 from mukca.solver.auto.uncertainty import deviations
 from mukca.solver.data.measurements import measure
@@ -53,9 +53,9 @@ def test_what_is_not_there_vanishes(name: str) -> None:
     fit = calibrate_auto(session.robot, session.parameters, session.observe(session.placements[:1]))
     held_out = session.placements[1]
     assert session.error(fit.full, held_out) < 1.02 * session.error(fit.geometric, held_out)
-    assert fit.full.problem.extensions == ()
-    data = fit.full.problem.data
-    slopes = fit.full.problem.model.linearise(fit.full.values, data.positions).by_joints
+    assert fit.full.model.extensions == ()
+    data = fit.full.data
+    slopes = fit.full.model.ball.linearise(fit.full.values, data.positions).by_joints
     noise = np.trace(fit.full.noise.scales(slopes), axis1=1, axis2=2).mean() / 3
     assert noise**0.5 == pytest.approx(1e-4, rel=0.25)
 
@@ -64,8 +64,8 @@ def test_compliance_is_found_within_its_intervals() -> None:
     how = Imperfection(noise=5e-5, deflection=Deflection((COMPLIANCE,), (COMPLIANCES,)))
     session = Session("panda", 2, 2, how)
     fit = calibrate_auto(session.robot, session.parameters, session.observe(session.placements[:1]))
-    assert COMPLIANCE in fit.full.problem.extensions
-    n = fit.full.problem.geometry
+    assert COMPLIANCE in fit.full.model.extensions
+    n = fit.full.model.geometry
     found, deviation = fit.full.x[n : n + 7], deviations(fit.full)[n : n + 7]
     assert np.all(found >= 0)
     loaded = [1, 2, 3]  # the joints that carry the arm
@@ -82,7 +82,7 @@ def test_transmission_error_is_found() -> None:
     how = Imperfection(noise=5e-5, deflection=Deflection(("harmonic_1", "harmonic_2"), waves))
     session = Session("panda", 3, 3, how)
     fit = calibrate_auto(session.robot, session.parameters, session.observe(session.placements[:2]))
-    assert "harmonic_2" in fit.full.problem.extensions
+    assert "harmonic_2" in fit.full.model.extensions
     held_out = session.placements[2]
     assert session.error(fit.full, held_out) < 0.7 * session.error(fit.geometric, held_out)
 
@@ -90,9 +90,9 @@ def test_transmission_error_is_found() -> None:
 def test_backlash_is_taken_for_noise_of_the_joints() -> None:
     session = Session("gen3_lite", 4, 1, Imperfection(noise=1e-4, backlash=3e-3))
     data = session.observe(session.placements)
-    found = estimate(build_map_problem(session.robot, session.parameters, data))
+    found = estimate(extend(session.robot, session.parameters), data)
     assert 0.9e-3 < found.noise.joint < 1.8e-3  # each joint is 1.5 mrad off, to either side
-    in_space = estimate(build_map_problem(session.robot, session.parameters, data), False)
+    in_space = estimate(extend(session.robot, session.parameters), data, joint_noise=False)
     assert in_space.noise.joint == 0
     assert found.log_evidence > in_space.log_evidence + 3
 
@@ -141,7 +141,7 @@ def test_leaving_one_out_drops_what_does_not_help() -> None:
     session = Session("ur5e", 7, 3, Imperfection(noise=1e-4))
     fit = calibrate_auto(session.robot, session.parameters, session.observe(session.placements))
     assert [note.split(":")[0] for note in fit.notes] == ["compliance", "transmission"]
-    assert fit.full.problem.extensions == ()
+    assert fit.full.model.extensions == ()
 
 
 def test_a_model_does_not_shrink_to_look_better() -> None:
@@ -151,8 +151,8 @@ def test_a_model_does_not_shrink_to_look_better() -> None:
     bases = reachable_bases(robot, generator, 3)
     placements = [record(robot, b, generator, samples=60, noise=1e-4) for b in bases]
     data = observe([measure(p, robot) for p in placements], robot, deviation=1e-4)
-    problem = build_map_problem(robot, choose_parameters(robot), data)
-    scale = problem.by_scale() @ estimate(problem).x
+    model = extend(robot, choose_parameters(robot))
+    scale = model.by_scale() @ estimate(model, data).x
     assert abs(scale) < 3e-4  # a scale without the volume's factor: -8e-4
 
 
@@ -161,5 +161,5 @@ def test_stages_can_be_switched_off() -> None:
     session = Session("panda", 2, 1, how)
     data = session.observe(session.placements)
     fit = calibrate_auto(session.robot, session.parameters, data, stages=(), joint_noise=False)
-    assert fit.notes == () and fit.full.problem.extensions == ()
+    assert fit.notes == () and fit.full.model.extensions == ()
     assert fit.full.noise.joint == 0

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import read_placement
-from mukca.solver.auto.directions import weak_directions
+from mukca.solver.auto.directions import _structural, weak_directions
 from mukca.solver.auto.estimation import estimate
-from mukca.solver.auto.extended_model import build_map_problem
+from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.uncertainty import (
-    _structural,
     correlations,
     deviations,
     distance_deviations,
@@ -25,19 +24,19 @@ from mukca.solver.robot.parameters import choose_parameters
 @pytest.fixture(scope="module")
 def found(session, panda):
     data = observe([measure(read_placement(session / n), panda) for n in ("front", "left")], panda)
-    return estimate(build_map_problem(panda, choose_parameters(panda), data, ("compliance",)))
+    return estimate(extend(panda, choose_parameters(panda), ("compliance",)), data)
 
 
 def test_distance_deviations_are_those_of_draws_from_the_posterior(found, panda) -> None:
     q = workspace(panda, 6)
     torque = gravity_torques(panda, q)
-    size = found.problem.size
+    size = found.model.size
     draws = np.random.default_rng(0).multivariate_normal(
         found.x, found.covariance[:size, :size], 1500
     )
     lengths = []
     for x in draws:
-        points = found.problem.linearise(x, q, torque)[0]
+        points = found.model.linearise(x, q, torque)[0]
         lengths.append(np.linalg.norm(points[1::2] - points[::2], axis=1))
     assert distance_deviations(found, q, torque) == pytest.approx(np.std(lengths, axis=0), rel=0.1)
 
@@ -45,7 +44,7 @@ def test_distance_deviations_are_those_of_draws_from_the_posterior(found, panda)
 def test_structural_directions_leave_every_ball_in_place(found, panda) -> None:
     """All but the base frame, which moves all balls together."""
     q = workspace(panda, 10)
-    model = found.problem.model
+    model = found.model.ball
     jacobian = model.linearise(found.values, q).by_parameters
     named = _structural(panda, found)
     assert len(named) == 23  # 6 of the base, 3 of the ball, and 2 for each of 7 joints
@@ -72,7 +71,7 @@ def test_more_samples_tell_more(session, panda) -> None:
     measured = [measure(read_placement(session / n), panda) for n in ("front", "left")]
     parameters = choose_parameters(panda)
     one, both = (
-        estimate(build_map_problem(panda, parameters, observe(data, panda)))
+        estimate(extend(panda, parameters), observe(data, panda))
         for data in (measured[:1], measured)
     )
     q = workspace(panda, 40)

@@ -1,0 +1,82 @@
+"""Laplace's approximation: the posterior as a Gaussian at its maximum, and the objective.
+
+The evidence is the probability of the data under a model whose unknowns are integrated out. It
+grows with the fit and falls with every unknown that the fit does not need, so models of different
+size can be compared by it; see docs/model.md.
+"""
+# NumPy's linear algebra is partly untyped.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+
+from math import lgamma, log, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .noise import NU
+from .objective import Objective, State, distance_rows, prior_precision, priors, weigh
+from .posterior import Posterior
+
+__all__ = ["inverse", "posterior"]
+
+Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def posterior(
+    objective: Objective, state: State, information: Vector, free: Mask, iterates: list[Vector]
+) -> Posterior:
+    """Return what is known at a state where the iteration has settled.
+
+    The covariance counts the uncertainty of the priors' widths.
+
+    Args:
+        objective: What was minimised.
+        state: At its minimum.
+        information: Curvature of the objective there that the data give to the free unknowns.
+        free: Which unknowns are free.
+        iterates: x after each iteration.
+    """
+    widened = information + prior_precision(objective, state, free, widened=True)
+    covariance = np.zeros((objective.size, objective.size))
+    covariance[np.ix_(free, free)] = inverse(widened)
+    _, _, weights = weigh(state)
+    return Posterior(
+        objective.model,
+        objective.data,
+        state.x,
+        state.centres,
+        covariance,
+        state.groups,
+        state.noise,
+        state.linear.points,
+        weights * NU / (NU + 3),
+        _log_evidence(objective, state, information, free),
+        tuple(iterates),
+    )
+
+
+def _log_evidence(objective: Objective, state: State, information: Vector, free: Mask) -> float:
+    """Return the logarithm of the evidence.
+
+    log p(data) = -L + sum_g log|P_g| / 2 - log|H| / 2 + log p(widths)                 (6)
+    """
+    _, squares, _ = weigh(state)
+    N = len(squares)
+    scales = np.linalg.slogdet(state.noise.scales(state.linear.by_joints))[1]
+    constant = lgamma((NU + 3) / 2) - lgamma(NU / 2) - 1.5 * log(NU * pi)
+    value = N * constant - 0.5 * scales.sum() - 0.5 * (NU + 3) * np.log1p(squares / NU).sum()
+    value += float(objective.by_volume[: objective.model.size] @ state.x)
+    value -= 0.5 * float(np.sum(distance_rows(objective, state)[1] ** 2))
+    for group, members in priors(state):
+        P = group.precision(members, group.width)
+        value += 0.5 * float(np.linalg.slogdet(P)[1] - state.x[members] @ P @ state.x[members])
+        value -= 0.5 * (group.width / group.scale) ** 2
+    hessian = information + prior_precision(objective, state, free)
+    return float(value - 0.5 * np.linalg.slogdet(hessian)[1])
+
+
+def inverse(H: Vector) -> Vector:
+    """Return the inverse of a positive definite matrix whose rows differ in scale."""
+    scale = 1 / np.sqrt(np.diag(H))
+    return np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale

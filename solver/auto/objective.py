@@ -1,0 +1,193 @@
+"""What the default method minimises, and where it stands: the objective and its state.
+
+The unknowns are x, the geometry and the coefficients of the extensions, and the socket centres
+m_s. Given the widths of the priors and the noise, the most plausible unknowns minimise
+
+    L =  sum over samples  t(e_i; C_i)              e_i = Phi(x, q_i) - m_s(i)             (1)
+       + |W (l - d)|^2 / 2                          l_k = |m_b - m_a|, of measured distances d
+       + sum over groups  x_g^T P_g x_g / 2         P_g = (s_g^2 I + t_g t_g^T)^-1
+       - 3 (N - S) log(scale)
+
+- t is Student's distribution with nu = 5 of whole 3-vectors, so that a sample far from its socket
+  weighs little, and C_i its scale, see :mod:`mukca.solver.auto.noise`.
+- W^T W is the inverse covariance of the measured distances; placements of one base share the
+  error of its measurement.
+- P_g is the prior precision of a group, see :mod:`mukca.solver.auto.priors`.
+- The last term is there because a model that shrinks shrinks its errors, and would seem the better
+  for it: what is given are N joint positions, and the volume of ball positions that belongs to a
+  volume of theirs grows with the cube of the scale; S samples' worth goes to the S sockets, which
+  shrink too.
+"""
+# NumPy's linear algebra is partly untyped.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.observations import Observations
+from .extended_model import ExtendedModel
+from .noise import NU, Noise
+from .priors import PriorGroup, prior_groups
+
+__all__ = [
+    "Linear",
+    "Objective",
+    "State",
+    "build_objective",
+    "distance_rows",
+    "free_unknowns",
+    "linearise",
+    "prior_precision",
+    "priors",
+    "start",
+    "weigh",
+]
+
+Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What stays the same in all iterations: the model, the data, and how they are weighed."""
+
+    model: ExtendedModel
+    data: Observations
+    by_volume: Vector
+    """Derivative of 3 (N - S) log(scale) by all unknowns, shape (n,)."""
+    whiten: Vector
+    """W, shape (K, K) [1/m]."""
+
+    @property
+    def size(self) -> int:
+        """Number n of unknowns, three for each socket centre included."""
+        return len(self.by_volume)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The samples' errors at some unknowns, and their derivatives."""
+
+    points: Vector
+    """Phi(x, q_i), shape (N, 3) [m]."""
+    errors: Vector
+    """e_i, shape (N, 3) [m]."""
+    jacobian: Vector
+    """Derivatives of e_i by all unknowns, shape (N, 3, n)."""
+    by_joints: Vector
+    """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m)."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Where the estimation stands between two iterations."""
+
+    x: Vector
+    centres: Vector
+    groups: tuple[PriorGroup, ...]
+    noise: Noise
+    at_zero: Mask
+    """Which of x are held at zero, shape (size,)."""
+    linear: Linear
+    """At x and the centres."""
+
+
+def build_objective(model: ExtendedModel, data: Observations) -> Objective:
+    """Return the objective of a model and data."""
+    N, S = len(data.sockets), data.socket_count
+    by_volume = 3 * (N - S) * np.concatenate([model.by_scale(), np.zeros(3 * S)])
+    whiten: Vector = np.linalg.inv(np.linalg.cholesky(data.distance_covariance())).astype(
+        np.float64
+    )
+    return Objective(model, data, by_volume, whiten)
+
+
+def start(objective: Objective, joint_noise: bool) -> State:
+    """Return the nominal robot, with each socket at the median of its ball positions."""
+    model, data = objective.model, objective.data
+    x = np.zeros(model.size)
+    nominal = linearise(objective, x, np.zeros((data.socket_count, 3)))
+    centres = np.array(
+        [np.median(nominal.points[data.sockets == k], axis=0) for k in range(data.socket_count)]
+    )
+    linear = replace(nominal, errors=nominal.points - centres[data.sockets])
+    typical = float(np.median(np.linalg.norm(linear.errors, axis=1))) / 1.54
+    reach = float(np.sqrt(np.mean(np.sum(linear.by_joints**2, axis=(1, 2)) / 3)))
+    noise = Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
+    groups = prior_groups(model, data)
+    return State(x, centres, groups, noise, np.zeros(model.size, dtype=bool), linear)
+
+
+def linearise(objective: Objective, x: Vector, centres: Vector) -> Linear:
+    """Return the samples' errors and their derivatives at some unknowns."""
+    model, data = objective.model, objective.data
+    points, by_x, by_joints = model.linearise(x, data.positions, data.torques)
+    by_centres = np.zeros((len(by_x), 3, centres.size))
+    for axis in range(3):
+        by_centres[np.arange(len(by_x)), axis, 3 * data.sockets + axis] = -1
+    jacobian = np.concatenate([by_x, by_centres], axis=2)
+    return Linear(points, points - centres[data.sockets], jacobian, by_joints)
+
+
+def weigh(state: State) -> tuple[Vector, Vector, Vector]:
+    """Return C_i^-1, e_i^T C_i^-1 e_i, and the robust weights w_i.
+
+        w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (2)
+
+    With them, weighted squares have the gradient of Student's distribution.
+    """
+    inverse: Vector = np.linalg.inv(state.noise.scales(state.linear.by_joints)).astype(np.float64)
+    e = state.linear.errors
+    squares = np.einsum("ni,nij,nj->n", e, inverse, e)
+    return inverse, squares, (NU + 3) / (NU + squares)
+
+
+def distance_rows(objective: Objective, state: State) -> tuple[Vector, Vector]:
+    """Return W B and W (l - d) of the measured distances."""
+    known = objective.data.known
+    rows = np.zeros((len(known), objective.size))
+    values = np.zeros(len(known))
+    for i, k in enumerate(known):
+        offset = state.centres[k.second] - state.centres[k.first]
+        length = float(np.linalg.norm(offset))
+        for socket, sign in ((k.second, 1), (k.first, -1)):
+            begin = objective.model.size + 3 * socket
+            rows[i, begin : begin + 3] = sign * offset / length
+        values[i] = length - k.distance
+    return objective.whiten @ rows, objective.whiten @ values
+
+
+def priors(state: State) -> list[tuple[PriorGroup, NDArray[np.int64]]]:
+    """Return the groups that have a width, and the members of each that are not held."""
+    kept = [(g, g.members[~state.at_zero[g.members]]) for g in state.groups if g.width]
+    return [(group, members) for group, members in kept if len(members)]
+
+
+def free_unknowns(objective: Objective, state: State) -> Mask:
+    """Return which of all unknowns are not held at zero, shape (n,)."""
+    free = np.ones(objective.size, dtype=bool)
+    free[: objective.model.size] = False
+    for _, members in priors(state):
+        free[members] = True
+    return free
+
+
+def prior_precision(
+    objective: Objective, state: State, free: Mask, *, widened: bool = False
+) -> Vector:
+    """Return P of the free unknowns.
+
+    Args:
+        objective: The objective.
+        state: Its groups.
+        free: Which unknowns are not held.
+        widened: Whether the uncertainty of the widths counts.
+    """
+    P = np.zeros((objective.size, objective.size))
+    for group, members in priors(state):
+        width = group.deviation if widened else group.width
+        P[np.ix_(members, members)] = group.precision(members, width)
+    return P[np.ix_(free, free)]
