@@ -2,9 +2,9 @@
 
 import errno
 import socket
-import time
 from collections.abc import Callable, Iterator
 
+from . import clock
 from .driver import DriverError, Reason
 
 __all__ = ["BUFFER_BYTES", "DatagramSocket"]
@@ -30,6 +30,7 @@ class DatagramSocket:
         self._robot = robot
         self._on_stranger = on_stranger
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         try:
             self._socket.bind(local)
@@ -52,7 +53,7 @@ class DatagramSocket:
         that a flood of useless datagrams cannot keep the caller for ever.
 
         Args:
-            deadline: When to give up, by :func:`time.monotonic` [s].
+            deadline: When to give up, by :func:`.clock.now` [s].
 
         Raises:
             DriverError: UNREACHABLE when the socket is closed or the network is down.
@@ -62,19 +63,18 @@ class DatagramSocket:
                 yield received
             else:
                 self._on_stranger()
-            if time.monotonic() > deadline:
+            if clock.now() > deadline:
                 return
 
     def _receive(self, deadline: float) -> tuple[bytes, tuple[str, int]] | None:
         try:
-            self._socket.settimeout(max(0.0, deadline - time.monotonic()))
+            if not clock.wait([self._socket], max(0.0, deadline - clock.now())):
+                return None
             return self._socket.recvfrom(LARGEST_DATAGRAM)
-        except (TimeoutError, BlockingIOError):
+        except BlockingIOError:
             return None
-        except OSError as error:
-            raise DriverError(
-                Reason.UNREACHABLE, f"the connection is lost: {error.strerror}"
-            ) from None
+        except (OSError, ValueError) as error:  # a closed socket cannot be waited for
+            raise DriverError(Reason.UNREACHABLE, f"the connection is lost: {error}") from None
 
     def send(self, datagram: bytes, target: tuple[str, int]) -> None:
         """Send one datagram; the network may lose it, as any."""

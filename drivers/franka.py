@@ -11,13 +11,12 @@ acts from outside); it was not proven on a robot here.
 Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
 """
 
-import select
 import socket
 import struct
-import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 
+from . import clock
 from .address import CONNECT_SECONDS, Endpoint, open_tcp, parse_endpoint
 from .datagrams import DatagramSocket
 from .driver import Driver, DriverError, JointState, Reason, match_joints
@@ -56,7 +55,7 @@ class Franka(Driver):
 
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
-        for datagram, _ in self._udp.until(time.monotonic() + timeout):
+        for datagram, _ in self._udp.until(clock.now() + timeout):
             try:
                 state = decode_state(datagram)
             except ValueError as error:
@@ -112,7 +111,7 @@ def _connect(
                 f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
                 f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here",
             )
-        time.sleep(SETTLE_SECONDS)
+        clock.sleep(SETTLE_SECONDS)
         version, session = session, _try_version(endpoint, session, on_stranger)
     if isinstance(session, int):
         raise DriverError(
@@ -161,10 +160,11 @@ def _open_udp(tcp: socket.socket, on_stranger: Callable[[], None]) -> DatagramSo
 
 
 def _receive_exactly(tcp: socket.socket, count: int) -> bytes:
-    deadline = time.monotonic() + CONNECT_SECONDS
+    deadline = clock.now() + CONNECT_SECONDS
     received = b""
     while len(received) < count:
-        tcp.settimeout(max(1e-3, deadline - time.monotonic()))
+        if not clock.wait([tcp], max(0.0, deadline - clock.now())):
+            raise TimeoutError
         more = tcp.recv(count - len(received))
         if not more:
             raise ConnectionError
@@ -187,7 +187,6 @@ def _parse_response(response: bytes, endpoint: Endpoint) -> tuple[int, int]:
 def _is_closed(tcp: socket.socket) -> bool:
     """Tell whether the other side has ended the connection."""
     try:
-        readable, _, _ = select.select([tcp], [], [], 0)
-        return bool(readable) and not tcp.recv(1, socket.MSG_PEEK)
+        return bool(clock.wait([tcp], 0)) and not tcp.recv(1, socket.MSG_PEEK)
     except (OSError, ValueError):
         return True

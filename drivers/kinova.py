@@ -14,9 +14,9 @@ are taken out again. Missed states cannot be counted, since answers carry no num
 """
 
 import math
-import time
 from collections.abc import Sequence
 
+from . import clock
 from .driver import Driver, DriverError, JointState, Reason, match_joints
 from .kinova_arm import KinovaArm, Measurement
 
@@ -50,12 +50,12 @@ class Kinova(Driver):
         """Return the next state; see :meth:`Driver.read`."""
         if not self._open:
             raise DriverError(Reason.UNREACHABLE, "the connection is closed")
-        deadline = time.monotonic() + timeout
-        wait = self._next_poll - time.monotonic()
+        deadline = clock.now() + timeout
+        wait = self._next_poll - clock.now()
         if wait > timeout:
-            time.sleep(timeout)
+            clock.sleep(timeout)
             raise DriverError(Reason.SILENT, f"no state for {timeout:g} s")
-        time.sleep(max(0.0, wait))
+        clock.sleep(max(0.0, wait))
         try:
             measurement, stamp = self._measure(deadline)
         finally:
@@ -74,10 +74,10 @@ class Kinova(Driver):
         asked again.
         """
         while True:
-            start = time.monotonic()
+            start = clock.now()
             self._next_poll = start + 1 / self._arm.rate
             measurement = self._arm.measure(deadline)
-            end = time.monotonic()
+            end = clock.now()
             if end - start <= max(ONE_MOMENT, 2 * self._fastest):
                 self._fastest = min(self._fastest, end - start)
                 return measurement, (start + end) / 2

@@ -6,10 +6,10 @@ it may differ. The ISO-TP transfer (ISO 15765-2) is what a serial-to-CAN gateway
 """
 
 import termios
-import time
 
 import serial
 
+from . import clock
 from .address import Options, parse_options
 from .canbus import open_bus, parse_can_address
 from .driver import DriverError, Reason
@@ -72,7 +72,7 @@ class PolledArm:
 
     def _await_answers(self) -> None:
         try:
-            self.measure(time.monotonic() + FIRST_ANSWER_SECONDS)
+            self.measure(clock.now() + FIRST_ANSWER_SECONDS)
         except DriverError as error:
             raise DriverError(
                 Reason.UNREACHABLE, f"{error}: is the arm on, and are the settings right?"
@@ -83,17 +83,17 @@ class PolledArm:
         while True:
             self._link.flush()
             self._link.send(encode_poll(actuator))
-            reply = self._answer(actuator, min(deadline, time.monotonic() + ANSWER_SECONDS))
+            reply = self._answer(actuator, min(deadline, clock.now() + ANSWER_SECONDS))
             if reply is not None:
                 return reply
-            if time.monotonic() >= deadline:
+            if clock.now() >= deadline:
                 raise DriverError(
                     Reason.SILENT, f"actuator 0x{actuator:02x} on {self._where} does not answer"
                 )
 
     def _answer(self, actuator: int, until: float) -> ActuatorReply | None:
         """Return an actuator's answer, or None; other messages, as late answers, are counted."""
-        while message := self._link.receive(max(0.0, until - time.monotonic())):
+        while message := self._link.receive(max(0.0, until - clock.now())):
             try:
                 return decode_reply(message, actuator)
             except ValueError:

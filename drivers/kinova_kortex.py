@@ -7,10 +7,10 @@ against a stand-in for the package, not against the package or an arm.
 
 import importlib
 import math
-import time
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from typing import Any
 
+from . import clock
 from .address import Endpoint, open_tcp, parse_endpoint
 from .driver import DriverError, Reason
 from .kinova_arm import Measurement
@@ -40,16 +40,16 @@ class Kortex:
         self._transport: Any = None
         self._session: Any = None
         self._open(endpoint)
-        self.joints = len(self.measure(time.monotonic() + 2).degrees)
+        self.joints = len(self.measure(clock.now() + 2).degrees)
 
     def measure(self, deadline: float) -> Measurement:
         """Ask for the arm's feedback, until its numbers are numbers."""
         while True:
-            measurement = self._refresh(max(1e-3, deadline - time.monotonic()))
+            measurement = self._refresh(max(1e-3, deadline - clock.now()))
             if all(map(math.isfinite, measurement.degrees + measurement.torques)):
                 return measurement
             self.rejected += 1
-            if time.monotonic() >= deadline:
+            if clock.now() >= deadline:
                 raise DriverError(Reason.SILENT, f"the arm at {self._where} sends no numbers")
 
     def _refresh(self, timeout: float) -> Measurement:

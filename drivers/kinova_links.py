@@ -1,14 +1,13 @@
 """Carries Kinova's messages of 20 bytes over a serial line, or over a CAN bus by ISO-TP."""
 
-import select
 import termios
-import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
 import serial
 
+from . import clock
 from .driver import DriverError, Reason
 from .kinova_actuator import MESSAGE_BYTES
 
@@ -51,12 +50,12 @@ class SerialLink:
 
     def receive(self, wait: float) -> bytes:
         """Return 20 bytes, or as many as came within the wait [s]."""
-        deadline = time.monotonic() + wait
+        deadline = clock.now() + wait
         received = b""
         with self._translated():
             while len(received) < MESSAGE_BYTES:
-                left = max(0.0, deadline - time.monotonic())
-                if not select.select([self._port.fileno()], [], [], left)[0]:
+                left = max(0.0, deadline - clock.now())
+                if not clock.wait([self._port], left):
                     break
                 received += self._port.read(MESSAGE_BYTES - len(received))
         return received

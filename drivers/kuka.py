@@ -11,9 +11,9 @@ Address: ``HOST[:PORT][?bind=LOCAL&effort=-1]``. HOST is the controller; PORT (3
 port that the application sends to, opened here on LOCAL, by default on all interfaces.
 """
 
-import time
 from collections.abc import Iterator, Sequence
 
+from . import clock
 from .address import parse_endpoint, resolve
 from .datagrams import DatagramSocket
 from .driver import Driver, DriverError, JointState, Reason, match_joints
@@ -56,7 +56,7 @@ class Kuka(Driver):
         if self._waiting is not None:
             message, self._waiting = self._waiting, None
             return self._state(message)
-        for message in self._messages(time.monotonic() + timeout):
+        for message in self._messages(clock.now() + timeout):
             if message.position:
                 return self._state(message)
         last = f"; its session was {self.status}" if self._last else ""
@@ -70,7 +70,7 @@ class Kuka(Driver):
 
     def _await_session(self, joint_names: Sequence[str] | None, port: int) -> tuple[str, ...]:
         """Wait for the first message with joints, and match them with the model's."""
-        for message in self._messages(time.monotonic() + FIRST_MESSAGE_SECONDS):
+        for message in self._messages(clock.now() + FIRST_MESSAGE_SECONDS):
             if message.position:
                 self._waiting = message
                 return match_joints(joint_names, len(message.position), "the KUKA arm")

@@ -38,12 +38,12 @@ push        a hand pushes the arm: every effort is off by 5 N m, and trembles
 
 import math
 import random
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import parse_qsl
 
+from . import clock
 from .driver import Driver, DriverError, JointState, Reason
 from .motion import Motion
 from .replay import number, read_replay
@@ -123,7 +123,7 @@ class SimulatedArm:
     def connect(self) -> int:
         """Start the arm if it does not move yet; return the number of the next state."""
         if math.isnan(self._started):
-            self._started = time.monotonic()
+            self._started = clock.now()
             return 0
         return math.ceil(self.now() * self.rate)
 
@@ -131,7 +131,7 @@ class SimulatedArm:
         """The arm's time [s]; 0 before the first connection."""
         if math.isnan(self._started):
             return 0.0
-        return (time.monotonic() - self._started) * self.speed
+        return (clock.now() - self._started) * self.speed
 
     def due(self, number: int) -> float:
         """When a state leaves the arm, on the host's monotonic clock [s]."""
@@ -221,15 +221,15 @@ class Mock(Driver):
 
     def read(self, timeout: float) -> JointState:
         """Return the next state, no sooner than the arm sends it; see :meth:`Driver.read`."""
-        deadline = time.monotonic() + timeout
+        deadline = clock.now() + timeout
         while True:
             if not self._open:
                 raise DriverError(Reason.UNREACHABLE, "the connection is closed")
             self._skip_lost()
             due = self._arm.due(self._next)
-            now = time.monotonic()
+            now = clock.now()
             if due > now:
-                time.sleep(max(0.0, min(due, deadline) - now))
+                clock.sleep(max(0.0, min(due, deadline) - now))
                 if due > deadline:
                     raise DriverError(Reason.SILENT, f"no state came within {timeout:g} s")
             state = self._receive()

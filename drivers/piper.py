@@ -11,11 +11,11 @@ Address: a CAN bus, ``[INTERFACE/]CHANNEL``, see :mod:`mukca.drivers.canbus`; ``
 
 import math
 import struct
-import time
 from collections.abc import Sequence
 
 import can
 
+from . import clock
 from .arrival import EvenStamps
 from .canbus import open_bus, parse_can_address
 from .driver import Driver, DriverError, JointState, Reason, match_joints
@@ -76,7 +76,7 @@ class Piper(Driver):
         if self._pending is not None:
             state, self._pending = self._pending, None
             return state
-        deadline = time.monotonic() + timeout
+        deadline = clock.now() + timeout
         while (frame := self._receive(deadline)) is not None:
             state = self._take(frame)
             if state is not None:
@@ -94,7 +94,7 @@ class Piper(Driver):
         if not self._open:
             raise DriverError(Reason.UNREACHABLE, "the connection is closed")
         while True:
-            wait = max(0.0, deadline - time.monotonic())
+            wait = max(0.0, deadline - clock.now())
             try:
                 frame = self._bus.recv(wait)
             except (can.CanError, OSError) as error:
@@ -125,7 +125,7 @@ class Piper(Driver):
         if len(self._angles) < JOINTS:
             return None
         position, self._angles = tuple(self._angles), []
-        return JointState(self._stamp(frame.timestamp or time.monotonic()), position)
+        return JointState(self._stamp(frame.timestamp or clock.now()), position)
 
     def _lose_turn(self) -> None:
         """Give up the state of this turn, and wait for the first frame of the next."""

@@ -7,9 +7,9 @@ address, a missing package, another robot) is raised as it is.
 """
 
 import logging
-import time
 from collections.abc import Callable
 
+from . import clock
 from .driver import Driver, DriverError, JointState, Reason
 
 __all__ = ["Reconnecting"]
@@ -46,7 +46,7 @@ class Reconnecting(Driver):
         self._driver: Driver | None = connect()
         self._names = self._driver.joint_names
         self._earlier_missed = self._earlier_rejected = 0
-        self._last_state = time.monotonic()
+        self._last_state = clock.now()
         self._wait = first_wait
         self._next_attempt = 0.0
         self._closed = False
@@ -75,7 +75,7 @@ class Reconnecting(Driver):
         except DriverError as error:
             self._fail(error)
             raise DriverError(Reason.SILENT, self.trouble or str(error)) from error
-        self._last_state = time.monotonic()
+        self._last_state = clock.now()
         self.trouble = None
         self._wait = self._first_wait
         return state
@@ -97,7 +97,7 @@ class Reconnecting(Driver):
     def _fail(self, error: DriverError) -> None:
         """Take note of a failed read, and drop the connection if it is of no more use."""
         if error.reason is Reason.SILENT:
-            silent = time.monotonic() - self._last_state
+            silent = clock.now() - self._last_state
             self.trouble = f"{error}; silent for {silent:.1f} s"
             if silent < self._silence:
                 return
@@ -108,7 +108,7 @@ class Reconnecting(Driver):
             raise error
         self.drops += 1
         self._drop()
-        self._next_attempt = time.monotonic() + self._wait
+        self._next_attempt = clock.now() + self._wait
         logger.warning("connection lost: %s", self.trouble)
 
     def _drop(self) -> None:
@@ -120,8 +120,8 @@ class Reconnecting(Driver):
 
     def _again(self, timeout: float) -> Driver:
         """Connect anew when it is time to, or raise SILENT."""
-        pause = self._next_attempt - time.monotonic()
-        time.sleep(max(0.0, min(pause, timeout)))
+        pause = self._next_attempt - clock.now()
+        clock.sleep(max(0.0, min(pause, timeout)))
         if pause > timeout:
             raise DriverError(Reason.SILENT, f"{self.trouble}; connecting again")
         try:
@@ -130,7 +130,7 @@ class Reconnecting(Driver):
             if error.reason in _HOPELESS:
                 raise
             self._wait = min(2 * self._wait, self._longest_wait)
-            self._next_attempt = time.monotonic() + self._wait
+            self._next_attempt = clock.now() + self._wait
             self.trouble = str(error)
             raise DriverError(Reason.SILENT, f"{self.trouble}; connecting again") from error
         if driver.joint_names != self._names:
@@ -142,5 +142,5 @@ class Reconnecting(Driver):
             )
         logger.warning("connected again")
         self._driver = driver
-        self._last_state = time.monotonic()
+        self._last_state = clock.now()
         return driver

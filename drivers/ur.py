@@ -13,9 +13,9 @@ Address: ``HOST[:PORT][?rate=HZ&effort=OUTPUT]``.
 """
 
 import struct
-import time
 from collections.abc import Sequence
 
+from . import clock
 from .address import CONNECT_SECONDS, open_tcp, parse_endpoint
 from .driver import Driver, DriverError, JointState, Reason, match_joints
 from .rtde import (
@@ -66,7 +66,7 @@ class Ur(Driver):
 
     def read(self, timeout: float) -> JointState:
         """Return the next state; see :meth:`Driver.read`."""
-        deadline = time.monotonic() + timeout
+        deadline = clock.now() + timeout
         while True:
             try:
                 state = self._recipe.decode(self._next(DATA, deadline))
@@ -76,7 +76,7 @@ class Ur(Driver):
                 self._last, self.status = state, state.status
                 return JointState(state.timestamp, state.position, state.effort)
             self.rejected += 1
-            if time.monotonic() > deadline:
+            if clock.now() > deadline:
                 raise DriverError(Reason.SILENT, f"only old states from the robot at {self._where}")
 
     def close(self) -> None:
@@ -107,7 +107,7 @@ class Ur(Driver):
         """Send a request and return the payload of its reply."""
         try:
             self._tcp.sendall(encode_package(kind, payload))
-            return self._next(kind, time.monotonic() + CONNECT_SECONDS)
+            return self._next(kind, clock.now() + CONNECT_SECONDS)
         except (OSError, DriverError) as error:
             if isinstance(error, DriverError) and error.reason is Reason.PROTOCOL:
                 raise
@@ -123,7 +123,7 @@ class Ur(Driver):
             got, payload = self._receive(deadline)
             if got == kind:
                 return payload
-            if time.monotonic() > deadline:
+            if clock.now() > deadline:
                 raise DriverError(
                     Reason.SILENT, f"no state from the robot at {self._where}, but other packages"
                 )
@@ -138,13 +138,10 @@ class Ur(Driver):
             if package is not None:
                 return package
             try:
-                self._tcp.settimeout(max(0.0, deadline - time.monotonic()))
+                if not clock.wait([self._tcp], max(0.0, deadline - clock.now())):
+                    raise DriverError(Reason.SILENT, f"no state from the robot at {self._where}")
                 received = self._tcp.recv(1 << 16)
-            except (TimeoutError, BlockingIOError):
-                raise DriverError(
-                    Reason.SILENT, f"no state from the robot at {self._where}"
-                ) from None
-            except OSError:
+            except (OSError, ValueError):  # a closed socket cannot be waited for
                 raise self._ended() from None
             if not received:
                 raise self._ended()

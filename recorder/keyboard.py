@@ -4,10 +4,11 @@ import os
 import re
 import sys
 import termios
-import time
 from contextlib import suppress
 from types import TracebackType
 from typing import Any
+
+from ..drivers import clock
 
 __all__ = ["HangUp", "Keyboard"]
 
@@ -76,10 +77,10 @@ class Keyboard:
             pressed = b""
         if not pressed:
             raise HangUp
-        if time.monotonic() - self._unfinished_at < _ESCAPE_TIME:
+        if clock.now() - self._unfinished_at < _ESCAPE_TIME:
             pressed = self._unfinished + pressed
         pressed = _ESCAPE.sub(b"", pressed)
         unfinished = _UNFINISHED.search(pressed)
         self._unfinished = unfinished[0] if unfinished else b""
-        self._unfinished_at = time.monotonic()
+        self._unfinished_at = clock.now()
         return list(_UNFINISHED.sub(b"", pressed).decode(errors="ignore"))

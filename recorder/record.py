@@ -1,12 +1,12 @@
 """The recorder: one loop that joins states, keys, session, file and screen."""
 
-import select
 import signal
 import time
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
+from ..drivers import clock
 from .display import Display
 from .keyboard import HangUp, Keyboard
 from .push import Push
@@ -66,7 +66,7 @@ class Recorder:
         self._pushed: str | None = None
         self._silent_since: float | None = None
         self._refused_at: Rest | None = None
-        self._started = time.monotonic()
+        self._started = clock.now()
         self._next_frame = 0.0
 
     def run(self) -> Outcome:
@@ -97,8 +97,8 @@ class Recorder:
         if self.script and self.script.hungry:
             sources.append(self.script)
         behind = self.stream.waiting > MOST_STATES
-        pause = 0.0 if behind else max(0.0, self._next_frame - time.monotonic())
-        ready, _, _ = select.select(sources, [], [], pause)
+        pause = 0.0 if behind else max(0.0, self._next_frame - clock.now())
+        ready = clock.wait(sources, pause)
         if signals in ready:
             signals.read()
         if self.script and self.script in ready:
@@ -108,7 +108,7 @@ class Recorder:
             self._take_states()  # what came before the key was pressed
             for key in keys:
                 if not self.session.finished:
-                    self._press(key, time.monotonic())
+                    self._press(key, clock.now())
             self._next_frame = 0.0
 
     def _take_states(self) -> None:
@@ -120,7 +120,7 @@ class Recorder:
             if self.session.finished:
                 return
         if self.script:
-            self._follow_script(self.script, time.monotonic())
+            self._follow_script(self.script, clock.now())
 
     def _trouble(self, now: float) -> str | None:
         """Say why nothing may be captured now; None if it may."""
@@ -130,7 +130,7 @@ class Recorder:
 
     def _follow_stream(self) -> None:
         """Say when the stream falls silent, and when it is back."""
-        now = time.monotonic()
+        now = clock.now()
         silent = now - max(self.stream.arrival, self._started) > SILENT
         if silent and self._silent_since is None:
             self._silent_since = now
@@ -254,7 +254,7 @@ class Recorder:
         self.display.bell()
 
     def _draw(self) -> None:
-        now = time.monotonic()
+        now = clock.now()
         if now < self._next_frame and not self.session.finished:
             return
         self._next_frame = now + FRAME

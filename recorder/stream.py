@@ -2,10 +2,9 @@
 
 import math
 import threading
-import time
 from collections import deque
 
-from ..drivers import Driver, DriverError, JointState, Reason
+from ..drivers import Driver, DriverError, JointState, Reason, clock
 from ..drivers.reconnect import Reconnecting
 
 __all__ = ["Stream"]
@@ -37,7 +36,7 @@ class Stream:
         self.ended = False
         """Whether the driver gave up for good; :attr:`trouble` says why."""
         self._thread = threading.Thread(target=self._read, name="joint states", daemon=True)
-        self._thread.start()
+        self._begin()
 
     @property
     def missed(self) -> int:
@@ -77,16 +76,21 @@ class Stream:
         self._stop.set()
         self._thread.join(timeout=5.0)
 
+    def _begin(self) -> None:
+        self._thread.start()
+
     def _read(self) -> None:
+        while not (self.ended or self._stop.is_set()):
+            self._step()
+        self._driver.close()
+
+    def _step(self) -> None:
         try:
-            while not self._stop.is_set():
-                self._read_one()
+            self._read_one()
         except DriverError as error:
             self.trouble, self.ended = str(error), True
         except Exception as error:  # a plug-in may fail in any way; the session goes on to be saved
             self.trouble, self.ended = f"the driver failed: {error!r}", True
-        finally:
-            self._driver.close()
 
     def _read_one(self) -> None:
         try:
@@ -100,5 +104,5 @@ class Stream:
         if len(self._waiting) >= self._capacity:
             self._waiting.popleft()
             self.dropped += 1
-        self.arrival = time.monotonic()
+        self.arrival = clock.now()
         self._waiting.append((self.arrival, state, self.drops))

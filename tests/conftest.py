@@ -1,6 +1,8 @@
 """What tests share: where real recordings are, and small simulated ones."""
 
+import fcntl
 import os
+from collections.abc import Callable, Iterator
 
 # As the command line does, before NumPy is loaded: the matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -10,9 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
+from virtual_time import VirtualTime
 
 from mukca.recorder.convert import write_holes
 from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.tools.cli import main
 from mukca.tools.simulate import Base, perturb, record
 
 ROOT = Path(__file__).parents[1]
@@ -30,6 +34,33 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="NAME=ADDRESS",
         help="run the drivers' contract on a robot, as in franka=172.16.0.2; may be repeated",
     )
+
+
+@pytest.fixture
+def virtual_time() -> Iterator[VirtualTime]:
+    """A clock that goes on when everybody in this process waits."""
+    with VirtualTime().running() as time:
+        yield time
+
+
+@pytest.fixture(scope="session")
+def shared(
+    tmp_path_factory: pytest.TempPathFactory, worker_id: str
+) -> Callable[[str, Callable[[Path], object]], Path]:
+    """Return a folder by name, made by the first of all test processes that asks for it."""
+    base = tmp_path_factory.getbasetemp()
+    base = base if worker_id == "master" else base.parent
+
+    def shared(name: str, make: Callable[[Path], object]) -> Path:
+        folder, done = base / name, base / f"{name}.done"
+        with (base / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not done.exists():
+                make(folder)
+                done.touch()
+        return folder
+
+    return shared
 
 
 @pytest.fixture(scope="session")
@@ -53,13 +84,26 @@ def true_panda(panda: Robot) -> Robot:
 
 
 @pytest.fixture(scope="session")
-def session(true_panda: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with three placements of that arm, 2 x 12 samples each."""
-    folder = tmp_path_factory.mktemp("session")
+def session(true_panda: Robot, shared: Callable[..., Path]) -> Path:
+    """A folder with three placements of that arm, 2 x 12 samples each; nobody writes there."""
+    return shared("session", lambda folder: _record_session(true_panda, folder))
+
+
+def _record_session(true_panda: Robot, folder: Path) -> None:
     generator = np.random.default_rng(8)
     along_y = np.array([0.0, 1.0, 0.0])
     for name, x, y in (("front", 0.5, 0.0), ("left", 0.35, 0.4), ("right", 0.35, -0.4)):
         base = Base(name, np.array([x, y, 0.1]), along_y)
         placement = record(true_panda, base, generator, samples=12, noise=5e-5)
         write_holes(placement, folder / name)
-    return folder
+
+
+@pytest.fixture(scope="session")
+def demo(shared: Callable[..., Path]) -> Path:
+    """What `mukca demo` writes."""
+
+    def make(folder: Path) -> None:
+        with VirtualTime().running():
+            assert main(["demo", "--out", str(folder)]) == 0
+
+    return shared("demo", make)

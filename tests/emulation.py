@@ -1,23 +1,39 @@
-"""Starts `mukca emulate` as a program of its own, on loopback addresses that no other test uses."""
+"""Emulated controllers on addresses that no other test uses: in virtual time, or as programs."""
 
+import argparse
 import itertools
 import json
 import os
 import select
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import can
 import pytest
+from virtual_time import VirtualTime
+
+from mukca.drivers import canbus, clock
+from mukca.tools.commands import emulate
 
 START_SECONDS = 60
 _numbers = itertools.count()
 _worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+
+
+class Running(Protocol):
+    """What an emulator runs in."""
+
+    def release(self) -> None:
+        """Let an arm move that was told to wait."""
+
+    def stop(self) -> None:
+        """End it, with its journal whole; safe to call twice."""
 
 
 @dataclass
@@ -27,7 +43,7 @@ class Emulation:
     name: str
     address: str
     """What the driver takes."""
-    process: subprocess.Popen[str]
+    running: Running
     journal: Path
 
     @property
@@ -54,49 +70,129 @@ class Emulation:
 
     def release(self) -> None:
         """Let an arm move that was told to wait."""
-        assert self.process.stdin is not None
-        self.process.stdin.write("\n")
-        self.process.stdin.flush()
+        self.running.release()
 
     def stop(self) -> None:
         """End it, with its journal whole."""
-        self.process.terminate()
-        self.process.wait(30)
+        self.running.stop()
 
 
 @contextmanager
-def emulated(
+def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
+    """Run an emulator in virtual time, which drivers in this process then live in too."""
+    if name == "kinova" and "can" in options:  # whose ISO-TP stack has threads, and real time
+        with emulated_program(name, folder, *options) as emulation:
+            yield emulation
+        return
+    words, journal = _words(name, folder, options)
+    parser = argparse.ArgumentParser()
+    emulate.add_arguments(parser)
+    with VirtualTime().running() as time, pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mukca.drivers.piper.open_bus", _VirtualBus)
+        running = _Peer(parser.parse_args(words), time)
+        try:
+            address = running.emulator.driver_address.partition(":")[2]
+            yield Emulation(name, address, running, journal)
+        finally:
+            running.stop()
+
+
+class _Peer:
+    """An emulator in this process."""
+
+    def __init__(self, arguments: argparse.Namespace, time: VirtualTime) -> None:
+        self.emulator = emulate.open_emulator(arguments)
+        self._time = time
+        time.peers.append(self.emulator)
+        self._reader, self._writer = os.pipe()
+        if arguments.wait:
+            self.emulator.wait_for_line(self._reader)
+
+    def release(self) -> None:
+        os.write(self._writer, b"\n")
+
+    def stop(self) -> None:
+        if self.emulator not in self._time.peers:
+            return
+        self._time.peers.remove(self.emulator)
+        self.emulator.close()
+        self.emulator.journal.close()
+        for value in vars(self.emulator).values():  # as the end of a program does
+            if isinstance(value, socket.socket):
+                value.close()
+        os.close(self._reader)
+        os.close(self._writer)
+
+
+class _VirtualBus:
+    """A CAN bus whose frames come in virtual time."""
+
+    def __init__(self, address: canbus.CanAddress, identifiers: tuple[int, ...] = ()) -> None:
+        self._bus = canbus.open_bus(address, identifiers)
+
+    def recv(self, wait: float) -> can.Message | None:
+        end = clock.now() + wait
+        while clock.wait([self._bus], max(0.0, end - clock.now())):
+            if frame := self._bus.recv(0):
+                frame.timestamp = clock.now()
+                return frame
+        return None
+
+    def shutdown(self) -> None:
+        self._bus.shutdown()
+
+
+@contextmanager
+def emulated_program(
     name: str,
     folder: Path,
     *options: str,
-    address: str = "",
     command: tuple[str, ...] = (sys.executable, "-m", "mukca"),
 ) -> Iterator[Emulation]:
-    """Run an emulator; by default at an address that nobody else uses."""
-    journal = folder / f"journal{next(_numbers)}.jsonl"
-    arguments = ("emulate", name, "--json", "--journal", str(journal))
-    address = address or own_address(name, options)
-    if address.startswith("udp_multicast"):
-        need_multicast()
+    """Run ``mukca emulate`` as a program of its own, in real time."""
+    words, journal = _words(name, folder, options)
     process = subprocess.Popen(
-        [*command, *arguments, "--address", address, *options],
+        [*command, "emulate", *words],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
     )
-    emulation = None
+    running = _Program(process)
     try:
         assert process.stdout is not None
         ready, _, _ = select.select([process.stdout], [], [], START_SECONDS)
         line = process.stdout.readline() if ready else ""
         assert line, f"the emulator did not start: {command}"
         told = json.loads(line)["driver"]
-        emulation = Emulation(name, told.partition(":")[2], process, journal)
-        yield emulation
+        yield Emulation(name, told.partition(":")[2], running, journal)
     finally:
-        process.terminate()
-        process.wait(30)
+        running.stop()
         process.communicate()
+
+
+@dataclass
+class _Program:
+    """An emulator in a process of its own."""
+
+    process: subprocess.Popen[str]
+
+    def release(self) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+
+    def stop(self) -> None:
+        self.process.terminate()
+        self.process.wait(30)
+
+
+def _words(name: str, folder: Path, options: tuple[str, ...]) -> tuple[list[str], Path]:
+    """Return an emulator's arguments, at an address that nobody else uses, and its journal."""
+    journal = folder / f"journal{next(_numbers)}.jsonl"
+    address = own_address(name, options)
+    if address.startswith("udp_multicast"):
+        need_multicast()
+    return [name, "--json", "--journal", str(journal), "--address", address, *options], journal
 
 
 def own_address(name: str, options: tuple[str, ...] = ()) -> str:

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from emulation import emulated, own_bus, own_host
+from emulation import emulated, emulated_program, own_bus, own_host
 from kortex_stand_in import kortex_arm
 from rosbridge import ARM, rosbridge
 
@@ -28,7 +28,7 @@ class Emulated(DriverContract):
     emulator: str
     options: tuple[str, ...] = ()
 
-    @pytest.fixture(scope="class")
+    @pytest.fixture(scope="class", autouse=True)
     @classmethod
     def address(cls, tmp_path_factory):
         folder = tmp_path_factory.mktemp(cls.emulator)
@@ -184,7 +184,7 @@ class TestHardware(DriverContract):
 
 def test_the_contract_runs_on_hardware(tmp_path):
     """The option reaches a robot: here an emulator that passes for one."""
-    with emulated("ur", tmp_path) as emulation:
+    with emulated_program("ur", tmp_path) as emulation:
         command = [sys.executable, "-m", "pytest", __file__, "-k", "TestHardware", "-q"]
         command += ["-p", "no:xdist", "-p", "no:cacheprovider", "--rootdir", str(ROOT)]
         done = subprocess.run(

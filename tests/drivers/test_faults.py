@@ -1,12 +1,11 @@
 """What a controller or the network gets wrong never becomes a joint angle, and is counted."""
 
-import time
 from itertools import pairwise
 
 import pytest
 from emulation import emulated
 
-from mukca.drivers import DriverError, Reason
+from mukca.drivers import DriverError, Reason, clock
 from mukca.drivers.reconnect import Reconnecting
 from mukca.drivers.registry import open_driver
 
@@ -102,14 +101,14 @@ def test_a_silence_is_told_and_survived(name, tmp_path):
         emulated(name, tmp_path, *options("silent@1.5+1.5")) as emulation,
         open_driver(name, emulation.address) as driver,
     ):
-        start, silent = time.monotonic(), 0.0
-        while time.monotonic() < start + 60 and not silent:
-            asked = time.monotonic()
+        start, silent = clock.now(), 0.0
+        while clock.now() < start + 60 and not silent:
+            asked = clock.now()
             try:
                 driver.read(0.4)
             except DriverError as error:
                 assert error.reason is Reason.SILENT
-                silent = time.monotonic() - asked
+                silent = clock.now() - asked
         assert 0.3 < silent < 5, "the timeout was not kept"
         assert read_states(driver, 5)
 
@@ -120,9 +119,9 @@ def test_a_connection_that_ends_is_told_and_made_again(name, tmp_path):
         emulated(name, tmp_path, *options("hangup@1+1")) as emulation,
         Reconnecting(lambda: open_driver(name, emulation.address)) as driver,
     ):
-        end = time.monotonic() + 60
+        end = clock.now() + 60
         while not driver.drops:
-            assert time.monotonic() < end
+            assert clock.now() < end
             try:
                 driver.read(1)
             except DriverError as error:
@@ -178,7 +177,7 @@ def test_kuka_leaves_a_session_that_commands(version, start, tmp_path):
             while True:
                 driver.read(5)
         replies = len(emulation.received())
-        time.sleep(0.5)
+        clock.sleep(0.5)
         assert len(emulation.received()) == replies, "a reply to a commanding session"
     assert caught.value.reason is Reason.WRONG_MODE
     assert (replies == 0) == (start == "0")

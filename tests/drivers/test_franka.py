@@ -52,7 +52,9 @@ def test_a_version_that_nobody_speaks_is_a_bad_address(version):
         (b"\0\0\0", Reason.BUSY),  # and then silence
     ],
 )
-def test_what_is_no_robot_is_told(answer, reason):
+def test_what_is_no_robot_is_told(answer, reason, monkeypatch):
+    if reason is Reason.BUSY:  # which is told once the time is up
+        monkeypatch.setattr("mukca.drivers.franka.CONNECT_SECONDS", 0.3)
     start = time.monotonic()
     with answering(answer) as address, pytest.raises(DriverError) as caught:
         Franka(address)

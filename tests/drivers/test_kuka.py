@@ -2,11 +2,12 @@
 
 import socket
 import struct
-import threading
 import time
+from itertools import count
 
 import pytest
 from emulation import emulated, own_host
+from virtual_time import Every
 
 from mukca.drivers import DriverError, JointState, Reason
 from mukca.drivers.fri import Session, decode_message, encode_reply
@@ -89,10 +90,11 @@ def controller():
 
 
 @pytest.fixture
-def driver(controller):
-    threading.Timer(0.2, controller.send, [0]).start()
+def driver(controller, virtual_time):
+    virtual_time.peers.append(Every(virtual_time, 0.2, lambda: controller.send(0)))
     host = controller.socket.getsockname()[0]
     with Kuka(f"{host}:{controller.port}?bind={controller.client}") as driver:
+        virtual_time.peers.clear()
         driver.read(1)
         controller.replies()
         yield driver
@@ -164,10 +166,10 @@ def test_an_address_that_is_not_this_computers_is_told():
     assert caught.value.reason is Reason.BAD_ADDRESS
 
 
-def test_a_session_without_joint_angles_is_told(controller):
-    empty = JointState(0.0, (), ())
-    for delay in range(8):
-        threading.Timer(0.2 + 0.1 * delay, controller.send, [delay, 0, 1, empty]).start()
+def test_a_session_without_joint_angles_is_told(controller, virtual_time):
+    empty, sequence = JointState(0.0, (), ()), count()
+    send = Every(virtual_time, 0.1, lambda: controller.send(next(sequence), 0, 1, empty))
+    virtual_time.peers.append(send)
     host = controller.socket.getsockname()[0]
     with pytest.raises(DriverError, match="idle, excellent and tells no joint angles") as caught:
         Kuka(f"{host}:{controller.port}?bind={controller.client}")

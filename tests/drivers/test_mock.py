@@ -1,19 +1,19 @@
 """The simulated arm: what it streams is what it was given, and it misbehaves as asked."""
 
 import math
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mukca.drivers import DriverError, JointState, Reason
+from mukca.drivers import DriverError, JointState, Reason, clock
 from mukca.drivers.mock import FAULTS, Fault, Mock, SimulatedArm
 from mukca.drivers.motion import Motion
 from mukca.drivers.registry import open_driver
 from mukca.recorder.convert import sample_files
 from mukca.recorder.dataset import Placement, Sample
 
+pytestmark = pytest.mark.usefixtures("virtual_time")
 REST = [[0.1, 0.2, 0.3]]
 
 
@@ -38,9 +38,9 @@ def test_every_state_comes_once_and_in_order() -> None:
 
 def test_states_come_at_the_arm_s_rate() -> None:
     with Mock(arm=arm(speed=1.0)) as driver:
-        begun = time.monotonic()
+        begun = clock.now()
         states(driver, 50)
-        assert time.monotonic() - begun >= 0.49
+        assert clock.now() - begun >= 0.49
 
 
 def test_the_noise_is_as_asked_and_the_same_for_a_seed() -> None:
@@ -55,14 +55,14 @@ def test_the_noise_is_as_asked_and_the_same_for_a_seed() -> None:
 
 def test_a_reader_that_is_late_misses_nothing_without_a_buffer_s_limit() -> None:
     with Mock(arm=arm()) as driver:
-        time.sleep(0.2)
+        clock.sleep(0.2)
         assert [s.stamp for s in states(driver, 100)] == [k / 100 for k in range(100)]
         assert driver.missed == 0
 
 
 def test_a_reader_that_is_late_misses_what_a_buffer_cannot_hold() -> None:
     with Mock(arm=arm(buffer=1.0)) as driver:
-        time.sleep(0.2)  # four seconds of the arm's time
+        clock.sleep(0.2)  # four seconds of the arm's time
         first = driver.read(1.0)
         assert driver.missed == round(first.stamp * 100) > 200
         assert states(driver, 50)[-1].stamp == pytest.approx(first.stamp + 0.5)
@@ -118,7 +118,7 @@ def test_a_dropped_connection_comes_back_to_an_arm_that_went_on() -> None:
     assert caught.value.reason is Reason.UNREACHABLE
     with pytest.raises(DriverError, match="does not answer"):
         Mock(arm=living)
-    time.sleep(max(0.0, 4.6 / 20 - living.now() / 20))
+    clock.sleep(max(0.0, 4.6 / 20 - living.now() / 20))
     assert Mock(arm=living).read(1.0).stamp >= 4.5
 
 
@@ -132,7 +132,7 @@ def test_an_address_finds_the_arm_that_it_dropped(tmp_path: Path) -> None:
     driver.close()
     with pytest.raises(DriverError, match="does not answer"):
         Mock(address)
-    time.sleep(0.2)
+    clock.sleep(0.2)
     with Mock(address) as again:
         assert again.read(1.0).stamp > 2.4
     with Mock(address) as anew:

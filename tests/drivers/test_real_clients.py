@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 import pytest
-from emulation import emulated
+from emulation import emulated_program
 
 CLIENT_SECONDS = 60
 
@@ -89,7 +89,7 @@ def as_float32(values):
 )
 def test_libfranka_reads_what_the_emulator_sent(module, version, width, tmp_path):
     need(module)
-    with emulated("franka", tmp_path, "--version", version) as emulation:
+    with emulated_program("franka", tmp_path, "--version", version) as emulation:
         states = client(LIBFRANKA.format(module=module), emulation.host)
         emulation.stop()
         sent = emulation.sent()
@@ -104,7 +104,7 @@ def test_libfranka_reads_what_the_emulator_sent(module, version, width, tmp_path
 @pytest.mark.parametrize(("version", "frequency"), [("5.11", 500), ("3.15", 125), ("10.7", 500)])
 def test_ur_rtde_reads_what_the_emulator_sent(version, frequency, tmp_path):
     need("rtde_receive")
-    with emulated("ur", tmp_path, "--version", version) as emulation:
+    with emulated_program("ur", tmp_path, "--version", version) as emulation:
         states = client(UR_RTDE.format(frequency=frequency), emulation.host)
         emulation.stop()
         sent = emulation.sent()
@@ -116,7 +116,7 @@ def test_ur_rtde_reads_what_the_emulator_sent(version, frequency, tmp_path):
 
 def test_piper_sdk_parses_what_the_emulator_sent(tmp_path):
     need("piper_sdk")
-    with emulated("piper", tmp_path) as emulation:
+    with emulated_program("piper", tmp_path) as emulation:
         port = emulation.address.partition("port=")[2].partition("&")[0]
         turns = client(PIPER, port)
         emulation.stop()
@@ -132,10 +132,10 @@ def test_our_requests_are_those_of_ur_rtde(tmp_path):
     need("rtde_receive")
     from mukca.drivers.ur import Ur
 
-    with emulated("ur", tmp_path) as emulation:
+    with emulated_program("ur", tmp_path) as emulation:
         client(UR_RTDE.format(frequency=500), emulation.host)
         theirs = b"".join(message for _, message in emulation.received())
-    with emulated("ur", tmp_path) as emulation:
+    with emulated_program("ur", tmp_path) as emulation:
         with Ur(emulation.address) as driver:
             driver.read(5)
         ours = b"".join(message for _, message in emulation.received())
@@ -184,7 +184,7 @@ def test_our_names_of_errors_are_libfrankas(module, version, tmp_path):
     from mukca.drivers.franka_state import ERRORS
 
     command = (sys.executable, "-c", FLAGGED_EMULATOR)
-    with emulated("franka", tmp_path, "--version", version, command=command) as emulation:
+    with emulated_program("franka", tmp_path, "--version", version, command=command) as emulation:
         found = client(LIBFRANKA_ERRORS.format(module=module), emulation.host)
     for index, names in found.items():
         if names:  # panda_py shows the first 37 of them

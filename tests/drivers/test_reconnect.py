@@ -1,12 +1,13 @@
 """A connection that is lost is made again, and whatever cannot be mended is said at once."""
 
-import time
 from collections.abc import Sequence
 
 import pytest
 
-from mukca.drivers import Driver, DriverError, JointState, Reason
+from mukca.drivers import Driver, DriverError, JointState, Reason, clock
 from mukca.drivers.reconnect import Reconnecting
+
+pytestmark = pytest.mark.usefixtures("virtual_time")
 
 
 class Scripted(Driver):
@@ -42,7 +43,7 @@ class Robot:
         self.attempts: list[float] = []
 
     def __call__(self) -> Driver:
-        self.attempts.append(time.monotonic())
+        self.attempts.append(clock.now())
         connection = self.connections.pop(0)
         if isinstance(connection, Reason):
             raise DriverError(connection, f"it is {connection.value}")
@@ -96,7 +97,7 @@ def test_a_short_silence_keeps_the_connection_and_a_long_one_ends_it() -> None:
     with pytest.raises(DriverError):
         driver.read(0.01)
     assert first.closed == 0
-    time.sleep(0.12)
+    clock.sleep(0.12)
     with pytest.raises(DriverError, match=r"it is silent; silent for 0\.\d s"):
         driver.read(0.01)
     assert first.closed == 1 and driver.drops == 1

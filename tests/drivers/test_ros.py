@@ -56,7 +56,8 @@ def test_messages_of_others_and_odd_ones_are_counted():
         assert driver.rejected >= 9 * len(ODD)
 
 
-def test_a_joint_that_nobody_publishes_is_named():
+def test_a_joint_that_nobody_publishes_is_named(monkeypatch):
+    monkeypatch.setattr("mukca.drivers.ros.FIRST_STATE_SECONDS", 1.0)
     with rosbridge() as bridge, pytest.raises(DriverError) as caught:
         Ros(bridge.address, (*ARM, "arm_4"))
     assert caught.value.reason is Reason.WRONG_ROBOT
@@ -64,7 +65,8 @@ def test_a_joint_that_nobody_publishes_is_named():
     assert "gripper" in str(caught.value)
 
 
-def test_a_topic_without_a_publisher_is_told():
+def test_a_topic_without_a_publisher_is_told(monkeypatch):
+    monkeypatch.setattr("mukca.drivers.ros.FIRST_STATE_SECONDS", 1.0)
     with rosbridge(topic="/other") as bridge, pytest.raises(DriverError) as caught:
         Ros(bridge.address, ARM)
     assert caught.value.reason is Reason.UNREACHABLE
@@ -81,7 +83,8 @@ def test_a_connection_that_ends_is_told():
     assert caught.value.reason is Reason.UNREACHABLE
 
 
-def test_what_is_no_rosbridge_is_told():
+def test_what_is_no_rosbridge_is_told(monkeypatch):
+    monkeypatch.setattr("mukca.drivers.ros.CONNECT_SECONDS", 1.0)
     text = json.dumps({"hello": 1}).encode()
     with saying(text, pause=0.01) as address, pytest.raises(DriverError) as caught:
         Ros(address)

@@ -74,7 +74,9 @@ def test_an_output_that_the_controller_has_not(tmp_path):
         ((encode_package(ord("V"), b"\1"), encode_package(ord("v"), b"5")), Reason.PROTOCOL),
     ],
 )
-def test_what_is_no_controller_is_told_in_time(texts, reason):
+def test_what_is_no_controller_is_told_in_time(texts, reason, monkeypatch):
+    if reason is Reason.BUSY:  # which is told once the time is up
+        monkeypatch.setattr("mukca.drivers.ur.CONNECT_SECONDS", 0.3)
     start = time.monotonic()
     with saying(*texts, pause=1e-4) as address, pytest.raises(DriverError) as caught:
         Ur(address)

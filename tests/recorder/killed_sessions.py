@@ -2,7 +2,8 @@
 
 A program of its own, since it forks: ``python killed_sessions.py FOLDER ROUNDS``. Every round
 continues the same placement in a new pseudo-terminal and ends by SIGKILL. What the screen had
-counted by then must be in the file, and stay there.
+counted by then must be in the file, and stay there. The recorder lives in virtual time, and so
+captures as fast as the computer can.
 """
 
 import os
@@ -13,9 +14,11 @@ import select
 import signal
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from rich.console import Console
+from virtual_time import VirtualTime
 
 from mukca.drivers.mock import Mock, SimulatedArm
 from mukca.drivers.motion import Motion
@@ -32,14 +35,14 @@ JOINTS = tuple(JointLimits(f"joint{i}", -3, 3) for i in range(7))
 
 
 def record(folder: Path, seed: int) -> None:
-    """Capture one configuration after the other, some twenty a second."""
+    """Capture one configuration after the other, as fast as it goes."""
     generator = random.Random(seed)
     places = [[generator.uniform(-2, 2) for _ in JOINTS] for _ in range(500)]
     arm = SimulatedArm(Motion(places, hold=0.65, move=0.35), rate=100, speed=20)
     metadata = Metadata("arm", tuple(j.name for j in JOINTS), ("rad",) * 7, 0.05)
     reader, writer = os.pipe()
     os.write(writer, b"a*500\n")
-    with Recording(folder, metadata) as recording:
+    with Recording(folder, metadata) as recording, VirtualTime().running():
         content = recording.content
         session = Session(JOINTS, samples=content.samples, withdrawn=content.withdrawn)
         stream = Stream(Mock(arm=arm))
@@ -70,22 +73,21 @@ def killed(folder: Path, seed: int, generator: random.Random) -> int:
             except OSError:
                 break
         if end is None and counted(output) > before:
-            end = time.monotonic() + generator.uniform(0.0, 0.25)
+            end = time.monotonic() + generator.uniform(0.0, 0.1)
     os.kill(process, signal.SIGKILL)
-    output += drained(terminal)
     status = os.waitpid(process, 0)[1]
+    output += drained(terminal)
     assert os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL, output[-2000:]
     os.close(terminal)
     return counted(output)
 
 
 def drained(terminal: int) -> bytes:
+    """What the killed program had still written; then the terminal ends."""
     output = b""
-    while select.select([terminal], [], [], 0.05)[0]:
-        try:
-            output += os.read(terminal, 65536)
-        except OSError:
-            break
+    with suppress(OSError):
+        while data := os.read(terminal, 65536):
+            output += data
     return output
 
 

@@ -1,5 +1,6 @@
 """``kill -9`` at random moments during captures, fifty times."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 def test_what_the_screen_counted_is_in_the_file(tmp_path: Path) -> None:
     program = Path(__file__).with_name("killed_sessions.py")
     words = [sys.executable, str(program), str(tmp_path / "front"), "50"]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    environment = {**os.environ, "PYTHONPATH": str(program.parents[1])}
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert "50 kills" in done.stdout

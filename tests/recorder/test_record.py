@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from virtual_time import Every, VirtualTime
 
-from mukca.drivers import Driver
+from mukca.drivers import Driver, clock
 from mukca.drivers.mock import Fault, Mock, SimulatedArm
 from mukca.drivers.motion import Motion
 from mukca.drivers.reconnect import Reconnecting
@@ -48,7 +49,7 @@ class Seen:
 
     def show(self, view: View) -> None:
         self.views.append(view)
-        time.sleep(self.sleep)
+        clock.sleep(self.sleep)
 
     def bell(self) -> None:
         self.bells += 1
@@ -67,7 +68,7 @@ def arm(
 
 
 @pytest.fixture
-def record(tmp_path: Path) -> Callable[..., tuple[Outcome, Seen]]:
+def record_in_real_time(tmp_path: Path) -> Callable[..., tuple[Outcome, Seen]]:
     def run(
         source: SimulatedArm, keys: str, seen: Seen | None = None, **more: object
     ) -> tuple[Outcome, Seen]:
@@ -98,6 +99,13 @@ def record(tmp_path: Path) -> Callable[..., tuple[Outcome, Seen]]:
             return recorder.run(), seen
 
     return run
+
+
+@pytest.fixture
+def record(
+    record_in_real_time: Callable[..., tuple[Outcome, Seen]], virtual_time: VirtualTime
+) -> Callable[..., tuple[Outcome, Seen]]:
+    return record_in_real_time
 
 
 def positions(outcome: Outcome) -> np.ndarray:
@@ -135,10 +143,12 @@ def test_the_end_of_the_keys_finishes(record) -> None:
         ("short@0.8+1.0", "1 joints came, but the model has 2"),
     ],
 )
-def test_every_misbehaviour_is_refused_with_its_reason(record, fault: str, told: str) -> None:
-    """A key is pressed again and again, from before the fault until after it, in real time."""
+def test_every_misbehaviour_is_refused_with_its_reason(
+    record, virtual_time: VirtualTime, fault: str, told: str
+) -> None:
+    """A key is pressed again and again, from before the fault until after it."""
     source = arm(fault, places=[(0.1, 0.2)], speed=1.0)
-    outcome, seen = record(source, "wait=2.6 q", keyboard=Presser())
+    outcome, seen = record(source, "wait=2.6 q", keyboard=Presser(virtual_time))
     reasons = [text for text in seen.alarms if text.startswith("refused")]
     assert any(told in reason for reason in reasons), reasons
     for sample in outcome.session.samples:
@@ -152,15 +162,9 @@ def test_every_misbehaviour_is_refused_with_its_reason(record, fault: str, told:
 class Presser:
     """A keyboard on which someone takes every capture back and makes it again, all the time."""
 
-    def __init__(self) -> None:
+    def __init__(self, time: VirtualTime) -> None:
         self._reader, self._writer = os.pipe()
-        self._stop = threading.Event()
-        threading.Thread(target=self._press, daemon=True).start()
-
-    def _press(self) -> None:
-        for _ in range(200):
-            time.sleep(0.03)
-            os.write(self._writer, b"ua")
+        time.peers.append(Every(time, 0.03, lambda: os.write(self._writer, b"ua")))
 
     def __enter__(self) -> "Presser":
         return self
@@ -273,15 +277,18 @@ def test_no_view_counts_what_is_not_on_the_disk(record, tmp_path: Path) -> None:
     assert len(outcome.session.samples) == 4 and len(seen.views) >= 2
 
 
-def test_more_states_than_can_be_looked_at_stop_neither_keys_nor_screen(record) -> None:
+def test_more_states_than_can_be_looked_at_stop_neither_keys_nor_screen(
+    record_in_real_time,
+) -> None:
+    """In real time: a thread reads as fast as it can."""
     source = arm(speed=10_000.0)  # two million states a second
-    outcome, seen = record(source, "a*5 !s !0 q")
+    outcome, seen = record_in_real_time(source, "a*5 !s !0 q")
     assert len(outcome.session.live) == 5
     begun = time.monotonic()
     source = arm(places=[PLACES[0]], speed=10_000.0)
     timer = threading.Timer(1.0, lambda: signal.raise_signal(signal.SIGTERM))
     timer.start()
-    outcome, seen = record(source, "wait=1000000000")
+    outcome, seen = record_in_real_time(source, "wait=1000000000")
     assert outcome.signal == signal.SIGTERM and time.monotonic() - begun < 10
     assert len(seen.views) > 3
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mukca.recorder.convert import hole_files, sample_files
 from mukca.recorder.dataset import Placement, RecordingError, find_placements, read_placement
 from mukca.recorder.recording import Metadata, Recording
-from mukca.recorder.samples import Sample, read_samples
+from mukca.recorder.samples import Sample, header_line, read_samples
 
 METADATA = Metadata("arm", ("a", "b,c"), ("rad", "m"), 0.05, model_sha256="1f")
 exact = st.floats(allow_nan=False, allow_infinity=False)
@@ -79,6 +79,23 @@ def test_a_capture_is_synced_before_it_returns(
             recording.capture(sample(number))
             assert synced[-1] == (tmp_path / "samples.csv").stat().st_size
         assert len(synced) == 2
+
+
+def test_a_new_file_is_synced_with_its_header_before_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: list[tuple[Path, int]] = []
+    true_sync = os.fsync
+
+    def sync(descriptor: int) -> None:
+        true_sync(descriptor)
+        path = Path(f"/proc/self/fd/{descriptor}").readlink()
+        synced.append((path, os.fstat(descriptor).st_size if path.is_file() else 0))
+
+    monkeypatch.setattr(os, "fsync", sync)
+    Recording(tmp_path, METADATA).close()
+    header = (tmp_path / "samples.csv", len(header_line(METADATA.joints)))
+    assert header in synced[: synced.index((tmp_path, 0))]
 
 
 def test_a_new_folder_and_its_parents_are_synced(

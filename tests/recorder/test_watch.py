@@ -11,6 +11,7 @@ import pytest
 from mukca.drivers import JointState
 from mukca.drivers.mock import Fault, SimulatedArm
 from mukca.drivers.motion import Motion
+from mukca.recorder.rest import Window
 from mukca.recorder.session import JointLimits
 from mukca.recorder.watch import Watch
 
@@ -79,6 +80,27 @@ def test_every_rest_is_still_and_no_move_is(rate: float, noise: float) -> None:
             assert "still moving" in str(watch.trouble(state.stamp)), state.stamp
         if watch.settled:
             assert within < 1.2 or state.stamp > 6
+
+
+@pytest.mark.parametrize("still", [2e-4, 5e-4, 2e-3])
+@pytest.mark.parametrize(("share", "at_rest"), [(0.9, True), (1.2, False)])
+def test_the_threshold_of_stillness_is_the_one_asked_for(
+    still: float, share: float, at_rest: bool
+) -> None:
+    """A joint that drifts evenly by D over the window has a standard deviation of D / sqrt(12)."""
+    window = Window(JOINTS, length=0.3, still=still)
+    speed = share * still * math.sqrt(12) / 0.3
+    for stamp in np.linspace(0.0, 0.5, 501):
+        window.add(JointState(float(stamp), (0.1, 0.2 + speed * float(stamp), 0.3), None))
+    assert (window.rest is not None) == at_rest
+    assert at_rest or window.moving.startswith("still moving: b by")
+
+
+def test_a_watch_takes_half_a_milliradian_for_still() -> None:
+    """By default, as docs and the command line say."""
+    for noise, told in ((4e-4, None), (7e-4, "still moving")):
+        trouble = fed(arm(noise=noise), 0.5).trouble(0.5)
+        assert trouble is None if told is None else told in str(trouble)
 
 
 def test_a_settled_average_holds_nothing_of_the_move_before() -> None:

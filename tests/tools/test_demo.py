@@ -13,15 +13,6 @@ from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
 
 
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("demo") / "demo"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("mukca.tools.commands.demo.SPEED", 40)  # nothing but the time depends on it
-        assert main(["demo", "--out", str(out)]) == 0
-    return out
-
-
 def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo: Path) -> None:
     summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]
     assert 7e-3 < summary["test"]["nominal"]["mean_absolute_error"] < 9e-3

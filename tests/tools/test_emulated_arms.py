@@ -1,4 +1,4 @@
-"""From a controller's bytes to a calibrated arm: record each emulator in a terminal, then solve."""
+"""From a controller's bytes to a calibrated arm: record each emulator, then solve."""
 
 import json
 import math
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from emulation import emulated
+from emulation import emulated, emulated_program
 from terminal_session import MUKCA, TerminalSession
 
 from mukca.recorder.convert import write_holes
@@ -22,10 +22,7 @@ STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
 NOISE = 2e-5  # rad, of the emulated encoders
 ROUNDING = {"piper": 1e-5}  # rad: thousandths of a degree
 RATES = {"kinova": 20}  # polled states in a window
-# How long the arm rests at a pose, and moves to the next [s]. Where the host gives the time, a busy
-# computer sees it uneven: such arms are led slowly.
-MOTION = (1.5, 0.7)
-MOTIONS = {"kinova": (2.0, 1.4), "piper": (2.0, 0.7)}
+MOTION = ("--hold", "1.5", "--move", "0.7", "--noise", str(NOISE))
 CANDIDATES = 150
 
 ARMS = [
@@ -68,17 +65,10 @@ def short_steps(placement: Placement) -> Iterator[Sample]:
 def test_the_truth_is_found(name, robot, version, placements, tmp_path, capsys):
     keys = tmp_path / "keys.txt"
     keys.write_text(f"a*{SAMPLES} s a*{SAMPLES} q")
-    hold, move = MOTIONS.get(name, MOTION)
-    motion = ["--recording", placements / "train", "--noise", NOISE]
-    motion += ["--hold", hold, "--move", move, "--wait"]
-    with emulated(name, tmp_path, "--version", version, *map(str, motion)) as emulation:
-        driver = ("--driver", f"{name}:{emulation.address}", "--window", "0.25")
-        command = [*MUKCA, "record", "--robot", robot, *driver]
-        out = ("--out", str(tmp_path / "recorded"), "--keys", str(keys))
-        with TerminalSession([*command, *out]) as terminal:
-            terminal.wait_for("1 of 30 captured")
-            emulation.release()
-            assert terminal.process.wait(150) == 0, terminal.text
+    recording = ("--recording", str(placements / "train"), *MOTION)
+    with emulated(name, tmp_path, "--version", version, *recording) as emulation:
+        assert main(words(robot, f"{name}:{emulation.address}", tmp_path)) == 0
+    capsys.readouterr()
 
     recorded = read_placement(tmp_path / "recorded")
     truth = read_placement(placements / "train")
@@ -88,6 +78,30 @@ def test_the_truth_is_found(name, robot, version, placements, tmp_path, capsys):
     best = solve(placements / "train", robot, placements / "test", capsys)
     assert found["calibrated"] < 0.4 * found["nominal"]
     assert found["calibrated"] < 1.3 * best["calibrated"] + 2e-5
+
+
+def words(robot, driver, folder):
+    """Return how to record by the folder's key script."""
+    options = ["--driver", driver, "--window", "0.25"]
+    files = ["--out", str(folder / "recorded"), "--keys", str(folder / "keys.txt")]
+    return ["record", "--robot", robot, *options, *files]
+
+
+def test_a_program_is_recorded_in_a_terminal(session, tmp_path):
+    """Two programs, in real time: the arm goes on only once the first sample is taken."""
+    (tmp_path / "keys.txt").write_text("a*2 q")
+    recording = ("--recording", str(session / "front"), *MOTION, "--wait")
+    with emulated_program("franka", tmp_path, *recording) as emulation:
+        command = [*MUKCA, *words("panda", f"franka:{emulation.address}", tmp_path)]
+        with TerminalSession(command) as terminal:
+            terminal.wait_for("1 of 30 captured")
+            emulation.release()
+            assert terminal.process.wait(150) == 0, terminal.text
+    recorded = read_placement(tmp_path / "recorded").positions
+    truth = read_placement(session / "front").positions
+    nearest = np.abs(recorded[:, None] - truth[None]).max(axis=2).argmin(axis=1)
+    assert nearest[0] == 0 and nearest[1] > 0
+    assert np.abs(recorded - truth[nearest]).max() < 5 * NOISE / np.sqrt(STATES)
 
 
 def solve(train, robot, test, capsys):

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from terminal_session import MUKCA, TerminalSession
+from virtual_time import VirtualTime
 
 from mukca.recorder.dataset import Placement, read_placement
 from mukca.recorder.samples import read_samples
@@ -50,8 +51,10 @@ class Done:
 
 
 @pytest.fixture
-def scripted(hand: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """Run a session by a key script, eight times as fast as a person."""
+def scripted(
+    hand: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], virtual_time: VirtualTime
+):
+    """Run a session by a key script, in virtual time."""
 
     def run(out: Path, keys: str, *more: str, hand: Path = hand) -> Done:
         script = tmp_path / "keys.txt"
@@ -237,8 +240,8 @@ def test_a_script_gives_the_same_file_every_time(tmp_path: Path, scripted) -> No
     assert_true(a.positions, configurations(40), 75)
 
 
-def test_a_script_that_waits_in_vain_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mukca.recorder.script.PATIENCE", 1.0)
+@pytest.mark.usefixtures("virtual_time")
+def test_a_script_that_waits_in_vain_fails(tmp_path: Path) -> None:
     hand, keys = tmp_path / "hand.csv", tmp_path / "keys.txt"
     hand.write_text(",".join(map(repr, PANDA_HOME)))
     keys.write_text("a a q")

@@ -1,28 +1,34 @@
 """`mukca stream` and `mukca emulate` as people and scripts use them."""
 
+import io
 import json
 import re
 import subprocess
-import time
 
+import pyte
 import pytest
-from emulation import emulated
+from emulation import emulated, emulated_program
 from terminal_session import MUKCA, TerminalSession
 
 from mukca.tools.cli import main
 from mukca.tools.meter import Meter
 
 
-def stream(*words, status=0):
-    done = subprocess.run([*MUKCA, "stream", *words], capture_output=True, text=True, timeout=60)
-    assert done.returncode == status, done.stderr
-    return done
+@pytest.fixture
+def stream(capsys):
+    """Run the command in this process, and so in virtual time; return what it writes."""
+
+    def run(*words):
+        assert main(["stream", *words]) == 0
+        return capsys.readouterr()
+
+    return run
 
 
-def test_json_is_one_object_a_state(tmp_path):
+def test_json_is_one_object_a_state(tmp_path, stream):
     with emulated("franka", tmp_path) as emulation:
         driver = ("--driver", f"franka:{emulation.address}")
-        lines = stream(*driver, "--json", "--count", "50").stdout.splitlines()
+        lines = stream(*driver, "--json", "--count", "50").out.splitlines()
         emulation.stop()
         sent = emulation.sent()
     states = [json.loads(line) for line in lines]
@@ -33,54 +39,90 @@ def test_json_is_one_object_a_state(tmp_path):
         assert state["status"] == "guiding"
 
 
-def test_a_pipe_gets_a_line_a_second_and_a_last_one(tmp_path):
+def test_a_pipe_gets_a_line_a_second_and_a_last_one(tmp_path, stream):
     with emulated("ur", tmp_path, "--noise", "0", "--hold", "99") as emulation:
-        done = stream("--driver", f"ur:{emulation.address}", "--seconds", "2.5")
+        out = stream("--driver", f"ur:{emulation.address}", "--seconds", "2.5").out
         emulation.stop()
         degrees = [57.29577951308232 * angle for angle in emulation.sent()[1]["position"]]
-    lines = done.stdout.splitlines()
+    lines = out.splitlines()
     assert len(lines) == 3
     for line in lines:
         assert [float(word) for word in line.split()[:6]] == pytest.approx(degrees, abs=1e-3)
         assert "Hz" in line and "missed 0" in line and "running, normal" in line
-    assert "\x1b" not in done.stdout
+    assert "\x1b" not in out
 
 
-def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path):
+class Glass(io.StringIO):
+    """Passes for a terminal, and keeps what it showed each time that something was drawn."""
+
+    def __init__(self, columns):
+        super().__init__()
+        self.screen = pyte.Screen(columns, 24)
+        self.stream = pyte.Stream(self.screen)
+        self.shown = []
+
+    def isatty(self):
+        return True
+
+    def write(self, text):
+        self.stream.feed(text.replace("\n", "\r\n"))
+        self.shown.append("\n".join(line.rstrip() for line in self.screen.display))
+        return len(text)
+
+
+@pytest.fixture
+def screens(monkeypatch):
+    """Run the command with a terminal that it believes in; return all that it showed."""
+
+    def run(*words, columns=80):
+        glass = Glass(columns)
+        monkeypatch.setattr("sys.stdout", glass)
+        for name, value in (("TERM", "xterm"), ("COLUMNS", str(columns)), ("LINES", "24")):
+            monkeypatch.setenv(name, value)
+        assert main(["stream", *words]) == 0
+        return glass.shown
+
+    return run
+
+
+def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path, screens):
     faults = ("--fault", "drop:0.1@0+2", "--fault", "hangup@3+1")
     with emulated("franka", tmp_path, *faults) as emulation:
-        command = [*MUKCA, "stream", "--driver", f"franka:{emulation.address}"]
-        with TerminalSession(command) as terminal:
-            terminal.wait_for("joint7", "deg", "N m", "Hz", "guiding")
-            terminal.wait_for("drops 1")
-            missed = re.search(r"missed (\d+)", terminal.text)
-            assert missed and int(missed[1]) > 50
-            end = time.monotonic() + 60
-            while "Hz" not in terminal.text or "closed" in terminal.text:
-                assert time.monotonic() < end, terminal.text
-                time.sleep(0.1)
-            terminal.press("\x03")
-            assert terminal.process.wait(30) == 130
+        shown = screens("--driver", f"franka:{emulation.address}", "--seconds", "8")
+    assert all(word in shown[20] for word in ("joint7", "deg", "N m", "Hz", "guiding"))
+    lost = next(number for number, screen in enumerate(shown) if "drops 1" in screen)
+    missed = re.search(r"missed (\d+)", shown[lost])
+    assert missed and int(missed[1]) > 50
+    assert any("closed" in screen for screen in shown[lost:])
+    assert "Hz" in shown[-1] and "closed" not in shown[-1]
 
 
 @pytest.mark.parametrize("columns", [80, 50])
-def test_the_screen_tells_all_of_a_trouble(tmp_path, columns):
+def test_the_screen_tells_all_of_a_trouble(tmp_path, columns, screens):
     """However long it is, and that no state comes any more."""
+    told = ("\n0 Hz", "no state", "Desk", "programming", "silent")
     with emulated("franka", tmp_path, "--fault", "silent@1") as emulation:
+        driver = ("--driver", f"franka:{emulation.address}")
+        shown = screens(*driver, "--seconds", "4", columns=columns)
+    assert any(all(word in screen for word in told) for screen in shown), shown[-1]
+
+
+def test_a_real_terminal_shows_the_screen_until_ctrl_c(tmp_path):
+    """Two programs, in real time."""
+    with emulated_program("franka", tmp_path) as emulation:
         command = [*MUKCA, "stream", "--driver", f"franka:{emulation.address}"]
-        with TerminalSession(command, columns=columns) as terminal:
-            terminal.wait_for("\n0 Hz", "no state", "Desk", "programming", "silent")
+        with TerminalSession(command) as terminal:
+            terminal.wait_for("joint7", "deg", "N m", "Hz", "guiding")
             terminal.press("\x03")
             assert terminal.process.wait(30) == 130
 
 
-def test_a_drop_is_told_on_standard_error(tmp_path):
+def test_a_drop_is_told_on_standard_error(tmp_path, stream):
     with emulated("ur", tmp_path, "--fault", "hangup@1+0.5") as emulation:
-        driver = ("--driver", f"ur:{emulation.address}")
-        done = stream(*driver, "--json", "--count", "900")
-    assert json.loads(done.stdout.splitlines()[-1])["drops"] == 1
-    assert "warning: the robot at" in done.stderr and "ended the connection" in done.stderr
-    assert "warning: states come again" in done.stderr
+        told = stream("--driver", f"ur:{emulation.address}", "--json", "--count", "900")
+    assert json.loads(told.out.splitlines()[-1])["drops"] == 1
+    assert "warning: the robot at" in told.err and "ended the connection" in told.err
+    assert "warning: states come again" in told.err
 
 
 @pytest.mark.parametrize(

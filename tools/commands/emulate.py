@@ -58,6 +58,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Emulate until interrupted or terminated."""
+    emulator = open_emulator(arguments)
+    if arguments.wait:
+        emulator.wait_for_line(sys.stdin.fileno())
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        _tell(arguments, emulator, terminal)
+        emulator.serve()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        emulator.close()
+        emulator.journal.close()
+    return 0
+
+
+def open_emulator(arguments: argparse.Namespace) -> Emulator:
+    """Return the emulator that was asked for, listening."""
     kind = _load(arguments.controller)
     version = arguments.version or kind.VERSIONS[0]
     if version not in kind.VERSIONS:
@@ -71,29 +88,12 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
                 f"no fault {fault.kind!r} at {arguments.controller}; "
                 f"there are: {', '.join(kind.FAULTS)}"
             )
-    journal = Journal(arguments.journal)
+    journal, sabotage = Journal(arguments.journal), Sabotage(faults, arguments.seed)
+    arm = _arm(arguments, kind, version)
     try:
-        emulator = kind(
-            arguments.address,
-            version,
-            _arm(arguments, kind, version),
-            Sabotage(faults, arguments.seed),
-            journal,
-        )
-        if arguments.wait:
-            emulator.wait_for_line(sys.stdin.fileno())
+        return kind(arguments.address, version, arm, sabotage, journal)
     except OSError as error:
         raise MukcaError(f"{arguments.controller}: cannot listen: {error}") from None
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        _tell(arguments, emulator, terminal)
-        emulator.serve()
-    except KeyboardInterrupt:
-        pass
-    finally:
-        emulator.close()
-        journal.close()
-    return 0
 
 
 def _load(name: str) -> type[Emulator]:

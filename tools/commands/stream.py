@@ -5,12 +5,11 @@ import logging
 import math
 import sys
 import textwrap
-import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from ... import MukcaError
-from ...drivers import DriverError, JointState, Reason
+from ...drivers import DriverError, JointState, Reason, clock
 from ...drivers.reconnect import Reconnecting
 from ...drivers.registry import open_driver
 from ..meter import Meter
@@ -73,10 +72,10 @@ class Monitor:
             raise MukcaError("--count and --seconds are positive")
         self._driver = driver
         self._left = math.inf if count is None else count
-        self._end = math.inf if seconds is None else time.monotonic() + seconds
+        self._end = math.inf if seconds is None else clock.now() + seconds
         self._meter = Meter()
         self._state: JointState | None = None
-        self._arrival = time.monotonic()
+        self._arrival = clock.now()
 
     def write_json(self, terminal: Terminal) -> None:
         """Write one JSON object a state."""
@@ -91,10 +90,10 @@ class Monitor:
 
     def write_lines(self, terminal: Terminal) -> None:
         """Write one line a second, where there is no terminal."""
-        due = time.monotonic() + LINE_SECONDS
+        due = clock.now() + LINE_SECONDS
         while not self._ended():
             self._read()
-            if time.monotonic() >= due:
+            if clock.now() >= due:
                 due += LINE_SECONDS
                 terminal.say(f"{self._angles()}  {'; '.join(self._figures())}")
         terminal.say(f"{self._angles()}  {'; '.join(self._figures())}")
@@ -107,28 +106,28 @@ class Monitor:
         with Live(console=terminal.console, auto_refresh=False, transient=False) as live:
             while not self._ended():
                 self._read()
-                if time.monotonic() >= due:
+                if clock.now() >= due:
                     live.update(self._view(terminal.console.width), refresh=True)
-                    due = time.monotonic() + SCREEN_SECONDS
+                    due = clock.now() + SCREEN_SECONDS
             live.update(self._view(terminal.console.width), refresh=True)
 
     def _read(self) -> JointState | None:
         """Read one state; None if none came soon."""
-        asked = time.monotonic()
+        asked = clock.now()
         try:
             state = self._driver.read(READ_SECONDS)
         except DriverError as error:
             if error.reason is not Reason.SILENT:
                 raise
             return None
-        self._arrival = time.monotonic()
+        self._arrival = clock.now()
         self._meter.add(self._arrival, waited=self._arrival - asked > WAITED_SECONDS)
         self._left -= 1
         self._state = state
         return state
 
     def _ended(self) -> bool:
-        return self._left <= 0 or time.monotonic() >= self._end
+        return self._left <= 0 or clock.now() >= self._end
 
     def _as_json(self, state: JointState) -> dict[str, Any]:
         return {
@@ -148,7 +147,7 @@ class Monitor:
     def _figures(self) -> list[str]:
         """Rate, gaps and losses; what the robot says of itself; why no state comes."""
         reading = self._meter.read()
-        age = time.monotonic() - self._arrival
+        age = clock.now() - self._arrival
         rate = reading.rate if age < 1 else 0.0
         figures = (
             f"{rate:.0f} Hz, every {1e3 * reading.interval:.2f} ms "

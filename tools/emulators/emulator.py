@@ -3,16 +3,14 @@
 import json
 import math
 import os
-import select
 import socket
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
 from ... import MukcaError
-from ...drivers import JointState
+from ...drivers import JointState, clock
 from ...drivers.mock import SimulatedArm
 from .sabotage import COMMON_KINDS, Packet, Sabotage
 
@@ -40,7 +38,7 @@ class Journal:
         """Note a state that went out."""
         if self._stream:
             told = {"position": state.position, "effort": state.effort}
-            self._write({"sent": number, "at": time.monotonic(), **told})
+            self._write({"sent": number, "at": clock.now(), **told})
 
     def close(self) -> None:
         """Write what is left."""
@@ -80,8 +78,11 @@ class Emulator(ABC):
         """Number of the last state."""
         self._released = 0.0
         """Until when the arm rests at its first pose [s]."""
-        self._watched: dict[int, Callable[[], None]] = {}
+        self.watched: dict[int, Callable[[], None]] = {}
+        """What is done when a file descriptor can be read."""
         self._begun = math.nan
+        self._streaming_since = math.nan
+        self._sent = 0
         self._frozen: JointState | None = None
         self.listen(address)
 
@@ -106,12 +107,12 @@ class Emulator(ABC):
     @property
     def moment(self) -> float:
         """The arm's time [s]: it stands at 0 until the first connection."""
-        return 0.0 if math.isnan(self._begun) else time.monotonic() - self._begun
+        return 0.0 if math.isnan(self._begun) else clock.now() - self._begun
 
     def begin(self) -> None:
         """Let the arm move, if it does not yet."""
         if math.isnan(self._begun):
-            self._begun = time.monotonic()
+            self._begun = clock.now()
 
     def close(self) -> None:  # noqa: B027 - most have nothing to do
         """Leave what does not close by itself at the end of the program."""
@@ -129,31 +130,40 @@ class Emulator(ABC):
 
     def watch(self, file: int, callback: Callable[[], None]) -> None:
         """Call back whenever a file descriptor can be read."""
-        self._watched[file] = callback
+        self.watched[file] = callback
 
     def unwatch(self, file: int) -> None:
         """Watch a file descriptor no longer."""
-        self._watched.pop(file, None)
+        self.watched.pop(file, None)
 
     def serve(self) -> None:
         """Run until interrupted."""
         while True:
-            while not self.streaming:
-                self._poll(IDLE_SECONDS)
-            start, count = time.monotonic(), 0
-            while self.streaming:
-                due = start + count / self.arm.rate
-                self._poll(max(0.0, due - time.monotonic()))
-                if time.monotonic() >= due and self.streaming:
-                    self._send_next(0.0 if math.isnan(self._begun) else max(0.0, due - self._begun))
-                    count += 1
+            pause = max(0.0, min(IDLE_SECONDS, self.due() - clock.now()))
+            self.heed(clock.wait(list(self.watched), pause))
+            self.send_due()
 
-    def _poll(self, wait: float) -> None:
-        """Call back for what came in, waiting for it no longer than told [s]."""
-        readable, _, _ = select.select(list(self._watched), [], [], wait)
+    def heed(self, readable: Sequence[int]) -> None:
+        """Call back for the file descriptors that can be read."""
         for file in reversed(readable):  # clients that leave come before clients that join
-            if file in self._watched:
-                self._watched[file]()
+            if file in self.watched:
+                self.watched[file]()
+
+    def due(self) -> float:
+        """Return when the next state leaves [s]; never while there is nobody to send to."""
+        if not self.streaming:
+            self._streaming_since = math.nan
+            return math.inf
+        if math.isnan(self._streaming_since):
+            self._streaming_since, self._sent = clock.now(), 0
+        return self._streaming_since + self._sent / self.arm.rate
+
+    def send_due(self) -> None:
+        """Send the next state, if it is time to."""
+        due = self.due()
+        if clock.now() >= due:
+            self._send_next(0.0 if math.isnan(self._begun) else max(0.0, due - self._begun))
+            self._sent += 1
 
     def _send_next(self, moment: float) -> None:
         state = self.next_state(moment)

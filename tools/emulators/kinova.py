@@ -68,9 +68,11 @@ class KinovaEmulator(Emulator):
         """Send nothing: these actuators only answer."""
 
     def close(self) -> None:
-        """Leave the bus."""
+        """Close the line, or leave the bus."""
         if self.version == "can":
             self._bus.shutdown()
+        else:
+            os.close(self._line)
 
     def _read_line(self) -> None:
         self._buffer += os.read(self._line, 4096)

@@ -48,13 +48,15 @@ def read_page() -> Callable[[Path], Page]:
 
 
 @pytest.fixture(scope="session")
-def calibrated(session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def calibrated(session: Path, shared: Callable[..., Path]) -> Path:
     """A folder with the calibration of the simulated session, trained on the front."""
-    out = tmp_path_factory.mktemp("report") / "calibrated"
     held_out = [str(session / "left"), str(session / "right")]
     words = [str(session / "front"), "--test", *held_out, "--robot", "panda", "--method", "paper"]
-    assert main(["solve", *words, "--out", str(out)]) == 0
-    return out
+
+    def make(out: Path) -> None:
+        assert main(["solve", *words, "--out", str(out)]) == 0
+
+    return shared("calibrated", make)
 
 
 @pytest.fixture

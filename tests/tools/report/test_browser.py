@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -65,47 +64,19 @@ def show(browser) -> Iterator[Any]:
     assert all(address.startswith(("file://", "data:")) for address in requests)
 
 
-@pytest.fixture(scope="session")
-def report(tmp_path_factory, worker_id, request) -> Callable[[str], Path]:
-    """Return the folder with the report of the demo, or of a real arm; made when first asked."""
-    base = tmp_path_factory.getbasetemp()
-    folder = base / "reports" if worker_id == "master" else base.parent / "reports"
-    folder.mkdir(exist_ok=True)
+@pytest.fixture
+def report(shared: Callable[..., Path], request: pytest.FixtureRequest) -> Callable[[str], Path]:
+    """Return the folder with the report of the demo, or of a real arm."""
 
     def report(name: str) -> Path:
-        data = None if name == "demo" else request.getfixturevalue("recordings") / name
-        once(folder / f"{name}.state", lambda: make(name, data, folder / name))
-        return folder / name / "calibrated"
+        if name == "demo":
+            return request.getfixturevalue("demo") / "calibrated"
+        data = request.getfixturevalue("recordings") / name
+        robot = ("--robot", str(data / "nominal.urdf"))
+        words = ["solve", str(data / ARMS[name]), "--test", str(data), *robot]
+        return shared(name, lambda out: main([*words, "--out", str(out)]))
 
     return report
-
-
-def make(name: str, data: Path | None, out: Path) -> int:
-    """Make the report of the demo, or of a real arm by its recordings."""
-    if data is None:
-        return main(["demo", "--out", str(out)])
-    words = [str(data / ARMS[name]), "--test", str(data), "--robot", str(data / "nominal.urdf")]
-    return main(["solve", *words, "--out", str(out / "calibrated")])
-
-
-def once(state: Path, work: Callable[[], int]) -> None:
-    """Do something in the first of the test processes that comes; the others wait for it."""
-    try:
-        state.touch(exist_ok=False)
-    except FileExistsError:
-        for _ in range(3000):
-            if said := state.read_text():
-                assert said == "done"
-                return
-            time.sleep(0.1)
-        pytest.fail(f"{state}: never done")
-    else:
-        try:
-            assert work() == 0
-            state.write_text("done")
-        finally:
-            if not state.read_text():
-                state.write_text("failed")
 
 
 @pytest.mark.parametrize("width", [400, 1400])
@@ -172,7 +143,7 @@ def test_the_arm_moves_with_the_slider(show, report) -> None:
     assert canvas.screenshot() != before
 
 
-def test_the_task_can_be_changed(show, report) -> None:
+def test_the_task_can_be_changed(show, report, tmp_path) -> None:
     """The page answers for another tolerance in the words in which the report would."""
     folder = report("demo")
     page = show(folder / "report.html")
@@ -185,7 +156,7 @@ def test_the_task_can_be_changed(show, report) -> None:
         i = figures["placements"].index(row)
         assert page.locator(f"td [data-answer='{i}']").inner_text() == answer
         assert f"{answer}" in page.locator("#use-text").inner_text()
-    again = folder.parent / "again"
+    again = tmp_path / "again"
     main(["report", str(folder / "calibration.json"), "--tolerance-mm", "0.2", "--out", str(again)])
     told = json.loads((again / "report.json").read_text())
     page.locator("[data-control=tolerance]").fill("0.2")
