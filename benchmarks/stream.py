@@ -131,8 +131,7 @@ class UrRtde(Driver):
 
 def receive(driver: Driver, seconds: float) -> float:
     """Receive the same bytes without decoding them; return the share of a core."""
-    socket = getattr(driver, "_udp", None)
-    socket = socket._socket if socket else driver._tcp
+    socket = (driver._udp if hasattr(driver, "_udp") else driver._tcp)._socket
     socket.settimeout(0.5)
     start, used = time.monotonic(), time.process_time()
     while time.monotonic() < start + seconds:

@@ -28,7 +28,7 @@ def test_what_is_no_package(stream):
 
 
 def test_the_request_for_outputs():
-    names = b"timestamp,actual_q,robot_mode,safety_mode,target_moment,"
+    names = b"timestamp,actual_q,robot_mode,safety_mode,target_moment"
     payload = setup_payload(500, "target_moment")
     assert payload == struct.pack(">d", 500.0) + names
     assert encode_package(ord("O"), payload)[:3] == struct.pack(">HB", 11 + len(names), ord("O"))
@@ -58,7 +58,7 @@ def test_efforts_are_none_unless_an_output_is_asked_for(tmp_path):
 
 
 def test_an_output_that_the_controller_has_not(tmp_path):
-    told = pytest.raises(DriverError, match="output actual_torque is NOT_FOUND")
+    told = pytest.raises(DriverError, match="no output called actual_torque")
     with emulated("ur", tmp_path) as emulation, told as caught:
         Ur(f"{emulation.address}?effort=actual_torque")
     assert caught.value.reason is Reason.PROTOCOL
