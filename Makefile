@@ -8,13 +8,16 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test lint install clean
+.PHONY: demo test test-fast lint install clean
 
 demo: $(VENV)/.product  ## set up what the product needs, and run the main job on a simulated arm
 	$(BIN)/mukca demo --out demo --force
 
 test: $(VENV)/.tests  ## set up, and run all tests
 	$(BIN)/pytest -n auto --dist worksteal $(ARGS)
+
+test-fast: $(VENV)/.tests  ## the tests to run while working: all but the slow ones
+	$(BIN)/pytest -n auto --dist worksteal -m "not slow" $(ARGS)
 
 lint: $(VENV)/.tests  ## ruff and pyright (strict)
 	$(BIN)/ruff check .

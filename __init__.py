@@ -1,14 +1,64 @@
 """mukca: calibrate a robot arm with a printed ball and socket base.
 
+What a notebook needs::
+
+    robot = mukca.load_robot("panda")
+    train = mukca.read_placements("recordings/front")
+    test = mukca.read_placements("recordings/left", "recordings/right")
+    calibration = mukca.calibrate(robot, train, test=test)
+    print(calibration)
+    calibration.save("calibrated")
+
 The package has four rooms, and data flows one way through them::
 
     drivers    robots        -> joint states
     recorder   joint states  -> recordings
     solver     recordings    -> calibrated robot
     tools      what people run: command line, report, printable parts, simulation
+
+Names are imported when they are first used, so that ``import mukca`` costs nothing.
 """
 
-__all__ = ["MukcaError"]
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .drivers.driver import Driver, JointState
+    from .drivers.registry import open_driver
+    from .recorder.dataset import Placement, read_placements
+    from .solver.robot.urdf import Robot, load_robot
+    from .tools.calibration.calibrate import calibrate
+    from .tools.calibration.calibration import Calibration, Errors, load_calibration
+
+__all__ = [
+    "Calibration",
+    "Driver",
+    "Errors",
+    "JointState",
+    "MukcaError",
+    "Placement",
+    "Robot",
+    "calibrate",
+    "load_calibration",
+    "load_robot",
+    "open_driver",
+    "read_placements",
+]
+
+_MODULES = {
+    "Calibration": ".tools.calibration.calibration",
+    "Driver": ".drivers.driver",
+    "Errors": ".tools.calibration.calibration",
+    "JointState": ".drivers.driver",
+    "Placement": ".recorder.dataset",
+    "Robot": ".solver.robot.urdf",
+    "calibrate": ".tools.calibration.calibrate",
+    "load_calibration": ".tools.calibration.calibration",
+    "load_robot": ".solver.robot.urdf",
+    "open_driver": ".drivers.registry",
+    "read_placements": ".recorder.dataset",
+}
+"""Where each public name is defined."""
 
 
 class MukcaError(Exception):
@@ -21,3 +71,13 @@ class MukcaError(Exception):
     """
 
     failed: bool = False
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_MODULES[name], __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

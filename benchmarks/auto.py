@@ -21,7 +21,7 @@ import numpy as np
 
 from mukca.recorder.dataset import Placement, find_placements, read_placement
 from mukca.solver.auto.posterior import Posterior
-from mukca.solver.auto.selection import calibrate_auto
+from mukca.solver.auto.selection import select_model
 from mukca.solver.data.measurements import Measurement, measure
 from mukca.solver.data.observations import KnownDistance, observe
 from mukca.solver.robot.kinematics import gravity_torques, workspace
@@ -48,21 +48,21 @@ def seconds(work: Callable[[], object], runs: int) -> float:
 def costs(robot: Robot, data: list[Measurement]) -> None:
     parameters = choose_parameters(robot)
     one = observe(data[:1], robot)
-    found = calibrate_auto(robot, parameters, one).full
+    found = select_model(robot, parameters, one).full
     model = found.model
 
     def evaluate() -> None:
         model.linearise(found.x, one.positions, one.torques)
 
     evaluation = seconds(evaluate, 30)
-    fit = seconds(lambda: calibrate_auto(robot, parameters, one), 5)
+    fit = seconds(lambda: select_model(robot, parameters, one), 5)
     print(
         f"auto, one placement ({data[0].name}): {fit:.2f} s = {fit / evaluation:.0f} evaluations "
         f"of {1e3 * evaluation:.2f} ms"
     )
     everything = observe(data, robot)
     begin = time.perf_counter()
-    calibrate_auto(robot, parameters, everything)
+    select_model(robot, parameters, everything)
     print(
         f"auto, {len(data)} placements, each left out in turn: {time.perf_counter() - begin:.1f} s"
     )
@@ -119,7 +119,7 @@ def scale(arms: int) -> None:
             data = observe(
                 [measure(p, robot) for p in placements], robot, known=also, deviation=OFF
             )
-            found = calibrate_auto(robot, parameters, data, stages=()).full
+            found = select_model(robot, parameters, data, stages=()).full
             errors[kind].append(distance_errors(found, truth, seed))
     baseline = 0.0
     for kind, parts in errors.items():

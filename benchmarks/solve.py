@@ -21,7 +21,7 @@ import numpy as np
 from mukca.recorder.convert import write_holes
 from mukca.recorder.dataset import Placement, Sample, read_placement
 from mukca.solver.data.measurements import measure
-from mukca.solver.paper.problem import Problem, build_problem, calibrate
+from mukca.solver.paper.problem import Problem, build_problem, solve
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.commands.demo import demo_arm, demo_bases
 from mukca.tools.simulate import record
@@ -39,17 +39,17 @@ def seconds(work: Callable[[], object], runs: int = 15) -> float:
 
 
 def optimizers(problem: Problem) -> None:
-    gauss_newton = seconds(lambda: calibrate(problem, "gauss-newton"))
-    ipopt = seconds(lambda: calibrate(problem, "ipopt"), runs=5)
+    gauss_newton = seconds(lambda: solve(problem, "gauss-newton"))
+    ipopt = seconds(lambda: solve(problem, "ipopt"), runs=5)
     print(f"gauss-newton {1e3 * gauss_newton:7.1f} ms")
     print(f"ipopt        {1e3 * ipopt:7.1f} ms   {ipopt / gauss_newton:.0f} x gauss-newton")
 
 
 def evaluations(problem: Problem) -> None:
-    fits = [seconds(lambda: calibrate(problem), runs=3) for _ in range(5)]
+    fits = [seconds(lambda: solve(problem), runs=3) for _ in range(5)]
     each = [seconds(lambda: problem.residuals(problem.start), runs=9) for _ in range(5)]
     fit, evaluation = statistics.median(fits), statistics.median(each)
-    steps = calibrate(problem).solution.iterations
+    steps = solve(problem).solution.iterations
     print(
         f"one fit of {steps} iterations costs {fit / evaluation:.1f} of its evaluations of "
         f"residuals and Jacobian ({1e3 * evaluation:.2f} ms each)"
@@ -84,7 +84,7 @@ def one_size(folder: Path, name: str, count: int) -> None:
     robot = load_robot(name)
     placement = many(read_placement(folder), count)
     problem = build_problem(robot, [measure(placement, robot)])
-    per_sample = seconds(lambda: calibrate(problem), runs=5 if count < 60_000 else 2) / count
+    per_sample = seconds(lambda: solve(problem), runs=5 if count < 60_000 else 2) / count
     print(per_sample, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 
 
@@ -97,8 +97,8 @@ def commands(folder: Path, name: str) -> None:
     print(f"import of numpy, casadi, yourdfpy {imports:.2f} s")
     for method in ("paper", "auto"):
         words = (mukca, "solve", str(folder), "--robot", name, "--method", method)
-        solve = seconds(command(*words), runs=7)
-        print(f"mukca solve --method {method:5s}, whole  {solve:.2f} s   {solve / imports:.2f} x")
+        whole = seconds(command(*words), runs=7)
+        print(f"mukca solve --method {method:5s}, whole  {whole:.2f} s   {whole / imports:.2f} x")
     nothing = seconds(command(sys.executable, "-c", "pass"), runs=11)
     help_ = seconds(command(mukca, "--help"), runs=11)
     print(f"python -c pass                    {1e3 * nothing:.0f} ms")

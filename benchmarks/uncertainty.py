@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mukca.solver.auto.selection import calibrate_auto
+from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import deviations, distance_deviations, prior_deviations
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.metrics import CALIPER_DEVIATION
@@ -43,7 +43,7 @@ def draw(seed: int) -> dict[str, list[float]]:
     placements = [record(arm, base, generator, noise=1e-4) for base in bases]
     measured = [measure(p, robot, stated) for p in placements]
     parameters = choose_parameters(robot)
-    found = calibrate_auto(robot, parameters, observe(measured[:2], robot)).full
+    found = select_model(robot, parameters, observe(measured[:2], robot)).full
     truth = arm.origins.ravel()[found.model.ball.free]
 
     q = workspace(robot, 80, seed)

@@ -3,17 +3,16 @@
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 # pyright: reportUnknownArgumentType=false
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .auto.selection import calibrate_auto
-from .calibrated import Calibration
+from .calibrated import CalibratedRobot
 from .data.measurements import Measurement
 from .data.metrics import Metrics, evaluate
-from .data.observations import Load, observe
-from .paper.problem import build_problem, calibrate
+from .data.observations import Load
+from .fit import fit_by_auto, fit_by_paper
 from .robot.parameters import Parameter
 from .robot.urdf import Robot
 
@@ -58,22 +57,18 @@ def run_job(plan: Plan, job: Job) -> list[Metrics]:
     Raises:
         NotConverged: The fit did not settle.
     """
-    predict = _fit(plan, job)
-    return [evaluate(predict(m), m) for m in plan.measurements]
+    robot = _fit(plan, job)
+    return [evaluate(robot.ball(m.positions, m.efforts), m) for m in plan.measurements]
 
 
-def _fit(plan: Plan, job: Job) -> Callable[[Measurement], np.ndarray]:
+def _fit(plan: Plan, job: Job) -> CalibratedRobot:
     train = [plan.measurements[i] for i in job.trained]
     if job.seed is not None:
         generator = np.random.default_rng(job.seed)
         train = [resampled(measured, generator) for measured in train]
     if plan.method == "paper":
-        problem = build_problem(plan.robot, train, parameters=plan.parameters)
-        calibration = Calibration(plan.robot, problem.parameters, calibrate(problem).x)
-        return lambda m: calibration.ball(m.positions)
-    data = observe(train, plan.robot, load=plan.load, tied=False)
-    found = calibrate_auto(plan.robot, plan.parameters, data).full
-    return lambda m: found.predict(m.positions, plan.load.torques(plan.robot, m))
+        return fit_by_paper(plan.robot, plan.parameters, train).calibrated
+    return fit_by_auto(plan.robot, plan.parameters, train, load=plan.load, tied=False).calibrated
 
 
 def resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:

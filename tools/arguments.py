@@ -1,15 +1,14 @@
 """Arguments that several verbs share: the robot, and the placements."""
 
 import argparse
-import math
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .. import MukcaError
+from .usage import UsageError
 
 if TYPE_CHECKING:
+    from ..recorder.dataset import Placement
     from ..solver.data.measurements import Measurement
     from ..solver.data.observations import Load
     from ..solver.robot.urdf import Robot
@@ -20,13 +19,10 @@ __all__ = [
     "add_robot",
     "load_of",
     "measure_all",
+    "placements_of",
     "robot_of",
     "split_test",
 ]
-
-
-class UsageError(MukcaError):
-    """Arguments that do not go together."""
 
 
 def add_robot(parser: argparse.ArgumentParser) -> None:
@@ -55,19 +51,17 @@ def robot_of(arguments: argparse.Namespace) -> "Robot":
     """Return the chain that the arguments of :func:`add_robot` name.
 
     Raises:
-        UsageError: One of --flange and --ball without the other.
-        ModelError: No such robot, link, or chain.
+        ModelError: No such robot, link, or chain, or one of --flange and --ball without the
+            other.
     """
     from ..solver.robot.urdf import load_robot
 
-    if (arguments.flange is None) != (arguments.ball is None):
-        raise UsageError("--flange LINK and --ball X Y Z go together: a link, and the ball on it")
     return load_robot(
         arguments.robot,
         base=arguments.base,
         tip=arguments.tip,
         flange=arguments.flange,
-        ball=None if arguments.ball is None else tuple(arguments.ball),
+        ball=arguments.ball,
     )
 
 
@@ -92,22 +86,16 @@ def load_of(arguments: argparse.Namespace) -> "Load":
     Raises:
         UsageError: A negative payload, or a gravity that is not about 9.8 m/s^2.
     """
-    from ..solver.data.observations import Load
+    from .calibration.settings import Settings
 
-    load = Load()
-    if arguments.payload is not None:
-        if not 0 <= arguments.payload < 1000:
-            raise UsageError(f"--payload {arguments.payload}: give kilograms, zero or more")
-        load = replace(load, payload=arguments.payload)
-    if arguments.gravity is not None:
-        strength = math.hypot(*arguments.gravity)
-        if not 9 < strength < 11:
-            raise UsageError(
-                f"--gravity: {strength:.3g} m/s^2; give its three components, for an arm that "
-                "hangs from the ceiling 0 0 9.81"
-            )
-        load = replace(load, gravity=tuple(arguments.gravity))
-    return load
+    return Settings(payload=arguments.payload, gravity=arguments.gravity).settled().load
+
+
+def placements_of(paths: Sequence[Path]) -> "list[Placement]":
+    """Read all placements that paths stand for."""
+    from ..recorder.dataset import find_placements, read_placement
+
+    return [read_placement(path) for path in find_placements(paths)]
 
 
 def measure_all(
@@ -118,13 +106,9 @@ def measure_all(
     Raises:
         MukcaError: A placement that cannot be read or used; the message names it.
     """
-    from ..recorder.dataset import find_placements, read_placement
     from ..solver.data.measurements import measure
 
-    return [
-        measure(read_placement(path), robot, distance, sockets=sockets)
-        for path in find_placements(paths)
-    ]
+    return [measure(p, robot, distance, sockets=sockets) for p in placements_of(paths)]
 
 
 def split_test(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], list[str]]:

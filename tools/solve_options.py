@@ -1,35 +1,11 @@
-"""The options of ``mukca solve``: what there is, for which method, and what goes together."""
+"""The options of ``mukca solve``: what there is, and for which method."""
 
 import argparse
 from pathlib import Path
-from typing import Any
 
-from .arguments import UsageError, add_load, add_robot
+from .arguments import add_load, add_robot
 
-__all__ = ["COMMON", "ONLY_AUTO", "ONLY_PAPER", "add_options", "settle"]
-
-COMMON = (
-    "base",
-    "tip",
-    "flange",
-    "ball",
-    "distance",
-    "free",
-    "fix",
-    "split_moved",
-    "accept_distorted",
-)
-"""Options of both methods that change the result."""
-ONLY_PAPER = {"optimizer": "gauss-newton", "regularization": 1e-4, "max_iterations": 200}
-"""Options of ``--method paper``, and their defaults."""
-ONLY_AUTO: dict[str, Any] = {
-    "known": [],
-    "distance_deviation": 3e-5,
-    "without": [],
-    "payload": None,
-    "gravity": None,
-}
-"""Options of ``--method auto``, and their defaults."""
+__all__ = ["add_options"]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -93,6 +69,7 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--without",
         nargs="+",
+        default=[],
         choices=("compliance", "transmission", "joint-noise"),
         help="what is not to be tried",
     )
@@ -108,25 +85,3 @@ def _add_paper(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--regularization", type=float, metavar="L", help="lambda (default: 1e-4)")
     group.add_argument("--max-iterations", type=int, metavar="N", help="(default: 200)")
-
-
-def settle(arguments: argparse.Namespace) -> None:
-    """Fill in defaults, and refuse options of the other method: they would do nothing.
-
-    Raises:
-        UsageError: Such an option, or a number that cannot be.
-    """
-    for method, options in (("paper", ONLY_PAPER), ("auto", ONLY_AUTO)):
-        for name, default in options.items():
-            given = getattr(arguments, name)
-            if given in (None, []):
-                setattr(arguments, name, default)
-            elif arguments.method != method:
-                raise UsageError(
-                    f"--{name.replace('_', '-')} belongs to --method {method}; this is "
-                    f"--method {arguments.method}"
-                )
-    if arguments.max_iterations < 1:
-        raise UsageError(f"--max-iterations {arguments.max_iterations}: at least 1 is needed")
-    if not 0 < arguments.distance_deviation < 1:
-        raise UsageError(f"--distance-deviation {arguments.distance_deviation}: give metres")

@@ -36,52 +36,52 @@ class Direction:
     """Posterior over prior deviation along it, 1 where the data say nothing."""
 
 
-def weak_directions(found: Posterior) -> list[Direction]:
+def weak_directions(posterior: Posterior) -> list[Direction]:
     """Return what the data leave to the prior, in words.
 
     First the directions that no ball can show, by the chain's structure; then the largest of
     what remains, by its two main parameters.
     """
-    model = found.model
+    model = posterior.model
     n = model.geometry
-    prior = np.linalg.cholesky(prior_covariance(found)[:n, :n])  # x = prior @ standard normal
+    prior = np.linalg.cholesky(prior_covariance(posterior)[:n, :n])  # x = prior @ standard normal
     whiten = np.linalg.inv(prior)
-    posterior = whiten @ found.covariance[:n, :n] @ whiten.T
+    whitened = whiten @ posterior.covariance[:n, :n] @ whiten.T
     named = [
         (text, whiten @ v / np.linalg.norm(whiten @ v))
-        for text, v in _structural(model.robot, found)
+        for text, v in _structural(model.robot, posterior)
     ]
     by_scale = prior.T @ model.by_scale()[:n]
     if by_scale.any():
         named.append((SCALE, by_scale / np.linalg.norm(by_scale)))
-    found_directions = [Direction(text, float(np.sqrt(u @ posterior @ u))) for text, u in named]
+    directions = [Direction(text, float(np.sqrt(u @ whitened @ u))) for text, u in named]
     basis = np.linalg.qr(np.array([u for _, u in named]).T)[0] if named else np.zeros((n, 0))
     rest = np.eye(n) - basis @ basis.T
-    values, vectors = np.linalg.eigh(rest @ posterior @ rest)
+    values, vectors = np.linalg.eigh(rest @ whitened @ rest)
     names = model.names
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         if value < UNDECIDED**2:
             break
         main = np.argsort(-np.abs(prior @ vector) / np.linalg.norm(prior, axis=1))[:2]
         text = " against ".join(names[i] for i in main)
-        found_directions.append(Direction(f"mainly {text}", float(np.sqrt(value))))
+        directions.append(Direction(f"mainly {text}", float(np.sqrt(value))))
     merged: dict[str, Direction] = {}
-    for direction in found_directions:
+    for direction in directions:
         if direction.deviation > UNDECIDED:
             merged.setdefault(direction.text, direction)
     return list(merged.values())
 
 
-def _structural(robot: Robot, found: Posterior) -> list[tuple[str, Vector]]:
+def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, Vector]]:
     """Return changes of the free geometry that no ball can show, with their names.
 
     The base frame may move as a whole; the ball may turn in place; and each joint may slide along
     its axis or turn about it, if the next free joint undoes that.
     """
-    model = found.model
+    model = posterior.model
     place = {p.index: i for i, p in enumerate(model.parameters)}
     free = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
-    origins = model.ball.origins(found.values)
+    origins = model.ball.origins(posterior.values)
     named: list[tuple[str, Vector]] = []
 
     def add(text: str, changes: dict[int, Vector]) -> None:

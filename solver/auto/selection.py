@@ -21,7 +21,7 @@ from .estimation import estimate
 from .extended_model import extend
 from .posterior import Posterior
 
-__all__ = ["STAGES", "AutoFit", "calibrate_auto", "held_out_error"]
+__all__ = ["STAGES", "Selection", "held_out_error", "select_model"]
 
 Vector = NDArray[np.float64]
 STAGES: dict[str, tuple[str, ...]] = {"compliance": (COMPLIANCE,), "transmission": TRANSMISSION}
@@ -32,7 +32,7 @@ ENOUGH_PLACEMENTS = 3
 
 
 @dataclass(frozen=True)
-class AutoFit:
+class Selection:
     """What was found."""
 
     geometric: Posterior
@@ -43,7 +43,7 @@ class AutoFit:
     """One line for each extension: what became of it, and why."""
 
 
-def calibrate_auto(
+def select_model(
     robot: Robot,
     parameters: Sequence[Parameter],
     data: Observations,
@@ -51,7 +51,7 @@ def calibrate_auto(
     stages: Sequence[str] = tuple(STAGES),
     joint_noise: bool = True,
     progress: Callable[[str], None] = lambda _: None,
-) -> AutoFit:
+) -> Selection:
     """Calibrate, extension by extension.
 
     Args:
@@ -96,7 +96,7 @@ def calibrate_auto(
         else:
             notes.append(f"{stage}: kept (log evidence {gain:+.1f})")
         best = candidate
-    return AutoFit(geometric, best, tuple(notes))
+    return Selection(geometric, best, tuple(notes))
 
 
 def _active(found: Posterior) -> tuple[str, ...]:

@@ -19,6 +19,8 @@ __all__ = [
     "distance_deviations",
     "observability_index",
     "predicted_deviation",
+    "prior_deviations",
+    "workspace_deviation",
 ]
 
 Vector = NDArray[np.float64]
@@ -27,32 +29,32 @@ UNDECIDED = 0.5
 STRONG = 0.9
 
 
-def deviations(found: Posterior) -> Vector:
+def deviations(posterior: Posterior) -> Vector:
     """Return the posterior standard deviation of every unknown before the centres."""
-    return np.sqrt(np.diag(found.covariance)[: found.model.size])
+    return np.sqrt(np.diag(posterior.covariance)[: posterior.model.size])
 
 
-def prior_covariance(found: Posterior) -> Vector:
+def prior_covariance(posterior: Posterior) -> Vector:
     """Return the prior covariance of all unknowns before the centres."""
-    covariance = np.zeros((found.model.size,) * 2)
-    for group in found.groups:
+    covariance = np.zeros((posterior.model.size,) * 2)
+    for group in posterior.groups:
         covariance[np.ix_(group.members, group.members)] = group.covariance(group.deviation)
     return covariance
 
 
-def prior_deviations(found: Posterior) -> Vector:
+def prior_deviations(posterior: Posterior) -> Vector:
     """Return the prior standard deviation of every unknown before the centres."""
-    return np.sqrt(np.diag(prior_covariance(found)))
+    return np.sqrt(np.diag(prior_covariance(posterior)))
 
 
-def correlations(found: Posterior) -> list[tuple[str, str, float]]:
+def correlations(posterior: Posterior) -> list[tuple[str, str, float]]:
     """Return pairs of unknowns that the data decide only together: correlation beyond 0.9."""
-    size = found.model.size
-    deviation = deviations(found)
-    known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior_deviations(found)))
-    covariance = found.covariance[:size, :size][np.ix_(known, known)]
+    size = posterior.model.size
+    deviation = deviations(posterior)
+    known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior_deviations(posterior)))
+    covariance = posterior.covariance[:size, :size][np.ix_(known, known)]
     matrix = covariance / np.outer(deviation[known], deviation[known])
-    names = found.model.names
+    names = posterior.model.names
     rows, columns = np.nonzero(np.triu(np.abs(matrix) > STRONG, k=1))
     pairs = [
         (names[known[i]], names[known[j]], float(matrix[i, j]))
@@ -61,15 +63,15 @@ def correlations(found: Posterior) -> list[tuple[str, str, float]]:
     return sorted(pairs, key=lambda pair: -abs(pair[2]))
 
 
-def observability_index(found: Posterior) -> float:
+def observability_index(posterior: Posterior) -> float:
     """Return O1 of Borm and Menq (1991): (s_1 ... s_L)^(1/L) / sqrt(N).
 
     The s are the singular values of the ball positions' derivatives by the geometry, each number
     in units of its prior's width, as far as the configurations excite it (s > 1e-6 s_1).
     """
-    model, data = found.model, found.data
-    _, jacobian, _ = model.linearise(found.x, data.positions, data.torques)
-    scaled = jacobian[:, :, : model.geometry] * prior_deviations(found)[: model.geometry]
+    model, data = posterior.model, posterior.data
+    _, jacobian, _ = model.linearise(posterior.x, data.positions, data.torques)
+    scaled = jacobian[:, :, : model.geometry] * prior_deviations(posterior)[: model.geometry]
     centred = np.concatenate(
         [rows - rows.mean(axis=0) for k in range(data.socket_count)
          for rows in [scaled[data.sockets == k]]]
@@ -79,49 +81,49 @@ def observability_index(found: Posterior) -> float:
     return float(np.exp(np.mean(np.log(values))) / np.sqrt(len(data.positions)))
 
 
-def distance_deviations(found: Posterior, q: Vector, torque: Vector) -> Vector:
+def distance_deviations(posterior: Posterior, q: Vector, torque: Vector) -> Vector:
     """Return the predicted 1-sigma error of the distances between successive ball positions.
 
     Args:
-        found: The calibration.
+        posterior: The calibration.
         q: Joint positions, shape (2 N, m); rows 0 and 1, 2 and 3, ... are pairs.
         torque: Their joint torques.
 
     Returns:
         Shape (N,) [m].
     """
-    points, jacobian, _ = found.model.linearise(found.x, q, torque)
+    points, jacobian, _ = posterior.model.linearise(posterior.x, q, torque)
     offset = points[1::2] - points[::2]
     direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-12)
     slopes = np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
-    size = found.model.size
-    return np.sqrt(np.einsum("ni,ij,nj->n", slopes, found.covariance[:size, :size], slopes))
+    size = posterior.model.size
+    return np.sqrt(np.einsum("ni,ij,nj->n", slopes, posterior.covariance[:size, :size], slopes))
 
 
-def predicted_deviation(found: Posterior, by_socket: Sequence[tuple[Vector, Vector]]) -> float:
+def predicted_deviation(posterior: Posterior, by_socket: Sequence[tuple[Vector, Vector]]) -> float:
     """Return the predicted rms distance of samples from their socket's mean, noise included [m].
 
     Args:
-        found: The calibration.
+        posterior: The calibration.
         by_socket: Joint positions and torques of the samples in each socket.
     """
-    size = found.model.size
-    covariance = found.covariance[:size, :size]
+    size = posterior.model.size
+    covariance = posterior.covariance[:size, :size]
     total, count = 0.0, 0
     for q, torque in by_socket:
-        _, jacobian, by_joints = found.model.linearise(found.x, q, torque)
+        _, jacobian, by_joints = posterior.model.linearise(posterior.x, q, torque)
         centred = jacobian - jacobian.mean(axis=0)
         total += float(np.einsum("nij,jk,nik->", centred, covariance, centred))
-        noise = np.trace(found.noise.scales(by_joints), axis1=1, axis2=2).sum() / INFORMATION
+        noise = np.trace(posterior.noise.scales(by_joints), axis1=1, axis2=2).sum() / INFORMATION
         total += float(noise) * (1 - 1 / len(q))
         count += len(q)
     return (total / count) ** 0.5
 
 
-def workspace_deviation(found: Posterior, load: Load, pairs: int = 200) -> dict[str, float]:
+def workspace_deviation(posterior: Posterior, load: Load, pairs: int = 200) -> tuple[float, float]:
     """Return median and worst predicted error of distances between random poses [m]."""
-    robot = found.model.robot
+    robot = posterior.model.robot
     q = workspace(robot, 2 * pairs)
     torque = gravity_torques(robot, q, load.gravity, load.payload)
-    deviation = distance_deviations(found, q, torque)
-    return {"median": float(np.median(deviation)), "worst": float(deviation.max())}
+    deviation = distance_deviations(posterior, q, torque)
+    return float(np.median(deviation)), float(deviation.max())

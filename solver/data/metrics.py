@@ -13,6 +13,7 @@ __all__ = [
     "Metrics",
     "cost_terms",
     "evaluate",
+    "found_deviation",
     "is_distorted",
     "mean_metrics",
     "socket_centres",
@@ -88,6 +89,11 @@ def cost_terms(points: NDArray[np.float64], measured: Measurement) -> tuple[floa
         for rows, centre in zip(measured.slices, centres, strict=True)
     )
     return squares / len(points), (_distance_error(centres, measured) or 0.0) ** 2
+
+
+def found_deviation(points: NDArray[np.float64], measured: Measurement) -> float:
+    """Return the root mean square distance of samples from their socket's mean [m]."""
+    return cost_terms(points, measured)[0] ** 0.5
 
 
 def is_distorted(metrics: Metrics, measured: Measurement) -> bool:

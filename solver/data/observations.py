@@ -61,6 +61,11 @@ class KnownDistance:
     deviation: float = CALIPER_DEVIATION
     """Its standard deviation [m]."""
 
+    def __str__(self) -> str:
+        """Return the words that :func:`parse_known` reads."""
+        (a, i), (b, j) = self.first, self.second
+        return f"{a}:{i}-{b}:{j}={self.distance!r}+-{self.deviation!r}"
+
 
 @dataclass(frozen=True)
 class Known:

@@ -4,7 +4,6 @@
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 # pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +20,15 @@ from ..robot.urdf import Robot
 from . import costs
 from .optimizers import MAX_ITERATIONS, Solution, gauss_newton, ipopt
 
-__all__ = ["OPTIMIZERS", "Fit", "Problem", "build_problem", "calibrate", "refit_ball"]
+__all__ = [
+    "OPTIMIZERS",
+    "REGULARIZATION",
+    "Problem",
+    "SettingError",
+    "ball_only",
+    "build_problem",
+    "solve",
+]
 
 Vector = NDArray[np.float64]
 OPTIMIZERS = ("gauss-newton", "ipopt")
@@ -106,22 +113,6 @@ def _placement_residuals(
     return [*parts, ((length - measured.distance).ravel(), (by_offset @ direction).T)]
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A solved problem."""
-
-    problem: Problem
-    optimizer: str
-    solution: Solution
-    seconds: float
-    """Time the optimizer took, functions built within it included."""
-
-    @property
-    def x(self) -> Vector:
-        """The calibrated parameters, shape (n,)."""
-        return self.solution.x
-
-
 def build_problem(
     robot: Robot,
     training: Sequence[Measurement],
@@ -149,30 +140,35 @@ def build_problem(
     return Problem(robot, chosen, model, tuple(training), regularization)
 
 
-def calibrate(
+def solve(
     problem: Problem, optimizer: str = "gauss-newton", max_iterations: int = MAX_ITERATIONS
-) -> Fit:
-    """Solve a problem from its nominal parameters.
+) -> Solution:
+    """Minimise Eq. (5) from the nominal parameters.
+
+    Args:
+        problem: What to minimise.
+        optimizer: One of :data:`OPTIMIZERS`; both reach the same minimum.
+        max_iterations: Steps allowed.
 
     Raises:
+        SettingError: There is no such optimizer.
         NotConverged: The optimizer gave up.
     """
-    begin = time.perf_counter()
+    if optimizer == "gauss-newton":
+        return gauss_newton(problem.residuals, problem.start, max_iterations=max_iterations)
     if optimizer == "ipopt":
-        solution = ipopt(problem.objective, problem.start, max_iterations=max_iterations)
-    else:
-        solution = gauss_newton(problem.residuals, problem.start, max_iterations=max_iterations)
-    return Fit(problem, optimizer, solution, time.perf_counter() - begin)
+        return ipopt(problem.objective, problem.start, max_iterations=max_iterations)
+    raise SettingError(f"optimizer {optimizer!r}: choose one of {', '.join(OPTIMIZERS)}")
 
 
-def refit_ball(problem: Problem) -> Fit:
-    """Solve for the ball's position alone: the fair baseline, free of the guessed ball offset."""
-    ball = choose_parameters(problem.robot, free=[f"{problem.robot.ball_joint.name}.xyz"])
-    return calibrate(
-        build_problem(
-            problem.robot,
-            problem.training,
-            parameters=ball,
-            regularization=problem.regularization,
-        )
+def ball_only(problem: Problem) -> Problem:
+    """Return the problem with nothing free but the ball's place on the flange.
+
+    Solved, it is the fair baseline: the nominal robot without the error of a guessed ball offset.
+    """
+    return build_problem(
+        problem.robot,
+        problem.training,
+        parameters=choose_parameters(problem.robot, free=[f"{problem.robot.ball_joint.name}.xyz"]),
+        regularization=problem.regularization,
     )

@@ -4,7 +4,8 @@ import hashlib
 import io
 import logging
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -60,7 +61,10 @@ class Body:
 
 @dataclass(frozen=True)
 class Robot:
-    """The joints from the base to the ball, in order, and the text they were read from."""
+    """A robot: its joints from the base to the ball, in order, and the text they were read from.
+
+    All lengths are metres and all angles radians.
+    """
 
     name: str
     """The robot's name."""
@@ -71,6 +75,14 @@ class Robot:
     tip: str
     joints: tuple[Joint, ...]
     bodies: tuple[Body, ...]
+    loaded_with: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """The arguments of :func:`load_robot` after the first, which make this robot again."""
+
+    def __repr__(self) -> str:
+        return (
+            f"<Robot {self.name!r}: {len(self.actuated)} joints, {self.base} -> {self.tip}, "
+            f"from {self.source}>"
+        )
 
     @cached_property
     def actuated(self) -> tuple[Joint, ...]:
@@ -105,39 +117,53 @@ def shipped_robots() -> dict[str, Path]:
 
 
 def load_robot(
-    robot: str,
+    robot: str | Path,
     *,
     base: str | None = None,
     tip: str = BALL_LINK,
     flange: str | None = None,
-    ball: tuple[float, float, float] | None = None,
+    ball: Sequence[float] | None = None,
 ) -> Robot:
-    """Read a robot's chain from base to ball.
+    """Read a robot: one that comes with the package, or a URDF file.
 
     Args:
-        robot: Name of a shipped robot, or path of a URDF file.
+        robot: Name of a shipped robot, such as ``panda``, or path of a URDF file.
         base: The base link; None for the model's root.
-        tip: The ball's link.
-        flange: For a model without a ball: the link that carries it.
-        ball: The ball's centre in the flange's frame [m].
+        tip: The link whose origin is the ball's centre.
+        flange: For a model without a ball: the link that carries it. A link called as ``tip``
+            says is then fixed to it.
+        ball: With ``flange``: the ball's centre in that link's frame, x y z [m].
 
     Raises:
-        ModelError: No such robot or link, or the file is not a URDF with such a chain.
+        ModelError: No such robot or link, the file is not a URDF with such a chain, or one of
+            ``flange`` and ``ball`` is there without the other.
     """
-    file = shipped_robots().get(robot, Path(robot))
+    if (flange is None) != (ball is None):
+        raise ModelError("--flange LINK and --ball X Y Z go together: a link, and the ball on it")
+    name = str(robot)
+    file = shipped_robots().get(name, Path(name))
     try:
         data = file.read_bytes()
     except OSError as error:
         shipped = ", ".join(shipped_robots())
         reason = error.strerror or "cannot be read"
         raise ModelError(
-            f"robot {robot!r}: {reason}; give the path of a URDF file, or one of: {shipped}"
+            f"robot {name!r}: {reason}; give the path of a URDF file, or one of: {shipped}"
         ) from None
     text = scan(data, str(file))
-    if flange is not None:
+    if flange is not None and ball is not None:
         _require_link(text, flange, str(file))
-        text = scan(add_ball(text, flange, ball or (0.0, 0.0, 0.0), tip), str(file))
-    return parse_robot(text, source=robot, base=base, tip=tip)
+        text = scan(add_ball(text, flange, _three_numbers(ball), tip), str(file))
+    loaded = parse_robot(text, source=name, base=base, tip=tip)
+    place = None if ball is None else list(ball)
+    return replace(loaded, loaded_with={"base": base, "tip": tip, "flange": flange, "ball": place})
+
+
+def _three_numbers(ball: Sequence[float]) -> tuple[float, float, float]:
+    numbers = tuple(map(float, ball))
+    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+        raise ModelError(f"ball {list(ball)}: give its centre as three finite numbers, x y z in m")
+    return numbers
 
 
 def parse_robot(

@@ -8,7 +8,7 @@ import pytest
 
 from mukca.recorder.dataset import Sample, read_placement
 from mukca.recorder.recording import Metadata, Recording
-from mukca.solver.calibrated import load_calibration
+from mukca.tools.calibration.calibration import load_calibration
 from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
 
@@ -21,7 +21,7 @@ def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo: Path) -> None:
 
 def test_the_calibrated_demo_arm_is_the_true_one(demo: Path) -> None:
     """Distances between far ball positions agree with the truth; the base frame itself cannot."""
-    calibration = load_calibration(demo / "calibrated/calibration.json")
+    calibration = load_calibration(demo / "calibrated/calibration.json").calibrated
     _, arm = demo_arm()
     truth = arm.origins.ravel()[[p.index for p in calibration.parameters]]
     ready = np.array([0, 0.6, 0, -1.9, 0, 2.4, 0])

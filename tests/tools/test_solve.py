@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.solver.calibrated import load_calibration
 from mukca.solver.robot.urdf import shipped_robots
+from mukca.tools.calibration.calibration import load_calibration
 from mukca.tools.cli import main
 
 

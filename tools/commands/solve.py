@@ -1,26 +1,17 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
 import argparse
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ...solver.robot.urdf import Robot
-from ..arguments import (
-    load_of,
-    measure_all,
-    robot_of,
-    split_test,
-)
-from ..files import refuse_existing, write_files
-from ..solve_options import COMMON, ONLY_AUTO, ONLY_PAPER, add_options, settle
+from ..arguments import placements_of, robot_of, split_test
+from ..files import refuse_existing
+from ..solve_options import add_options
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
-    from ...solver.data.measurements import Measurement
-    from ...solver.data.observations import KnownDistance
-    from ..outcome import Outcome
+    from ..calibration.calibration import Calibration
 
 EXAMPLE = """example:
   mukca solve recordings/front --test recordings --robot panda --out calibrated
@@ -37,226 +28,124 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
-    settle(arguments)
     if arguments.out is not None:
         refuse_existing(arguments.out, force=arguments.force)
-    robot = robot_of(arguments)
-    test_paths, left_out = split_test(arguments.train, arguments.test)
-    sockets = 1 if arguments.method == "auto" else 2
-    train = measure_all(arguments.train, robot, arguments.distance, sockets=sockets)
-    test = measure_all(test_paths, robot, arguments.distance, sockets=sockets)
-    train, looked, said = look_at(robot, train, test, arguments)
-    warnings = [*left_out, *(line for m in (*train, *test) for line in m.warnings)]
-    for line in [*warnings, *said]:
-        terminal.warn(line)
-    outcome = calibrate(robot, train, test, arguments, terminal)
-    result = outcome.result
-    result.update(looked, warnings=warnings)
-    show(terminal, result)
-    status = 0
-    if outcome.distorted and not arguments.accept_distorted:
-        terminal.warn(
-            f"refused: the calibrated model does not reproduce the sockets' distance at "
-            f"{', '.join(outcome.distorted)}; it has shrunk or bent to bring the samples together. "
-            "Check --distance, that sockets are not mixed up, and the data; --accept-distorted "
-            "exports it"
-        )
+    calibration = calibrated(arguments, terminal)
+    show(terminal, calibration)
+    status, outputs = 0, dict[str, str]()
+    if calibration.document.distorted and not arguments.accept_distorted:
+        terminal.warn(calibration.distortion)
         status = 1
     elif arguments.out is not None:
-        result["outputs"] = write(arguments.out, outcome, train, test)
-        report(arguments.out, terminal)
+        outputs = write(calibration, arguments, terminal)
     if arguments.json:
-        terminal.emit(result)
+        terminal.emit({**calibration.result.as_dict(), "outputs": outputs})
     if status == 0:
-        for line in last_words(result["outputs"]):
+        for line in last_words(outputs):
             terminal.say(line)
     return status
 
 
-def look_at(
-    robot: Robot,
-    train: "list[Measurement]",
-    test: "list[Measurement]",
-    arguments: argparse.Namespace,
-) -> "tuple[list[Measurement], dict[str, Any], list[str]]":
-    """Look at all placements; what is held out is looked at here and never by the fit.
+def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibration":
+    """Return the calibration that the arguments ask for, and say what to heed."""
+    from ..calibration.calibrate import calibrate
 
-    Returns:
-        The placements to train on, split where a base moved if asked for; ``checks`` and
-        ``next_placement`` of the result, where the data could be checked; a line for each
-        finding.
-    """
-    from ...solver.checks.changes import split_at
-    from ...solver.checks.inspection import inspect_all, next_placement
-    from ...solver.data.measurements import check_distinct
-    from ...solver.paper.optimizers import NotConverged
-    from ...solver.robot.parameters import choose_parameters
-
-    check_distinct([*train, *test])
-    load = load_of(arguments)
-    try:
-        seen = inspect_all(robot, choose_parameters(robot), [*train, *test], load)
-    except NotConverged as error:
-        if arguments.split_moved:
-            raise
-        return train, {}, [f"the data could not be checked: {error}"]
-    findings = [finding for one in seen for finding in one.findings]
-    if arguments.split_moved:
-        alone = inspect_all(robot, choose_parameters(robot), train, load) if test else seen
-        train = [split_at(one.measured, one.changes) for one in alone]
-    looked = {
-        "checks": [finding.as_dict() for finding in findings],
-        "next_placement": {"text": next_placement(robot, seen)},
-    }
-    return train, looked, list(map(str, findings))
-
-
-def calibrate(
-    robot: Robot,
-    train: "list[Measurement]",
-    test: "list[Measurement]",
-    arguments: argparse.Namespace,
-    terminal: Terminal,
-) -> "Outcome":
-    """Return the outcome of the method asked for."""
-    from ...solver.robot.parameters import choose_parameters
-    from ..outcome import AutoSettings, calibrate_by_auto, calibrate_by_paper, provenance
-
-    parameters = choose_parameters(robot, arguments.free, arguments.fix)
-    if arguments.method == "paper":
-        outcome = calibrate_by_paper(
+    robot = robot_of(arguments)
+    test, left_out = split_test(arguments.train, arguments.test)
+    train = placements_of(arguments.train)
+    with terminal.progress() as progress:
+        calibration = calibrate(
             robot,
-            parameters,
             train,
-            test,
+            test=placements_of(test),
+            method=arguments.method,
+            distance=arguments.distance,
+            free=arguments.free,
+            fix=arguments.fix,
+            split_moved=arguments.split_moved,
+            known=known_distances(arguments.known),
+            distance_deviation=arguments.distance_deviation,
+            without=arguments.without,
+            payload=arguments.payload,
+            gravity=arguments.gravity,
             optimizer=arguments.optimizer,
             regularization=arguments.regularization,
             max_iterations=arguments.max_iterations,
+            progress=progress,
         )
-    else:
-        settings = AutoSettings(
-            known_distances(arguments.known),
-            arguments.distance_deviation,
-            load_of(arguments),
-            tuple(arguments.without),
-        )
-        with terminal.progress() as progress:
-            outcome = calibrate_by_auto(robot, parameters, train, test, settings, progress)
-    names = (*COMMON, *(ONLY_PAPER if arguments.method == "paper" else ONLY_AUTO))
-    outcome.result.update(
-        robot=arguments.robot,
-        settings={name: getattr(arguments, name) for name in names},
-        provenance=provenance(robot, [*train, *test]),
-        outputs={},
-    )
-    return outcome
+    document = calibration.document
+    for line in [*left_out, *document.warnings, *map(str, document.checks or ())]:
+        terminal.warn(line)
+    return calibration
 
 
-def known_distances(words: Sequence[str]) -> "tuple[KnownDistance, ...]":
-    """Return known distances from words, each one distance or a file of them.
-
-    Raises:
-        KnownError: A distance that cannot be understood.
-    """
-    from ...solver.data.observations import parse_known
-
-    lines: list[str] = []
+def known_distances(words: Sequence[str]) -> list[str]:
+    """Return known distances, one a word; a word that is a file stands for its lines."""
+    distances: list[str] = []
     for word in words:
         file = Path(word)
         if file.is_file():
-            text = file.read_text(encoding="utf-8")
-            lines += [line for line in text.splitlines() if line.split("#")[0].strip()]
+            lines = (line.split("#")[0] for line in file.read_text(encoding="utf-8").splitlines())
+            distances += [line for line in lines if line.strip()]
         else:
-            lines.append(word)
-    return tuple(parse_known(line.split("#")[0]) for line in lines)
+            distances.append(word)
+    return distances
 
 
-def show(terminal: Terminal, result: dict[str, Any]) -> None:
+def show(terminal: Terminal, calibration: "Calibration") -> None:
     """Print the figures for people."""
-    from ..tables import metrics_table, parameters_table
+    from ..tables import parameters_table
 
-    terminal.console.print(metrics_table(result))
-    terminal.console.print(parameters_table(result["parameters"]))
-    for line in spoken(result):
+    terminal.console.print(calibration.errors.table())
+    terminal.console.print(parameters_table(calibration.result.as_dict()["parameters"]))
+    for line in spoken(calibration):
         terminal.say(line)
 
 
-def spoken(result: dict[str, Any]) -> list[str]:
+def spoken(calibration: "Calibration") -> list[str]:
     """Return what the tables do not say."""
+    result = calibration.document
     lines = [
-        f"{result['optimizer']}: {result['iterations']} iterations in "
-        f"{1e3 * result['solve_seconds']:.0f} ms."
+        f"{result.optimizer}: {result.iterations} iterations in "
+        f"{1e3 * result.solve_seconds:.0f} ms."
     ]
-    held_out = result["summary"]["test"]
-    summary = held_out or result["summary"]["train"]
-    if "ball_refitted" in summary:
-        error = 1e3 * summary["ball_refitted"]["mean_absolute_error"]
+    summary = result.summary.test or result.summary.train
+    if summary is not None and summary.ball_refitted is not None:
+        error = 1e3 * summary.ball_refitted.mean_absolute_error
         lines.append(
             f"With only the ball refitted, the nominal model stands at {error:.3f} mm MAE."
         )
-    lines += result.get("choices", [])
-    if "geometric" in summary:
-        full = 1e3 * summary["calibrated"]["mean_absolute_error"]
-        alone = 1e3 * summary["geometric"]["mean_absolute_error"]
+    lines += result.choices or ()
+    if summary is not None and summary.geometric is not None:
+        full = 1e3 * summary.calibrated.mean_absolute_error
+        alone = 1e3 * summary.geometric.mean_absolute_error
         lines.append(
             f"The full model, with joint deflections, stands at {full:.3f} mm; the exported URDF, "
             f"geometry alone, at {alone:.3f} mm."
         )
-    if "uncertainty" in result:
-        distance = result["uncertainty"]["distance_deviation"]
+    if result.uncertainty is not None:
+        distance = result.uncertainty.distance_deviation
         lines.append(
             f"Predicted error of distances in the workspace, 1 sigma: median "
-            f"{1e3 * distance['median']:.2f} mm, worst {1e3 * distance['worst']:.2f} mm."
+            f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm."
         )
-        lines += [f"Not seen: {text}." for text in result["uncertainty"]["cannot_see"]]
-    if held_out is None:
+        lines += [f"Not seen: {text}." for text in result.uncertainty.cannot_see]
+    if result.summary.test is None:
         lines.append("Not validated: no placement was held out. Add one by --test.")
     return lines
 
 
 def write(
-    folder: Path,
-    outcome: "Outcome",
-    train: "list[Measurement]",
-    test: "list[Measurement]",
+    calibration: "Calibration", arguments: argparse.Namespace, terminal: Terminal
 ) -> dict[str, str]:
-    """Write the calibrated URDF and calibration.json; return their paths."""
-    from ...solver.calibrated import FORMAT
-    from ...solver.result import samples
-
-    calibration = outcome.calibration
-    contents = {"calibrated.urdf": calibration.urdf(folder)}
-    outputs = {"urdf": str(folder / "calibrated.urdf")}
-    if calibration.exported is not None:
-        contents["compensated.urdf"] = calibration.urdf(folder, compensated=True)
-        outputs["compensated_urdf"] = str(folder / "compensated.urdf")
-    outputs["calibration"] = str(folder / "calibration.json")
-    outputs["report"] = str(folder / "report.html")
-    document = {
-        "format": FORMAT,
-        **calibration.as_dict(),
-        **outcome.result,
-        "data": [
-            *(samples(m, "train", outcome.weights.get(m.name)) for m in train),
-            *(samples(m, "test") for m in test),
-        ],
-        "outputs": outputs,
-    }
-    contents["calibration.json"] = json.dumps(document, indent=1, allow_nan=False).encode()
-    write_files(folder, contents)
-    return outputs
-
-
-def report(folder: Path, terminal: Terminal) -> None:
-    """Write the report of the calibration in a folder, and show its verdict."""
-    from ...solver.calibrated import load_document
-    from ..report.build import build_report
+    """Write the results, and show the verdict; return the paths."""
     from ..report.terminal import show_verdict
 
-    file = folder / "calibration.json"
-    made = build_report(load_document(file), str(file))
-    write_files(folder, made.files)
-    show_verdict(terminal.console, made.figures)
+    outputs = calibration.save(
+        arguments.out, force=arguments.force, accept_distorted=arguments.accept_distorted
+    )
+    show_verdict(terminal.console, calibration.report.figures)
+    return outputs
 
 
 def last_words(outputs: dict[str, str]) -> list[str]:

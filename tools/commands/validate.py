@@ -1,15 +1,10 @@
 """``mukca validate``: measure a calibration on other recordings."""
 
 import argparse
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from ..arguments import measure_all
 from ..terminal import Terminal
-
-if TYPE_CHECKING:
-    from ...solver.data.measurements import Measurement
 
 EXAMPLE = """example:
   mukca validate calibrated/calibration.json recordings/left recordings/right"""
@@ -31,35 +26,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
-    from ...solver.calibrated import calibration_of, load_document
-    from ...solver.result import figures, models_of
-    from ..tables import metrics_table
+    from ..calibration.calibration import load_calibration
 
-    document = load_document(arguments.calibration)
-    calibration = calibration_of(document, str(arguments.calibration))
+    calibration = load_calibration(arguments.calibration)
     data = measure_all(arguments.data, calibration.robot, arguments.distance, sockets=1)
     for line in (line for measured in data for line in measured.warnings):
         terminal.warn(line)
-    train = [m for m in data if _was_trained_on(m, document)]
-    test = [m for m in data if m not in train]
-    result: dict[str, Any] = {
-        **{key: document[key] for key in ("robot", "method", "optimizer", "iterations")},
-        **{key: document[key] for key in ("converged", "solve_seconds")},
-        **figures(models_of(calibration), train, test),
-        "outputs": {},
-    }
-    terminal.console.print(metrics_table(result))
-    if train:
+    errors = calibration.errors_of(data)
+    terminal.console.print(errors.table())
+    if errors.summary.train is not None:
         terminal.say("Placements with role `train` were fitted: their errors prove little.")
     if arguments.json:
-        terminal.emit(result)
+        document = calibration.result.as_dict()
+        kept = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
+        terminal.emit({**{key: document[key] for key in kept}, **errors.as_dict(), "outputs": {}})
     return 0
-
-
-def _was_trained_on(measured: "Measurement", document: Mapping[str, Any]) -> bool:
-    """Tell whether the calibration was fitted to these very samples, wherever they lie now."""
-    positions = [list(sample.position) for sample in measured.placement.samples]
-    return any(
-        row["role"] == "train" and [s["position"] for s in row["samples"]] == positions
-        for row in document["data"]
-    )

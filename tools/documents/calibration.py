@@ -7,12 +7,19 @@ the text of the nominal and of the calibrated URDF.
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...recorder.dataset import Placement, Sample
+from ...solver.auto.deflection import EXTENSIONS, Deflection, coefficient_names
 from ...solver.auto.directions import Direction
+from ...solver.calibrated import CalibratedRobot
 from ...solver.checks.inspection import Finding
 from ...solver.data.metrics import Metrics
 from ...solver.data.observations import Load
-from .files import Document, read
+from ...solver.robot.parameters import all_parameters
+from ...solver.robot.urdf import parse_robot
+from ...solver.robot.urdf_text import scan
+from .files import Document, DocumentError, read
 
 __all__ = [
     "FORMAT",
@@ -28,6 +35,7 @@ __all__ = [
     "Summaries",
     "Summary",
     "Uncertainty",
+    "calibrated_robot",
     "read_calibration",
 ]
 
@@ -278,3 +286,58 @@ def read_calibration(file: Path) -> CalibrationDocument:
         DocumentError: Missing, of another format, or damaged; the line names the key.
     """
     return read(file, CalibrationDocument, FORMAT)
+
+
+def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
+    """Return the robot that a calibration describes.
+
+    Args:
+        document: The calibration.
+        source: Its file, for messages.
+
+    Raises:
+        DocumentError: The document's parts do not fit each other; the line names the key.
+        UrdfError: The nominal model in it cannot be read.
+    """
+    model = document.model
+    robot = parse_robot(
+        scan(model.nominal_urdf.encode(), source),
+        source=model.source,
+        base=model.base,
+        tip=model.tip,
+    )
+    values = {value.name: value for value in document.parameters}
+    parameters = tuple(p for p in all_parameters(robot) if p.name in values)
+    if not len(parameters) == len(values) == len(document.parameters):
+        raise _misfit(source, "parameters", "not those of the joints of model.nominal_urdf")
+    for extension, coefficients in document.deflection.items():
+        if extension not in EXTENSIONS:
+            raise _misfit(source, f"deflection.{extension}", "no extension of this version")
+        expected = len(coefficient_names(extension, robot.joint_names))
+        if len(coefficients) != expected:
+            words = f"{len(coefficients)} coefficients, but the joints need {expected}"
+            raise _misfit(source, f"deflection.{extension}", words)
+    calibrated, exported = (
+        np.array([getattr(values[p.name], key) for p in parameters], dtype=float)
+        for key in ("calibrated", "exported")
+    )
+    deflection = Deflection(
+        tuple(document.deflection), tuple(map(np.array, document.deflection.values()))
+    )
+    return CalibratedRobot(
+        robot,
+        parameters,
+        calibrated,
+        deflection,
+        document.load,
+        exported if document.deflection else None,
+    )
+
+
+def misfit(source: str, key: str, words: str) -> DocumentError:
+    """Return the error for a part that does not fit the others."""
+    return DocumentError(f"{source}: damaged calibration.json: `{key}`: {words}")
+
+
+def _misfit(source: str, key: str, words: str) -> DocumentError:
+    return DocumentError(f"{source}: damaged calibration.json: {key}: {words}")

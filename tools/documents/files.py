@@ -6,7 +6,7 @@ keys can still be read. A value that is left at its default is not written.
 
 import json
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -21,6 +21,10 @@ class DocumentError(MukcaError):
 
 class Document(msgspec.Struct, frozen=True, omit_defaults=True):
     """Base of all values that stand in a file."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the value by name, as it stands in the file."""
+        return msgspec.to_builtins(self)
 
 
 class _Head(msgspec.Struct):

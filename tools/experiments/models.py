@@ -7,10 +7,10 @@ import numpy as np
 
 from ...recorder.dataset import Placement
 from ...solver.data.measurements import measure
+from ...solver.fit import fit_by_auto
 from ...solver.robot.parameters import choose_parameters
 from ...solver.robot.urdf import Robot
 from ...solver.robot.urdf_text import ModelError
-from ..outcome import AutoSettings, calibrate_by_auto
 from ..simulate import Base, record
 from .scene import urdf_of
 
@@ -39,8 +39,7 @@ def record_placements(arm: Robot, seed: int) -> list[Placement]:
 def calibrated_urdf(nominal: Robot, placements: Sequence[Placement]) -> bytes:
     """Return the URDF that ``mukca solve`` exports from these placements."""
     train = [measure(placement, nominal) for placement in placements]
-    found = calibrate_by_auto(nominal, choose_parameters(nominal), train, [], AutoSettings())
-    return found.calibration.urdf()
+    return fit_by_auto(nominal, choose_parameters(nominal), train).calibrated.urdf()
 
 
 def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:

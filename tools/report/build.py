@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from ...solver.calibrated import CalibrationError
+from ..documents.files import DocumentError as CalibrationError
 from .evidence import evidence_of
 from .figures import Options, report_figures
 from .page import page, plots_of
@@ -53,6 +53,9 @@ def build_report(document: Mapping[str, Any], source: str, options: Options = _D
 
 
 def _build(document: Mapping[str, Any], source: str, options: Options) -> Report:
+    import msgspec
+
+    document = msgspec.to_builtins(document)
     evidence = evidence_of(document, source)
     figures = report_figures(evidence, options, command_of(document))
     plots = plots_of(figures)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import MukcaError
-from ...solver.calibrated import Calibration, CalibrationError, calibration_of, load_document
+from ...solver.calibrated import Calibration, CalibrationError, calibrated_robot, load_document
 from ...solver.data.measurements import Measurement
 from ...solver.data.metrics import evaluate, mean_metrics, socket_centres
 from .evidence import measurements_of, predict
@@ -58,7 +58,7 @@ def contenders_of(files: Sequence[Path]) -> list[Contender]:
     found: list[Contender] = []
     for file, name in zip(files, names, strict=True):
         document = load_document(file)
-        found.append(Contender(name, document, calibration_of(document, str(file))))
+        found.append(Contender(name, document, calibrated_robot(document, str(file))))
     first = found[0].calibration.robot
     for file, other in zip(files, found, strict=True):
         joints = other.calibration.robot.joint_names

@@ -7,14 +7,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from ...recorder.dataset import Placement, Sample
-from ...solver.calibrated import Calibration, CalibrationError, calibration_of
+from ...solver.calibrated import CalibratedRobot as Calibration
 from ...solver.data.measurements import Measurement, measure
 from ...solver.data.metrics import evaluate, socket_centres
 from ...solver.robot.urdf import Robot
+from ..documents.calibration import CalibrationDocument, calibrated_robot
+from ..documents.files import DocumentError as CalibrationError
 
 __all__ = ["MODELS", "Evidence", "Seen", "evidence_of", "measurements_of", "predict", "short_where"]
 
@@ -96,7 +99,7 @@ def evidence_of(document: Mapping[str, Any], source: str) -> Evidence:
     Raises:
         CalibrationError: The document is damaged, or its figures do not follow from its samples.
     """
-    calibration = calibration_of(document, source)
+    calibration = calibrated_robot(msgspec.convert(document, CalibrationDocument), source)
     try:
         _refuse_infinite(document, source)
         measurements = measurements_of(document, calibration.robot)

@@ -5,7 +5,7 @@ from typing import Any
 
 from ... import MukcaError
 from ...solver.data.metrics import evaluate
-from ...solver.paper.problem import REGULARIZATION, Problem, build_problem, calibrate
+from ...solver.paper.problem import REGULARIZATION, Problem, build_problem, solve
 from ...solver.robot.parameters import Parameter, all_parameters
 from .evidence import Evidence, Seen
 
@@ -51,7 +51,7 @@ def _row(problem: Problem, trained_on: Seen) -> list[float] | None:
     if not trained_on.measured.has_distance:
         return None
     try:
-        x = calibrate(replace(problem, training=(trained_on.measured,))).x
+        x = solve(replace(problem, training=(trained_on.measured,))).x
     except MukcaError:
         return None
     return [

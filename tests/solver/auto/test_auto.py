@@ -9,7 +9,7 @@ from mukca.recorder.dataset import Placement
 from mukca.solver.auto.deflection import COMPLIANCE, Deflection
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.selection import calibrate_auto
+from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import deviations
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.metrics import evaluate
@@ -50,7 +50,7 @@ class Session:
 @pytest.mark.parametrize("name", ["panda", "gen3_lite"])
 def test_what_is_not_there_vanishes(name: str) -> None:
     session = Session(name, 1, 2, Imperfection(noise=1e-4))
-    fit = calibrate_auto(session.robot, session.parameters, session.observe(session.placements[:1]))
+    fit = select_model(session.robot, session.parameters, session.observe(session.placements[:1]))
     held_out = session.placements[1]
     assert session.error(fit.full, held_out) < 1.02 * session.error(fit.geometric, held_out)
     assert fit.full.model.extensions == ()
@@ -63,7 +63,7 @@ def test_what_is_not_there_vanishes(name: str) -> None:
 def test_compliance_is_found_within_its_intervals() -> None:
     how = Imperfection(noise=5e-5, deflection=Deflection((COMPLIANCE,), (COMPLIANCES,)))
     session = Session("panda", 2, 2, how)
-    fit = calibrate_auto(session.robot, session.parameters, session.observe(session.placements[:1]))
+    fit = select_model(session.robot, session.parameters, session.observe(session.placements[:1]))
     assert COMPLIANCE in fit.full.model.extensions
     n = fit.full.model.geometry
     found, deviation = fit.full.x[n : n + 7], deviations(fit.full)[n : n + 7]
@@ -81,7 +81,7 @@ def test_transmission_error_is_found() -> None:
     waves = tuple(generator.normal(0, 4e-4, 14) for _ in range(2))
     how = Imperfection(noise=5e-5, deflection=Deflection(("harmonic_1", "harmonic_2"), waves))
     session = Session("panda", 3, 3, how)
-    fit = calibrate_auto(session.robot, session.parameters, session.observe(session.placements[:2]))
+    fit = select_model(session.robot, session.parameters, session.observe(session.placements[:2]))
     assert "harmonic_2" in fit.full.model.extensions
     held_out = session.placements[2]
     assert session.error(fit.full, held_out) < 0.7 * session.error(fit.geometric, held_out)
@@ -108,8 +108,8 @@ def test_measured_effort_beats_gravity_torque_under_a_hand() -> None:
         replace(p, samples=tuple(replace(s, effort=None) for s in p.samples))
         for p in session.placements
     ]
-    by_effort = calibrate_auto(session.robot, session.parameters, session.observe([train])).full
-    by_gravity = calibrate_auto(session.robot, session.parameters, session.observe([bare[0]])).full
+    by_effort = select_model(session.robot, session.parameters, session.observe([train])).full
+    by_gravity = select_model(session.robot, session.parameters, session.observe([bare[0]])).full
     assert session.error(by_effort, held_out) < 0.7 * session.error(by_gravity, bare[1])
 
 
@@ -119,10 +119,10 @@ def test_gross_outliers_hardly_count(name: str) -> None:
     generator = np.random.default_rng(9)
     spoilt = [_with_outliers(session, p, generator) for p in session.placements[:2]]
     held_out = session.placements[2]
-    clean = calibrate_auto(
+    clean = select_model(
         session.robot, session.parameters, session.observe(session.placements[:2])
     ).full
-    robust = calibrate_auto(session.robot, session.parameters, session.observe(spoilt)).full
+    robust = select_model(session.robot, session.parameters, session.observe(spoilt)).full
     assert session.error(robust, held_out) < 1.15 * session.error(clean, held_out)
     assert np.sort(robust.weights)[:10].max() < 0.06
 
@@ -139,7 +139,7 @@ def _with_outliers(session: Session, placement: Placement, generator) -> Placeme
 
 def test_leaving_one_out_drops_what_does_not_help() -> None:
     session = Session("ur5e", 7, 3, Imperfection(noise=1e-4))
-    fit = calibrate_auto(session.robot, session.parameters, session.observe(session.placements))
+    fit = select_model(session.robot, session.parameters, session.observe(session.placements))
     assert [note.split(":")[0] for note in fit.notes] == ["compliance", "transmission"]
     assert fit.full.model.extensions == ()
 
@@ -160,6 +160,6 @@ def test_stages_can_be_switched_off() -> None:
     how = Imperfection(noise=5e-5, deflection=Deflection((COMPLIANCE,), (COMPLIANCES,)))
     session = Session("panda", 2, 1, how)
     data = session.observe(session.placements)
-    fit = calibrate_auto(session.robot, session.parameters, data, stages=(), joint_noise=False)
+    fit = select_model(session.robot, session.parameters, data, stages=(), joint_noise=False)
     assert fit.notes == () and fit.full.model.extensions == ()
     assert fit.full.noise.joint == 0

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import read_placement
-from mukca.solver.calibrated import Calibration
+from mukca.solver.calibrated import CalibratedRobot
 from mukca.solver.data.measurements import MeasurementError, check_distinct, measure
 from mukca.solver.data.metrics import evaluate, is_distorted, socket_centres
 from mukca.solver.paper.optimizers import NotConverged, gauss_newton
-from mukca.solver.paper.problem import build_problem, calibrate, refit_ball
+from mukca.solver.paper.problem import SettingError, ball_only, build_problem, solve
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot, shipped_robots
 from mukca.tools.simulate import perturb, reachable_bases, record
@@ -29,7 +29,7 @@ def test_without_noise_the_truth_is_found(workspace) -> None:
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator), nominal) for base in bases]
     problem = build_problem(nominal, measured[:4], regularization=1e-12)
-    calibration = Calibration(nominal, problem.parameters, calibrate(problem).x)
+    calibration = CalibratedRobot(nominal, problem.parameters, solve(problem).x)
     before = evaluate(calibration.nominal_ball(measured[4].positions), measured[4])
     after = evaluate(calibration.ball(measured[4].positions), measured[4])
     assert before.mean_absolute_error > 1e-3
@@ -46,8 +46,8 @@ def test_with_noise_the_held_out_error_is_the_noise(workspace) -> None:
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator, noise=1e-4), nominal) for base in bases]
     problem = build_problem(nominal, measured[:4], regularization=1e-6)
-    calibration = Calibration(nominal, problem.parameters, calibrate(problem).x)
-    truth = Calibration(nominal, problem.parameters, arm.origins.ravel()[problem.model.free])
+    calibration = CalibratedRobot(nominal, problem.parameters, solve(problem).x)
+    truth = CalibratedRobot(nominal, problem.parameters, arm.origins.ravel()[problem.model.free])
     held_out = measured[4]
     by_noise = evaluate(truth.ball(held_out.positions), held_out).mean_absolute_error
     found = evaluate(calibration.ball(held_out.positions), held_out).mean_absolute_error
@@ -57,7 +57,7 @@ def test_with_noise_the_held_out_error_is_the_noise(workspace) -> None:
 def test_both_optimizers_reach_the_same_robot(session, panda) -> None:
     measured = measure(read_placement(session / "front"), panda)
     problem = build_problem(panda, [measured])
-    one, other = calibrate(problem, "gauss-newton").x, calibrate(problem, "ipopt").x
+    one, other = solve(problem, "gauss-newton").x, solve(problem, "ipopt").x
     points = [problem.model.points(x, measured.positions) for x in (one, other)]
     assert np.abs(points[0] - points[1]).max() < 1e-6
 
@@ -66,7 +66,13 @@ def test_both_optimizers_reach_the_same_robot(session, panda) -> None:
 def test_not_converged_is_never_a_result(session, panda, optimizer: str) -> None:
     problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])
     with pytest.raises(NotConverged):
-        calibrate(problem, optimizer, max_iterations=1)
+        solve(problem, optimizer, max_iterations=1)
+
+
+def test_an_unknown_optimizer_is_refused(session, panda) -> None:
+    problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])
+    with pytest.raises(SettingError, match="'newton': choose one of gauss-newton, ipopt"):
+        solve(problem, "newton")
 
 
 def test_a_valley_is_followed_by_damping() -> None:
@@ -92,20 +98,20 @@ def test_regularisation_counts_once_per_placement(session, panda) -> None:
     again = replace(measured, placement=replace(measured.placement, name="again"))
     problem = build_problem(panda, [measured], regularization=1e-3)
     twice = replace(problem, training=(measured, again))
-    once_x, twice_x = calibrate(problem).x, calibrate(twice).x
+    once_x, twice_x = solve(problem).x, solve(twice).x
     assert twice_x == pytest.approx(once_x, abs=1e-9)
 
 
 def test_the_ball_alone_is_a_baseline_between(session, panda) -> None:
     measured = measure(read_placement(session / "front"), panda)
     problem = build_problem(panda, [measured])
-    refitted = refit_ball(problem)
+    refitted = ball_only(problem)
     errors = [
         evaluate(model.points(x, measured.positions), measured).mean_absolute_error
         for model, x in (
             (problem.model, problem.start),
-            (refitted.problem.model, refitted.x),
-            (problem.model, calibrate(problem).x),
+            (refitted.model, solve(refitted).x),
+            (problem.model, solve(problem).x),
         )
     ]
     assert errors[0] > errors[1] > errors[2]
@@ -114,8 +120,8 @@ def test_the_ball_alone_is_a_baseline_between(session, panda) -> None:
 def test_a_fixed_parameter_stays(session, panda) -> None:
     measured = measure(read_placement(session / "front"), panda)
     parameters = choose_parameters(panda, fix=["panda_joint4", "*.rpy"])
-    calibration = Calibration(
-        panda, parameters, calibrate(build_problem(panda, [measured], parameters=parameters)).x
+    calibration = CalibratedRobot(
+        panda, parameters, solve(build_problem(panda, [measured], parameters=parameters)).x
     )
     changed = calibration.model.origins(calibration.values) != panda.origins
     assert changed.any()
@@ -127,7 +133,7 @@ def test_a_wrong_distance_distorts(session, panda) -> None:
     right = measure(read_placement(session / "front"), panda)
     wrong = measure(read_placement(session / "front"), panda, distance=0.06)
     problem = build_problem(panda, [right])
-    points = problem.model.points(calibrate(problem).x, right.positions)
+    points = problem.model.points(solve(problem).x, right.positions)
     assert not is_distorted(evaluate(points, right), right)
     assert is_distorted(evaluate(points, wrong), wrong)
 

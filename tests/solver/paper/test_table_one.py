@@ -8,7 +8,7 @@ import pytest
 
 from mukca.recorder.dataset import find_placements, read_placement
 from mukca.solver.data.measurements import measure
-from mukca.solver.paper.problem import build_problem, calibrate
+from mukca.solver.paper.problem import build_problem, solve
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.cli import main
 
@@ -21,7 +21,7 @@ ROWS = {
 }
 
 
-def solve(capsys, *words: str) -> dict:
+def solved(capsys, *words: str) -> dict:
     assert main(["solve", *words, "--method", "paper", "--json"]) == 0
     return json.loads(capsys.readouterr().out)
 
@@ -34,7 +34,7 @@ def mm(summary: dict, model: str, key: str = "mean_absolute_error") -> float:
 def test_table_one(arm: str, recordings: Path, capsys) -> None:
     front, _, train, test, distance = ROWS[arm]
     folder = recordings / arm
-    summary = solve(
+    summary = solved(
         capsys, f"{folder / front}", "--test", f"{folder}", "--robot", f"{folder}/nominal.urdf"
     )["summary"]
     for (before, after), figures in ((train, summary["train"]), (test, summary["test"])):
@@ -49,7 +49,7 @@ def test_the_shipped_robot_serves_as_well(arm: str, recordings: Path, capsys) ->
     front, robot, train, test, distance = ROWS[arm]
     folder = recordings / arm
     words = (f"{folder / front}", "--test", f"{folder}", "--robot", robot)
-    summary = solve(capsys, *words)["summary"]
+    summary = solved(capsys, *words)["summary"]
     within = 0.05 if robot == "gen3_lite" else 0.005
     assert mm(summary["train"], "calibrated") == pytest.approx(train[1], abs=within)
     assert mm(summary["test"], "calibrated") == pytest.approx(test[1], abs=within)
@@ -63,7 +63,7 @@ def test_both_optimizers_agree(arm: str, recordings: Path) -> None:
     everywhere = [measure(read_placement(p), robot) for p in find_placements([recordings / arm])]
     front = [m for m in everywhere if m.name.endswith("/" + ROWS[arm][0])]
     problem = build_problem(robot, front)
-    one, other = calibrate(problem, "gauss-newton").x, calibrate(problem, "ipopt").x
+    one, other = solve(problem, "gauss-newton").x, solve(problem, "ipopt").x
     for measured in everywhere:
         points = [problem.model.points(x, measured.positions) for x in (one, other)]
         assert np.abs(points[0] - points[1]).max() < 1e-6

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import mesh_checks
@@ -33,12 +34,16 @@ def test_one_command_writes_the_base_and_the_ball(
 
 
 @pytest.fixture(scope="module")
-def everything(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+def everything(shared: Callable[..., Path]) -> tuple[Path, str]:
     """A folder with all parts, and what was said about them."""
-    folder = tmp_path_factory.mktemp("parts")
-    with contextlib.redirect_stdout(io.StringIO()) as shown:
-        assert run("--out", folder, "--format", "stl") == 0
-    return folder, shown.getvalue()
+
+    def make(folder: Path) -> None:
+        with contextlib.redirect_stdout(io.StringIO()) as shown:
+            assert run("--out", folder / "files", "--format", "stl") == 0
+        (folder / "shown").write_text(shown.getvalue())
+
+    folder = shared("parts", make)
+    return folder / "files", (folder / "shown").read_text()
 
 
 def test_without_a_mount_all_of_them_are_written(everything: tuple[Path, str]) -> None:

@@ -1,0 +1,143 @@
+"""A robot fitted to placements, by the paper's method or by the default one."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .auto.posterior import Posterior
+from .auto.selection import STAGES, select_model
+from .calibrated import CalibratedRobot
+from .data.measurements import Measurement
+from .data.metrics import CALIPER_DEVIATION
+from .data.observations import KnownDistance, Load, observe
+from .paper.optimizers import MAX_ITERATIONS
+from .paper.problem import REGULARIZATION, build_problem, solve
+from .robot.kinematics import BallModel
+from .robot.parameters import Parameter
+from .robot.urdf import Robot
+
+__all__ = ["Fit", "Predict", "fit_by_auto", "fit_by_paper"]
+
+Vector = NDArray[np.float64]
+Predict = Callable[[Measurement], Vector]
+"""How a model predicts the ball centres of a placement, shape (N, 3) [m]."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a method made of the training placements."""
+
+    calibrated: CalibratedRobot
+    optimizer: str
+    seconds: float
+    """Time it took, functions built within it included."""
+    iterates: tuple[Predict, ...]
+    """The model after each iteration, the nominal one first."""
+    posterior: Posterior | None = None
+    """How well the unknowns are known; None by the paper's method, which does not say."""
+    choices: tuple[str, ...] | None = None
+    """One line for each extension of the geometry: what became of it, and why."""
+
+    @property
+    def iterations(self) -> int:
+        """Number of steps taken."""
+        return len(self.iterates) - 1
+
+
+def fit_by_paper(
+    robot: Robot,
+    parameters: Sequence[Parameter],
+    train: Sequence[Measurement],
+    *,
+    optimizer: str = "gauss-newton",
+    regularization: float = REGULARIZATION,
+    max_iterations: int = MAX_ITERATIONS,
+) -> Fit:
+    """Fit the geometry by Eq. (5) of the paper.
+
+    Args:
+        robot: The nominal robot.
+        parameters: What of its geometry is free.
+        train: The placements, each with two sockets.
+        optimizer: ``gauss-newton`` or ``ipopt``; both reach the same minimum.
+        regularization: lambda of Eq. (5).
+        max_iterations: Steps allowed.
+
+    Raises:
+        SettingError: An optimizer or a regularization that cannot be.
+        NotConverged: The optimizer gave up.
+    """
+    problem = build_problem(robot, train, parameters=parameters, regularization=regularization)
+    begin = time.perf_counter()
+    solution = solve(problem, optimizer, max_iterations)
+    seconds = time.perf_counter() - begin
+    calibrated = CalibratedRobot(robot, problem.parameters, solution.x)
+    iterates = tuple(partial(_rigid, problem.model, x) for x in solution.iterates)
+    return Fit(calibrated, optimizer, seconds, iterates)
+
+
+def _rigid(model: BallModel, x: Vector, measured: Measurement) -> Vector:
+    return model.points(x, measured.positions)
+
+
+def fit_by_auto(
+    robot: Robot,
+    parameters: Sequence[Parameter],
+    train: Sequence[Measurement],
+    *,
+    known: Sequence[KnownDistance] = (),
+    distance_deviation: float = CALIPER_DEVIATION,
+    load: Load | None = None,
+    without: Sequence[str] = (),
+    tied: bool = True,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Fit:
+    """Fit geometry, joint compliance and transmission error, as far as the data support them.
+
+    Args:
+        robot: The nominal robot.
+        parameters: What of its geometry is free.
+        train: The placements.
+        known: Measured distances beside those between each placement's first two sockets.
+        distance_deviation: Standard deviation of the latter [m].
+        load: What pulls at the joints; None for gravity alone, straight down.
+        without: Among ``compliance``, ``transmission`` and ``joint-noise``: what is not tried.
+        tied: Whether each placement must have a socket with a known distance.
+        progress: Told what is being fitted.
+
+    Raises:
+        KnownError: A known distance does not fit the placements.
+        NotConverged: A fit did not settle.
+    """
+    load = load or Load()
+    begin = time.perf_counter()
+    data = observe(train, robot, known=known, deviation=distance_deviation, load=load, tied=tied)
+    selection = select_model(
+        robot,
+        parameters,
+        data,
+        stages=[name for name in STAGES if name not in without],
+        joint_noise="joint-noise" not in without,
+        progress=progress,
+    )
+    seconds = time.perf_counter() - begin
+    full = selection.full
+    calibrated = CalibratedRobot(
+        robot,
+        tuple(parameters),
+        full.values,
+        full.deflection,
+        load,
+        selection.geometric.values if full.model.extensions else None,
+    )
+    iterates = tuple(partial(_extended, full, load, x) for x in full.iterates)
+    return Fit(calibrated, "gauss-newton", seconds, iterates, full, selection.notes)
+
+
+def _extended(full: Posterior, load: Load, x: Vector, measured: Measurement) -> Vector:
+    torques = load.torques(full.model.robot, measured)
+    return full.model.predict(x, measured.positions, torques)

@@ -1,0 +1,179 @@
+"""The Python face: what a notebook does, and what it is told when it does something else."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.tools.calibration.settings import Settings
+from mukca.tools.cli import main
+from mukca.tools.documents.files import DocumentError
+
+
+@pytest.fixture(scope="module")
+def recordings(session: Path) -> tuple[list, list]:
+    train = mukca.read_placements(session / "front")
+    return train, mukca.read_placements(str(session / "left"), str(session / "right"))
+
+
+@pytest.fixture(scope="module")
+def calibration(recordings) -> mukca.Calibration:
+    train, test = recordings
+    return mukca.calibrate(mukca.load_robot("panda"), train, test=test)
+
+
+@pytest.fixture(scope="module")
+def saved(calibration, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("face") / "calibrated"
+    calibration.save(folder)
+    return folder
+
+
+def test_the_face_loads_nothing_before_it_is_used() -> None:
+    code = "import sys, mukca; print([m for m in ('numpy', 'casadi', 'rich') if m in sys.modules])"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"
+
+
+def test_every_public_name_is_there() -> None:
+    assert all(getattr(mukca, name) is not None for name in mukca.__all__)
+    assert set(mukca.__all__) <= set(dir(mukca))
+    with pytest.raises(AttributeError, match="calibrat"):
+        _ = mukca.calibrat
+
+
+def test_errors_are_there_per_placement_and_as_a_table(calibration) -> None:
+    assert [(e.name.split("/")[-1], e.role) for e in calibration.errors] == [
+        ("front", "train"),
+        ("left", "test"),
+        ("right", "test"),
+    ]
+    left = calibration.errors[1]
+    assert left.calibrated.mean_absolute_error < 2e-4 < left.nominal.mean_absolute_error
+    assert calibration.errors.summary.test.removed_error > 0.9
+    table = str(calibration)
+    assert "panda" in table and "left" in table and len(table.splitlines()) < 25
+    assert f"{1e3 * left.calibrated.mean_absolute_error:.3f}" in table
+
+
+def test_the_command_line_is_a_layer_over_it(calibration, saved, session, tmp_path) -> None:
+    """What `mukca solve --out` writes is what `save` writes, but for names and times."""
+    out = tmp_path / "by_command"
+    words = ["solve", "front", "--test", "left", "right", "--robot", "panda", "--out", str(out)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(session)
+        assert main(words) == 0
+    assert {f.name for f in out.iterdir()} == {f.name for f in saved.iterdir()}
+    assert (out / "calibrated.urdf").read_bytes() == (saved / "calibrated.urdf").read_bytes()
+    one, other = (json.loads((f / "calibration.json").read_text()) for f in (out, saved))
+    assert one.keys() == other.keys()
+    same = ("model", "parameters", "placements", "summary", "deflection", "settings", "noise")
+    for key in same:
+        a, b = one[key], other[key]
+        if key == "placements":
+            a, b = ([{**row, "name": ""} for row in rows] for rows in (a, b))
+        assert a == b, key
+
+
+def test_what_is_saved_is_loaded_again(calibration, saved, session) -> None:
+    again = mukca.load_calibration(saved / "calibration.json")
+    q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
+    assert np.array_equal(again.ball(q), calibration.ball(q))
+    assert again.errors.as_dict() == calibration.errors.as_dict()
+    validated = again.validate(mukca.read_placements(session))
+    assert [e.role for e in validated] == ["train", "test", "test"]
+    assert validated.as_dict()["placements"][1]["calibrated"] == pytest.approx(
+        calibration.errors.as_dict()["placements"][1]["calibrated"]
+    )
+
+
+def test_nothing_is_overwritten_unless_forced(calibration, saved) -> None:
+    with pytest.raises(mukca.MukcaError, match="--force"):
+        calibration.save(saved)
+    calibration.save(saved, force=True)
+
+
+def test_what_is_trained_on_is_left_out_of_the_test(session, calibration) -> None:
+    robot = mukca.load_robot("panda")
+    front, everything = (mukca.read_placements(p) for p in (session / "front", session))
+    again = mukca.calibrate(robot, front[0], test=everything, method="paper")
+    assert [e.role for e in again.errors] == ["train", "test", "test"]
+    assert any("front: trained on, so left out" in line for line in again.document.warnings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"method": "newton"}, "method 'newton': choose one of auto, paper"),
+        ({"optimizer": "ipopt"}, "--optimizer belongs to --method paper"),
+        ({"method": "paper", "known": ["a:0-b:0=0.1"]}, "--known belongs to --method auto"),
+        ({"distance": 50}, "metres are expected"),
+        ({"known": ["a to b: 10 cm"]}, "placement, socket, distance"),
+        ({"without": ["gravity"]}, "choose among compliance"),
+        ({"gravity": [0, 0, -1]}, "three components"),
+        ({"payload": -1}, "kilograms"),
+        ({"free": ["elbow"]}, "'elbow' is no joint or parameter"),
+        ({"method": "paper", "optimizer": "newton"}, "choose one of gauss-newton, ipopt"),
+        ({"method": "paper", "max_iterations": 0}, "at least 1"),
+    ],
+)
+def test_bad_settings_are_told_in_one_line(recordings, settings: dict, words: str) -> None:
+    with pytest.raises(mukca.MukcaError) as told:
+        mukca.calibrate(mukca.load_robot("panda"), recordings[0], **settings)
+    assert words in str(told.value) and "\n" not in str(told.value)
+
+
+def test_other_bad_arguments_are_told_in_one_line(calibration, recordings, tmp_path) -> None:
+    robot = mukca.load_robot("panda")
+    for bad in (
+        lambda: mukca.load_robot("robby"),
+        lambda: mukca.load_robot("panda", flange="panda_link8"),
+        lambda: mukca.read_placements(tmp_path / "nowhere"),
+        lambda: mukca.calibrate(robot, []),
+        lambda: mukca.calibrate(mukca.load_robot("ur5e"), recordings[0]),
+        lambda: calibration.ball(np.zeros(3)),
+        lambda: mukca.load_calibration(tmp_path / "none.json"),
+        lambda: mukca.open_driver("nobody:1.2.3.4"),
+    ):
+        with pytest.raises(mukca.MukcaError) as told:
+            bad()
+        assert "\n" not in str(told.value)
+
+
+def test_what_is_printed_in_a_notebook_is_short(calibration, recordings) -> None:
+    values = (calibration.robot, recordings[0][0], calibration, calibration.calibrated, Settings())
+    for value in values:
+        assert len(repr(value)) < 2500, type(value)
+    assert len(repr(calibration.robot)) < 100 and "7 joints" in repr(calibration.robot)
+
+
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        (lambda d: d["parameters"][2].pop("calibrated"), "`$.parameters[2]`"),
+        (lambda d: d["load"].update(payload="heavy"), "`$.load.payload`"),
+        (lambda d: d.update(format="mukca-calibration-9"), "of this version"),
+        (lambda d: d["parameters"][0].update(name="elbow.x"), "parameters"),
+        (lambda d: d["deflection"].update(wobble=[1.0]), "deflection.wobble"),
+    ],
+)
+def test_a_damaged_file_is_told_by_its_key(saved, tmp_path, edit, words: str) -> None:
+    document = json.loads((saved / "calibration.json").read_text())
+    edit(document)
+    file = tmp_path / "calibration.json"
+    file.write_text(json.dumps(document))
+    with pytest.raises(DocumentError) as told:
+        mukca.load_calibration(file)
+    assert words in str(told.value) and str(file) in str(told.value)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{", '{"format": 3}', "\x00\xff"])
+def test_a_foreign_file_is_told(tmp_path, text: str) -> None:
+    file = tmp_path / "calibration.json"
+    file.write_text(text, encoding="latin-1")
+    with pytest.raises(DocumentError, match=r"not a calibration\.json"):
+        mukca.load_calibration(file)

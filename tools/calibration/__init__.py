@@ -1,0 +1,1 @@
+"""The Python face: calibrate, look at the errors, save, load again, validate."""

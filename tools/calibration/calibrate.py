@@ -1,0 +1,167 @@
+"""From recordings to a calibration: check, fit, measure the errors."""
+
+from collections.abc import Callable, Sequence
+
+from ...recorder.dataset import Placement
+from ...solver.checks.changes import split_at
+from ...solver.checks.inspection import inspect_all, next_placement
+from ...solver.data.measurements import Measurement, check_distinct, measure
+from ...solver.data.observations import KnownDistance
+from ...solver.fit import Fit, fit_by_auto, fit_by_paper
+from ...solver.paper.optimizers import NotConverged
+from ...solver.robot.parameters import Parameter, choose_parameters
+from ...solver.robot.urdf import Robot
+from ..documents.calibration import NextPlacement
+from ..usage import UsageError
+from .calibration import Calibration
+from .document import compose
+from .settings import Settings
+from .task import Inspected, Task
+
+__all__ = ["calibrate"]
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def calibrate(
+    robot: Robot,
+    train: Placement | Sequence[Placement],
+    *,
+    test: Placement | Sequence[Placement] = (),
+    method: str = "auto",
+    distance: float | None = None,
+    free: Sequence[str] = (),
+    fix: Sequence[str] = (),
+    split_moved: bool = False,
+    known: Sequence[str | KnownDistance] = (),
+    distance_deviation: float | None = None,
+    without: Sequence[str] = (),
+    payload: float | None = None,
+    gravity: Sequence[float] | None = None,
+    optimizer: str | None = None,
+    regularization: float | None = None,
+    max_iterations: int | None = None,
+    progress: Callable[[str], None] = _silent,
+) -> Calibration:
+    """Calibrate a robot from recordings.
+
+    One placement is enough to calibrate; others, held out by ``test``, show how well it worked.
+    Nothing is written before :meth:`Calibration.save`.
+
+    Args:
+        robot: The nominal robot, see :func:`mukca.load_robot`.
+        train: The placements to fit, see :func:`mukca.read_placements`.
+        test: Placements that the fit does not see. One that is trained on is left out of them.
+        method: ``auto``: geometry, joint compliance and transmission error, as far as the data
+            support them; ``paper``: Eq. (5) of the paper, geometry alone.
+        distance: Between the centres of a base's two sockets [m]; None for the recording's own,
+            or 0.05 where it has none. 1 % wrong makes the robot 1 % too long.
+        free: What of the geometry is free: joint names, ``JOINT.x`` .. ``JOINT.yaw``,
+            ``JOINT.xyz`` or ``JOINT.rpy``; ``*`` stands for any text. Empty: all that is useful.
+        fix: What is not free, by the same words.
+        split_moved: Where a base moved, give the part after it a socket of its own.
+        known: (auto) Further measured distances between sockets, as
+            ``"left:0-right:0=0.175+-0.0001"``: placement, socket, metres.
+        distance_deviation: (auto) Standard deviation of ``distance`` [m]; None for a caliper's.
+        without: (auto) Among ``compliance``, ``transmission``, ``joint-noise``: what not to try.
+        payload: (auto) Mass at the ball beyond that of the model [kg].
+        gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
+        optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.
+        regularization: (paper) lambda of Eq. (5).
+        max_iterations: (paper) Steps allowed.
+        progress: Told what is being fitted.
+
+    Raises:
+        UsageError: A setting that cannot be, or belongs to the other method.
+        MeasurementError: A placement does not hold what is needed.
+        KnownError: A known distance does not fit the placements.
+        NotConverged: The fit did not settle.
+    """
+    settings = Settings(
+        method=method,
+        distance=distance,
+        free=free,
+        fix=fix,
+        split_moved=split_moved,
+        known=tuple(map(str, known)),
+        distance_deviation=distance_deviation,
+        without=without,
+        payload=payload,
+        gravity=gravity,
+        optimizer=optimizer,
+        regularization=regularization,
+        max_iterations=max_iterations,
+    ).settled()
+    training, held_out, warnings = _measured(robot, train, test, settings)
+    training, inspected, said = _inspected(robot, training, held_out, settings)
+    parameters = choose_parameters(robot, settings.free, settings.fix)
+    fit = _fit(robot, parameters, training, settings, progress)
+    task = Task(robot, settings, tuple(training), tuple(held_out), (*warnings, *said), inspected)
+    return Calibration(compose(task, fit), fit.calibrated)
+
+
+def _measured(
+    robot: Robot,
+    train: Placement | Sequence[Placement],
+    test: Placement | Sequence[Placement],
+    settings: Settings,
+) -> tuple[list[Measurement], list[Measurement], list[str]]:
+    """Return the checked placements to train and to test on, and what to warn of."""
+    training, held_out = _as_list(train), _as_list(test)
+    if not training:
+        raise UsageError("no placement to train on; read some by mukca.read_placements")
+    trained = {p.path.resolve() for p in training if p.path is not None}
+    kept = [p for p in held_out if p.path is None or p.path.resolve() not in trained]
+    warnings = [f"{p.path}: trained on, so left out of the test" for p in held_out if p not in kept]
+    sockets = 1 if settings.method == "auto" else 2
+    fitted, validated = (
+        [measure(p, robot, settings.distance, sockets=sockets) for p in placements]
+        for placements in (training, kept)
+    )
+    check_distinct([*fitted, *validated])
+    warnings += [line for m in (*fitted, *validated) for line in m.warnings]
+    return fitted, validated, warnings
+
+
+def _as_list(placements: Placement | Sequence[Placement]) -> list[Placement]:
+    return [placements] if isinstance(placements, Placement) else list(placements)
+
+
+def _inspected(
+    robot: Robot, train: list[Measurement], test: list[Measurement], settings: Settings
+) -> tuple[list[Measurement], Inspected | None, list[str]]:
+    """Look at all placements; what is held out is looked at here and never by the fit.
+
+    Returns:
+        The placements to train on, split where a base moved if asked for; what was found, None
+        where the data could not be checked; and what to warn of.
+    """
+    parameters = choose_parameters(robot)
+    try:
+        inspections = inspect_all(robot, parameters, [*train, *test], settings.load)
+        alone = inspections
+        if settings.split_moved and test:
+            alone = inspect_all(robot, parameters, train, settings.load)
+    except NotConverged as error:
+        if settings.split_moved:
+            raise
+        return train, None, [f"the data could not be checked: {error}"]
+    if settings.split_moved:
+        train = [split_at(one.measured, one.changes) for one in alone]
+    findings = tuple(finding for one in inspections for finding in one.findings)
+    hint = NextPlacement(text=next_placement(robot, inspections))
+    return train, Inspected(findings, hint), []
+
+
+def _fit(
+    robot: Robot,
+    parameters: Sequence[Parameter],
+    train: Sequence[Measurement],
+    settings: Settings,
+    progress: Callable[[str], None],
+) -> Fit:
+    if settings.method == "paper":
+        return fit_by_paper(robot, parameters, train, **settings.of_paper())
+    return fit_by_auto(robot, parameters, train, **settings.of_auto(), progress=progress)

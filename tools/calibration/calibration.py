@@ -1,0 +1,229 @@
+"""A calibration as people use it: look, predict, save, load again, validate."""
+
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ... import MukcaError
+from ...recorder.dataset import Placement
+from ...solver.calibrated import CalibratedRobot
+from ...solver.data.measurements import Measurement, measure
+from ...solver.robot.urdf import Robot
+from ..documents.calibration import (
+    CalibrationDocument,
+    PlacementErrors,
+    Result,
+    Summaries,
+    calibrated_robot,
+    read_calibration,
+)
+from ..documents.files import encode
+from ..files import refuse_existing, write_files
+from . import figures
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ..report.build import Report
+
+__all__ = ["Calibration", "DistortedError", "Errors", "load_calibration"]
+
+Vector = NDArray[np.float64]
+
+
+class DistortedError(MukcaError):
+    """A model does not reproduce the distance of the sockets, so it is not to be used."""
+
+    failed = True
+
+
+@dataclass(frozen=True, repr=False)
+class Errors(Sequence[PlacementErrors]):
+    """How far off the models are, placement by placement; prints as a table in mm."""
+
+    placements: tuple[PlacementErrors, ...]
+    summary: Summaries
+    """The means over the placements trained on, and over those held out."""
+
+    def __getitem__(self, index):  # pyright: ignore
+        return self.placements[index]
+
+    def __len__(self) -> int:
+        return len(self.placements)
+
+    def __iter__(self) -> Iterator[PlacementErrors]:
+        return iter(self.placements)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the errors by name, as the command line's JSON has them [m]."""
+        return msgspec.to_builtins({"placements": self.placements, "summary": self.summary})
+
+    def table(self) -> "Table":
+        """Return the errors as a table for people."""
+        from ..tables import metrics_table
+
+        return metrics_table(self.as_dict())
+
+    def __repr__(self) -> str:
+        from rich.console import Console
+
+        text = io.StringIO()
+        Console(file=text, width=100, color_system=None).print(self.table())
+        return "\n".join(line.rstrip() for line in text.getvalue().splitlines()).strip("\n")
+
+
+class Calibration:
+    """A robot as its recordings say it is, with everything that is known of it.
+
+    Args:
+        document: All that ``calibration.json`` holds.
+        calibrated: The calibrated robot; None to build it from the document.
+        source: The document's file, for messages.
+    """
+
+    def __init__(
+        self,
+        document: CalibrationDocument,
+        calibrated: CalibratedRobot | None = None,
+        source: str = "calibration",
+    ) -> None:
+        self.document = document
+        """Everything, as ``calibration.json`` holds it."""
+        self.calibrated = calibrated or calibrated_robot(document, source)
+        """The calibrated robot: predictions and URDFs."""
+        self._source = source
+
+    @property
+    def robot(self) -> Robot:
+        """The nominal robot."""
+        return self.calibrated.robot
+
+    @cached_property
+    def errors(self) -> Errors:
+        """Per placement: its role, and its errors by each model [m]."""
+        return Errors(self.document.placements, self.document.summary)
+
+    @property
+    def result(self) -> Result:
+        """What the calibration says of itself, without the samples and the models."""
+        fields = Result.__struct_fields__
+        return Result(**{name: getattr(self.document, name) for name in fields})
+
+    @property
+    def distortion(self) -> str:
+        """Why a model that does not reproduce the sockets' distance is not to be used."""
+        return (
+            "refused: the calibrated model does not reproduce the sockets' distance at "
+            f"{', '.join(self.document.distorted)}; it has shrunk or bent to bring the samples "
+            "together. Check --distance, that sockets are not mixed up, and the data; "
+            "--accept-distorted exports it"
+        )
+
+    @cached_property
+    def report(self) -> "Report":
+        """The report, with the limits that fit the arm."""
+        from ..report.build import build_report
+
+        return build_report(self.document, self._source)
+
+    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> Vector:
+        """Return where the calibrated robot has the ball's centre, in its base frame [m].
+
+        Args:
+            q: Joint positions in chain order, shape (m,) or (N, m) [rad].
+            effort: What the joints exert to hold the arm, of the same shape [N m]; None for the
+                gravity torques of the model's masses.
+
+        Returns:
+            Shape (3,) or (N, 3).
+
+        Raises:
+            JointsError: Another number of joints than the robot's, or a number not finite.
+        """
+        return self.calibrated.ball(q, effort)
+
+    def save(
+        self, folder: str | Path, *, force: bool = False, accept_distorted: bool = False
+    ) -> dict[str, str]:
+        """Write the calibrated URDF, ``calibration.json`` and the report.
+
+        Args:
+            folder: Made where missing. Files of other names in it stay as they are.
+            force: Overwrite what is there.
+            accept_distorted: Write even a model that does not reproduce the sockets' distance.
+
+        Returns:
+            The paths written, by kind.
+
+        Raises:
+            OutputError: The folder is there already, or cannot be written.
+            DistortedError: See ``accept_distorted``.
+        """
+        folder = Path(folder)
+        refuse_existing(folder, force=force)
+        if self.document.distorted and not accept_distorted:
+            raise DistortedError(self.distortion)
+        contents = {"calibrated.urdf": self.calibrated.urdf(folder)}
+        outputs = {"urdf": str(folder / "calibrated.urdf")}
+        if self.calibrated.exported is not None:
+            contents["compensated.urdf"] = self.calibrated.urdf(folder, compensated=True)
+            outputs["compensated_urdf"] = str(folder / "compensated.urdf")
+        outputs["calibration"] = str(folder / "calibration.json")
+        outputs["report"] = str(folder / "report.html")
+        settings = {**self.document.settings, "accept_distorted": accept_distorted}
+        document = msgspec.structs.replace(self.document, outputs=outputs, settings=settings)
+        contents["calibration.json"] = encode(document, indent=1)
+        write_files(folder, {**contents, **self.report.files})
+        return outputs
+
+    def validate(self, placements: Placement | Sequence[Placement]) -> Errors:
+        """Measure the calibration on other recordings.
+
+        Args:
+            placements: See :func:`mukca.read_placements`. Those that the calibration was fitted
+                to have the role ``train`` in the result: their errors prove little.
+
+        Raises:
+            MeasurementError: A placement is not of this robot.
+        """
+        given = [placements] if isinstance(placements, Placement) else list(placements)
+        return self.errors_of([measure(p, self.robot, sockets=1) for p in given])
+
+    def errors_of(self, data: Sequence[Measurement]) -> Errors:
+        """Return the errors of checked placements, those trained on first."""
+        roles = [("train" if self._was_trained_on(m) else "test", m) for m in data]
+        models = figures.models_of(self.calibrated)
+        rows = tuple(
+            figures.placement_errors(models, role, m)
+            for role, m in sorted(roles, key=lambda row: row[0] == "test")
+        )
+        return Errors(rows, figures.summarise(rows))
+
+    def _was_trained_on(self, measured: Measurement) -> bool:
+        """Tell whether the robot was fitted to these very samples, wherever they lie now."""
+        positions = [sample.position for sample in measured.placement.samples]
+        return any(
+            row.role == "train" and [s.position for s in row.samples] == positions
+            for row in self.document.data
+        )
+
+    def __repr__(self) -> str:
+        doc = self.document
+        head = f"{doc.robot}, calibrated by method {doc.method}"
+        return f"{head}\n{self.errors!r}"
+
+
+def load_calibration(file: str | Path) -> Calibration:
+    """Read a ``calibration.json``.
+
+    Raises:
+        DocumentError: Missing, of another format, or damaged; the line names the key.
+    """
+    return Calibration(read_calibration(Path(file)), source=str(file))

@@ -1,0 +1,135 @@
+"""A fit and its figures, composed as ``calibration.json`` holds them."""
+
+import hashlib
+import platform
+from collections.abc import Sequence
+from datetime import datetime, timezone
+from importlib.metadata import version
+from typing import Any
+
+from ...solver.data.measurements import Measurement
+from ...solver.data.metrics import evaluate, is_distorted
+from ...solver.fit import Fit
+from ...solver.paper.problem import REGULARIZATION
+from ...solver.robot.urdf import Robot
+from ..documents.calibration import (
+    FORMAT,
+    CalibrationDocument,
+    Model,
+    PlacementErrors,
+    Provenance,
+)
+from . import figures
+from .task import Task
+
+__all__ = ["compose"]
+
+
+def compose(task: Task, fit: Fit) -> CalibrationDocument:
+    """Return all that is to be kept of a calibration; nothing is written yet."""
+    calibrated, settings = fit.calibrated, task.settings
+    placements = _errors(task, fit)
+    return CalibrationDocument(
+        format=FORMAT,
+        robot=task.robot.source,
+        method=settings.method,
+        optimizer=fit.optimizer,
+        iterations=fit.iterations,
+        converged=True,
+        solve_seconds=fit.seconds,
+        placements=placements,
+        summary=figures.summarise(placements),
+        distorted=_distorted(fit, task.train),
+        parameters=figures.parameter_values(calibrated, fit.posterior),
+        choices=fit.choices,
+        history=figures.history(fit.iterates, task.train, task.test),
+        settings={**task.robot.loaded_with, **settings.as_dict()},
+        provenance=_provenance(task.robot, (*task.train, *task.test)),
+        checks=None if task.inspected is None else task.inspected.findings,
+        next_placement=None if task.inspected is None else task.inspected.next_placement,
+        warnings=task.warnings,
+        outputs={},
+        model=_model(task.robot, calibrated.urdf().decode()),
+        deflection={
+            extension: tuple(values.tolist())
+            for extension, values in zip(
+                calibrated.deflection.extensions, calibrated.deflection.coefficients, strict=True
+            )
+        },
+        load=calibrated.load,
+        data=_samples(task, fit),
+        **_known(fit),
+    )
+
+
+def _errors(task: Task, fit: Fit) -> tuple[PlacementErrors, ...]:
+    robot, weight = task.robot, task.settings.regularization or REGULARIZATION
+    models = {
+        **figures.models_of(fit.calibrated),
+        **figures.ball_refitted(robot, task.train, weight),
+    }
+    roles = (("train", task.train), ("test", task.test))
+    return tuple(
+        figures.placement_errors(models, role, measured, fit.posterior, fit.calibrated)
+        for role, placements in roles
+        for measured in placements
+    )
+
+
+def _known(fit: Fit) -> dict[str, Any]:
+    """Return how well everything is known; nothing where the method does not say."""
+    if fit.posterior is None:
+        return {}
+    return {
+        "coefficients": figures.coefficient_values(fit.posterior),
+        "groups": figures.prior_widths(fit.posterior),
+        "noise": figures.noise_scale(fit.posterior),
+        "log_evidence": fit.posterior.log_evidence,
+        "uncertainty": figures.uncertainty_of(fit.posterior, fit.calibrated.load),
+    }
+
+
+def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:
+    """Return the placements whose distance between sockets the model does not reproduce."""
+    errors = [(m, evaluate(fit.calibrated.ball(m.positions, m.efforts), m)) for m in train]
+    return tuple(m.name for m, metrics in errors if is_distorted(metrics, m))
+
+
+def _samples(task: Task, fit: Fit) -> tuple[Any, ...]:
+    weights: dict[str, list[float]] = {}
+    if fit.posterior is not None:
+        weights = figures.weights_by_placement(task.train, fit.posterior)
+    return (
+        *(figures.recorded(m, "train", weights.get(m.name)) for m in task.train),
+        *(figures.recorded(m, "test") for m in task.test),
+    )
+
+
+def _model(robot: Robot, calibrated_urdf: str) -> Model:
+    return Model(
+        name=robot.name,
+        source=robot.source,
+        sha256=robot.sha256,
+        base=robot.base,
+        tip=robot.tip,
+        joint_names=robot.joint_names,
+        nominal_urdf=robot.text.data.decode(),
+        calibrated_urdf=calibrated_urdf,
+    )
+
+
+def _provenance(robot: Robot, measurements: Sequence[Measurement]) -> Provenance:
+    """Return what a result was made from and with: digests, versions, time."""
+    return Provenance(
+        created=datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        model_sha256=robot.sha256,
+        data_sha256={
+            str(file): hashlib.sha256(file.read_bytes()).hexdigest()
+            for measured in measurements
+            for file in measured.placement.files
+        },
+        versions={
+            "python": platform.python_version(),
+            **{name: version(name) for name in ("mukca", "casadi", "numpy", "yourdfpy")},
+        },
+    )

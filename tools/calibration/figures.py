@@ -1,0 +1,281 @@
+"""The figures of a calibration: errors per placement and in summary, and over the iterations."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ...solver.auto import uncertainty
+from ...solver.auto.directions import CANNOT_SEE, weak_directions
+from ...solver.auto.noise import NU
+from ...solver.auto.posterior import Posterior
+from ...solver.calibrated import CalibratedRobot
+from ...solver.data.measurements import Measurement
+from ...solver.data.metrics import (
+    Metrics,
+    cost_terms,
+    evaluate,
+    found_deviation,
+    mean_metrics,
+)
+from ...solver.data.observations import Load
+from ...solver.fit import Predict
+from ...solver.paper.problem import ball_only, build_problem, solve
+from ...solver.robot.urdf import Robot
+from ..documents.calibration import (
+    Coefficient,
+    Correlation,
+    CostTerms,
+    DistanceDeviation,
+    Iteration,
+    NoiseScale,
+    ParameterValue,
+    PlacementErrors,
+    PlacementSamples,
+    PriorWidth,
+    RecordedSample,
+    Summaries,
+    Summary,
+    Uncertainty,
+)
+
+__all__ = [
+    "ball_refitted",
+    "coefficient_values",
+    "history",
+    "models_of",
+    "parameter_values",
+    "placement_errors",
+    "prior_widths",
+    "recorded",
+    "summarise",
+    "uncertainty_of",
+    "weights_by_placement",
+]
+
+
+def models_of(calibrated: CalibratedRobot) -> dict[str, Predict]:
+    """Return the models to compare: name, and how each predicts the balls of a placement.
+
+    Nominal, calibrated, and the exported geometry where it differs.
+    """
+    models: dict[str, Predict] = {
+        "nominal": lambda m: calibrated.nominal_ball(m.positions),
+        "calibrated": lambda m: calibrated.ball(m.positions, m.efforts),
+    }
+    if calibrated.exported is not None:
+        models["geometric"] = lambda m: calibrated.geometric_ball(m.positions)
+    return models
+
+
+def ball_refitted(
+    robot: Robot, train: Sequence[Measurement], regularization: float
+) -> dict[str, Predict]:
+    """Return the nominal model with only the ball's place fitted; nothing without distances."""
+    paired = [measured for measured in train if measured.has_distance]
+    if not paired:
+        return {}
+    problem = ball_only(build_problem(robot, paired, regularization=regularization))
+    x = solve(problem).x
+    return {"ball_refitted": lambda m: problem.model.points(x, m.positions)}
+
+
+def placement_errors(
+    models: Mapping[str, Predict],
+    role: str,
+    measured: Measurement,
+    posterior: Posterior | None = None,
+    calibrated: CalibratedRobot | None = None,
+) -> PlacementErrors:
+    """Return how far off a placement is by each model.
+
+    Args:
+        models: What to compare, by the names of :class:`PlacementErrors`.
+        role: ``train`` or ``test``.
+        measured: The placement.
+        posterior: How well the calibrated model is known, where that is known.
+        calibrated: That model.
+    """
+    deviations: dict[str, float] = {}
+    if posterior is not None and calibrated is not None:
+        deviations = _deviations(calibrated, posterior, measured)
+    return PlacementErrors(
+        name=measured.name,
+        role=role,
+        samples=measured.counts,
+        distance=measured.distance,
+        **{name: evaluate(predict(measured), measured) for name, predict in models.items()},
+        **deviations,
+    )
+
+
+def summarise(placements: Sequence[PlacementErrors]) -> Summaries:
+    """Return the means over the placements of each role."""
+    by_role = {r: [p for p in placements if p.role == r] for r in ("train", "test")}
+    train, test = (_summary(rows) if rows else None for rows in by_role.values())
+    return Summaries(train=train, test=test)
+
+
+def _summary(rows: Sequence[PlacementErrors]) -> Summary:
+    nominal = mean_metrics([row.nominal for row in rows])
+    calibrated = mean_metrics([row.calibrated for row in rows])
+    before, after = nominal.mean_absolute_error, calibrated.mean_absolute_error
+    return Summary(
+        nominal=nominal,
+        calibrated=calibrated,
+        geometric=_mean([row.geometric for row in rows]),
+        ball_refitted=_mean([row.ball_refitted for row in rows]),
+        removed_error=1 - after / before if before > 0 else 0.0,
+    )
+
+
+def _mean(metrics: Sequence[Metrics | None]) -> Metrics | None:
+    there = [m for m in metrics if m is not None]
+    return mean_metrics(there) if there else None
+
+
+def history(
+    iterates: Sequence[Predict], train: Sequence[Measurement], test: Sequence[Measurement]
+) -> tuple[Iteration, ...]:
+    """Return inconsistency and distortion [m^2] after each iteration, the nominal model first."""
+    return tuple(
+        Iteration(iteration=i, train=_cost(predict, train), test=_cost(predict, test))
+        for i, predict in enumerate(iterates)
+    )
+
+
+def _cost(predict: Predict, placements: Sequence[Measurement]) -> CostTerms | None:
+    if not placements:
+        return None
+    pairs = [cost_terms(predict(m), m) for m in placements]
+    inconsistency, distortion = np.mean(pairs, axis=0).tolist()
+    return CostTerms(inconsistency=inconsistency, distortion=distortion)
+
+
+def parameter_values(
+    calibrated: CalibratedRobot, posterior: Posterior | None = None
+) -> tuple[ParameterValue, ...]:
+    """Return every calibrated number of the joint origins, with its deviation where known."""
+    values = calibrated.values
+    exported = values if calibrated.exported is None else calibrated.exported
+    deviations = None if posterior is None else uncertainty.deviations(posterior)
+    return tuple(
+        ParameterValue(
+            name=p.name,
+            joint=p.joint,
+            component=p.component,
+            unit=p.unit,
+            nominal=float(nominal),
+            calibrated=float(values[i]),
+            change=float(values[i] - nominal),
+            exported=float(exported[i]),
+            standard_deviation=None if deviations is None else float(deviations[i]),
+        )
+        for i, (p, nominal) in enumerate(
+            zip(calibrated.parameters, calibrated.model.nominal, strict=True)
+        )
+    )
+
+
+def coefficient_values(posterior: Posterior) -> tuple[Coefficient, ...]:
+    """Return the coefficients of the extensions, with their deviations."""
+    begin = posterior.model.geometry
+    deviations = uncertainty.deviations(posterior)[begin:]
+    rows = zip(posterior.model.names[begin:], posterior.x[begin:], deviations, strict=True)
+    return tuple(
+        Coefficient(
+            name=name,
+            unit="rad/(N m)" if name.endswith("compliance") else "rad",
+            value=float(value),
+            standard_deviation=float(deviation),
+        )
+        for name, value, deviation in rows
+    )
+
+
+def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:
+    """Return the groups of unknowns, and what the data decided of their priors."""
+    return tuple(
+        PriorWidth(
+            name=group.name,
+            unit=group.unit,
+            count=len(group.members),
+            width=group.width,
+            effective=group.effective,
+            active=group.width > 0,
+        )
+        for group in posterior.groups
+    )
+
+
+def noise_scale(posterior: Posterior) -> NoiseScale:
+    """Return the noise that was found."""
+    return NoiseScale(space=posterior.noise.space, joint=posterior.noise.joint, nu=NU)
+
+
+def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
+    """Return how well the calibration is known, and what the data cannot tell."""
+    median, worst = uncertainty.workspace_deviation(posterior, load)
+    return Uncertainty(
+        weak_directions=tuple(weak_directions(posterior)),
+        correlations=tuple(
+            Correlation(a=a, b=b, value=r) for a, b, r in uncertainty.correlations(posterior)
+        ),
+        observability_index=uncertainty.observability_index(posterior),
+        distance_deviation=DistanceDeviation(median=median, worst=worst),
+        cannot_see=CANNOT_SEE,
+    )
+
+
+def _deviations(
+    calibrated: CalibratedRobot, posterior: Posterior, measured: Measurement
+) -> dict[str, float]:
+    """Return the predicted and the found rms distance of samples from their socket's mean [m]."""
+    torques = calibrated.load.torques(calibrated.robot, measured)
+    by_socket = [(measured.positions[rows], torques[rows]) for rows in measured.slices]
+    points = calibrated.ball(measured.positions, measured.efforts)
+    return {
+        "predicted_deviation": uncertainty.predicted_deviation(posterior, by_socket),
+        "found_deviation": found_deviation(points, measured),
+    }
+
+
+def weights_by_placement(
+    train: Sequence[Measurement], posterior: Posterior
+) -> dict[str, list[float]]:
+    """Return each training placement's robust weights, in the order of its samples."""
+    weights: dict[str, list[float]] = {}
+    rest = posterior.weights.tolist()
+    for measured in train:
+        queues: dict[int, Iterator[float]] = {}
+        for socket, count in zip(measured.sockets, measured.counts, strict=True):
+            queues[socket], rest = iter(rest[:count]), rest[count:]
+        weights[measured.name] = [next(queues[s.socket]) for s in measured.placement.samples]
+    return weights
+
+
+def recorded(
+    measured: Measurement, role: str, weights: Sequence[float] | None = None
+) -> PlacementSamples:
+    """Return a placement's samples for the calibration file, columns in chain order.
+
+    Args:
+        measured: The placement.
+        role: ``train`` or ``test``.
+        weights: Robust weight of each sample, where the fit gave some.
+    """
+    return PlacementSamples(
+        name=measured.name,
+        role=role,
+        distance=measured.distance,
+        files=tuple(map(str, measured.placement.files)),
+        samples=tuple(
+            RecordedSample(
+                socket=sample.socket,
+                position=sample.position,
+                effort=sample.effort,
+                where=sample.where,
+                weight=None if weights is None else weights[i],
+            )
+            for i, sample in enumerate(measured.placement.samples)
+        ),
+    )
