@@ -68,7 +68,7 @@ class CheckedDriver(Driver):
         Raises:
             ValueError: What came is no state. It is counted, and this is called again.
             DriverError: SILENT when no state came in time; any other reason when the connection
-                is of no more use.
+                is of no more use, which is then ended.
         """
 
     @abstractmethod
@@ -112,6 +112,14 @@ class CheckedDriver(Driver):
         self._begun = clock.now()
 
     def _next(self, deadline: float) -> JointState:
+        try:
+            return self._next_good(deadline)
+        except DriverError as error:
+            if error.reason is not Reason.SILENT:
+                self.close()
+            raise
+
+    def _next_good(self, deadline: float) -> JointState:
         bad = ""
         while not self._closed:
             try:

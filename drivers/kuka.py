@@ -103,7 +103,6 @@ class Kuka(CheckedDriver):
         self._sequence = message.sequence
         self.status = f"{message.session.name.lower().replace('_', ' ')}, {message.quality}"
         if message.session >= Session.COMMANDING_WAIT:
-            self.close()
             raise DriverError(
                 Reason.WRONG_MODE,
                 f"the FRI session of {self._where} is in {message.session.name}: it expects "

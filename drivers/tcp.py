@@ -53,19 +53,22 @@ class TcpStream:
             deadline: When to give up, by :func:`.clock.now` [s].
 
         Raises:
-            ValueError: The bytes are no messages.
             DriverError: SILENT when the message was not whole in time, UNREACHABLE when the
-                connection has ended.
+                connection has ended, PROTOCOL when the bytes are no messages: where the next one
+                begins cannot be known then.
         """
-        while (message := cut(self._received)) is None:
-            self._receive(deadline)
+        try:
+            while (message := cut(self._received)) is None:
+                self._receive(deadline)
+        except ValueError as error:
+            raise DriverError(Reason.PROTOCOL, f"{self._where} sends {error}") from None
         return message
 
     def take_line(self, deadline: float) -> bytes:
-        """Wait for a line and return it without its line break; see :meth:`take`.
+        """Wait for a line of at most 4096 bytes and return it, without its line break.
 
         Raises:
-            ValueError: More than 4096 bytes came without a line break.
+            DriverError: As for :meth:`take`.
         """
         return self.take(_cut_line, deadline)
 

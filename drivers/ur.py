@@ -69,7 +69,7 @@ class Ur(CheckedDriver):
             raise DriverError(Reason.PROTOCOL, f"{self._where} does not speak RTDE version 2")
         version = self._ask(CONTROLLER_VERSION)
         if len(version) != 16:
-            raise self._unusable(ValueError("a malformed controller version"))
+            raise DriverError(Reason.PROTOCOL, f"{self._where} sends a malformed version")
         return FAST if struct.unpack(">4I", version)[0] >= E_SERIES else SLOW
 
     def _start(self, rate: float, effort: str | None) -> Recipe:
@@ -78,7 +78,7 @@ class Ur(CheckedDriver):
         try:
             recipe = decode_recipe(outputs, effort)
         except ValueError as error:
-            raise self._unusable(error) from None
+            raise DriverError(Reason.PROTOCOL, f"{self._where} sends {error}") from None
         if self._ask(START) != b"\x01":
             raise DriverError(Reason.WRONG_MODE, f"{self._where} refuses to start")
         return recipe
@@ -100,17 +100,8 @@ class Ur(CheckedDriver):
     def _next_package(self, kind: int, deadline: float) -> bytes:
         """Return the payload of the next package of a type; others, as texts, are left out."""
         while True:
-            try:
-                came, payload = self._tcp.take(take_package, deadline)
-            except ValueError as error:
-                raise self._unusable(error) from None
+            came, payload = self._tcp.take(take_package, deadline)
             if came == kind:
                 return payload
             if clock.now() > deadline:
                 raise DriverError(Reason.SILENT, f"no state from {self._where}, but other packages")
-
-    def _unusable(self, error: ValueError) -> DriverError:
-        """Close a connection whose packages can no longer be told from each other."""
-        self._count_rejected()
-        self.close()
-        return DriverError(Reason.PROTOCOL, f"{self._where} sends {error}")
