@@ -60,8 +60,8 @@ class DriverContract:
     """How far a position may be from the one that was sent [rad]."""
 
     keeps_all: bool = True
-    """Whether every state is either returned or counted as missed, as it is to be; False where
-    the robot's messages do not tell."""
+    """Whether the driver returns also the states that came while nobody read, as it should; False
+    where what it is built on cannot."""
 
     @pytest.fixture
     def address(self) -> str:
@@ -136,7 +136,7 @@ class DriverContract:
     def test_a_late_reader_loses_nothing(self, opened: Driver, sent: Sent | None) -> None:
         """States that come while nobody reads are returned afterwards, the oldest first."""
         if sent is None or not self.keeps_all:
-            pytest.skip("nobody knows what was sent, or whether it was missed")
+            pytest.skip("nobody knows what was sent, or the driver cannot keep it")
         states = self._read_with_a_pause(opened)
         assert opened.missed == 0
         self._assert_complete(states, sent(), 0)

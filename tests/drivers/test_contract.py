@@ -3,6 +3,7 @@
 import math
 import subprocess
 import sys
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from mukca.drivers.registry import open_driver
 from mukca.drivers.ros import Ros, decode_message
 from mukca.drivers.testing import DriverContract
 from mukca.drivers.ur import Ur
+from mukca.drivers.ur_rtde import UrRtde
 
 ROOT = Path(__file__).parents[2]
 
@@ -121,6 +123,33 @@ class TestUrESeries(OfUr):
 
 class TestUrCb3(OfUr):
     options = ("--version", "3.15")
+
+
+class TestUrRtde(Emulated):
+    """In real time: ur-rtde reads in a thread of its own, and holds on to the interpreter."""
+
+    driver = UrRtde
+    emulator = "ur"
+    joints = 6
+    nobody = own_host()
+    wrong = "127.0.0.1?rate=fast"
+    keeps_all = False  # its receive interface keeps the latest state alone
+
+    @pytest.fixture(scope="class", autouse=True)
+    @classmethod
+    def emulation(cls, tmp_path_factory):
+        if find_spec("rtde_receive") is None:
+            pytest.skip(f"ur-rtde has no wheel for this Python {sys.version_info[:2]}")
+        with emulated_program(cls.emulator, tmp_path_factory.mktemp("ur-rtde")) as emulation:
+            yield emulation
+
+    @pytest.fixture
+    def address(self, emulation):
+        return emulation.host
+
+    @pytest.fixture
+    def lossy(self, address, sent):
+        return address, sent
 
 
 class OfKinova(Emulated):
