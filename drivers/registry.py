@@ -74,7 +74,7 @@ DRIVERS: dict[str, DriverInfo] = {
         DriverInfo(
             "ur-rtde",
             "mukca.drivers.ur_rtde:UrRtde",
-            "the same, through the package ur-rtde",
+            "UR3 to UR20: RTDE, by the package ur-rtde",
             needs=("rtde_receive",),
         ),
     )

@@ -1,5 +1,6 @@
 """Franka: the versions, the handshake with what is no robot, and the state in words."""
 
+import struct
 import time
 
 import pytest
@@ -34,6 +35,15 @@ def test_a_version_can_be_demanded(tmp_path):
         with Franka(f"{emulation.address}?version=9") as driver:
             assert driver.read(5)
     assert caught.value.reason is Reason.PROTOCOL
+
+
+def test_a_later_version_is_refused_with_what_can_be_read():
+    refusal = struct.pack("<IIIBH", 0, 0, 15, 1, 11)
+    with answering(refusal) as address, pytest.raises(DriverError) as caught:
+        Franka(address)
+    assert str(caught.value).endswith(
+        "speaks version 11 of FCI and refused 5; versions 3 to 10 can be read here"
+    )
 
 
 @pytest.mark.parametrize("version", ["2", "11", "99999", "-1", "x"])

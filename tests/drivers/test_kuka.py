@@ -33,7 +33,7 @@ def test_a_replys_large_counters():
     assert reply == bytes.fromhex("0A 0D 08 81 80 0D 10 AC 02 18 FF FF FF FF 0F")
 
 
-@pytest.mark.parametrize("version", ["1.11", "1.15", "2.5", "2.7"])
+@pytest.mark.parametrize("version", ["1.11", "1.14", "1.15", "1.16", "2.5", "2.7"])
 def test_a_message(version):
     message = encode_message(version, (0x245142, 9, 8), (2, 1, 5, 3), STATE, 1_500_000_000)
     decoded = decode_message(message)
