@@ -5,7 +5,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .. import MukcaError
 from .auto.deflection import Deflection
@@ -16,8 +16,6 @@ from .robot.urdf import Robot
 from .robot.urdf_text import Origin, relocate_meshes, scan, set_origins
 
 __all__ = ["CalibratedRobot", "JointsError"]
-
-Vector = NDArray[np.float64]
 
 
 class JointsError(MukcaError):
@@ -36,13 +34,13 @@ class CalibratedRobot:
     """The nominal robot."""
     parameters: tuple[Parameter, ...]
     """What was calibrated of its geometry."""
-    values: Vector
+    values: np.ndarray
     """The calibrated parameters, shape (n,) [m, rad]."""
     deflection: Deflection = field(default_factory=Deflection)
     """What corrects the joint positions before the geometry is applied."""
     load: Load = field(default_factory=Load)
     """What pulls at the joints where no effort is measured."""
-    exported: Vector | None = None
+    exported: np.ndarray | None = None
     """The best parameters for those who know nothing of deflections; None where there are none."""
 
     @cached_property
@@ -50,7 +48,7 @@ class CalibratedRobot:
         """The ball's position as a function of :attr:`parameters` and joint positions."""
         return BallModel(self.robot, [p.index for p in self.parameters])
 
-    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> Vector:
+    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return the ball's centre in the base frame [m].
 
         Args:
@@ -75,16 +73,16 @@ class CalibratedRobot:
         true = self.deflection.true_positions(positions, torque)
         return self._points(self.values, true, q)
 
-    def geometric_ball(self, q: ArrayLike) -> Vector:
+    def geometric_ball(self, q: ArrayLike) -> np.ndarray:
         """Return the ball's centre by the exported URDF; see :meth:`ball`."""
         values = self.values if self.exported is None else self.exported
         return self._points(values, self._rows(q, "joint positions"), q)
 
-    def nominal_ball(self, q: ArrayLike) -> Vector:
+    def nominal_ball(self, q: ArrayLike) -> np.ndarray:
         """Return the ball's centre by the nominal model; see :meth:`ball`."""
         return self._points(self.model.nominal, self._rows(q, "joint positions"), q)
 
-    def _rows(self, values: ArrayLike, what: str) -> Vector:
+    def _rows(self, values: ArrayLike, what: str) -> np.ndarray:
         rows = np.atleast_2d(np.asarray(values, dtype=float))
         names = self.robot.joint_names
         if rows.ndim != 2 or rows.shape[1] != len(names):
@@ -98,7 +96,7 @@ class CalibratedRobot:
             raise JointsError(f"{what}: row {row}, {names[column]!r} is {rows[row, column]}")
         return rows
 
-    def _points(self, parameters: Vector, positions: Vector, q: ArrayLike) -> Vector:
+    def _points(self, parameters: np.ndarray, positions: np.ndarray, q: ArrayLike) -> np.ndarray:
         points = self.model.points(parameters, positions)
         return points[0] if np.ndim(q) == 1 else points
 
@@ -121,6 +119,6 @@ class CalibratedRobot:
         return relocate_meshes(scan(text, self.robot.source), source.parent, folder)
 
 
-def _origin(numbers: Vector) -> Origin:
+def _origin(numbers: np.ndarray) -> Origin:
     x, y, z, roll, pitch, yaw = numbers.tolist()
     return Origin((x, y, z), (roll, pitch, yaw))

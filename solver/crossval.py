@@ -1,13 +1,11 @@
 """Cross-validation over placements: each left out once, each trained on alone (paper, Fig. 6)."""
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..recorder.dataset import Sample
 from .calibrated import CalibratedRobot
 from .data.measurements import Measurement
 from .data.metrics import Metrics, evaluate
@@ -73,7 +71,7 @@ def _fit(plan: Plan, job: Job) -> CalibratedRobot:
 
 def resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
     """Return a placement whose samples are drawn anew from its own, socket by socket."""
-    drawn = []
+    drawn: list[Sample] = []
     for socket in measured.sockets:
         samples = [s for s in measured.placement.samples if s.socket == socket]
         picks = generator.integers(len(samples), size=len(samples))

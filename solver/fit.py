@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .auto.posterior import Posterior
 from .auto.selection import STAGES, select_model
@@ -22,8 +21,7 @@ from .robot.urdf import Robot
 
 __all__ = ["Fit", "Predict", "fit_by_auto", "fit_by_paper"]
 
-Vector = NDArray[np.float64]
-Predict = Callable[[Measurement], Vector]
+Predict = Callable[[Measurement], np.ndarray]
 """How a model predicts the ball centres of a placement, shape (N, 3) [m]."""
 
 
@@ -80,7 +78,7 @@ def fit_by_paper(
     return Fit(calibrated, optimizer, seconds, iterates)
 
 
-def _rigid(model: BallModel, x: Vector, measured: Measurement) -> Vector:
+def _rigid(model: BallModel, x: np.ndarray, measured: Measurement) -> np.ndarray:
     return model.points(x, measured.positions)
 
 
@@ -138,6 +136,6 @@ def fit_by_auto(
     return Fit(calibrated, "gauss-newton", seconds, iterates, full, selection.notes)
 
 
-def _extended(full: Posterior, load: Load, x: Vector, measured: Measurement) -> Vector:
+def _extended(full: Posterior, load: Load, x: np.ndarray, measured: Measurement) -> np.ndarray:
     torques = load.torques(full.model.robot, measured)
     return full.model.predict(x, measured.positions, torques)

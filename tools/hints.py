@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..recorder.dataset import Sample
 from ..solver.data.observations import Load
@@ -12,7 +11,6 @@ from ..solver.robot.urdf import Robot
 
 __all__ = ["gravity_of", "seat_check"]
 
-Vector = NDArray[np.float64]
 ENOUGH = 5
 """So many samples in a socket before one of them can be called an outlier."""
 FAR, FAR_SHARE = 0.025, 4.0
@@ -46,9 +44,9 @@ def seat_check(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
     20 mm, a ball in the other socket 50 mm away.
     """
     model = BallModel(robot, [])
-    points: dict[int, Vector] = {}
+    points: dict[int, np.ndarray] = {}
 
-    def ball(sample: Sample) -> Vector:
+    def ball(sample: Sample) -> np.ndarray:
         """Its centre [m], reckoned once for each sample: the stream must not wait."""
         if sample.number not in points:
             points[sample.number] = model.points(np.zeros(0), np.array([sample.position]))[0]

@@ -5,15 +5,10 @@ configurations within its limits, its last link tilted away from the vertical by
 printed socket allows. What is written down are the joint positions that put the *true* ball there.
 """
 
-# CasADi has no types, and NumPy's linear algebra few.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
-
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import MukcaError
 from ..recorder.dataset import Placement, Sample
@@ -31,7 +26,6 @@ __all__ = [
     "record",
 ]
 
-Vector = NDArray[np.float64]
 BATCH = 256
 MAX_TILT = np.deg2rad(50)
 """How far the neck of the ball leans from the vertical [rad]; the printed socket allows 60 deg."""
@@ -46,15 +40,15 @@ class Base:
     """Where a socket base stands: its sockets' centres in the robot's base frame."""
 
     name: str
-    centre: Vector
+    centre: np.ndarray
     """Between sockets 0 and 1, shape (3,) [m]."""
-    direction: Vector
+    direction: np.ndarray
     """Unit vector from socket 0 to socket 1."""
     distance: float = 0.05
     """Between the sockets' centres [m]."""
 
     @property
-    def sockets(self) -> tuple[Vector, Vector]:
+    def sockets(self) -> tuple[np.ndarray, np.ndarray]:
         """The centres of sockets 0 and 1."""
         half = 0.5 * self.distance * self.direction
         return self.centre - half, self.centre + half
@@ -105,7 +99,9 @@ class Guide:
         self.lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
         self.upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
 
-    def reach(self, points: Vector, generator: np.random.Generator, rounds: int = 40) -> Vector:
+    def reach(
+        self, points: np.ndarray, generator: np.random.Generator, rounds: int = 40
+    ) -> np.ndarray:
         """Return one random configuration within the limits for each point.
 
         Args:
@@ -132,8 +128,8 @@ class Guide:
         return found
 
     def _solve(
-        self, points: Vector, generator: np.random.Generator
-    ) -> tuple[Vector, NDArray[np.bool_]]:
+        self, points: np.ndarray, generator: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from random starts, and which of them arrived."""
         q = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
         targets = np.concatenate([points, _random_necks(generator)], axis=1)
@@ -150,13 +146,13 @@ class Guide:
         inside = np.all((self.lower < q) & (q < self.upper), axis=1)
         return q, exact & tilted & inside
 
-    def _linear(self, q: Vector) -> tuple[Vector, Vector]:
+    def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (B, 6), and their derivatives, shape (B, 6, m)."""
         pose, by_q = self._poses(q.T)
         return pose.full().T, by_q.full().T.reshape(BATCH, -1, 6).transpose(0, 2, 1)
 
 
-def _random_necks(generator: np.random.Generator) -> Vector:
+def _random_necks(generator: np.random.Generator) -> np.ndarray:
     """Return directions within the allowed tilt of straight down, even over the cap."""
     height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
     angle = generator.uniform(-np.pi, np.pi, BATCH)
@@ -220,7 +216,7 @@ def record(
     return Placement(base.name, found, arm.joint_names, base.distance)
 
 
-def _readings(true: Vector, torques: Vector, deflection: Deflection) -> Vector:
+def _readings(true: np.ndarray, torques: np.ndarray, deflection: Deflection) -> np.ndarray:
     """Return what the encoders read at true joint positions: the inverse of the deflection."""
     read = true
     for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time

@@ -12,17 +12,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 __all__ = ["COMPLIANCE", "EXTENSIONS", "TRANSMISSION", "Deflection", "coefficient_names", "design"]
 
-Vector = NDArray[np.float64]
 COMPLIANCE = "compliance"
 TRANSMISSION = ("harmonic_1", "harmonic_2")
 EXTENSIONS = (COMPLIANCE, *TRANSMISSION)
 
 
-def design(extension: str, q: Vector, torque: Vector) -> Vector:
+def design(extension: str, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
     """Return how an extension's coefficients shift the joint positions.
 
     Args:
@@ -56,10 +54,10 @@ class Deflection:
 
     extensions: tuple[str, ...] = ()
     """Those that the data support, among :data:`EXTENSIONS`."""
-    coefficients: tuple[Vector, ...] = ()
+    coefficients: tuple[np.ndarray, ...] = ()
     """Their coefficients, each in the order of :func:`design`."""
 
-    def true_positions(self, q: Vector, torque: Vector) -> Vector:
+    def true_positions(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return q', the joint positions that geometry may be applied to, shape (N, m)."""
         shifts = [
             design(extension, q, torque) @ values

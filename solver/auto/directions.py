@@ -1,14 +1,10 @@
 """What the data leave undecided, in words: directions of the unknowns that no sample shows."""
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..robot.kinematics import rotation, rotation_rpy
 from ..robot.urdf import Joint, Robot
@@ -17,7 +13,6 @@ from .uncertainty import UNDECIDED, prior_covariance
 
 __all__ = ["CANNOT_SEE", "Direction", "weak_directions"]
 
-Vector = NDArray[np.float64]
 CANNOT_SEE = (
     "the base frame: the sockets' places in it are not measured, only their distances",
     "the flange's orientation and the last joint's offset: another tool needs its own TCP "
@@ -54,7 +49,7 @@ def weak_directions(posterior: Posterior) -> list[Direction]:
     by_scale = prior.T @ model.by_scale()[:n]
     if by_scale.any():
         named.append((SCALE, by_scale / np.linalg.norm(by_scale)))
-    directions = [Direction(text, float(np.sqrt(u @ whitened @ u))) for text, u in named]
+    directions = [Direction(text, float(u @ whitened @ u) ** 0.5) for text, u in named]
     basis = np.linalg.qr(np.array([u for _, u in named]).T)[0] if named else np.zeros((n, 0))
     rest = np.eye(n) - basis @ basis.T
     values, vectors = np.linalg.eigh(rest @ whitened @ rest)
@@ -62,9 +57,11 @@ def weak_directions(posterior: Posterior) -> list[Direction]:
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         if value < UNDECIDED**2:
             break
-        main = np.argsort(-np.abs(prior @ vector) / np.linalg.norm(prior, axis=1))[:2]
+        main: list[int] = np.argsort(-np.abs(prior @ vector) / np.linalg.norm(prior, axis=1))[
+            :2
+        ].tolist()
         text = " against ".join(names[i] for i in main)
-        directions.append(Direction(f"mainly {text}", float(np.sqrt(value))))
+        directions.append(Direction(f"mainly {text}", float(value) ** 0.5))
     merged: dict[str, Direction] = {}
     for direction in directions:
         if direction.deviation > UNDECIDED:
@@ -72,7 +69,7 @@ def weak_directions(posterior: Posterior) -> list[Direction]:
     return list(merged.values())
 
 
-def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, Vector]]:
+def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarray]]:
     """Return changes of the free geometry that no ball can show, with their names.
 
     The base frame may move as a whole; the ball may turn in place; and each joint may slide along
@@ -82,9 +79,9 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, Vector]]:
     place = {p.index: i for i, p in enumerate(model.parameters)}
     free = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
     origins = model.ball.origins(posterior.values)
-    named: list[tuple[str, Vector]] = []
+    named: list[tuple[str, np.ndarray]] = []
 
-    def add(text: str, changes: dict[int, Vector]) -> None:
+    def add(text: str, changes: dict[int, np.ndarray]) -> None:
         vector = np.zeros(model.geometry)
         for joint, change in changes.items():
             vector[[place[6 * joint + k] for k in range(6)]] = change
@@ -116,14 +113,14 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, Vector]]:
     return named
 
 
-def _frame(origin: Vector) -> tuple[Vector, Vector]:
+def _frame(origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return rotation and translation of an origin."""
     return np.array(rotation_rpy(origin[3:]).full()), origin[:3]
 
 
 def _between(
-    joints: Sequence[Joint], origins: Vector, one: int, other: int
-) -> tuple[Vector, Vector]:
+    joints: Sequence[Joint], origins: np.ndarray, one: int, other: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return rotation and translation from one joint's child link to another's parent link."""
     transform = np.eye(4)
     for j in range(one + 1, other):
@@ -134,7 +131,7 @@ def _between(
     return transform[:3, :3], transform[:3, 3]
 
 
-def _rates(origin: Vector, spin: Vector) -> Vector:
+def _rates(origin: np.ndarray, spin: np.ndarray) -> np.ndarray:
     """Return the rates of roll, pitch and yaw of a rotation that spins about a parent's vector.
 
     With R = Rz(yaw) Ry(pitch) Rx(roll), the spin is the sum of the rates times the axes as they
@@ -144,5 +141,5 @@ def _rates(origin: Vector, spin: Vector) -> Vector:
     Rz = np.array(rotation((0, 0, 1), yaw).full())
     Ry = np.array(rotation((0, 1, 0), pitch).full())
     axes = np.stack([Rz @ Ry @ [1, 0, 0], Rz @ [0, 1, 0], np.array([0, 0, 1])], axis=1)
-    rates: Vector = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
+    rates: np.ndarray = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
     return rates

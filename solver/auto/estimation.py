@@ -6,9 +6,6 @@ the noise (5) towards the maximum of the evidence (6), see :mod:`mukca.solver.au
 group of unknowns that the data do not support ends with a width of nearly zero, and is taken out.
 docs/model.md is an introduction.
 """
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from dataclasses import dataclass, replace
 from math import log
@@ -22,10 +19,8 @@ from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, Noise
 from .objective import (
-    Mask,
     Objective,
     State,
-    Vector,
     build_objective,
     distance_rows,
     free_unknowns,
@@ -48,17 +43,17 @@ SETTLED = 1e-2
 class Step:
     """A Gauss-Newton step, and what it was computed from."""
 
-    change: Vector
+    change: np.ndarray
     """Of all unknowns, shape (n,); zero for those that are held."""
-    free: Mask
+    free: np.ndarray
     """Which of all unknowns are not held, shape (n,)."""
-    information: Vector
+    information: np.ndarray
     """Curvature of L that the data give to the free unknowns."""
-    covariance: Vector
+    covariance: np.ndarray
     """Inverse of the whole curvature, priors included: that of the free unknowns."""
-    inverse_scales: Vector
+    inverse_scales: np.ndarray
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
-    weights: Vector
+    weights: np.ndarray
     """w_i, shape (N,)."""
 
 
@@ -74,8 +69,8 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
         NotConverged: The widths and the noise did not settle.
     """
     objective = build_objective(model, data)
-    state = start(objective, joint_noise)
-    iterates = [state.x]
+    state: State = start(objective, joint_noise)
+    iterates: list[np.ndarray] = [state.x]
     compliances_may_return = True
     try:
         for _ in range(MAX_ITERATIONS):
@@ -138,7 +133,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     return replace(moved, groups=groups, noise=noise), change
 
 
-def _moved(state: State, change: Vector) -> tuple[Vector, Mask]:
+def _moved(state: State, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return x after a change, and what is held: a joint never bends against its load."""
     x, at_zero = state.x + change, state.at_zero.copy()
     for group in state.groups:
@@ -186,8 +181,8 @@ def _updated_noise(state: State, moved: State, step: Step) -> Noise:
 def _effect(state: State, group: PriorGroup) -> float:
     """Return how far a group's width moves the ball, relative to the noise."""
     members = group.members[~state.at_zero[group.members]]
-    squares = np.sum(state.linear.jacobian[:, :, members] ** 2, axis=(1, 2)) / 3
-    return group.width * float(np.sqrt(np.mean(squares))) / state.noise.space
+    squares: np.ndarray = np.sum(state.linear.jacobian[:, :, members] ** 2, axis=(1, 2)) / 3
+    return group.width * float(np.mean(squares)) ** 0.5 / state.noise.space
 
 
 def _without_negligible(state: State) -> State:
@@ -215,7 +210,7 @@ def _without_negligible(state: State) -> State:
     return replace(state, x=x, at_zero=at_zero, groups=groups, noise=noise)
 
 
-def _held_compliances(state: State) -> Mask:
+def _held_compliances(state: State) -> np.ndarray:
     """Return which unknowns are compliances held at zero, though their group has a width."""
     held = np.zeros_like(state.at_zero)
     for group in state.groups:

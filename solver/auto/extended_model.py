@@ -6,15 +6,11 @@ then the coefficients of each extension. With q' the true joint positions, see
 
     Phi(x, q) = ball position at origins Theta_nominal + x_geometry and joint positions q'(x, q)
 """
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..robot.kinematics import BallModel, workspace
 from ..robot.parameters import Parameter
@@ -23,7 +19,6 @@ from .deflection import COMPLIANCE, EXTENSIONS, Deflection, coefficient_names, d
 
 __all__ = ["ExtendedModel", "extend"]
 
-Vector = NDArray[np.float64]
 SCALE_SAMPLES = 200
 """Random poses from which the scale of a robot is told."""
 
@@ -63,17 +58,17 @@ class ExtendedModel:
             names += coefficient_names(extension, self.robot.joint_names)
         return names
 
-    def values(self, x: Vector) -> Vector:
+    def values(self, x: np.ndarray) -> np.ndarray:
         """Return the geometric parameters at some unknowns, shape (geometry,) [m, rad]."""
         return self.ball.nominal + x[: self.geometry]
 
-    def deflection(self, x: Vector) -> Deflection:
+    def deflection(self, x: np.ndarray) -> Deflection:
         """Return the extensions at some unknowns."""
         ends = self.geometry + np.cumsum(self.sizes)
         values = tuple(x[end - size : end] for end, size in zip(ends, self.sizes, strict=True))
         return Deflection(self.extensions, values)
 
-    def predict(self, x: Vector, q: Vector, torque: Vector) -> Vector:
+    def predict(self, x: np.ndarray, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return the ball's centres Phi(x, q), shape (N, 3) [m].
 
         Args:
@@ -84,7 +79,9 @@ class ExtendedModel:
         true = self.deflection(x).true_positions(q, torque)
         return self.ball.points(self.values(x), true)
 
-    def linearise(self, x: Vector, q: Vector, torque: Vector) -> tuple[Vector, Vector, Vector]:
+    def linearise(
+        self, x: np.ndarray, q: np.ndarray, torque: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ball centres and their derivatives; arguments as for :meth:`predict`.
 
         Returns:
@@ -97,7 +94,7 @@ class ExtendedModel:
         by_unknowns = np.concatenate([linear.by_parameters, linear.by_joints @ shifts], axis=2)
         return linear.points, by_unknowns, linear.by_joints
 
-    def by_scale(self) -> Vector:
+    def by_scale(self) -> np.ndarray:
         """Return the derivative of the logarithm of the robot's scale by the unknowns.
 
         The scale is the size of the cloud of ball positions in the workspace. Unlike the lengths
@@ -108,7 +105,7 @@ class ExtendedModel:
         cloud = points - points.mean(axis=0)
         return np.einsum("ni,nij->j", cloud, slopes) / np.sum(cloud**2)
 
-    def _shifts(self, q: Vector, torque: Vector) -> Vector:
+    def _shifts(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return how all extensions' coefficients shift the joints, shape (N, m, coefficients)."""
         parts = [design(extension, q, torque) for extension in self.extensions]
         return np.concatenate([np.zeros((*q.shape, 0)), *parts], axis=2)

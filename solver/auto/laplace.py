@@ -4,14 +4,10 @@ The evidence is the probability of the data under a model whose unknowns are int
 grows with the fit and falls with every unknown that the fit does not need, so models of different
 size can be compared by it; see docs/model.md.
 """
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from math import lgamma, log, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .noise import NU
 from .objective import Objective, State, distance_rows, prior_precision, priors, weigh
@@ -19,12 +15,13 @@ from .posterior import Posterior
 
 __all__ = ["inverse", "posterior"]
 
-Vector = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
 
 def posterior(
-    objective: Objective, state: State, information: Vector, free: Mask, iterates: list[Vector]
+    objective: Objective,
+    state: State,
+    information: np.ndarray,
+    free: np.ndarray,
+    iterates: list[np.ndarray],
 ) -> Posterior:
     """Return what is known at a state where the iteration has settled.
 
@@ -56,7 +53,9 @@ def posterior(
     )
 
 
-def _log_evidence(objective: Objective, state: State, information: Vector, free: Mask) -> float:
+def _log_evidence(
+    objective: Objective, state: State, information: np.ndarray, free: np.ndarray
+) -> float:
     """Return the logarithm of the evidence.
 
     log p(data) = -L + sum_g log|P_g| / 2 - log|H| / 2 + log p(widths)                 (6)
@@ -76,7 +75,7 @@ def _log_evidence(objective: Objective, state: State, information: Vector, free:
     return float(value - 0.5 * np.linalg.slogdet(hessian)[1])
 
 
-def inverse(H: Vector) -> Vector:
+def inverse(H: np.ndarray) -> np.ndarray:
     """Return the inverse of a positive definite matrix whose rows differ in scale."""
     scale = 1 / np.sqrt(np.diag(H))
     return np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale

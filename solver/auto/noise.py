@@ -3,18 +3,13 @@
 A sample's error e_i has the scale C_i = s_x^2 I + s_q^2 Jq_i Jq_i^T, where Jq_i is the derivative
 of the ball's position by the joint positions.
 """
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 __all__ = ["INFORMATION", "NEGLIGIBLE", "NU", "Noise"]
 
-Vector = NDArray[np.float64]
 NU = 5.0
 """Degrees of freedom of the noise: heavy tails, so that a ball badly seated weighs little."""
 INFORMATION = (NU + 3) / (NU + 5)
@@ -36,17 +31,17 @@ class Noise:
     joint: float
     """s_q, of the joint angles [rad]; 0 where the data do not support it."""
 
-    def scales(self, by_joints: Vector) -> Vector:
+    def scales(self, by_joints: np.ndarray) -> np.ndarray:
         """Return C_i for each sample's Jq_i, shape (N, 3, 3) [m^2]."""
         spread = by_joints @ by_joints.transpose(0, 2, 1)
         return self.space**2 * np.eye(3) + self.joint**2 * spread
 
-    def joint_effect(self, by_joints: Vector) -> float:
+    def joint_effect(self, by_joints: np.ndarray) -> float:
         """Return how far the joints' noise moves the ball, relative to the noise in space."""
-        squares = np.sum(by_joints**2, axis=(1, 2)) / 3
-        return self.joint * float(np.sqrt(np.mean(squares))) / self.space
+        squares: np.ndarray = np.sum(by_joints**2, axis=(1, 2)) / 3
+        return self.joint * float(np.mean(squares)) ** 0.5 / self.space
 
-    def updated(self, step: Vector, effect: float) -> "Noise":
+    def updated(self, step: np.ndarray, effect: float) -> "Noise":
         """Return the noise after a step of its squares.
 
         Noise in space is kept from zero, since no ball sits without any play.
@@ -63,8 +58,13 @@ class Noise:
         return Noise(max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), s_q)
 
     def fisher_step(
-        self, inverse: Vector, weights: Vector, errors: Vector, leverage: Vector, by_joints: Vector
-    ) -> Vector:
+        self,
+        inverse: np.ndarray,
+        weights: np.ndarray,
+        errors: np.ndarray,
+        leverage: np.ndarray,
+        by_joints: np.ndarray,
+    ) -> np.ndarray:
         """Return a step of Fisher scoring for s_x^2 and, unless it is zero, s_q^2.
 
         With V = I for s_x^2 and V = Jq Jq^T for s_q^2, the score is what the errors hold of V

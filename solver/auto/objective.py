@@ -18,14 +18,10 @@ m_s. Given the widths of the priors and the noise, the most plausible unknowns m
   volume of theirs grows with the cube of the scale; S samples' worth goes to the S sockets, which
   shrink too.
 """
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..data.observations import Observations
 from .extended_model import ExtendedModel
@@ -46,9 +42,6 @@ __all__ = [
     "weigh",
 ]
 
-Vector = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
 
 @dataclass(frozen=True)
 class Objective:
@@ -56,9 +49,9 @@ class Objective:
 
     model: ExtendedModel
     data: Observations
-    by_volume: Vector
+    by_volume: np.ndarray
     """Derivative of 3 (N - S) log(scale) by all unknowns, shape (n,)."""
-    whiten: Vector
+    whiten: np.ndarray
     """W, shape (K, K) [1/m]."""
 
     @property
@@ -71,13 +64,13 @@ class Objective:
 class Linear:
     """The samples' errors at some unknowns, and their derivatives."""
 
-    points: Vector
+    points: np.ndarray
     """Phi(x, q_i), shape (N, 3) [m]."""
-    errors: Vector
+    errors: np.ndarray
     """e_i, shape (N, 3) [m]."""
-    jacobian: Vector
+    jacobian: np.ndarray
     """Derivatives of e_i by all unknowns, shape (N, 3, n)."""
-    by_joints: Vector
+    by_joints: np.ndarray
     """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m)."""
 
 
@@ -85,11 +78,11 @@ class Linear:
 class State:
     """Where the estimation stands between two iterations."""
 
-    x: Vector
-    centres: Vector
+    x: np.ndarray
+    centres: np.ndarray
     groups: tuple[PriorGroup, ...]
     noise: Noise
-    at_zero: Mask
+    at_zero: np.ndarray
     """Which of x are held at zero, shape (size,)."""
     linear: Linear
     """At x and the centres."""
@@ -99,7 +92,7 @@ def build_objective(model: ExtendedModel, data: Observations) -> Objective:
     """Return the objective of a model and data."""
     N, S = len(data.sockets), data.socket_count
     by_volume = 3 * (N - S) * np.concatenate([model.by_scale(), np.zeros(3 * S)])
-    whiten: Vector = np.linalg.inv(np.linalg.cholesky(data.distance_covariance())).astype(
+    whiten: np.ndarray = np.linalg.inv(np.linalg.cholesky(data.distance_covariance())).astype(
         np.float64
     )
     return Objective(model, data, by_volume, whiten)
@@ -115,13 +108,14 @@ def start(objective: Objective, joint_noise: bool) -> State:
     )
     linear = replace(nominal, errors=nominal.points - centres[data.sockets])
     typical = float(np.median(np.linalg.norm(linear.errors, axis=1))) / 1.54
-    reach = float(np.sqrt(np.mean(np.sum(linear.by_joints**2, axis=(1, 2)) / 3)))
+    squares: np.ndarray = np.sum(linear.by_joints**2, axis=(1, 2)) / 3
+    reach = float(np.mean(squares)) ** 0.5
     noise = Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
     groups = prior_groups(model, data)
     return State(x, centres, groups, noise, np.zeros(model.size, dtype=bool), linear)
 
 
-def linearise(objective: Objective, x: Vector, centres: Vector) -> Linear:
+def linearise(objective: Objective, x: np.ndarray, centres: np.ndarray) -> Linear:
     """Return the samples' errors and their derivatives at some unknowns."""
     model, data = objective.model, objective.data
     points, by_x, by_joints = model.linearise(x, data.positions, data.torques)
@@ -132,20 +126,22 @@ def linearise(objective: Objective, x: Vector, centres: Vector) -> Linear:
     return Linear(points, points - centres[data.sockets], jacobian, by_joints)
 
 
-def weigh(state: State) -> tuple[Vector, Vector, Vector]:
+def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return C_i^-1, e_i^T C_i^-1 e_i, and the robust weights w_i.
 
         w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (2)
 
     With them, weighted squares have the gradient of Student's distribution.
     """
-    inverse: Vector = np.linalg.inv(state.noise.scales(state.linear.by_joints)).astype(np.float64)
+    inverse: np.ndarray = np.linalg.inv(state.noise.scales(state.linear.by_joints)).astype(
+        np.float64
+    )
     e = state.linear.errors
     squares = np.einsum("ni,nij,nj->n", e, inverse, e)
     return inverse, squares, (NU + 3) / (NU + squares)
 
 
-def distance_rows(objective: Objective, state: State) -> tuple[Vector, Vector]:
+def distance_rows(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
     """Return W B and W (l - d) of the measured distances."""
     known = objective.data.known
     rows = np.zeros((len(known), objective.size))
@@ -160,13 +156,13 @@ def distance_rows(objective: Objective, state: State) -> tuple[Vector, Vector]:
     return objective.whiten @ rows, objective.whiten @ values
 
 
-def priors(state: State) -> list[tuple[PriorGroup, NDArray[np.int64]]]:
+def priors(state: State) -> list[tuple[PriorGroup, np.ndarray]]:
     """Return the groups that have a width, and the members of each that are not held."""
     kept = [(g, g.members[~state.at_zero[g.members]]) for g in state.groups if g.width]
     return [(group, members) for group, members in kept if len(members)]
 
 
-def free_unknowns(objective: Objective, state: State) -> Mask:
+def free_unknowns(objective: Objective, state: State) -> np.ndarray:
     """Return which of all unknowns are not held at zero, shape (n,)."""
     free = np.ones(objective.size, dtype=bool)
     free[: objective.model.size] = False
@@ -176,8 +172,8 @@ def free_unknowns(objective: Objective, state: State) -> Mask:
 
 
 def prior_precision(
-    objective: Objective, state: State, free: Mask, *, widened: bool = False
-) -> Vector:
+    objective: Objective, state: State, free: np.ndarray, *, widened: bool = False
+) -> np.ndarray:
     """Return P of the free unknowns.
 
     Args:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..data.observations import Observations
 from .deflection import Deflection
@@ -13,8 +12,6 @@ from .priors import PriorGroup
 
 __all__ = ["Posterior"]
 
-Vector = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Posterior:
@@ -22,23 +19,23 @@ class Posterior:
 
     model: ExtendedModel
     data: Observations
-    x: Vector
+    x: np.ndarray
     """The unknowns at the maximum: geometry, as change from nominal, then the extensions'
     coefficients, shape (model.size,)."""
-    centres: Vector
+    centres: np.ndarray
     """Socket centres, shape (S, 3) [m]."""
-    covariance: Vector
+    covariance: np.ndarray
     """Covariance of x and the centres, shape (size + 3 S, size + 3 S)."""
     groups: tuple[PriorGroup, ...]
     """The priors, as the data set them."""
     noise: Noise
-    points: Vector
+    points: np.ndarray
     """Ball centres of the samples, shape (N, 3) [m]."""
-    weights: Vector
+    weights: np.ndarray
     """Robust weight of each sample, shape (N,): near 1, and towards 0 far from its socket."""
     log_evidence: float
     """Logarithm of how probable the data are under the model, its unknowns integrated out."""
-    iterates: tuple[Vector, ...]
+    iterates: tuple[np.ndarray, ...]
     """x after each iteration, the start first."""
 
     @property
@@ -47,7 +44,7 @@ class Posterior:
         return len(self.iterates)
 
     @property
-    def values(self) -> Vector:
+    def values(self) -> np.ndarray:
         """The geometric parameters, shape (geometry,) [m, rad]."""
         return self.model.values(self.x)
 
@@ -57,10 +54,10 @@ class Posterior:
         return self.model.deflection(self.x)
 
     @property
-    def residuals(self) -> Vector:
+    def residuals(self) -> np.ndarray:
         """Each sample's ball centre less its socket's, shape (N, 3) [m]."""
         return self.points - self.centres[self.data.sockets]
 
-    def predict(self, q: Vector, torque: Vector) -> Vector:
+    def predict(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return the ball's centre for rows of joint positions and torques, shape (N, 3) [m]."""
         return self.model.predict(self.x, q, torque)

@@ -4,14 +4,10 @@ Each group of unknowns x_g has a prior of mean 0 and standard deviation (width) 
 data set by the evidence; see docs/model.md. The lengths have, beside a width each, one common
 change that the prior leaves nearly free: that of the robot's whole scale.
 """
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..data.observations import Observations
 from .deflection import COMPLIANCE
@@ -19,7 +15,6 @@ from .extended_model import ExtendedModel
 
 __all__ = ["PriorGroup", "prior_groups"]
 
-Vector = NDArray[np.float64]
 BALL_WIDTH = 0.1
 """Prior of the ball's place on the flange [m]: hardly any."""
 TRANSLATION_WIDTH, ROTATION_WIDTH = 1e-3, 5e-3
@@ -39,7 +34,7 @@ class PriorGroup:
 
     name: str
     unit: str
-    members: NDArray[np.int64]
+    members: np.ndarray
     """Their indices among the unknowns."""
     width: float
     """s_g; 0 holds the members at zero."""
@@ -49,16 +44,16 @@ class PriorGroup:
     """Whether the evidence sets the width."""
     effective: float = 0.0
     """gamma_g: how many of its unknowns the data decide."""
-    common: Vector | None = None
+    common: np.ndarray | None = None
     """t: a change of all members in step that the prior allows beside the width, one standard
     deviation of it. For lengths, t is their change when the whole robot grows by 0.2 %."""
 
-    def covariance(self, width: float) -> Vector:
+    def covariance(self, width: float) -> np.ndarray:
         """Return the members' prior covariance for a width: s_g^2 I + t t^T."""
         t = self._common
         return width**2 * np.eye(len(t)) + np.outer(t, t)
 
-    def precision(self, members: NDArray[np.int64], width: float) -> Vector:
+    def precision(self, members: np.ndarray, width: float) -> np.ndarray:
         """Return the prior precision (inverse covariance) of some of the members.
 
         Those left out are known to be zero. By Sherman and Morrison's formula,
@@ -68,7 +63,7 @@ class PriorGroup:
         return (np.eye(len(t)) - np.outer(t, t) / (width**2 + t @ t)) / width**2
 
     @property
-    def _common(self) -> Vector:
+    def _common(self) -> np.ndarray:
         return np.zeros(len(self.members)) if self.common is None else self.common
 
     @property
@@ -81,7 +76,7 @@ class PriorGroup:
         gamma = max(self.effective, 4.0)
         return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
 
-    def updated(self, x: Vector, covariance: Vector, members: NDArray[np.int64]) -> "PriorGroup":
+    def updated(self, x: np.ndarray, covariance: np.ndarray, members: np.ndarray) -> "PriorGroup":
         """Return the group after a fixed-point step of its width (MacKay 1992).
 
             gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2        s_g^2 = |x_g|^2 / gamma_g

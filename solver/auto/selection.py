@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from math import log
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..data.observations import Observations
 from ..robot.parameters import Parameter
@@ -23,7 +22,6 @@ from .posterior import Posterior
 
 __all__ = ["STAGES", "Selection", "held_out_error", "select_model"]
 
-Vector = NDArray[np.float64]
 STAGES: dict[str, tuple[str, ...]] = {"compliance": (COMPLIANCE,), "transmission": TRANSMISSION}
 """What is tried, in this order: name, and its extensions."""
 GAIN = log(20)
@@ -73,7 +71,7 @@ def select_model(
     progress("geometry")
     geometric = best = fit((), data)
     notes: list[str] = []
-    errors: Vector | None = None
+    errors: np.ndarray | None = None
     for stage in (name for name in STAGES if name in stages):
         progress(stage)
         extensions = (*best.model.extensions, *STAGES[stage])
@@ -108,7 +106,7 @@ def _left_out(
     extensions: Sequence[str],
     data: Observations,
     placements: Sequence[str],
-) -> Vector:
+) -> np.ndarray:
     """Return the mean error [m] in each placement, fitted to all others."""
     return np.array(
         [held_out_error(fit(extensions, data.without(name)), data, name) for name in placements]
@@ -117,7 +115,7 @@ def _left_out(
 
 def held_out_error(found: Posterior, data: Observations, placement: str) -> float:
     """Return the mean absolute error of a model in one placement [m]."""
-    distances: list[Vector] = []
+    distances: list[np.ndarray] = []
     for socket, (name, _) in enumerate(data.labels):
         if name == placement:
             rows = data.sockets == socket
@@ -126,7 +124,7 @@ def held_out_error(found: Posterior, data: Observations, placement: str) -> floa
     return float(np.concatenate(distances).mean())
 
 
-def _paired(without: Vector, with_it: Vector) -> tuple[float, float]:
+def _paired(without: np.ndarray, with_it: np.ndarray) -> tuple[float, float]:
     """Return by how much errors fall on average, and the standard error of that [m]."""
     fall = without - with_it
     return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))

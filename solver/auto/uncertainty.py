@@ -1,12 +1,8 @@
 """How well a calibration is known: deviations, what the data cannot identify, predicted errors."""
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..data.observations import Load
 from ..robot.kinematics import gravity_torques, workspace
@@ -23,18 +19,17 @@ __all__ = [
     "workspace_deviation",
 ]
 
-Vector = NDArray[np.float64]
 UNDECIDED = 0.5
 """A direction whose posterior deviation is more than this part of its prior's is the prior's."""
 STRONG = 0.9
 
 
-def deviations(posterior: Posterior) -> Vector:
+def deviations(posterior: Posterior) -> np.ndarray:
     """Return the posterior standard deviation of every unknown before the centres."""
     return np.sqrt(np.diag(posterior.covariance)[: posterior.model.size])
 
 
-def prior_covariance(posterior: Posterior) -> Vector:
+def prior_covariance(posterior: Posterior) -> np.ndarray:
     """Return the prior covariance of all unknowns before the centres."""
     covariance = np.zeros((posterior.model.size,) * 2)
     for group in posterior.groups:
@@ -42,7 +37,7 @@ def prior_covariance(posterior: Posterior) -> Vector:
     return covariance
 
 
-def prior_deviations(posterior: Posterior) -> Vector:
+def prior_deviations(posterior: Posterior) -> np.ndarray:
     """Return the prior standard deviation of every unknown before the centres."""
     return np.sqrt(np.diag(prior_covariance(posterior)))
 
@@ -54,10 +49,10 @@ def correlations(posterior: Posterior) -> list[tuple[str, str, float]]:
     known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior_deviations(posterior)))
     covariance = posterior.covariance[:size, :size][np.ix_(known, known)]
     matrix = covariance / np.outer(deviation[known], deviation[known])
-    names = posterior.model.names
+    names = [posterior.model.names[i] for i in known.tolist()]
     rows, columns = np.nonzero(np.triu(np.abs(matrix) > STRONG, k=1))
     pairs = [
-        (names[known[i]], names[known[j]], float(matrix[i, j]))
+        (names[i], names[j], float(matrix[i, j]))
         for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
     ]
     return sorted(pairs, key=lambda pair: -abs(pair[2]))
@@ -81,7 +76,7 @@ def observability_index(posterior: Posterior) -> float:
     return float(np.exp(np.mean(np.log(values))) / np.sqrt(len(data.positions)))
 
 
-def distance_deviations(posterior: Posterior, q: Vector, torque: Vector) -> Vector:
+def distance_deviations(posterior: Posterior, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
     """Return the predicted 1-sigma error of the distances between successive ball positions.
 
     Args:
@@ -100,7 +95,9 @@ def distance_deviations(posterior: Posterior, q: Vector, torque: Vector) -> Vect
     return np.sqrt(np.einsum("ni,ij,nj->n", slopes, posterior.covariance[:size, :size], slopes))
 
 
-def predicted_deviation(posterior: Posterior, by_socket: Sequence[tuple[Vector, Vector]]) -> float:
+def predicted_deviation(
+    posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]]
+) -> float:
     """Return the predicted rms distance of samples from their socket's mean, noise included [m].
 
     Args:

@@ -1,13 +1,9 @@
 """Where a socket base moved while it was recorded: a jump of the predicted centre."""
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..auto.noise import NU
 from ..auto.posterior import Posterior
@@ -15,7 +11,6 @@ from ..data.measurements import Measurement
 
 __all__ = ["Change", "find_changes", "split_at"]
 
-Vector = NDArray[np.float64]
 SIGNIFICANT = 40.0
 """Of the squared jump over its variance, about 3 were it chance alone."""
 SMALLEST_MOVE = 7.5e-4
@@ -49,7 +44,7 @@ def find_changes(measured: Measurement, together: Posterior) -> tuple[Change, ..
     return tuple(found)
 
 
-def _jump(points: Vector, k: int) -> tuple[float, float]:
+def _jump(points: np.ndarray, k: int) -> tuple[float, float]:
     """Return how significant a jump before sample k is, and its size [m].
 
     Each side has its own robust centre, so that neither a far sample nor the jump itself hides it.

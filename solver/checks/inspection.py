@@ -4,9 +4,6 @@ Each placement is fitted alone, robustly, and its residuals are searched for a b
 samples far from their socket, and for sockets mixed up; its joint positions for near-duplicates
 and for joints that stood still.
 """
-# NumPy's linear algebra is partly untyped.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -14,7 +11,6 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..auto.estimation import estimate
 from ..auto.extended_model import extend
@@ -33,7 +29,6 @@ __all__ = [
     "next_placement",
 ]
 
-Vector = NDArray[np.float64]
 NEAR = np.deg2rad(1.0)
 """Two configurations closer than this on every joint are nearly the same."""
 STILL = np.deg2rad(5.0)
@@ -72,7 +67,7 @@ class Inspection:
     """Mean absolute error of a fit to this placement alone, samples by their weight [m]."""
     changes: tuple[Change, ...]
     findings: tuple[Finding, ...]
-    centre: Vector
+    centre: np.ndarray
     """Between its sockets, as the fit to all placements predicts it, shape (3,) [m]."""
 
 
@@ -135,7 +130,7 @@ def next_placement(robot: Robot, seen: Sequence[Inspection]) -> str:
     return f"To train on two, {best} serve best: they are the most distant. {hint}"
 
 
-def farthest_place(centres: Vector) -> Vector:
+def farthest_place(centres: np.ndarray) -> np.ndarray:
     """Return where a new placement would be farthest from those recorded, shape (3,) [m].
 
     Candidates stand as far from the base axis and as high as those recorded, on all sides of

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import MukcaError
 from ...recorder.dataset import Placement
@@ -48,18 +47,18 @@ class Measurement:
         return tuple(sorted({sample.socket for sample in self.placement.samples}))
 
     @cached_property
-    def by_socket(self) -> tuple[NDArray[np.float64], ...]:
+    def by_socket(self) -> tuple[np.ndarray, ...]:
         """Joint positions in each socket, shape (N_k, m) each."""
         placement = self.placement
         return tuple(placement.positions[placement.sockets == k] for k in self.sockets)
 
     @cached_property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> np.ndarray:
         """Joint positions of all samples, socket after socket, shape (N, m)."""
         return np.concatenate(self.by_socket)
 
     @cached_property
-    def efforts(self) -> NDArray[np.float64] | None:
+    def efforts(self) -> np.ndarray | None:
         """Measured joint efforts, row for row as :attr:`positions`; None without them."""
         efforts, sockets = self.placement.efforts, self.placement.sockets
         if efforts is None:

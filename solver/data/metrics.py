@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .measurements import Measurement
 
@@ -43,12 +42,12 @@ class Metrics:
         }
 
 
-def socket_centres(points: NDArray[np.float64], measured: Measurement) -> NDArray[np.float64]:
+def socket_centres(points: np.ndarray, measured: Measurement) -> np.ndarray:
     """Return the mean of the predicted ball centres in each socket, shape (sockets, 3) [m]."""
     return np.array([points[rows].mean(axis=0) for rows in measured.slices])
 
 
-def evaluate(points: NDArray[np.float64], measured: Measurement) -> Metrics:
+def evaluate(points: np.ndarray, measured: Measurement) -> Metrics:
     """Return the metrics of one placement.
 
     Args:
@@ -65,7 +64,7 @@ def evaluate(points: NDArray[np.float64], measured: Measurement) -> Metrics:
     return Metrics(float(errors.mean()), float(errors.max()), _distance_error(centres, measured))
 
 
-def _distance_error(centres: NDArray[np.float64], measured: Measurement) -> float | None:
+def _distance_error(centres: np.ndarray, measured: Measurement) -> float | None:
     if not measured.has_distance:
         return None
     return float(np.linalg.norm(centres[1] - centres[0])) - measured.distance
@@ -81,7 +80,7 @@ def mean_metrics(metrics: Sequence[Metrics]) -> Metrics:
     )
 
 
-def cost_terms(points: NDArray[np.float64], measured: Measurement) -> tuple[float, float]:
+def cost_terms(points: np.ndarray, measured: Measurement) -> tuple[float, float]:
     """Return the first two terms of Eq. (5), inconsistency and distortion [m^2]."""
     centres = socket_centres(points, measured)
     squares = sum(
@@ -91,7 +90,7 @@ def cost_terms(points: NDArray[np.float64], measured: Measurement) -> tuple[floa
     return squares / len(points), (_distance_error(centres, measured) or 0.0) ** 2
 
 
-def found_deviation(points: NDArray[np.float64], measured: Measurement) -> float:
+def found_deviation(points: np.ndarray, measured: Measurement) -> float:
     """Return the root mean square distance of samples from their socket's mean [m]."""
     return cost_terms(points, measured)[0] ** 0.5
 

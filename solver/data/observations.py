@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import MukcaError
 from ..robot.kinematics import STANDARD_GRAVITY, gravity_torques
@@ -24,7 +23,6 @@ __all__ = [
     "parse_known",
 ]
 
-Vector = NDArray[np.float64]
 SEAT_DEVIATION = 1e-5
 """By so much a base's own distance varies from placement to placement, bolted and dusty [m]."""
 
@@ -42,7 +40,7 @@ class Load:
     payload: float = 0.0
     """Mass at the ball, beyond that of the model [kg]."""
 
-    def torques(self, robot: Robot, measured: Measurement) -> Vector:
+    def torques(self, robot: Robot, measured: Measurement) -> np.ndarray:
         """Return the joints' torques, shape (N, m): as measured, else from the model's masses."""
         if measured.efforts is not None:
             return measured.efforts
@@ -83,11 +81,11 @@ class Known:
 class Observations:
     """What a fit sees."""
 
-    positions: Vector
+    positions: np.ndarray
     """Joint positions, shape (N, m)."""
-    torques: Vector
+    torques: np.ndarray
     """Joint torques, shape (N, m)."""
-    sockets: NDArray[np.int64]
+    sockets: np.ndarray
     """Index of each sample's socket, shape (N,)."""
     labels: tuple[tuple[str, int], ...]
     """Placement and number of each socket."""
@@ -98,7 +96,7 @@ class Observations:
         """Number of sockets in all placements."""
         return len(self.labels)
 
-    def distance_covariance(self) -> Vector:
+    def distance_covariance(self) -> np.ndarray:
         """Return the covariance of the known distances' errors, shape (K, K) [m^2].
 
         A base that was read once errs by the same amount wherever it stands, so placements whose

@@ -4,23 +4,17 @@ Both stop when the objective changes by less than a relative tolerance from one 
 next, the paper's rule.
 """
 
-# CasADi has no types, and NumPy's linear algebra few.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import MukcaError
 
 __all__ = ["NotConverged", "Solution", "gauss_newton", "ipopt"]
 
-Vector = NDArray[np.float64]
 TOLERANCE = 1e-8
 MAX_ITERATIONS = 200
 
@@ -35,8 +29,8 @@ class NotConverged(MukcaError):  # noqa: N818 (the situation's name)
 class Solution:
     """Where the optimizer arrived, and how."""
 
-    x: Vector
-    iterates: tuple[Vector, ...]
+    x: np.ndarray
+    iterates: tuple[np.ndarray, ...]
     """Every accepted point, from the start to the end."""
 
     @property
@@ -46,8 +40,8 @@ class Solution:
 
 
 def gauss_newton(
-    evaluate: Callable[[Vector], tuple[Vector, Vector]],
-    start: Vector,
+    evaluate: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    start: np.ndarray,
     *,
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
@@ -92,7 +86,9 @@ def gauss_newton(
     raise NotConverged(f"gauss-newton did not converge in {max_iterations} iterations")
 
 
-def _damped_step(residuals: Vector, jacobian: Vector, damping: float) -> tuple[Vector, float]:
+def _damped_step(
+    residuals: np.ndarray, jacobian: np.ndarray, damping: float
+) -> tuple[np.ndarray, float]:
     """Return the step, and how much less the linear model promises for the objective."""
     H = jacobian.T @ jacobian
     gradient = jacobian.T @ residuals
@@ -104,7 +100,7 @@ def _damped_step(residuals: Vector, jacobian: Vector, damping: float) -> tuple[V
 
 def ipopt(
     objective: Callable[[Any], Any],
-    start: Vector,
+    start: np.ndarray,
     *,
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
@@ -133,7 +129,7 @@ def ipopt(
             "ipopt": {"print_level": 0, "sb": "yes", "max_iter": max_iterations, "tol": 1e-12},
         },
     )
-    result: Vector = solver(x0=start)["x"].full().ravel()
+    result: np.ndarray = solver(x0=start)["x"].full().ravel()
     status: str = solver.stats()["return_status"]
     if not watch.settled and status not in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
         raise NotConverged(f"ipopt did not converge: {status.replace('_', ' ').lower()}")
@@ -148,7 +144,7 @@ class _Watch(ca.Callback):
         ca.Callback.__init__(self)
         self.size = size
         self.tolerance = tolerance
-        self.iterates: list[Vector] = []
+        self.iterates: list[np.ndarray] = []
         self.objective = np.inf
         self.settled = False
         self.construct("watch", {})
@@ -168,7 +164,7 @@ class _Watch(ca.Callback):
         return ca.Sparsity.dense(size, 1)
 
     def eval(self, arg: Any) -> list[int]:
-        x: Vector = arg[0].full().ravel()
+        x: np.ndarray = arg[0].full().ravel()
         objective = float(arg[1])
         change = self.objective - objective
         self.iterates.append(x)

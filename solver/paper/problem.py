@@ -1,16 +1,11 @@
 """Calibration after the paper: build the problem of Eq. (5), and solve it."""
 
-# CasADi has no types, and NumPy's linear algebra few.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import MukcaError
 from ..data.measurements import Measurement, check_distinct
@@ -30,7 +25,6 @@ __all__ = [
     "solve",
 ]
 
-Vector = NDArray[np.float64]
 OPTIMIZERS = ("gauss-newton", "ipopt")
 REGULARIZATION = 1e-4
 """lambda of Eq. (5)."""
@@ -51,11 +45,11 @@ class Problem:
     regularization: float
 
     @property
-    def start(self) -> Vector:
+    def start(self) -> np.ndarray:
         """The nominal parameters."""
         return self.model.nominal
 
-    def residuals(self, x: Vector) -> tuple[Vector, Vector]:
+    def residuals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return all residuals, shape (r,), and their Jacobian, shape (r, n)."""
         positions = np.concatenate([measured.positions for measured in self.training])
         linear = self.model.linearise(x, positions)
@@ -83,15 +77,15 @@ class Problem:
         return total
 
     @property
-    def _weights(self) -> Vector:
+    def _weights(self) -> np.ndarray:
         """Root of lambda for each parameter: once per placement, never for the ball's own."""
         weight = (self.regularization * len(self.training)) ** 0.5
         return np.array([0.0 if p.of_ball else weight for p in self.parameters])
 
 
 def _placement_residuals(
-    points: Sequence[Vector], slopes: Sequence[Vector], measured: Measurement
-) -> list[tuple[Vector, Vector]]:
+    points: Sequence[np.ndarray], slopes: Sequence[np.ndarray], measured: Measurement
+) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the residuals of one placement, each with its Jacobian.
 
     Args:

@@ -9,17 +9,12 @@ The transform over joint i is, with its origin (p, rpy), its axis a and its posi
 with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF.
 """
 
-# CasADi has no types, and NumPy's linear algebra few.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false, reportMissingTypeStubs=false
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from .urdf import Joint, Robot
 
@@ -33,7 +28,6 @@ __all__ = [
     "workspace",
 ]
 
-Vector = NDArray[np.float64]
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 
 
@@ -82,11 +76,11 @@ def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
 class Linearisation:
     """The ball positions of N samples, and their first derivatives."""
 
-    points: Vector
+    points: np.ndarray
     """Ball centres, shape (N, 3) [m]."""
-    by_parameters: Vector
+    by_parameters: np.ndarray
     """Derivatives by the n free parameters, shape (N, 3, n)."""
-    by_joints: Vector
+    by_joints: np.ndarray
     """Derivatives by the m joint positions, shape (N, 3, m)."""
 
 
@@ -102,7 +96,7 @@ class BallModel:
     def __init__(self, robot: Robot, free: Sequence[int]) -> None:
         self.robot = robot
         self.free = np.array(free, dtype=int)
-        self.nominal: Vector = robot.origins.ravel()[self.free]
+        self.nominal: np.ndarray = robot.origins.ravel()[self.free]
         x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(robot.actuated))
         origins = ca.SX(robot.origins.ravel())
         origins[self.free.tolist()] = x
@@ -116,18 +110,18 @@ class BallModel:
         )
         self._mapped: dict[tuple[str, int], Any] = {}
 
-    def origins(self, parameters: Vector) -> Vector:
+    def origins(self, parameters: np.ndarray) -> np.ndarray:
         """Return all origins with the free numbers in place, shape (joints, 6)."""
         origins = self.robot.origins.ravel()
         origins[self.free] = parameters
         return origins.reshape(-1, 6)
 
-    def points(self, parameters: Vector, positions: Vector) -> Vector:
+    def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Return the ball's centre for each row of joint positions, shape (N, 3) [m]."""
         result = self._map(self.function, len(positions))(parameters, positions.T)
         return result.full().T
 
-    def linearise(self, parameters: Vector, positions: Vector) -> Linearisation:
+    def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives for each row of joint positions."""
         N, n, m = len(positions), len(self.free), positions.shape[1]
         p, by_x, by_q = self._map(self._linear, N)(parameters, positions.T)
@@ -145,7 +139,7 @@ class BallModel:
         return self._mapped[key]
 
 
-def workspace(robot: Robot, count: int, seed: int = 0) -> Vector:
+def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
     """Return random joint positions within the limits, and within one turn, shape (count, m)."""
     lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
     upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
@@ -154,10 +148,10 @@ def workspace(robot: Robot, count: int, seed: int = 0) -> Vector:
 
 def gravity_torques(
     robot: Robot,
-    positions: Vector,
+    positions: np.ndarray,
     gravity: Sequence[float] = STANDARD_GRAVITY,
     payload: float = 0.0,
-) -> Vector:
+) -> np.ndarray:
     """Return what each joint exerts on the arm to hold it at rest, tau = dU/dq.
 
     U is the potential energy of the chain's masses, and of a payload at the ball, by the

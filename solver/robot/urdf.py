@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .urdf_text import ModelError, Origin, UrdfText, add_ball, scan
 
@@ -105,7 +104,7 @@ class Robot:
         return hashlib.sha256(self.text.data).hexdigest()
 
     @property
-    def origins(self) -> NDArray[np.float64]:
+    def origins(self) -> np.ndarray:
         """Origins of all joints as written, shape (joints, 6): x y z [m], roll pitch yaw [rad]."""
         return np.array([joint.origin.xyz + joint.origin.rpy for joint in self.joints], dtype=float)
 

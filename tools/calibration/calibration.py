@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import msgspec
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ... import MukcaError
 from ...recorder.dataset import Placement
@@ -20,6 +20,7 @@ from ..documents.calibration import (
     CalibrationDocument,
     PlacementErrors,
     Result,
+    Role,
     Summaries,
     calibrated_robot,
     read_calibration,
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     from ..report.build import Report
 
 __all__ = ["Calibration", "DistortedError", "Errors", "load_calibration"]
-
-Vector = NDArray[np.float64]
 
 
 class DistortedError(MukcaError):
@@ -52,7 +51,13 @@ class Errors(Sequence[PlacementErrors]):
     summary: Summaries
     """The means over the placements trained on, and over those held out."""
 
-    def __getitem__(self, index):  # pyright: ignore
+    @overload
+    def __getitem__(self, index: int) -> PlacementErrors: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[PlacementErrors, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> PlacementErrors | tuple[PlacementErrors, ...]:
         return self.placements[index]
 
     def __len__(self) -> int:
@@ -67,9 +72,9 @@ class Errors(Sequence[PlacementErrors]):
 
     def table(self) -> "Table":
         """Return the errors as a table for people."""
-        from ..tables import metrics_table
+        from ..console_tables import metrics_table
 
-        return metrics_table(self.as_dict())
+        return metrics_table(self.placements, self.summary)
 
     def __repr__(self) -> str:
         from rich.console import Console
@@ -133,7 +138,7 @@ class Calibration:
 
         return build_report(self.document, self._source)
 
-    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> Vector:
+    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return where the calibrated robot has the ball's centre, in its base frame [m].
 
         Args:
@@ -198,7 +203,9 @@ class Calibration:
 
     def errors_of(self, data: Sequence[Measurement]) -> Errors:
         """Return the errors of checked placements, those trained on first."""
-        roles = [("train" if self._was_trained_on(m) else "test", m) for m in data]
+        roles: list[tuple[Role, Measurement]] = [
+            ("train" if self._was_trained_on(m) else "test", m) for m in data
+        ]
         models = figures.models_of(self.calibrated)
         rows = tuple(
             figures.placement_errors(models, role, m)

@@ -33,6 +33,7 @@ from ..documents.calibration import (
     PlacementSamples,
     PriorWidth,
     RecordedSample,
+    Role,
     Summaries,
     Summary,
     Uncertainty,
@@ -81,7 +82,7 @@ def ball_refitted(
 
 def placement_errors(
     models: Mapping[str, Predict],
-    role: str,
+    role: Role,
     measured: Measurement,
     posterior: Posterior | None = None,
     calibrated: CalibratedRobot | None = None,
@@ -95,16 +96,21 @@ def placement_errors(
         posterior: How well the calibrated model is known, where that is known.
         calibrated: That model.
     """
-    deviations: dict[str, float] = {}
+    predicted = found = None
     if posterior is not None and calibrated is not None:
-        deviations = _deviations(calibrated, posterior, measured)
+        predicted, found = _deviations(calibrated, posterior, measured)
+    metrics = {name: evaluate(predict(measured), measured) for name, predict in models.items()}
     return PlacementErrors(
         name=measured.name,
         role=role,
         samples=measured.counts,
         distance=measured.distance,
-        **{name: evaluate(predict(measured), measured) for name, predict in models.items()},
-        **deviations,
+        nominal=metrics["nominal"],
+        calibrated=metrics["calibrated"],
+        geometric=metrics.get("geometric"),
+        ball_refitted=metrics.get("ball_refitted"),
+        predicted_deviation=predicted,
+        found_deviation=found,
     )
 
 
@@ -228,15 +234,12 @@ def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
 
 def _deviations(
     calibrated: CalibratedRobot, posterior: Posterior, measured: Measurement
-) -> dict[str, float]:
+) -> tuple[float, float]:
     """Return the predicted and the found rms distance of samples from their socket's mean [m]."""
     torques = calibrated.load.torques(calibrated.robot, measured)
     by_socket = [(measured.positions[rows], torques[rows]) for rows in measured.slices]
     points = calibrated.ball(measured.positions, measured.efforts)
-    return {
-        "predicted_deviation": uncertainty.predicted_deviation(posterior, by_socket),
-        "found_deviation": found_deviation(points, measured),
-    }
+    return uncertainty.predicted_deviation(posterior, by_socket), found_deviation(points, measured)
 
 
 def weights_by_placement(
@@ -254,7 +257,7 @@ def weights_by_placement(
 
 
 def recorded(
-    measured: Measurement, role: str, weights: Sequence[float] | None = None
+    measured: Measurement, role: Role, weights: Sequence[float] | None = None
 ) -> PlacementSamples:
     """Return a placement's samples for the calibration file, columns in chain order.
 

@@ -120,7 +120,7 @@ def summary(names: list[str], work: "list[Job]", metrics: "list[list[Metrics]]")
 
 def show(result: dict[str, Any], terminal: Terminal) -> None:
     """Print the tables for people."""
-    from ..tables import left_out_table, matrix_table
+    from ..console_tables import left_out_table, matrix_table
 
     terminal.console.print(left_out_table(result))
     terminal.console.print(matrix_table(result["cross_placement"]))

@@ -183,12 +183,15 @@ def write(
     folder: Path, result: dict[str, Any], models: "Sequence[Attempt]", terminal: Terminal
 ) -> None:
     """Write the report, its figures, and pictures where this machine can make them."""
-    from ..report.simulation import simulation_page
+    import msgspec
+
+    from ..documents.simulation import SimulationDocument
+    from ..report.page.simulation_page import simulation_page
 
     pictures = pictures_of(models, terminal)
     names = [REPORT, RESULT, *pictures]
     result["outputs"] = {name.split(".")[0]: str(folder / name) for name in names}
-    page = simulation_page(result, pictures)
+    page = simulation_page(msgspec.convert(result, SimulationDocument), pictures)
     document = json.dumps(result, allow_nan=False) + "\n"
     write_files(folder, {REPORT: page.encode(), RESULT: document.encode(), **pictures})
     terminal.say(f"Report: {folder / REPORT}")

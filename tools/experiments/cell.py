@@ -1,13 +1,11 @@
 """A simulated arm at its table: where it is taught, where it starts, how it is moved."""
 
 # Pinocchio has no types.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...solver.robot.urdf import Robot
 from .controller import ArmModel, ImpedanceController
@@ -17,7 +15,6 @@ from .scene import JOINT_FRICTION, Scene, urdf_of
 
 __all__ = ["TABLE", "Cell", "build_cell"]
 
-Vector = NDArray[np.float64]
 TABLE = 0.08
 """Height of the table above the arm's base [m]."""
 READY = np.array([0, -np.pi / 4, 0, -3 * np.pi / 4, 0, np.pi / 2, np.pi / 4])
@@ -35,7 +32,7 @@ class Cell:
     model: ArmModel
     scene: Scene
 
-    def guide(self, point: Vector) -> Vector:
+    def guide(self, point: np.ndarray) -> np.ndarray:
         """Return the configuration that a person guides the arm to: tool upright, elbow up.
 
         Args:
@@ -43,7 +40,9 @@ class Cell:
         """
         return reach(self.truth, READY, pose_above(point))
 
-    def start(self, point: Vector, fraction: float, generator: np.random.Generator) -> Vector:
+    def start(
+        self, point: np.ndarray, fraction: float, generator: np.random.Generator
+    ) -> np.ndarray:
         """Return a configuration from which a trial starts.
 
         Args:
@@ -56,12 +55,12 @@ class Cell:
         aside = START_ASIDE * generator.uniform([-1, -1, 0.5], [1, 1, 1.5])
         return reach(self.truth, q, pose_above(point + aside))
 
-    def perform(self, start: Vector, phases: Sequence[Phase]) -> Log:
+    def perform(self, start: np.ndarray, phases: Sequence[Phase]) -> Log:
         """Move the arm from rest at a configuration, shape (m,), through phases of a motion."""
         self.scene.reset(start)
         return run(self.scene, ImpedanceController(self.model), phases)
 
-    def elbow(self, q: Vector) -> float:
+    def elbow(self, q: np.ndarray) -> float:
         """Return the elbow's angle, zero where it is up [rad]."""
         return elbow_angle(self.truth, q)
 

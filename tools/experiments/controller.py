@@ -8,22 +8,18 @@ Phi, J, C and g are those of the model that the controller is given. The arm its
 """
 
 # Pinocchio has no types.
-# pyright: reportMissingImports=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ...solver.robot.urdf import BALL_LINK
 from ...solver.robot.urdf_text import ModelError
 
 __all__ = ["TABLE_II", "ArmModel", "Gains", "ImpedanceController", "pose_error"]
 
-Vector = NDArray[np.float64]
 Pose = Any
 """A ``pinocchio.SE3``: the tool's pose in the base frame."""
 
@@ -53,12 +49,12 @@ class ArmModel:
         self.data: Any = self.model.createData()
         self.tip: int = self.model.getFrameId(tip)
 
-    def pose(self, q: Vector) -> Pose:
+    def pose(self, q: np.ndarray) -> Pose:
         """Return the tool's pose Phi(q) in the base frame."""
         pin.framesForwardKinematics(self.model, self.data, q)
         return self.data.oMf[self.tip].copy()
 
-    def linearise(self, q: Vector) -> tuple[Pose, Vector]:
+    def linearise(self, q: np.ndarray) -> tuple[Pose, np.ndarray]:
         """Return Phi(q), and J(q), shape (6, m): to velocity [m/s] and turning rate [rad/s].
 
         Both are in the base frame's directions. The pose is overwritten by the next call.
@@ -69,12 +65,12 @@ class ArmModel:
             self.model, self.data, self.tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         )
 
-    def bias(self, q: Vector, dq: Vector) -> Vector:
+    def bias(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
         """Return C(q, dq) dq + g(q), shape (m,) [N m]."""
         return pin.nonLinearEffects(self.model, self.data, q, dq)
 
 
-def pose_error(goal: Pose, pose: Pose) -> Vector:
+def pose_error(goal: Pose, pose: Pose) -> np.ndarray:
     """Return x_goal - Phi, shape (6,): translation [m], then rotation vector [rad].
 
     The rotation takes the pose to the goal and is expressed in the base frame, so that with equal
@@ -96,7 +92,7 @@ class Gains:
     """How long the compensator integrates, Delta t [s]."""
 
     @property
-    def damping(self) -> Vector:
+    def damping(self) -> np.ndarray:
         """D = 2 sqrt(K), shape (6,): three in N s/m, three in N m s/rad."""
         return 2 * np.sqrt(np.array(self.stiffness))
 
@@ -113,12 +109,18 @@ class ImpedanceController:
         self.gains = gains
         self.stiffness = np.array(gains.stiffness)
         self.damping = gains.damping
-        self.offset: Vector = np.zeros(6)
+        self.offset: np.ndarray = np.zeros(6)
         """The compensator's force and torque at the tool: the integral in Eq. (8)."""
 
     def torque(
-        self, goal: Pose, q: Vector, dq: Vector, dt: float = 0.0, *, compensate: bool = False
-    ) -> Vector:
+        self,
+        goal: Pose,
+        q: np.ndarray,
+        dq: np.ndarray,
+        dt: float = 0.0,
+        *,
+        compensate: bool = False,
+    ) -> np.ndarray:
         """Return tau_c + tau_comp for one control step.
 
         Args:

@@ -6,8 +6,6 @@ apart by as much as the model contradicts itself.
 """
 
 # Pinocchio has no types.
-# pyright: reportMissingImports=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +13,6 @@ from itertools import combinations
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from .cell import TABLE, Cell
 from .controller import TABLE_II, Pose
@@ -24,7 +21,6 @@ from .postures import pose_above, reach, stratified
 
 __all__ = ["Retracing", "figure", "retrace", "spread"]
 
-Vector = NDArray[np.float64]
 CENTRE = np.array([0.5, 0.0])
 """Of the figure, on the paper [m]."""
 SIZE = np.array([0.04, 0.06])
@@ -47,17 +43,17 @@ class Retracing:
     """The elbow's angle at the start [rad]."""
 
     @property
-    def line(self) -> Vector:
+    def line(self) -> np.ndarray:
         """Where the pen truly was on the paper, step by step, shape (N, 2) [m]."""
         return self.log.tip[self.log.during("draw"), :2]
 
     @property
-    def forces(self) -> Vector:
+    def forces(self) -> np.ndarray:
         """Magnitude of the paper's force on the pen, step by step, shape (N,) [N]."""
         return np.linalg.norm(self.log.force[self.log.during("draw")], axis=1)
 
     @property
-    def touching(self) -> NDArray[np.bool_]:
+    def touching(self) -> np.ndarray:
         """Whether the pen touched the paper, step by step, shape (N,)."""
         return self.forces > 0
 
@@ -69,7 +65,7 @@ class Retracing:
         return float(np.linalg.norm(points[:, None] - shown[None], axis=2).min(axis=1).mean())
 
 
-def figure(fraction: Vector) -> Vector:
+def figure(fraction: np.ndarray) -> np.ndarray:
     """Return points of the figure, an eight, from 0 to 1 along it; shape (..., 2) [m]."""
     t = 2 * np.pi * np.asarray(fraction)
     return CENTRE + SIZE * np.stack([np.sin(2 * t), np.sin(t)], axis=-1)
@@ -86,7 +82,7 @@ def demonstrate(cell: Cell) -> list[Pose]:
     return poses
 
 
-def upwards(poses: Sequence[Pose]) -> Vector:
+def upwards(poses: Sequence[Pose]) -> np.ndarray:
     """Return the unit vector out of the plane in which the model sees the figure, shape (3,)."""
     points = np.array([pose.translation for pose in poses])
     normal = np.linalg.svd(points - points.mean(axis=0))[2][-1]
@@ -115,7 +111,7 @@ def retrace(cell: Cell, count: int, seed: int) -> Iterator[Retracing]:
         yield Retracing(log, cell.elbow(start))
 
 
-def _shifted(pose: Pose, offset: Vector) -> Pose:
+def _shifted(pose: Pose, offset: np.ndarray) -> Pose:
     return pin.SE3(pose.rotation, pose.translation + offset)
 
 
@@ -126,7 +122,7 @@ def _along(path: Sequence[Pose], fraction: float) -> Pose:
     return pin.SE3.Interpolate(path[before], path[before + 1], place - before)
 
 
-def spread(retracings: Sequence[Retracing]) -> Vector:
+def spread(retracings: Sequence[Retracing]) -> np.ndarray:
     """Return the largest distance between any two lines at each moment, shape (N,) [m]."""
     lines = [retracing.line for retracing in retracings]
     apart = [np.linalg.norm(one - other, axis=1) for one, other in combinations(lines, 2)]

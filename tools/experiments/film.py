@@ -1,13 +1,11 @@
 """Two models side by side: the last picture of a trial, and all of it as an animation."""
 
 # Pillow's types are partial.
-# pyright: reportUnknownMemberType=false
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from .attempt import Attempt
@@ -94,7 +92,7 @@ def _paper(trials: Sequence[Trial | Retracing], row: int) -> Image.Image:
     return paper
 
 
-def _pixels(points: NDArray[np.float64]) -> list[tuple[float, float]]:
+def _pixels(points: np.ndarray) -> list[tuple[float, float]]:
     """Return points on the table, shape (N, 2) [m], in the picture: x is up and y to the left."""
     across = WIDTH / 2 - SCALE * (points[:, 1] - PAPER[1])
     down = HEIGHT / 2 - SCALE * (points[:, 0] - PAPER[0])

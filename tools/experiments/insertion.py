@@ -9,13 +9,11 @@ well, and so are the axes of the table along which the hole is moved.
 """
 
 # Pinocchio has no types.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .cell import TABLE, Cell
 from .controller import TABLE_II, Pose
@@ -25,7 +23,6 @@ from .scene import HOLE_DEPTH
 
 __all__ = ["CENTRE", "Trial", "insert_at_centre", "insert_on_cross"]
 
-Vector = NDArray[np.float64]
 CENTRE = np.array([0.5, 0.0])
 """Where the hole was taught, on the table [m]."""
 TAUGHT_DEPTH = 0.015
@@ -48,10 +45,10 @@ class Taught:
 
     goal: Pose
     """The peg's pose in the hole."""
-    out: Vector
+    out: np.ndarray
     """Unit vector out of the hole, shape (3,)."""
 
-    def moved(self, offset: Vector) -> "Taught":
+    def moved(self, offset: np.ndarray) -> "Taught":
         """Return the same for a hole moved by an offset, shape (3,) [m]."""
         goal = self.goal.copy()
         goal.translation = goal.translation + offset
@@ -68,7 +65,7 @@ class Trial:
     """One insertion."""
 
     log: Log
-    hole: Vector
+    hole: np.ndarray
     """Where the hole's axis truly was on the table, shape (2,) [m]."""
     elbow: float
     """The elbow's angle at the start [rad]."""
@@ -89,22 +86,22 @@ class Trial:
         return float(np.linalg.norm(self.miss))
 
     @property
-    def miss(self) -> Vector:
+    def miss(self) -> np.ndarray:
         """Where the tip was just before it went down, less where it should be, shape (3,) [m]."""
         return self.log.tip[self.log.during("compensate")[-1]] - tip_at(self.hole, HOVER)
 
     @property
-    def forces(self) -> Vector:
+    def forces(self) -> np.ndarray:
         """Magnitude of the contact force from the way down to the end, shape (N,) [N]."""
         return np.linalg.norm(self.log.force[self.log.during("insert", "rest")], axis=1)
 
 
-def tip_at(hole: Vector, height: float = 0.0) -> Vector:
+def tip_at(hole: np.ndarray, height: float = 0.0) -> np.ndarray:
     """Return where a tip truly is that is at the taught depth in a hole, or above that [m]."""
     return np.array([*hole, TABLE + HOLE_DEPTH - TAUGHT_DEPTH + height])
 
 
-def teach(cell: Cell, hole: Vector, generator: np.random.Generator) -> Taught:
+def teach(cell: Cell, hole: np.ndarray, generator: np.random.Generator) -> Taught:
     """Guide the arm into a tight hole, and as far out as the hole still guides the peg."""
     goal = cell.model.pose(_guide(cell, tip_at(hole), generator))
     mouth = cell.model.pose(_guide(cell, tip_at(hole, TAUGHT_DEPTH), generator))
@@ -112,7 +109,7 @@ def teach(cell: Cell, hole: Vector, generator: np.random.Generator) -> Taught:
     return Taught(goal, out / np.linalg.norm(out))
 
 
-def _guide(cell: Cell, point: Vector, generator: np.random.Generator) -> Vector:
+def _guide(cell: Cell, point: np.ndarray, generator: np.random.Generator) -> np.ndarray:
     """Return where the arm is guided to; the peg lies in the tight hole with a little play."""
     radius, angle = PLAY * generator.uniform() ** 0.5, generator.uniform(-np.pi, np.pi)
     aside = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
@@ -134,7 +131,7 @@ def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial]:
     """
     generator = np.random.default_rng([seed, 1])
     taught = teach(cell, CENTRE, generator)
-    axes: list[Vector] = []
+    axes: list[np.ndarray] = []
     for branch in BRANCHES[::2]:
         end = teach(cell, CENTRE + PER_BRANCH * STEP * branch, generator)
         axis = end.goal.translation - taught.goal.translation
@@ -147,7 +144,7 @@ def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial]:
 
 
 def insert(
-    cell: Cell, hole: Vector, taught: Taught, fraction: float, generator: np.random.Generator
+    cell: Cell, hole: np.ndarray, taught: Taught, fraction: float, generator: np.random.Generator
 ) -> Trial:
     """Go above the hole, let the compensator remove the offset, and put the peg in without it.
 

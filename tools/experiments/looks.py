@@ -1,9 +1,6 @@
 """How the scene looks in pictures: nothing here is touched or weighs anything."""
 
 # MuJoCo's types are partial.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
-# pyright: reportAttributeAccessIssue=false
 
 from typing import Any
 

@@ -1,22 +1,17 @@
 """Motions of the tool, phase after phase, and what was measured in them."""
 
 # Pinocchio has no types.
-# pyright: reportMissingImports=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from .controller import ImpedanceController, Pose
 from .scene import TIME_STEP, Scene
 
 __all__ = ["ROWS_PER_SECOND", "Log", "Phase", "hold", "move", "run", "smooth"]
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -64,18 +59,18 @@ class Log:
     """A motion as it went, 200 rows a second."""
 
     phase: tuple[str, ...]
-    q: Vector
+    q: np.ndarray
     """Joint positions, shape (N, m) [rad]."""
-    tip: Vector
+    tip: np.ndarray
     """Where the tip truly was, shape (N, 3) [m]."""
-    force: Vector
+    force: np.ndarray
     """Contact force on the tool, shape (N, 3) [N]."""
-    offset: Vector
+    offset: np.ndarray
     """The compensator's force and torque at the tool, shape (N, 6) [N, N m]."""
     steps: int
     """Control steps, rows or not."""
 
-    def during(self, *names: str) -> NDArray[np.int64]:
+    def during(self, *names: str) -> np.ndarray:
         """Return the rows of phases."""
         return np.array([i for i, phase in enumerate(self.phase) if phase in names])
 
@@ -87,7 +82,7 @@ def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) 
         All phases' rows, one after the other; the last of each phase is among them.
     """
     names: list[str] = []
-    rows: list[tuple[Vector, Vector, Vector, Vector]] = []
+    rows: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
     q, dq = scene.data.qpos, scene.data.qvel
     steps = 0
     for phase in phases:

@@ -1,9 +1,6 @@
 """Pictures of the simulated arm, rendered by MuJoCo without a display."""
 
 # MuJoCo's types are partial, and OpenGL has none.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
-# pyright: reportAttributeAccessIssue=false
 
 import importlib
 import io
@@ -16,7 +13,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from ... import MukcaError
@@ -24,7 +20,6 @@ from .scene import Scene
 
 __all__ = ["HEIGHT", "WIDTH", "Camera", "PictureError", "View", "animation", "panel", "png"]
 
-Vector = NDArray[np.float64]
 WIDTH, HEIGHT = 320, 240
 """Of one picture [pixels]."""
 LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
@@ -81,7 +76,7 @@ class Camera:
         self._canvas.free()
         self._gl.free()
 
-    def shot(self, q: Vector, view: View) -> Image.Image:
+    def shot(self, q: np.ndarray, view: View) -> Image.Image:
         """Return a picture of the arm at joint positions, shape (m,) [rad]."""
         self.scene.show(q)
         camera = mujoco.MjvCamera()

@@ -1,31 +1,27 @@
 """Configurations that hold one pose of the tool: the null space of a redundant arm."""
 
 # Pinocchio has no types.
-# pyright: reportMissingImports=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ..simulate import SimulationError
 from .controller import ArmModel, Pose, pose_error
 
 __all__ = ["elbow_angle", "pose_above", "reach", "self_motion", "stratified"]
 
-Vector = NDArray[np.float64]
 MARGIN = 0.1
 """How far from their limits joints stay [rad]."""
 STEP = 0.02
 """Between neighbours on a self-motion, as the norm of the change of all joints [rad]."""
 
 
-def pose_above(point: Vector) -> Pose:
+def pose_above(point: np.ndarray) -> Pose:
     """Return the pose of a tool that points straight down, its tip at a point."""
     return pin.SE3(np.diag([1.0, -1.0, -1.0]), np.asarray(point, dtype=float))
 
 
-def reach(model: ArmModel, q: Vector, pose: Pose) -> Vector:
+def reach(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
     """Return the configuration nearest to q, by Newton steps, that puts the tool at a pose.
 
     Raises:
@@ -38,11 +34,11 @@ def reach(model: ArmModel, q: Vector, pose: Pose) -> Vector:
             return q
         dq = J.T @ np.linalg.solve(J @ J.T + 1e-9 * np.eye(6), error)
         q = q + dq * min(1.0, 0.3 / max(float(np.abs(dq).max()), 1e-12))
-    where = np.round(pose.translation, 3).tolist()
+    where = [round(float(x), 3) for x in pose.translation]
     raise SimulationError(f"the arm cannot reach {where} from where it is")
 
 
-def self_motion(model: ArmModel, q: Vector, pose: Pose) -> Vector:
+def self_motion(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
     """Return the configurations that hold a pose, from one end of the elbow's range to the other.
 
     Args:
@@ -58,11 +54,11 @@ def self_motion(model: ArmModel, q: Vector, pose: Pose) -> Vector:
     return np.array([*other_way[::-1], q, *one_way])
 
 
-def _walk(model: ArmModel, q: Vector, pose: Pose, sense: float) -> list[Vector]:
+def _walk(model: ArmModel, q: np.ndarray, pose: Pose, sense: float) -> list[np.ndarray]:
     """Return the steps along the null vector of J until a joint is near its limit."""
     lower = np.asarray(model.model.lowerPositionLimit) + MARGIN
     upper = np.asarray(model.model.upperPositionLimit) - MARGIN
-    walked: list[Vector] = []
+    walked: list[np.ndarray] = []
     before = sense * _null_vector(model, q)
     for _ in range(2000):
         along = _null_vector(model, q)
@@ -77,18 +73,18 @@ def _walk(model: ArmModel, q: Vector, pose: Pose, sense: float) -> list[Vector]:
     return walked
 
 
-def _null_vector(model: ArmModel, q: Vector) -> Vector:
+def _null_vector(model: ArmModel, q: np.ndarray) -> np.ndarray:
     """Return the unit joint velocity that leaves the tool where it is, shape (m,)."""
     vector = np.linalg.svd(model.linearise(q)[1])[2][-1]
     return vector * np.sign(vector[np.argmax(np.abs(vector))])
 
 
-def stratified(count: int, generator: np.random.Generator) -> Vector:
+def stratified(count: int, generator: np.random.Generator) -> np.ndarray:
     """Return numbers in [0, 1), one drawn from each of ``count`` equal parts, shuffled."""
     return generator.permutation((np.arange(count) + generator.uniform(0, 1, count)) / count)
 
 
-def elbow_angle(model: ArmModel, q: Vector) -> float:
+def elbow_angle(model: ArmModel, q: np.ndarray) -> float:
     """Return how far the elbow of a 7-joint arm is turned about the line shoulder-wrist [rad].
 
     It is zero where the elbow is straight above that line.

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .drawing import Retracing, spread
 from .insertion import Trial
@@ -71,7 +70,7 @@ LINE_EVERY = 20
 
 def _statistics(values: Sequence[float]) -> dict[str, float]:
     """Return mean, least and largest of some trials' values."""
-    numbers: NDArray[np.float64] = np.array(values)
+    numbers: np.ndarray = np.array(values)
     return {
         "mean": float(numbers.mean()),
         "min": float(numbers.min()),

@@ -1,15 +1,11 @@
 """The arm as it truly is, its tool, and what it touches, in MuJoCo."""
 
 # MuJoCo's types are partial.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
-# pyright: reportAttributeAccessIssue=false
 
 from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from ...solver.robot.urdf import Robot
 from ...solver.robot.urdf_text import set_origins
@@ -17,7 +13,6 @@ from .looks import HIDDEN, ORANGE, add_looks, add_open_block, add_stem
 
 __all__ = ["HOLE_DEPTH", "JOINT_FRICTION", "PEG_RADIUS", "TIME_STEP", "Scene", "urdf_of"]
 
-Vector = NDArray[np.float64]
 TIME_STEP = 1e-3
 """Of the physics, and of the controller [s]."""
 JOINT_FRICTION = 0.2
@@ -86,7 +81,7 @@ class Scene:
         self.data: Any = mujoco.MjData(self.model)
         self._tool: int = self.model.body(arm.tip).id
 
-    def reset(self, q: Vector) -> None:
+    def reset(self, q: np.ndarray) -> None:
         """Put the arm at rest at joint positions, shape (m,) [rad]; the hole stays."""
         hole = self.data.mocap_pos.copy()
         mujoco.mj_resetData(self.model, self.data)
@@ -94,26 +89,26 @@ class Scene:
         self.data.mocap_pos[:] = hole
         mujoco.mj_forward(self.model, self.data)
 
-    def place_hole(self, centre: Vector) -> None:
+    def place_hole(self, centre: np.ndarray) -> None:
         """Stand the block with the hole somewhere on the table, shape (2,) [m]."""
         self.data.mocap_pos[0] = [*centre, self.table]
 
-    def show(self, q: Vector) -> None:
+    def show(self, q: np.ndarray) -> None:
         """Put the arm at joint positions, for a picture only."""
         self.data.qpos[:] = q
         mujoco.mj_kinematics(self.model, self.data)
 
-    def step(self, torque: Vector) -> None:
+    def step(self, torque: np.ndarray) -> None:
         """Let the joints exert torques, shape (m,) [N m], for one time step."""
         self.data.ctrl[:] = torque
         mujoco.mj_step(self.model, self.data)
 
     @property
-    def tip(self) -> Vector:
+    def tip(self) -> np.ndarray:
         """Where the peg's or pen's tip truly is, shape (3,) [m]."""
         return self.data.xpos[self._tool].copy()
 
-    def contact_force(self) -> Vector:
+    def contact_force(self) -> np.ndarray:
         """Return the force of block, table or paper on the tool, shape (3,) [N]."""
         mujoco.mj_rnePostConstraint(self.model, self.data)
         return self.data.cfrc_ext[self._tool, 3:].copy()

@@ -3,8 +3,6 @@
 Needs the extra ``step``; the Python binding is large, and nothing else here uses it.
 """
 # The binding's classes are made at run time; its stubs do not come with all of its versions.
-# pyright: reportMissingImports=false, reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false, reportMissingModuleSource=false
 
 import contextlib
 import math

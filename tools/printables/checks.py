@@ -5,7 +5,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .ball import BallPart
 from .limits import BED, TILT, PrintableError
@@ -74,7 +73,7 @@ def check_tilt(base: SocketBase, part: BallPart, tilt: float = TILT) -> None:
 
 def leaning(
     base: SocketBase, part: BallPart, socket: int, tilt: float, azimuth: float, spin: float = 0.0
-) -> NDArray[np.float64]:
+) -> np.ndarray:
     """Return the pose of a ball part that sits in a socket, its neck up, then leaning.
 
     Args:
@@ -96,11 +95,11 @@ def leaning(
     return np.column_stack((lean, centre - lean @ np.array((0.0, 0.0, part.height))))
 
 
-def _turn_z(angle: float) -> NDArray[np.float64]:
+def _turn_z(angle: float) -> np.ndarray:
     c, s = math.cos(angle), math.sin(angle)
     return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
 
 
-def _turn_y(angle: float) -> NDArray[np.float64]:
+def _turn_y(angle: float) -> np.ndarray:
     c, s = math.cos(angle), math.sin(angle)
     return np.array(((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)))

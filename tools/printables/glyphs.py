@@ -7,7 +7,6 @@ import itertools
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .solid import Outline, Prism, Solid
 
@@ -80,7 +79,7 @@ def _outlines(text: str, scale: float) -> tuple[Outline, ...]:
             bars += [_bar(a, b) for a, b in itertools.pairwise(corners)]
         left += _advance(letter)
     shape = CrossSection.batch_boolean(bars, OpType.Add).scale((scale, scale))
-    rings: list[NDArray[np.float64]] = cast("Any", shape).to_polygons()
+    rings: list[np.ndarray] = cast("Any", shape).to_polygons()
     return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings)
 
 

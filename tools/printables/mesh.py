@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .solid import Difference, Frustum, Intersection, Moved, Prism, Solid, Sphere, Union
 
@@ -25,9 +24,9 @@ CHORD = 0.002
 class Mesh:
     """A closed surface."""
 
-    vertices: NDArray[np.float32]
+    vertices: np.ndarray
     """Shape (vertices, 3) [mm], in single precision, as an STL file holds them."""
-    triangles: NDArray[np.int64]
+    triangles: np.ndarray
     """Vertex numbers, anticlockwise from outside, shape (triangles, 3)."""
 
 

@@ -1,8 +1,20 @@
-"""Figures in words, the same wherever a report speaks."""
+"""Numbers in words and round numbers, the same wherever a report speaks."""
 
+import math
 from collections.abc import Sequence
 
-__all__ = ["area", "brief_area", "fixed", "joined", "mm", "percent", "plural", "short_names"]
+__all__ = [
+    "area",
+    "brief_area",
+    "fixed",
+    "joined",
+    "mm",
+    "nice_above",
+    "percent",
+    "plural",
+    "short_names",
+    "short_where",
+]
 
 
 def mm(metres: float, digits: int = 2) -> str:
@@ -11,7 +23,7 @@ def mm(metres: float, digits: int = 2) -> str:
 
 
 def fixed(value: float, digits: int, sign: str = "") -> str:
-    """Return a number with so many digits behind the point; zero has no minus."""
+    """Return a number with so many decimals; zero has no minus."""
     return f"{round(value, digits) + 0.0:{sign}.{digits}f}"
 
 
@@ -46,7 +58,9 @@ def area(position: Sequence[float]) -> str:
     """Return where a point lies as the robot sees it: its x is ahead, its y to the left."""
     x, y, z = position
     parts = ((x, "ahead", "behind"), (y, "to its left", "to its right"), (z, "up", "below"))
-    words = [f"{abs(v):.2f} m {plus if v > 0 else minus}" for v, plus, minus in parts if _seen(v)]
+    words = [
+        f"{abs(v):.2f} m {plus if v > 0 else minus}" for v, plus, minus in parts if _worth_saying(v)
+    ]
     return ", ".join(words) or "at its base"
 
 
@@ -54,9 +68,22 @@ def brief_area(position: Sequence[float]) -> str:
     """Return the same for a table, in metres without the unit."""
     x, y, z = position
     parts = ((x, "ahead", "behind"), (y, "left", "right"), (z, "up", "down"))
-    words = [f"{abs(v):.2f} {plus if v > 0 else minus}" for v, plus, minus in parts if _seen(v)]
+    words = [
+        f"{abs(v):.2f} {plus if v > 0 else minus}" for v, plus, minus in parts if _worth_saying(v)
+    ]
     return ", ".join(words) or "at the base"
 
 
-def _seen(metres: float) -> bool:
+def _worth_saying(metres: float) -> bool:
     return abs(metres) >= 5e-3
+
+
+def short_where(where: str) -> str:
+    """Return a file and line with no more folders than tell placements apart."""
+    return "/".join(where.split("/")[-3:])
+
+
+def nice_above(value: float, digits: Sequence[float] = (1, 2, 2.5, 5, 10)) -> float:
+    """Return the next of some digits times a power of ten that is not below a value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(d * power for d in digits if d * power >= value * (1 - 1e-9))
