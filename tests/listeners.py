@@ -37,16 +37,12 @@ def saying(*texts: bytes, pause: float = 0.0) -> Iterator[str]:
     server = socket.create_server(("127.0.0.1", 0))
 
     def serve():
-        client, _ = server.accept()
-        try:
-            with client:
-                while texts:
-                    for text in texts:
-                        client.sendall(text)
-                        time.sleep(pause)
-                time.sleep(30)
-        except OSError:
-            return
+        with suppress(OSError), server.accept()[0] as client:
+            while texts:
+                for text in texts:
+                    client.sendall(text)
+                    time.sleep(pause)
+            client.recv(1)  # until it leaves
 
     threading.Thread(target=serve, daemon=True).start()
     yield f"127.0.0.1:{server.getsockname()[1]}"
@@ -65,8 +61,7 @@ def rtde_controller(*packages: bytes) -> Iterator[str]:
     }
 
     def serve():
-        client, _ = server.accept()
-        with client, suppress(OSError):
+        with suppress(OSError), server.accept()[0] as client:
             while request := client.recv(4096):
                 kind = request[2:3]
                 reply = struct.pack(">H", 3 + len(replies[kind])) + kind + replies[kind]
@@ -83,9 +78,9 @@ def fci_robot(*datagrams: bytes, version: int = 5) -> Iterator[str]:
     server = socket.create_server(("127.0.0.1", 0))
 
     def serve():
-        client, (host, _) = server.accept()
         udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        with client, udp, suppress(OSError):
+        with suppress(OSError), udp, server.accept()[0] as client:
+            host = client.getpeername()[0]
             udp.bind(("127.0.0.1", 0))
             port = struct.unpack_from("<H", client.recv(16), 14)[0]
             client.sendall(struct.pack("<IIIBH", 0, 0, 15, 0, version))

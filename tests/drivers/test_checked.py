@@ -156,3 +156,40 @@ def test_a_connection_is_ended_once_and_gives_nothing_then():
     with pytest.raises(DriverError, match="closed") as caught:
         driver.read(1.0)
     assert caught.value.reason is Reason.UNREACHABLE
+
+
+def test_an_error_that_cannot_be_mended_ends_the_connection():
+    driver = Scripted(0.1, DriverError(Reason.PROTOCOL, "noise"), 0.2)
+    driver.read(1.0)
+    with pytest.raises(DriverError, match="noise"):
+        driver.read(1.0)
+    assert driver.closed == 1
+    with pytest.raises(DriverError, match="closed"):
+        driver.read(1.0)
+
+
+def test_a_state_that_the_constructor_waited_for_is_read_once():
+    driver = Scripted(0.1, 0.2)
+    driver._await_first(1.0)
+    assert stamps(driver) == [0.1, 0.2]
+    driver = Scripted(0.1)
+    driver._await_first(1.0)
+    driver.close()
+    with pytest.raises(DriverError, match="closed"):
+        driver.read(1.0)
+
+
+def test_a_constructor_that_fails_leaves_nothing_open():
+    class Failing(Scripted):
+        def __init__(self, ended):
+            super().__init__()
+            with self._closed_on_error():
+                raise KeyError
+
+        def _disconnect(self):
+            ended.append(1)
+
+    ended = []
+    with pytest.raises(KeyError):
+        Failing(ended)
+    assert ended == [1]

@@ -175,6 +175,14 @@ def test_rtde_recipes(noise):
     rejected(decode_recipe, noise, None)
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("place", range(7))
+def test_rtde_numbers_that_are_none(place, value):
+    numbers = [2.5, *Q[:6]]
+    numbers[place] = value
+    rejected(Recipe(1, effort=False).decode, struct.pack(">Bd6dii", 1, *numbers, 7, 1))
+
+
 def test_rtde_recipe_with_an_output_that_is_not_there():
     good = b"\x01DOUBLE,VECTOR6D,INT32,INT32"
     assert decode_recipe(good, None) == Recipe(1, effort=False)

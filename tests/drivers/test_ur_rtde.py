@@ -3,6 +3,7 @@
 import re
 import sys
 from importlib.util import find_spec
+from types import SimpleNamespace
 
 import pytest
 from emulation import emulated_program
@@ -62,6 +63,42 @@ def test_a_silence_is_told(tmp_path):
         while True:
             driver.read(0.5)
     assert caught.value.reason is Reason.SILENT
+
+
+def test_stamp_and_angles_are_of_one_state(monkeypatch):
+    """The interface may take in a state between two questions."""
+
+    class Robot:
+        def __init__(self, *settings):
+            self.number = 1
+            self.asked = 0
+
+        def getTimestamp(self):
+            return 0.002 * self.number
+
+        def getActualQ(self):
+            angles = [0.001 * self.number] * 6
+            self.asked += 1
+            self.number += self.asked % 3 > 0  # in two cases of three, just after the answer
+            return angles
+
+        def getRobotMode(self):
+            return 7
+
+        def getSafetyMode(self):
+            return 1
+
+        def isConnected(self):
+            return True
+
+        def disconnect(self):
+            pass
+
+    monkeypatch.setitem(sys.modules, "rtde_receive", SimpleNamespace(RTDEReceiveInterface=Robot))
+    monkeypatch.setattr("mukca.drivers.ur_rtde.open_tcp", lambda *_: SimpleNamespace(close=int))
+    with UrRtde("127.0.0.1") as driver:
+        for state in [driver.read(1.0) for _ in range(20)]:
+            assert state.position == pytest.approx([state.stamp / 2] * 6)
 
 
 def test_a_package_that_is_not_there_is_named(monkeypatch):
