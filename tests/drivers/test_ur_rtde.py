@@ -77,10 +77,9 @@ def test_stamp_and_angles_are_of_one_state(monkeypatch):
             return 0.002 * self.number
 
         def getActualQ(self):
-            angles = [0.001 * self.number] * 6
             self.asked += 1
-            self.number += self.asked % 3 > 0  # in two cases of three, just after the answer
-            return angles
+            self.number += self.asked % 3 > 0  # in two cases of three, after the stamp was asked
+            return [0.001 * self.number] * 6
 
         def getRobotMode(self):
             return 7
