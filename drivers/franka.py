@@ -1,12 +1,13 @@
 """Franka Panda (FER) and FR3: the Franka Control Interface, listened to.
 
-A TCP connection to port 1337 agrees on a protocol version and announces a UDP port; the robot
-then sends its state there once a millisecond. Nothing more is ever sent: no motion, no command,
-not even a datagram. The TCP connection stays open, and closing it ends the stream.
+Over a TCP connection to port 1337 this computer and the robot agree on a protocol version, and this
+computer names a UDP port; the robot then sends its state there once a millisecond. Nothing more is
+ever sent: no motion, no command, not even a datagram. The TCP connection stays open, and closing it
+ends the stream.
 
-Efforts are ``tau_J``, the torque sensors of the joints' link side. Their sign is that of the
-gravity torque at rest, as the vendor's force control example uses it (tau_J less gravity is what
-acts from outside); it was not proven on a robot here.
+Efforts are ``tau_J``, measured by the torque sensors on the joints' link side. At rest they have
+the sign of the gravity torque: the vendor's force control example subtracts gravity from them to get
+what acts from outside. This was not proven on a robot here.
 
 Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
 """

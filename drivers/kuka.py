@@ -1,11 +1,11 @@
 """KUKA LBR iiwa and LBR Med: the Fast Robot Interface, monitored.
 
-The controller sends first, once a Sunrise application has opened an FRI session to this
-computer. A reply to every so many messages keeps the session; it is a header alone and carries
-no command. A session that goes on to command the arm is left at once.
+The controller sends first, once a Sunrise application has opened an FRI session to this computer.
+The session stays open as long as messages are answered, as many as the session asks for. An answer
+is a header alone and carries no command. A session that goes on to command the arm is left at once.
 
-Efforts are the measured joint torques. Their sign was not proven: record at rest, compare it
-with the model's gravity torque, and set ``effort=-1`` if they oppose each other.
+Efforts are the measured joint torques. Their sign was not proven: record at rest, compare with the
+model's gravity torque, and set ``effort=-1`` if they oppose each other.
 
 Address: ``HOST[:PORT][?bind=LOCAL&effort=-1]``. HOST is the controller; PORT (30200) is the UDP
 port that the application sends to, opened here on LOCAL, by default on all interfaces.
@@ -110,7 +110,7 @@ class Kuka(CheckedDriver):
             )
 
     def _answer(self, message: StateMessage, source: tuple[str, int]) -> None:
-        """Reply to each receiveMultiplier-th message, never when idle."""
+        """Answer a message if an answer is due: after each receiveMultiplier messages, not when idle."""
         if message.session is Session.IDLE:
             return
         self._unanswered += 1

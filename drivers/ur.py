@@ -1,13 +1,13 @@
 """Universal Robots, CB3 and e-series, UR3 to UR20: RTDE, outputs only.
 
-RTDE streams over TCP port 30004, at 500 Hz from an e-series controller and 125 Hz from a CB3.
-It is read here without a vendor's package, since ur-rtde's receive interface keeps the latest
-state alone: a reader that must not lose one cannot use it. The requests are those of ur-rtde.
+RTDE streams over TCP port 30004, at 500 Hz from an e-series controller and 125 Hz from a CB3. It is
+read here without a package, so that no state is lost: the receive interface of the package ur-rtde
+keeps the latest state alone (:mod:`mukca.drivers.ur_rtde`). The requests are the same.
 
 Efforts are None: these arms measure motor currents, and no torque in N m. ``effort=OUTPUT`` asks
-the controller for one of its own outputs of six numbers instead. ``target_moment`` is what its
-model computes, not what it measures, so that a hand on the arm does not show in it. The sign of
-such an output was not proven.
+the controller for one of its outputs of six numbers instead. ``target_moment`` is what its model
+computes and not what it measures, so that a hand on the arm does not show in it. The sign of such
+an output was not proven.
 
 Address: ``HOST[:PORT][?rate=HZ&effort=OUTPUT]``.
 """
