@@ -18,16 +18,15 @@ from .deflection import COMPLIANCE, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, Noise
+from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors
 from .objective import (
     Objective,
     State,
     build_objective,
-    distance_rows,
     free_unknowns,
     linearise,
     prior_precision,
     start,
-    weigh,
 )
 from .posterior import Posterior
 from .priors import PriorGroup
@@ -45,16 +44,9 @@ class Step:
 
     change: np.ndarray
     """Of all unknowns, shape (n,); zero for those that are held."""
-    free: np.ndarray
-    """Which of all unknowns are not held, shape (n,)."""
-    information: np.ndarray
-    """Curvature of L that the data give to the free unknowns."""
     covariance: np.ndarray
-    """Inverse of the whole curvature, priors included: that of the free unknowns."""
-    inverse_scales: np.ndarray
-    """C_i^-1, shape (N, 3, 3) [1/m^2]."""
-    weights: np.ndarray
-    """w_i, shape (N,)."""
+    """Inverse of the whole curvature, priors included, shape (n, n); zero for what is held."""
+    normal: NormalEquations
 
 
 def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
@@ -86,8 +78,7 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
                 state = replace(state, at_zero=state.at_zero & ~_held_compliances(state))
                 compliances_may_return = False
             else:
-                last = _gauss_newton(objective, state)
-                return posterior(objective, state, last.information, last.free, iterates)
+                return posterior(objective, state, iterates)
     except np.linalg.LinAlgError:
         raise NotConverged("auto diverged; see mukca check, or try --method paper") from None
     raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
@@ -96,26 +87,16 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
 def _gauss_newton(objective: Objective, state: State) -> Step:
     """Return the step to the minimum of L's quadratic approximation.
 
-        H = sum_i k w_i J_i^T C_i^-1 J_i + B^T W^T W B + P        step = -H^-1 (dL/dx)     (3)
+        H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (3)
 
-    where J_i and B are the derivatives of e_i and of the distances, and k is what a sample of
-    Student's distribution tells, relative to a Gaussian one.
+    See :func:`~mukca.solver.auto.normal_equations.normal_equations` for the data's part.
     """
-    linear = state.linear
-    inverse_scales, _, weights = weigh(state)
-    root = np.linalg.cholesky(inverse_scales * (INFORMATION * weights)[:, None, None])
-    A = (root.transpose(0, 2, 1) @ linear.jacobian).reshape(-1, objective.size)
-    a = (root.transpose(0, 2, 1) @ linear.errors[:, :, None]).ravel() / INFORMATION
-    B, b = distance_rows(objective, state)
-    free = free_unknowns(objective, state)
-    prior = prior_precision(objective, state, free)
-    information = A[:, free].T @ A[:, free] + B[:, free].T @ B[:, free]
-    x = np.concatenate([state.x, np.zeros(state.centres.size)])[free]
-    gradient = (A.T @ a + B.T @ b - objective.by_volume)[free] + prior @ x
-    covariance = inverse(information + prior)
-    change = np.zeros(objective.size)
-    change[free] = -covariance @ gradient
-    return Step(change, free, information, covariance, inverse_scales, weights)
+    normal = normal_equations(objective, state)
+    prior = prior_precision(objective, state)
+    x = np.concatenate([state.x, np.zeros(state.centres.size)])
+    gradient = normal.gradient + prior @ x - objective.by_volume
+    covariance = inverse(normal.information + prior, free_unknowns(objective, state))
+    return Step(-covariance @ gradient, covariance, normal)
 
 
 def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
@@ -124,8 +105,8 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     centres = state.centres + step.change[objective.model.size :].reshape(-1, 3)
     linear = linearise(objective, x, centres)
     moved = replace(state, x=x, centres=centres, at_zero=at_zero, linear=linear)
-    groups, change = _updated_groups(objective, moved, step)
-    noise = _updated_noise(state, moved, step)
+    groups, change = _updated_groups(moved, step)
+    noise = _updated_noise(objective, state, moved, step)
     before = state.noise
     change = max(change, abs(log(noise.space / before.space)))
     if before.joint_effect(linear.by_joints) > NEGLIGIBLE:
@@ -144,36 +125,36 @@ def _moved(state: State, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return x, at_zero
 
 
-def _updated_groups(
-    objective: Objective, state: State, step: Step
-) -> tuple[tuple[PriorGroup, ...], float]:
+def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:
     """Return the groups after a step of their widths (4), and the largest relative change.
 
     Widths whose effect is negligible do not count for the change.
     """
-    covariance = np.zeros((objective.size, objective.size))
-    covariance[np.ix_(step.free, step.free)] = step.covariance
     groups: list[PriorGroup] = []
     change = 0.0
     for group in state.groups:
         new = group
         if group.learned:
             members = group.members[~state.at_zero[group.members]]
-            new = group.updated(state.x[members], covariance[np.ix_(members, members)], members)
+            new = group.updated(
+                state.x[members], step.covariance[np.ix_(members, members)], members
+            )
             if _effect(state, new) > NEGLIGIBLE:
                 change = max(change, abs(log(new.width / group.width)))
         groups.append(new)
     return tuple(groups), change
 
 
-def _updated_noise(state: State, moved: State, step: Step) -> Noise:
+def _updated_noise(objective: Objective, state: State, moved: State, step: Step) -> Noise:
     """Return the noise after a step of its scales (5), see :class:`Noise`."""
-    J = state.linear.jacobian[:, :, step.free]
-    leverage = (J @ step.covariance) @ J.transpose(0, 2, 1)
-    leverage *= INFORMATION * step.weights[:, None, None]
-    errors = state.linear.errors + state.linear.jacobian @ step.change
+    weights = step.normal.weights
+    spread = leverage(objective, state, step.covariance)
     squares = state.noise.fisher_step(
-        step.inverse_scales, step.weights, errors, leverage, state.linear.by_joints
+        step.normal.inverse_scales,
+        weights,
+        predicted_errors(objective, state, step.change),
+        INFORMATION * weights[:, None, None] * spread,
+        state.linear.by_joints,
     )
     return state.noise.updated(squares, state.noise.joint_effect(moved.linear.by_joints))
 
@@ -181,7 +162,7 @@ def _updated_noise(state: State, moved: State, step: Step) -> Noise:
 def _effect(state: State, group: PriorGroup) -> float:
     """Return how far a group's width moves the ball, relative to the noise."""
     members = group.members[~state.at_zero[group.members]]
-    squares: np.ndarray = np.sum(state.linear.jacobian[:, :, members] ** 2, axis=(1, 2)) / 3
+    squares: np.ndarray = np.sum(state.linear.by_unknowns[:, :, members] ** 2, axis=(1, 2)) / 3
     return group.width * float(np.mean(squares)) ** 0.5 / state.noise.space
 
 

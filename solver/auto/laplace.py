@@ -10,19 +10,14 @@ from math import lgamma, log, pi
 import numpy as np
 
 from .noise import NU
-from .objective import Objective, State, distance_rows, prior_precision, priors, weigh
+from .normal_equations import normal_equations, weigh
+from .objective import Objective, State, distance_rows, free_unknowns, prior_precision, priors
 from .posterior import Posterior
 
 __all__ = ["inverse", "posterior"]
 
 
-def posterior(
-    objective: Objective,
-    state: State,
-    information: np.ndarray,
-    free: np.ndarray,
-    iterates: list[np.ndarray],
-) -> Posterior:
+def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> Posterior:
     """Return what is known at a state where the iteration has settled.
 
     The covariance counts the uncertainty of the priors' widths.
@@ -30,14 +25,11 @@ def posterior(
     Args:
         objective: What was minimised.
         state: At its minimum.
-        information: Curvature of the objective there that the data give to the free unknowns.
-        free: Which unknowns are free.
         iterates: x after each iteration.
     """
-    widened = information + prior_precision(objective, state, free, widened=True)
-    covariance = np.zeros((objective.size, objective.size))
-    covariance[np.ix_(free, free)] = inverse(widened)
-    _, _, weights = weigh(state)
+    normal = normal_equations(objective, state)
+    widened = normal.information + prior_precision(objective, state, widened=True)
+    covariance = inverse(widened, free_unknowns(objective, state))
     return Posterior(
         objective.model,
         objective.data,
@@ -47,15 +39,13 @@ def posterior(
         state.groups,
         state.noise,
         state.linear.points,
-        weights * NU / (NU + 3),
-        _log_evidence(objective, state, information, free),
+        normal.weights * NU / (NU + 3),
+        _log_evidence(objective, state, normal.information),
         tuple(iterates),
     )
 
 
-def _log_evidence(
-    objective: Objective, state: State, information: np.ndarray, free: np.ndarray
-) -> float:
+def _log_evidence(objective: Objective, state: State, information: np.ndarray) -> float:
     """Return the logarithm of the evidence.
 
     log p(data) = -L + sum_g log|P_g| / 2 - log|H| / 2 + log p(widths)                 (6)
@@ -71,11 +61,22 @@ def _log_evidence(
         P = group.precision(members, group.width)
         value += 0.5 * float(np.linalg.slogdet(P)[1] - state.x[members] @ P @ state.x[members])
         value -= 0.5 * (group.width / group.scale) ** 2
-    hessian = information + prior_precision(objective, state, free)
+    free = free_unknowns(objective, state)
+    hessian = (information + prior_precision(objective, state))[np.ix_(free, free)]
     return float(value - 0.5 * np.linalg.slogdet(hessian)[1])
 
 
-def inverse(H: np.ndarray) -> np.ndarray:
-    """Return the inverse of a positive definite matrix whose rows differ in scale."""
-    scale = 1 / np.sqrt(np.diag(H))
-    return np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale
+def inverse(H: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Return the inverse of a positive definite matrix whose rows differ in scale.
+
+    Args:
+        H: The matrix, shape (n, n).
+        free: Which rows and columns count, shape (n,); the others are zero in the inverse.
+    """
+    part = H[np.ix_(free, free)]
+    scale = 1 / np.sqrt(np.diag(part))
+    whole = np.zeros_like(H)
+    whole[np.ix_(free, free)] = (
+        np.linalg.inv(part * scale[:, None] * scale) * scale[:, None] * scale
+    )
+    return whole

@@ -25,7 +25,7 @@ import numpy as np
 
 from ..data.observations import Observations
 from .extended_model import ExtendedModel
-from .noise import NU, Noise
+from .noise import Noise
 from .priors import PriorGroup, prior_groups
 
 __all__ = [
@@ -39,7 +39,6 @@ __all__ = [
     "prior_precision",
     "priors",
     "start",
-    "weigh",
 ]
 
 
@@ -68,8 +67,8 @@ class Linear:
     """Phi(x, q_i), shape (N, 3) [m]."""
     errors: np.ndarray
     """e_i, shape (N, 3) [m]."""
-    jacobian: np.ndarray
-    """Derivatives of e_i by all unknowns, shape (N, 3, n)."""
+    by_unknowns: np.ndarray
+    """J_i, derivatives of the ball's position by x, shape (N, 3, size)."""
     by_joints: np.ndarray
     """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m)."""
 
@@ -92,9 +91,7 @@ def build_objective(model: ExtendedModel, data: Observations) -> Objective:
     """Return the objective of a model and data."""
     N, S = len(data.sockets), data.socket_count
     by_volume = 3 * (N - S) * np.concatenate([model.by_scale(), np.zeros(3 * S)])
-    whiten: np.ndarray = np.linalg.inv(np.linalg.cholesky(data.distance_covariance())).astype(
-        np.float64
-    )
+    whiten = np.linalg.inv(np.linalg.cholesky(data.distance_covariance()))
     return Objective(model, data, by_volume, whiten)
 
 
@@ -119,26 +116,7 @@ def linearise(objective: Objective, x: np.ndarray, centres: np.ndarray) -> Linea
     """Return the samples' errors and their derivatives at some unknowns."""
     model, data = objective.model, objective.data
     points, by_x, by_joints = model.linearise(x, data.positions, data.torques)
-    by_centres = np.zeros((len(by_x), 3, centres.size))
-    for axis in range(3):
-        by_centres[np.arange(len(by_x)), axis, 3 * data.sockets + axis] = -1
-    jacobian = np.concatenate([by_x, by_centres], axis=2)
-    return Linear(points, points - centres[data.sockets], jacobian, by_joints)
-
-
-def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return C_i^-1, e_i^T C_i^-1 e_i, and the robust weights w_i.
-
-        w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (2)
-
-    With them, weighted squares have the gradient of Student's distribution.
-    """
-    inverse: np.ndarray = np.linalg.inv(state.noise.scales(state.linear.by_joints)).astype(
-        np.float64
-    )
-    e = state.linear.errors
-    squares = np.einsum("ni,nij,nj->n", e, inverse, e)
-    return inverse, squares, (NU + 3) / (NU + squares)
+    return Linear(points, points - centres[data.sockets], by_x, by_joints)
 
 
 def distance_rows(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
@@ -171,19 +149,16 @@ def free_unknowns(objective: Objective, state: State) -> np.ndarray:
     return free
 
 
-def prior_precision(
-    objective: Objective, state: State, free: np.ndarray, *, widened: bool = False
-) -> np.ndarray:
-    """Return P of the free unknowns.
+def prior_precision(objective: Objective, state: State, *, widened: bool = False) -> np.ndarray:
+    """Return P of all unknowns, shape (n, n); zero for the centres and what is held.
 
     Args:
         objective: The objective.
         state: Its groups.
-        free: Which unknowns are not held.
         widened: Whether the uncertainty of the widths counts.
     """
     P = np.zeros((objective.size, objective.size))
     for group, members in priors(state):
         width = group.deviation if widened else group.width
         P[np.ix_(members, members)] = group.precision(members, width)
-    return P[np.ix_(free, free)]
+    return P

@@ -67,7 +67,7 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
     predicted_deviation: float | None = None
     """Root mean square distance of samples from their socket's mean, as predicted [m]."""
     found_deviation: float | None = None
-    """The same, as it came out [m]."""
+    """The same, as computed from the samples [m]."""
 
 
 class Summary(Document, kw_only=True, frozen=True):
@@ -104,7 +104,7 @@ class ParameterValue(Document, kw_only=True, frozen=True):
 
 
 class Coefficient(Document, kw_only=True, frozen=True):
-    """One coefficient of an extension of the geometry."""
+    """One coefficient beyond the geometry: a joint's compliance or transmission error."""
 
     name: str
     unit: str
@@ -113,7 +113,7 @@ class Coefficient(Document, kw_only=True, frozen=True):
 
 
 class PriorWidth(Document, kw_only=True, frozen=True):
-    """A group of unknowns, and what the data decided of its prior."""
+    """A group of parameters that share a prior, and how wide the data made that prior."""
 
     name: str
     unit: str
@@ -121,12 +121,12 @@ class PriorWidth(Document, kw_only=True, frozen=True):
     width: float
     """Standard deviation of the prior."""
     effective: float
-    """How many of its unknowns the data decide."""
+    """How many of its parameters the data decide; the others stay where the prior has them."""
     active: bool
 
 
 class NoiseScale(Document, kw_only=True, frozen=True):
-    """The noise that was found."""
+    """How noisy the recordings are, as the fit estimates it."""
 
     space: float
     """Of the ball's place in a socket [m]."""
@@ -137,7 +137,7 @@ class NoiseScale(Document, kw_only=True, frozen=True):
 
 
 class Correlation(Document, kw_only=True, frozen=True):
-    """Two unknowns that the data decide only together."""
+    """Two parameters that the data decide only together."""
 
     a: str
     b: str

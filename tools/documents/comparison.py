@@ -1,7 +1,8 @@
 """What ``compare.json`` holds: several calibrations of one robot on the same data; in metres."""
 
 from .files import Document
-from .report import Displacement, Quantiles
+from .report_drawing import Displacement
+from .report_errors import Quantiles
 
 __all__ = [
     "FORMAT",

@@ -28,19 +28,19 @@ def fixed(value: float, digits: int, sign: str = "") -> str:
 
 
 def percent(fraction: float) -> str:
-    """Return a share; all but all is never written as all."""
+    """Return a share in percent; 0 % and 100 % are written only where they are exact."""
     whole = round(100 * fraction)
     whole = 99 if whole == 100 and fraction < 1 else whole
     return f"{1 if whole == 0 and fraction > 0 else whole} %"
 
 
 def plural(count: int, word: str) -> str:
-    """Return a count with its noun."""
+    """Return a count with its noun, as in "1 sample" and "2 samples"."""
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
 def joined(words: Sequence[str]) -> str:
-    """Return a list in words."""
+    """Return a list in words, as in "front, left and right"."""
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} and {words[-1]}"
@@ -65,7 +65,7 @@ def area(position: Sequence[float]) -> str:
 
 
 def brief_area(position: Sequence[float]) -> str:
-    """Return the same for a table, in metres without the unit."""
+    """Return where a point lies, as :func:`area` does, in fewer words for a table [m]."""
     x, y, z = position
     parts = ((x, "ahead", "behind"), (y, "left", "right"), (z, "up", "down"))
     words = [
@@ -84,6 +84,11 @@ def short_where(where: str) -> str:
 
 
 def nice_above(value: float, digits: Sequence[float] = (1, 2, 2.5, 5, 10)) -> float:
-    """Return the next of some digits times a power of ten that is not below a value."""
+    """Return the smallest round number that is not below a value, such as 2.5 for 2.1.
+
+    Args:
+        value: Above zero.
+        digits: What counts as round, times any power of ten.
+    """
     power = 10.0 ** math.floor(math.log10(value))
     return next(d * power for d in digits if d * power >= value * (1 - 1e-9))

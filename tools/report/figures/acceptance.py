@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...documents.calibration import Model
-from ...documents.report import Limit, Limits
+from ...documents.report_verdict import Limit, Limits
 
 __all__ = ["ARMS", "Arm", "known_arm", "limits_for"]
 
@@ -39,7 +39,7 @@ ARMS: dict[str, Arm] = {
 """The shipped robots."""
 
 RESOLUTION = 1e-4
-"""What a ball in a printed socket resolves, however well the arm repeats [m]."""
+"""The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
 
 
 def known_arm(names: list[str]) -> str | None:

@@ -7,7 +7,7 @@ from ....solver.calibrated import CalibratedRobot
 from ....solver.data.measurements import Measurement
 from ....solver.robot.kinematics import link_frames
 from ....solver.robot.urdf import Robot
-from ...documents.report import ArmDrawing, Displacement
+from ...documents.report_drawing import ArmDrawing, Displacement
 from ..words import nice_above
 from .errors import as_point
 from .meshes import link_meshes
@@ -18,13 +18,13 @@ __all__ = ["arm_drawing", "frames"]
 CONFIGURATIONS = 400
 """Configurations drawn at most."""
 SHOWN_SHIFT = 0.05
-"""By default the difference of the models is drawn so large that it is this share of the arm."""
+"""The view first enlarges the difference of the two models to this share of the arm's reach."""
 
 
 def arm_drawing(predictions: Predictions) -> ArmDrawing:
     """Return the skeletons of both models, where the sockets are, and meshes where there are any.
 
-    Many configurations are thinned out to some :data:`CONFIGURATIONS`.
+    Where there are more than :data:`CONFIGURATIONS`, only every second, third, ... is drawn.
     """
     robot, calibration = predictions.robot, predictions.calibration
     counts = [len(placement.samples) for placement in predictions.placements]

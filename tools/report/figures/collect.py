@@ -1,4 +1,4 @@
-"""All figures of a report: the document that is ``report.json``, but for the plots' captions."""
+"""All figures of a report, worked out from a calibration: the way into this folder."""
 
 import math
 import shlex
@@ -10,7 +10,8 @@ from typing import Any, cast
 from ....solver.data.observations import KnownDistance
 from ...documents.calibration import CalibrationDocument, misfit
 from ...documents.files import fields_of
-from ...documents.report import FORMAT, Answers, ReportDocument, ReportProvenance
+from ...documents.report import FORMAT, ReportDocument, ReportProvenance
+from ...documents.report_verdict import Answers
 from .acceptance import limits_for
 from .answers.data import data_answer
 from .answers.next import next_answer
@@ -26,7 +27,7 @@ from .verdict import judge
 __all__ = ["Options", "report_figures"]
 
 DRAWN = 3000
-"""Samples drawn at most; figures rest on all of them."""
+"""Samples drawn at most; all figures are computed from all of them."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Options:
     repeatability: float | None = None
     """Of the arm [m]; None for what is known of it."""
     mean_absolute_error: float | None = None
-    """Limit [m]; None, here and below, for what the repeatability says."""
+    """Limit [m]; None, here and below, for a multiple of the repeatability."""
     distance_error: float | None = None
     between_placements: float | None = None
     known: Sequence[KnownDistance] = ()

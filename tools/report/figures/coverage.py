@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...documents.report import Coverage, JointRange, SocketCoverage
+from ...documents.report_drawing import Coverage, JointRange, SocketCoverage
 from .predictions import Predictions
 
 __all__ = ["coverage"]

@@ -6,7 +6,7 @@ from .... import MukcaError
 from ....solver.data.metrics import evaluate
 from ....solver.paper.problem import REGULARIZATION, Problem, build_problem, solve
 from ....solver.robot.parameters import Parameter, all_parameters
-from ...documents.report import CrossPlacement
+from ...documents.report_errors import CrossPlacement
 from .predictions import PlacementPrediction, Predictions
 
 __all__ = ["cross_placement"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...documents.calibration import PlacementErrors, Role, Summary
 from ...documents.files import fields_of
-from ...documents.report import (
+from ...documents.report_errors import (
     ByModel,
     PlacementReport,
     Point,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....solver.data.observations import KnownDistance, KnownError
-from ...documents.report import KnownDistanceErrors, ModelName
+from ...documents.report_errors import KnownDistanceErrors, ModelName
 from .predictions import PlacementPrediction, Predictions, norms
 
 __all__ = ["known_distance_errors"]

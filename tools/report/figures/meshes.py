@@ -11,7 +11,7 @@ import numpy as np
 
 from ....solver.robot.urdf import Robot
 from ...documents.calibration import Model
-from ...documents.report import LinkMesh
+from ...documents.report_drawing import LinkMesh
 
 __all__ = ["link_meshes", "thin_out"]
 

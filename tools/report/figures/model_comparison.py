@@ -22,7 +22,7 @@ from ...documents.comparison import (
     ErrorsOverall,
 )
 from ...documents.files import fields_of
-from ...documents.report import Displacement
+from ...documents.report_drawing import Displacement
 from .errors import quantiles
 from .predictions import calibrated_points, measurements_of, norms
 
@@ -58,7 +58,7 @@ class Contender:
 
 
 @dataclass(frozen=True)
-class _Tried:
+class _PlacementPoints:
     """One placement, and where every model puts the ball in its samples."""
 
     measured: Measurement
@@ -138,7 +138,7 @@ def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> Com
     names = [NOMINAL, *(contender.name for contender in contenders)]
     first = contenders[0].calibration
     tried = [
-        _Tried(
+        _PlacementPoints(
             m,
             (
                 first.nominal_ball(m.positions),
@@ -163,7 +163,7 @@ def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> Com
     )
 
 
-def _overall(k: int, judged: Sequence[_Tried]) -> ErrorsOverall:
+def _overall(k: int, judged: Sequence[_PlacementPoints]) -> ErrorsOverall:
     """Return the errors of model k over the placements that none was trained on."""
     metrics = [evaluate(placement.points[k], placement.measured) for placement in judged]
     return ErrorsOverall(
@@ -173,7 +173,7 @@ def _overall(k: int, judged: Sequence[_Tried]) -> ErrorsOverall:
     )
 
 
-def _placement(tried: _Tried) -> ComparedPlacement:
+def _placement(tried: _PlacementPoints) -> ComparedPlacement:
     return ComparedPlacement(
         name=tried.measured.name,
         samples=tuple(tried.measured.counts),
@@ -190,7 +190,7 @@ def _placement(tried: _Tried) -> ComparedPlacement:
     )
 
 
-def _pair(tried: Sequence[_Tried], fair: Sequence[int], a: int, b: int) -> ComparedPair:
+def _pair(tried: Sequence[_PlacementPoints], fair: Sequence[int], a: int, b: int) -> ComparedPair:
     """Return by how much the error of model b exceeds that of model a, sample by sample."""
     rows = tuple(_difference(placement.errors[b] - placement.errors[a]) for placement in tried)
     return ComparedPair(

@@ -19,7 +19,7 @@ from ...documents.calibration import (
     misfit,
 )
 from ...documents.files import DocumentError
-from ...documents.report import ByModel, ModelName
+from ...documents.report_errors import ByModel, ModelName
 
 __all__ = [
     "MODELS",

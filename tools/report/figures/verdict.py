@@ -3,14 +3,8 @@
 from collections.abc import Sequence
 
 from ....solver.checks.inspection import Finding
-from ...documents.report import (
-    KnownDistanceErrors,
-    Limit,
-    LimitResult,
-    Limits,
-    RoleSummary,
-    Verdict,
-)
+from ...documents.report_errors import KnownDistanceErrors, RoleSummary
+from ...documents.report_verdict import Limit, LimitResult, Limits, Verdict
 from ..words import joined, mm, plural
 
 __all__ = ["judge"]

@@ -1,7 +1,8 @@
 """The top of the report: the verdict, before and after, and the answers to a user's questions."""
 
 from ...documents.calibration import Role
-from ...documents.report import ReportDocument, RoleSummary
+from ...documents.report import ReportDocument
+from ...documents.report_errors import RoleSummary
 from ..words import mm, plural, short_names, short_where
 from .html.cells import Cell, figure, table
 from .html.markup import Element, Node, tag

@@ -7,7 +7,9 @@ versions of the page's sentences. All are written here; the page's script only c
 from collections.abc import Sequence
 
 from ...documents.files import Document
-from ...documents.report import Answer, PlacementReport, ReportDocument
+from ...documents.report import ReportDocument
+from ...documents.report_errors import PlacementReport
+from ...documents.report_verdict import Answer
 from ..figures.answers.use import answer_at, use_text
 from .plots.use import map_sentence
 

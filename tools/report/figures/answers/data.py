@@ -3,14 +3,8 @@
 from collections.abc import Sequence
 
 from .....solver.checks.inspection import Finding
-from ....documents.report import (
-    CrossPlacement,
-    DataAnswer,
-    LoneFit,
-    PlacementReport,
-    SampleErrors,
-    WorstSample,
-)
+from ....documents.report_errors import CrossPlacement, PlacementReport, SampleErrors
+from ....documents.report_verdict import DataAnswer, LoneFit, WorstSample
 from ...words import joined, mm, plural, short_names
 
 __all__ = ["FAR", "data_answer", "placements_with_errors"]

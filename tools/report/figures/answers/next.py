@@ -6,7 +6,9 @@ import numpy as np
 
 from .....solver.checks.inspection import Finding, farthest_place
 from ....documents.calibration import NextPlacement
-from ....documents.report import Coverage, NextAnswer, PlacementReport
+from ....documents.report_drawing import Coverage
+from ....documents.report_errors import PlacementReport
+from ....documents.report_verdict import NextAnswer
 from ...words import area, joined, short_names
 from ..errors import as_point
 from ..predictions import norms

@@ -3,22 +3,15 @@
 from collections.abc import Sequence
 
 from ....documents.calibration import Uncertainty
-from ....documents.report import (
-    Answer,
-    Limits,
-    PlacementReport,
-    RoleSummaries,
-    UseAnswer,
-    UseAtPlacement,
-    Verdict,
-)
+from ....documents.report_errors import PlacementReport, RoleSummaries
+from ....documents.report_verdict import Answer, Limits, UseAnswer, UseAtPlacement, Verdict
 from ...words import brief_area, joined, mm, short_names
 
 __all__ = ["answer_at", "use_answer", "use_text"]
 
 _ANSWERS: dict[Answer, str] = {"yes": "yes", "mostly": "mostly (19 of 20 samples)", "no": "no"}
 SIDE = 0.05
-"""A place less than this off the robot's middle is on neither side [m]."""
+"""A place nearer than this to the robot's x axis is neither left nor right [m]."""
 _CANNOT_SEE = (
     "the flange's orientation and another tool's centre point: calibrate that tool by itself",
     "where the robot's base stands in the room, or what a camera sees",
@@ -102,14 +95,14 @@ def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, sta
 
 
 def _side(position: Sequence[float]) -> str:
-    """Return on which of the robot's sides a place lies, since names come from either side."""
+    """Return on which of the robot's sides a place lies; its name may be given from the other."""
     if abs(position[1]) < SIDE:
         return ""
     return f" (to the robot's {'left' if position[1] > 0 else 'right'})"
 
 
 def _meaning_text(repeatability: float | None) -> str:
-    """Return what error is meant, and below what no calibration brings it."""
+    """Return what is meant by error, and that no calibration brings it below the repeatability."""
     text = (
         "The error is the distance in space of the ball's centre: for a peg, enter half of what "
         "its diameter leaves free. Tilt is not in it."
@@ -120,7 +113,7 @@ def _meaning_text(repeatability: float | None) -> str:
 
 
 def _alone_text(summary: RoleSummaries) -> str | None:
-    """Return what holds for those who load the exported URDF; None where that is all there is."""
+    """Return how accurate the exported URDF is by itself; None where it is the whole model."""
     _, judged = summary.judged
     if judged.geometric is None:
         return None
@@ -134,7 +127,7 @@ def _alone_text(summary: RoleSummaries) -> str | None:
 
 
 def _between_text(verdict: Verdict, uncertainty: Uncertainty | None) -> str:
-    """Return what is known of points that were not taught at the place itself."""
+    """Return how accurate points are that were computed, as from a drawing, and not taught."""
     row = next(row for row in verdict.limits if row.name == "between_placements")
     start = (
         "This is about a point taught at the place itself and reached again in another "

@@ -6,7 +6,8 @@ from typing import Literal
 import numpy as np
 
 from ....documents.calibration import Iteration, Role
-from ....documents.report import CrossPlacement, ReportDocument
+from ....documents.report import ReportDocument
+from ....documents.report_errors import CrossPlacement
 from ...words import joined, mm, plural, short_names
 from ..html.markup import Element, tag
 from .axes import Axis, Panel, Rows

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....documents.report import Coverage, ReportDocument
+from ....documents.report import ReportDocument
+from ....documents.report_drawing import Coverage
 from ...figures.answers.next import HARDLY_MOVED
 from ...words import joined, short_names
 from ..html.markup import Element

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ....documents.calibration import Role
-from ....documents.report import ModelName, ReportDocument
+from ....documents.report import ReportDocument
+from ....documents.report_errors import ModelName
 from ...words import short_names
 from ..html.markup import Element, tag
 

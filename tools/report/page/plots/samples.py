@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ....documents.report import ModelName, ReportDocument, SampleErrors
+from ....documents.report import ReportDocument
+from ....documents.report_errors import ModelName, SampleErrors
 from ...figures.answers.data import FAR
 from ...words import mm, nice_above
 from ..html.markup import Element

@@ -1,6 +1,7 @@
 """The two views that turn under the mouse; the page's script draws them from the figures."""
 
-from ....documents.report import ModelName, ReportDocument
+from ....documents.report import ReportDocument
+from ....documents.report_errors import ModelName
 from ...words import mm, nice_above, plural
 from ..html.markup import Element, tag
 from .plot import BOTH, Plot, lengths

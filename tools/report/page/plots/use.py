@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....documents.report import Answer, PlacementReport, Point, ReportDocument
+from ....documents.report import ReportDocument
+from ....documents.report_errors import PlacementReport, Point
+from ....documents.report_verdict import Answer
 from ...words import area, joined, mm, percent
 from ..html.markup import Element, tag
 from .axes import Axis, Panel, Rows
