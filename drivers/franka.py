@@ -6,8 +6,8 @@ ever sent: no motion, no command, not even a datagram. The TCP connection stays 
 ends the stream.
 
 Efforts are ``tau_J``, measured by the torque sensors on the joints' link side. At rest they have
-the sign of the gravity torque: the vendor's force control example subtracts gravity from them to get
-what acts from outside. This was not proven on a robot here.
+the sign of the gravity torque: the vendor's force control example subtracts gravity from them to
+get what acts from outside. This was not proven on a robot here.
 
 Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
 """

@@ -110,7 +110,7 @@ class Kuka(CheckedDriver):
             )
 
     def _answer(self, message: StateMessage, source: tuple[str, int]) -> None:
-        """Answer a message if an answer is due: after each receiveMultiplier messages, not when idle."""
+        """Answer a message where one is due: each receiveMultiplier-th, and none when idle."""
         if message.session is Session.IDLE:
             return
         self._unanswered += 1
