@@ -12,9 +12,8 @@ A test module subclasses it once for each robot, or for each simulator of one::
             with my_simulated_arm() as port:
                 yield f"127.0.0.1:{port}"
 
-Whether angles are in radians and no state is lost can be seen only where it is known what the robot
-sent. A simulator knows: give its states by the fixture ``sent``, and by ``lossy`` those of a
-simulator that drops some of its messages. ``mukca`` tests its own drivers in the same way.
+That angles are in radians and no state is lost can be seen only where it is known what was sent. A
+simulator knows: give its states by ``sent``, and by ``lossy`` those of one that loses some.
 """
 
 import math
@@ -137,20 +136,18 @@ class DriverContract:
         """States that come while nobody reads are returned afterwards, the oldest first."""
         if sent is None or not self.keeps_all:
             pytest.skip("nobody knows what was sent, or the driver cannot keep it")
-        states = self._read_with_a_pause(opened)
-        assert opened.missed == 0
-        self._assert_complete(states, sent(), 0)
+        states, missed = self._read_with_a_pause(opened)
+        assert missed == 0
+        self._assert_complete(states, sent(), missed)
 
     def test_counts_what_was_missed(self, lossy: tuple[str, Sent] | None) -> None:
         """Each state that was sent is returned or counted as missed."""
         if lossy is None:
             pytest.skip("no robot that loses states")
         with self.driver(lossy[0]) as driver:
-            driver.read(READ_SECONDS)
-            before = driver.missed
-            states = self._read_with_a_pause(driver)
-            assert driver.missed > before, "nothing was lost; let the simulator lose more"
-            self._assert_complete(states, lossy[1](), driver.missed - before)
+            states, missed = self._read_with_a_pause(driver)
+            assert missed > 0, "nothing was lost; let the simulator lose more"
+            self._assert_complete(states, lossy[1](), missed)
 
     def test_counts(self, opened: Driver) -> None:
         """What was missed and rejected is counted, and the status is text."""
@@ -219,10 +216,14 @@ class DriverContract:
         assert caught.value.reason is Reason.BAD_ADDRESS
         assert "\n" not in str(caught.value)
 
-    def _read_with_a_pause(self, driver: Driver) -> list[JointState]:
-        states = [driver.read(READ_SECONDS) for _ in range(STATES)]
+    def _read_with_a_pause(self, driver: Driver) -> tuple[list[JointState], int]:
+        """Return states, and how many the driver missed from the first to the last of them."""
+        states = [driver.read(READ_SECONDS)]
+        before = driver.missed
+        states += [driver.read(READ_SECONDS) for _ in range(STATES)]
         clock.sleep(PAUSE_SECONDS)
-        return states + [driver.read(READ_SECONDS) for _ in range(2 * STATES)]
+        states += [driver.read(READ_SECONDS) for _ in range(2 * STATES)]
+        return states, driver.missed - before
 
     def _assert_complete(
         self, states: Sequence[JointState], truths: Sequence[JointState], missed: int

@@ -2,12 +2,12 @@
 
 import math
 import struct
-import threading
 
 import can
 import pytest
 
 from mukca.drivers import DriverError, Reason
+from mukca.drivers.canbus import open_bus
 from mukca.drivers.piper import Piper, decode_frame
 
 
@@ -60,8 +60,13 @@ def whole(*turns):
 
 
 @pytest.fixture
-def driver(arm):
-    threading.Timer(0.2, arm, whole(0)).start()
+def driver(arm, monkeypatch):
+    def open_and_send(*where):
+        bus = open_bus(*where)
+        arm(*whole(0))
+        return bus
+
+    monkeypatch.setattr("mukca.drivers.piper.open_bus", open_and_send)
     with Piper("virtual/piper") as driver:
         driver.read(1)
         yield driver
