@@ -11,12 +11,13 @@ with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from .urdf import Joint, Robot
+from .urdf import Body, Joint, Robot
 
 __all__ = [
     "BallModel",
@@ -174,10 +175,18 @@ def gravity_function(
     robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
 ) -> Any:
     """Return :func:`gravity_torques` as a CasADi function of one configuration."""
-    q = ca.SX.sym("q", len(robot.actuated))
-    frames = link_frames(robot.joints, ca.DM(robot.origins.ravel()), q)
+    return _gravity_function(robot.joints, robot.bodies, tuple(gravity), payload)
+
+
+@lru_cache(maxsize=16)
+def _gravity_function(
+    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
+) -> Any:
+    q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
+    origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
+    frames = link_frames(joints, ca.DM(origins), q)
     energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
-    for body in robot.bodies:
+    for body in bodies:
         R, p = frames[body.joint]
         energy -= body.mass * ca.dot(ca.DM(gravity), p + R @ ca.DM(body.centre))
     return ca.Function("gravity", [q], [ca.densify(ca.gradient(ca.SX(energy), q))])

@@ -12,6 +12,8 @@ from mukca.tools.calibration.calibration import load_calibration
 from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo: Path) -> None:
     summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]

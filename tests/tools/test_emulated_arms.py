@@ -17,12 +17,14 @@ from mukca.solver.robot.urdf import load_robot
 from mukca.tools.cli import main
 from mukca.tools.simulate import perturb, reachable_bases, record
 
+pytestmark = pytest.mark.slow
+
 SAMPLES = 8
 STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
 NOISE = 2e-5  # rad, of the emulated encoders
 ROUNDING = {"piper": 1e-5}  # rad: thousandths of a degree
 RATES = {"kinova": 20}  # polled states in a window
-MOTION = ("--hold", "1.5", "--move", "0.7", "--noise", str(NOISE))
+MOTION = ("--hold", "0.9", "--move", "0.7", "--noise", str(NOISE))
 CANDIDATES = 150
 
 ARMS = [

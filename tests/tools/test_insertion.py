@@ -25,6 +25,8 @@ from mukca.tools.experiments.controller import ArmModel
 from mukca.tools.experiments.models import record_placements
 from mukca.tools.experiments.scene import urdf_of
 
+pytestmark = pytest.mark.slow
+
 Simulate = Callable[..., dict]
 
 
@@ -38,14 +40,16 @@ def simulate(capsys) -> Simulate:
 
 
 @pytest.fixture(scope="module")
-def calibrated(tmp_path_factory) -> str:
+def calibrated(shared) -> str:
     """The URDF that a user gets: the arm recorded at four placements, and solved."""
-    folder = tmp_path_factory.mktemp("calibrated")
-    for placement in record_placements(demo_arm()[1], seed=0):
-        write_holes(placement, folder / "recordings" / placement.name)
-    recordings, out = str(folder / "recordings"), str(folder / "out")
-    assert main(["solve", recordings, "--robot", "panda", "--out", out]) == 0
-    return f"{out}/calibrated.urdf"
+
+    def make(folder: Path) -> None:
+        for placement in record_placements(demo_arm()[1], seed=0):
+            write_holes(placement, folder / "recordings" / placement.name)
+        recordings, out = str(folder / "recordings"), str(folder / "out")
+        assert main(["solve", recordings, "--robot", "panda", "--out", out]) == 0
+
+    return str(shared("simulated", make) / "out/calibrated.urdf")
 
 
 def test_the_calibrated_model_inserts_and_the_nominal_does_not(simulate, calibrated) -> None:
@@ -106,6 +110,9 @@ def test_a_report_shows_both_models(
 ) -> None:
     monkeypatch.setattr(film, "INTERVAL", 2.0)
     monkeypatch.setattr(drawing, "SECONDS", 4.0)
+    for module in (film, pictures):  # small ones are drawn sooner
+        monkeypatch.setattr(module, "WIDTH", 160)
+        monkeypatch.setattr(module, "HEIGHT", 120)
     out = tmp_path / "out"
     trials = "2" if experiment == "drawing" else "1"
     words = (experiment, "--model", calibrated, "--trials", trials, "--out", str(out))

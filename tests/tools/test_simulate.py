@@ -51,6 +51,7 @@ def test_only_calibrated_origins_are_perturbed(name: str) -> None:
     assert moved == [j.actuated or j is robot.ball_joint for j in robot.joints]
 
 
+@pytest.mark.slow
 def test_out_of_reach_is_told(panda) -> None:
     far = Base("far", np.array([3.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     with pytest.raises(SimulationError, match="cannot reach"):

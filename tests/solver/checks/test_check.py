@@ -105,6 +105,7 @@ def test_the_next_placement_is_away_from_those_there_are(panda, placements) -> N
     assert "front" in next_placement(panda, seen) and "left" in next_placement(panda, seen)
 
 
+@pytest.mark.slow
 def test_the_drop_in_a_real_recording_is_found(recordings: Path) -> None:
     found = {}
     for arm in ("panda_3", "kuka_14", "dinova_2"):

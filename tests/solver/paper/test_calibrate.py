@@ -25,6 +25,7 @@ def workspace(request):
     return nominal, arm, reachable_bases(arm, generator, 5), generator
 
 
+@pytest.mark.slow
 def test_without_noise_the_truth_is_found(workspace) -> None:
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator), nominal) for base in bases]
@@ -42,6 +43,7 @@ def test_without_noise_the_truth_is_found(workspace) -> None:
             assert np.linalg.norm(found[i] - found[j]) == pytest.approx(apart, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_with_noise_the_held_out_error_is_the_noise(workspace) -> None:
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator, noise=1e-4), nominal) for base in bases]

@@ -10,6 +10,8 @@ from hypothesis import given, settings, strategies
 from mukca.tools.printables import PrintableError, SocketBase, encode
 from mukca.tools.printables.parts import base_part
 
+pytestmark = pytest.mark.slow
+
 PARTS = [("base", name) for name in printed_parts.BASES] + [
     ("ball", name) for name in printed_parts.BALLS
 ]

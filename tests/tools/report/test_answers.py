@@ -179,6 +179,7 @@ def test_thinning_keeps_within_bounds(most) -> None:
     assert np.abs(vertices).max() <= 1 + 1e-9
 
 
+@pytest.mark.slow
 def test_large_sessions_are_drawn_in_part_and_counted_whole(document, typed) -> None:
     rows = document["data"][1]["samples"]
     document["data"][1]["samples"] = [s for s in rows for _ in range(150)]

@@ -174,6 +174,7 @@ def test_a_report_is_read_back_as_it_was_written(calibrated, extended, typed) ->
     assert decode(encode(figures), ReportDocument, REPORT, "") == figures
 
 
+@pytest.mark.slow
 def test_each_key_that_a_report_lacks_is_named(calibrated) -> None:
     report = json.loads((calibrated / "report.json").read_text())
     for path in paths(report):

@@ -112,6 +112,7 @@ def test_the_same_calibration_gives_the_same_report(document, typed) -> None:
     assert build_report(typed(document), "").files == build_report(typed(document), "").files
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [
@@ -159,6 +160,7 @@ def test_names_from_files_are_text(document, written, read_page, name) -> None:
     assert json.loads(embedded)["placements"][1]["name"] == f"session/{name}"
 
 
+@pytest.mark.slow
 def test_a_real_arm(recordings, tmp_path, read_page) -> None:
     folder, out = recordings / "panda_3", tmp_path / "panda_3"
     words = [str(folder / "frontcenter"), "--test", str(folder), "--method", "paper"]
