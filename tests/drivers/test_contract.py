@@ -125,6 +125,7 @@ class TestUrCb3(OfUr):
     options = ("--version", "3.15")
 
 
+@pytest.mark.slow
 class TestUrRtde(Emulated):
     """In real time: ur-rtde reads in a thread of its own, and holds on to the interpreter."""
 

@@ -16,6 +16,7 @@ needs_ur_rtde = pytest.mark.skipif(
     find_spec("rtde_receive") is None,
     reason=f"ur-rtde has no wheel for this Python {sys.version_info[:2]}",
 )
+pytestmark = pytest.mark.slow
 REQUESTS = re.compile(
     rb"(\x00\x05V\x00\x02|\x00\x03v|\x00.O.{8}timestamp,actual_q,robot_mode,safety_mode,|\x00\x03[SP])+",
     re.DOTALL,
