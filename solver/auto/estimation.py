@@ -1,10 +1,14 @@
-"""Maximum a posteriori estimation whose prior widths and noise are set by the objective.
+"""Finds the most probable unknowns, and how wide the priors are and how large the noise is.
 
-Each iteration takes a Gauss-Newton step (2), (3) of the objective L, see
-:mod:`mukca.solver.auto.objective`, and a fixed-point step of the widths of the priors (4) and of
-the noise (5) towards the maximum of the evidence (6), see :mod:`mukca.solver.auto.laplace`. A
-group of unknowns that the data do not support ends with a width of nearly zero, and is taken out.
-docs/model.md is an introduction.
+docs/model.md introduces prior, posterior and evidence. Each iteration does three things:
+
+1. a Gauss-Newton step (2), (3) of the unknowns down the objective L (1), see
+   :mod:`mukca.solver.auto.objective`;
+2. a step (4) of the widths of the priors, see :mod:`mukca.solver.auto.priors`;
+3. a step (5) of the noise, see :mod:`mukca.solver.auto.noise`.
+
+The last two lead to the maximum of the evidence (6), see :mod:`mukca.solver.auto.laplace`. The
+width of a group that the data do not support falls to nearly zero; the group is then taken out.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +22,7 @@ from .deflection import COMPLIANCE, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, Noise
-from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors
+from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
 from .objective import (
     Objective,
     State,
@@ -36,6 +40,9 @@ __all__ = ["estimate"]
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
+HALVINGS = 6
+RISE = 1e-9
+"""Relative rise of the objective in a step that is rounding alone."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +54,8 @@ class Step:
     covariance: np.ndarray
     """Inverse of the whole curvature, priors included, shape (n, n); zero for what is held."""
     normal: NormalEquations
+    volume: float
+    """How much of the volume's slope was counted, 0 to 1."""
 
 
 def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
@@ -94,17 +103,29 @@ def _gauss_newton(objective: Objective, state: State) -> Step:
     normal = normal_equations(objective, state)
     prior = prior_precision(objective, state)
     x = np.concatenate([state.x, np.zeros(state.centres.size)])
-    gradient = normal.gradient + prior @ x - objective.by_volume
+    volume = _volume_weight(objective, state, normal)
+    gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
     covariance = inverse(normal.information + prior, free_unknowns(objective, state))
-    return Step(-covariance @ gradient, covariance, normal)
+    return Step(-covariance @ gradient, covariance, normal, volume)
+
+
+def _volume_weight(objective: Objective, state: State, normal: NormalEquations) -> float:
+    """Return how much of the volume's slope counts in a step: all of it once the noise fits.
+
+    It balances what errors of the size of the noise gain by shrinking. At the nominal robot, and as
+    long as the noise is taken for larger than the errors are, nothing would hold it, and thousands
+    of samples would blow the robot up.
+    """
+    if not state.x.any():
+        return 0.0
+    left = 1 - objective.size / (3 * len(state.linear.errors))  # of the errors, by a good fit
+    return min(1.0, 1.1 * normal.noise_ratio / left) if left > 0.5 else 1.0
 
 
 def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
     """Return the state after a step of everything, and the largest relative change of a scale."""
-    x, at_zero = _moved(state, step.change[: objective.model.size])
-    centres = state.centres + step.change[objective.model.size :].reshape(-1, 3)
-    linear = linearise(objective, x, centres)
-    moved = replace(state, x=x, centres=centres, at_zero=at_zero, linear=linear)
+    moved, step = _downhill(objective, state, step)
+    linear = moved.linear
     groups, change = _updated_groups(moved, step)
     noise = _updated_noise(objective, state, moved, step)
     before = state.noise
@@ -114,15 +135,34 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     return replace(moved, groups=groups, noise=noise), change
 
 
-def _moved(state: State, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return x after a change, and what is held: a joint never bends against its load."""
-    x, at_zero = state.x + change, state.at_zero.copy()
+def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
+    """Return the state after a step, halved as often as L would rise, and the step taken.
+
+    Where it still rises after that, it is for the compliances that were held at zero.
+    """
+    before = value(objective, state, step.volume)
+    for _ in range(HALVINGS):
+        moved = _moved(objective, state, step.change)
+        if value(objective, moved, step.volume) <= before + RISE * abs(before):
+            break
+        step = replace(step, change=0.5 * step.change)
+    else:
+        moved = _moved(objective, state, step.change)
+    return moved, step
+
+
+def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
+    """Return the state after a change of all unknowns: a joint never bends against its load."""
+    size = objective.model.size
+    x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
         if group.name == COMPLIANCE:
             below = group.members[x[group.members] < 0]
             x[below] = 0.0
             at_zero[below] = True
-    return x, at_zero
+    centres = state.centres + change[size:].reshape(-1, 3)
+    linear = linearise(objective, x, centres)
+    return replace(state, x=x, centres=centres, at_zero=at_zero, linear=linear)
 
 
 def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:

@@ -1,4 +1,4 @@
-"""What the data say of the unknowns at a state: weights, curvature, gradient, leverage.
+"""Weights, curvature and slope of the data's part of the objective, for a Gauss-Newton step.
 
 A sample's error e_i = Phi(x, q_i) - m_s(i) depends on x by J_i, shape (3, size), and on the centre
 of its own socket alone, by -I. Nothing of the size of samples times sockets is ever built, so time
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .noise import INFORMATION, NU
-from .objective import Objective, State, distance_rows
+from .objective import Objective, State, distance_rows, priors
 
-__all__ = ["NormalEquations", "leverage", "normal_equations", "predicted_errors", "weigh"]
+__all__ = ["NormalEquations", "leverage", "normal_equations", "predicted_errors", "value", "weigh"]
 
 
 @dataclass(frozen=True)
@@ -27,19 +27,44 @@ class NormalEquations:
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
     weights: np.ndarray
     """w_i, robust weight of each sample, shape (N,)."""
+    noise_ratio: float
+    """Mean of w_i e_i^T C_i^-1 e_i / 3: near 1 where the noise fits the errors, and towards 0 as
+    long as it is taken for too large."""
 
 
 def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return C_i^-1, e_i^T C_i^-1 e_i, and the robust weights w_i.
+    """Return C_i^-1, the squared errors relative to the noise, and the robust weights.
 
         w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (2)
 
-    With them, weighted squares have the gradient of Student's distribution.
+    A sample whose error is large beside its noise weighs little. With these weights, a weighted
+    sum of squares has the same slope as Student's distribution.
+
+    Returns:
+        C_i^-1, shape (N, 3, 3) [1/m^2]; e_i^T C_i^-1 e_i, shape (N,); w_i, shape (N,).
     """
     inverse = np.linalg.inv(state.noise.scales(state.linear.by_joints))
     e = state.linear.errors
-    squares = np.einsum("ni,nij,nj->n", e, inverse, e)
+    squares = np.einsum("ni,ni->n", np.einsum("nij,nj->ni", inverse, e), e)
     return inverse, squares, (NU + 3) / (NU + squares)
+
+
+def value(objective: Objective, state: State, volume: float = 1.0) -> float:
+    """Return L of (1) at a state, but for a constant.
+
+    Args:
+        objective: What is minimised.
+        state: Where.
+        volume: How much of the last term counts.
+    """
+    _, squares, _ = weigh(state)
+    scales = np.linalg.slogdet(state.noise.scales(state.linear.by_joints))[1]
+    cost = 0.5 * float(scales.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
+    cost += 0.5 * float(np.sum(distance_rows(objective, state)[1] ** 2))
+    for group, members in priors(state):
+        x = state.x[members]
+        cost += 0.5 * float(x @ group.precision(members, group.width) @ x)
+    return cost + volume * state.linear.volume
 
 
 def normal_equations(objective: Objective, state: State) -> NormalEquations:
@@ -48,36 +73,39 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     curvature  sum_i k w_i [J_i, -I]^T C_i^-1 [J_i, -I]  +  B^T W^T W B
     slope      sum_i w_i [J_i, -I]^T C_i^-1 e_i          +  B^T W^T W (l - d)
 
-    B is the derivative of the distances, and k is what a sample of Student's distribution tells,
-    relative to a Gaussian one.
+    B is the derivative of the distances l by all unknowns, and k says how much one sample with
+    Student's noise tells, relative to one with Gaussian noise.
     """
-    inverse, _, weights = weigh(state)
+    inverse, squares, weights = weigh(state)
     size, S = objective.model.size, objective.data.socket_count
     J = state.linear.by_unknowns
     weighted = inverse * weights[:, None, None]
     WJ = weighted @ J
     We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
     information, gradient = np.zeros((objective.size,) * 2), np.zeros(objective.size)
-    information[:size, :size] = np.tensordot(J, WJ, ((0, 1), (0, 1)))
-    gradient[:size] = np.tensordot(J, We, ((0, 1), (0, 1)))
-    sockets = objective.data.sockets
-    across, own, slope = np.zeros((S, 3, size)), np.zeros((S, 3, 3)), np.zeros((S, 3))
-    np.add.at(across, sockets, -WJ)
-    np.add.at(own, sockets, weighted)
-    np.add.at(slope, sockets, -We)
-    information[size:, :size] = across.reshape(3 * S, size)
-    information[:size, size:] = information[size:, :size].T
-    for k in range(S):
-        rows = slice(size + 3 * k, size + 3 * k + 3)
-        information[rows, rows] = own[k]
-    gradient[size:] = slope.ravel()
+    rows = J.reshape(-1, size)
+    information[:size, :size] = rows.T @ WJ.reshape(-1, size)
+    gradient[:size] = rows.T @ We.ravel()
+    across = -_by_socket(objective, WJ).reshape(3 * S, size)
+    information[size:, :size], information[:size, size:] = across, across.T
+    for k, own in enumerate(_by_socket(objective, weighted)):
+        centre = slice(size + 3 * k, size + 3 * k + 3)
+        information[centre, centre] = own
+    gradient[size:] = -_by_socket(objective, We).ravel()
     B, b = distance_rows(objective, state)
     information = INFORMATION * information + B.T @ B
-    return NormalEquations(information, gradient + B.T @ b, inverse, weights)
+    ratio = float(np.mean(weights * squares)) / 3
+    return NormalEquations(information, gradient + B.T @ b, inverse, weights, ratio)
+
+
+def _by_socket(objective: Objective, values: np.ndarray) -> np.ndarray:
+    """Return the sums over the samples of each socket, shape (S, ...); samples come in order."""
+    starts = np.searchsorted(objective.data.sockets, np.arange(objective.data.socket_count))
+    return np.add.reduceat(values, starts, axis=0)
 
 
 def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:
-    """Return what the uncertainty of the unknowns does to each error: [J, -I] Sigma [J, -I]^T.
+    """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T.
 
     Args:
         objective: The objective.

@@ -1,4 +1,8 @@
-"""Where a socket base moved while it was recorded: a jump of the predicted centre."""
+"""Finds where a socket base was moved while it was being recorded.
+
+While the base stands still, all samples in one socket predict the same ball centre, up to noise.
+If it is knocked, the predicted centre jumps, and stays there from that sample on.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,11 +16,11 @@ from ..data.measurements import Measurement
 __all__ = ["Change", "find_changes", "split_at"]
 
 SIGNIFICANT = 40.0
-"""Of the squared jump over its variance, about 3 were it chance alone."""
+"""A jump counts if its square is this many times its variance; chance alone gives about 3."""
 SMALLEST_MOVE = 7.5e-4
-"""A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
+"""A smaller jump does not count [m]: guiding the arm differently can look like that, too."""
 SIDE = 4
-"""Samples needed on each side of a change."""
+"""At least so many samples are needed before a jump, and after it."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,12 @@ class Change:
 
 
 def find_changes(measured: Measurement, together: Posterior) -> tuple[Change, ...]:
-    """Return where the running centre of a socket jumps, at most once each."""
+    """Return where the predicted centre of a socket jumps; at most one jump for each socket.
+
+    Args:
+        measured: The placement to look at.
+        together: A fit to this placement and all others, which predicts the ball centres.
+    """
     data = together.data
     found: list[Change] = []
     for socket in measured.sockets:
@@ -45,9 +54,13 @@ def find_changes(measured: Measurement, together: Posterior) -> tuple[Change, ..
 
 
 def _jump(points: np.ndarray, k: int) -> tuple[float, float]:
-    """Return how significant a jump before sample k is, and its size [m].
+    """Return how significant a jump between samples k - 1 and k is, and its size [m].
 
-    Each side has its own robust centre, so that neither a far sample nor the jump itself hides it.
+    The samples before and after have a centre each, in which samples far off weigh little.
+
+    Args:
+        points: Predicted ball centres in the order of recording, shape (N, 3) [m].
+        k: First sample after the jump.
     """
     sides = points[:k], points[k:]
     medians = [np.median(side, axis=0) for side in sides]

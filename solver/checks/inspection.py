@@ -36,12 +36,12 @@ STILL = np.deg2rad(5.0)
 FAR = 0.06
 """Robust weight below which a sample is far from its socket, about 9 deviations."""
 BAD_FLOOR = 2.5
-"""A placement that alone leaves this many times the others' error is not to be trusted."""
+"""A placement is not to be trusted if its error, fitted alone, is this many times the others'."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was seen."""
+    """One thing that is wrong, or may be, in a recording."""
 
     level: str
     """``error``: do not train on it as it is; ``warning``: look at it."""
@@ -60,11 +60,12 @@ class Finding:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What one placement shows by itself."""
+    """What was found out about one placement."""
 
     measured: Measurement
     floor: float
-    """Mean absolute error of a fit to this placement alone, samples by their weight [m]."""
+    """Mean distance of the samples from their socket's centre in a fit to this placement alone [m];
+    the error that no model gets rid of. Samples far off weigh little."""
     changes: tuple[Change, ...]
     findings: tuple[Finding, ...]
     centre: np.ndarray
@@ -200,7 +201,7 @@ def _bad_floor(measured: Measurement, floor: float, others: Sequence[float]) -> 
 
 
 def _far(measured: Measurement, alone: Posterior, changes: Sequence[Change]) -> list[Finding]:
-    """Return samples that lie far from their own socket, or in another."""
+    """Return samples whose ball is far from their own socket, or close to another one."""
     data = alone.data
     found: list[Finding] = []
     for socket in measured.sockets:

@@ -53,26 +53,26 @@ def calibrated(shared) -> str:
 
 
 def test_the_calibrated_model_inserts_and_the_nominal_does_not(simulate, calibrated) -> None:
-    found = simulate("insertion", "--model", calibrated, "--trials", "3", "--cross", "2")
-    assert found["centre"]["inserted"] == 3
-    assert found["cross"]["inserted"] == 2
+    result = simulate("insertion", "--model", calibrated, "--trials", "3", "--cross", "2")
+    assert result["centre"]["inserted"] == 3
+    assert result["cross"]["inserted"] == 2
     true = simulate("insertion", "--model", "true", "--trials", "2")
     assert true["centre"]["inserted"] == 2
     nominal = simulate("insertion", "--model", "nominal", "--trials", "3")
     assert nominal["centre"]["inserted"] < 3
-    error = [found["centre"]["tracking_error"] for found in (nominal, found)]
+    error = [one["centre"]["tracking_error"] for one in (nominal, result)]
     assert error[1] < 1e-3 < error[0]
-    elbows = [trial["elbow"] for trial in found["centre"]["each"]]
+    elbows = [trial["elbow"] for trial in result["centre"]["each"]]
     assert max(elbows) - min(elbows) > 1.0
 
 
 def test_lines_of_the_calibrated_model_lie_together(simulate, calibrated) -> None:
-    found = [
+    results = [
         simulate("drawing", "--model", model, "--trials", "2")["drawing"]
         for model in ("nominal", calibrated)
     ]
-    assert found[1]["max_spread"] < 0.5e-3 < found[0]["spread"]
-    assert all(line["touching"] > 0.95 for line in found[1]["each"])
+    assert results[1]["max_spread"] < 0.5e-3 < results[0]["spread"]
+    assert all(line["touching"] > 0.95 for line in results[1]["each"])
 
 
 def test_a_seed_repeats_recordings_calibration_and_trial(simulate, calibrated) -> None:
@@ -116,15 +116,15 @@ def test_a_report_shows_both_models(
     out = tmp_path / "out"
     trials = "2" if experiment == "drawing" else "1"
     words = (experiment, "--model", calibrated, "--trials", trials, "--out", str(out))
-    found = simulate(*words)
+    result = simulate(*words)
     assert {file.name for file in out.iterdir()} == {
         "report.html",
         "simulation.json",
         "picture.png",
         "animation.gif",
     }
-    assert json.loads((out / "simulation.json").read_text()) == found
-    assert (found["beside"]["model"], found["model"]) == ("nominal", calibrated)
+    assert json.loads((out / "simulation.json").read_text()) == result
+    assert (result["beside"]["model"], result["model"]) == ("nominal", calibrated)
     with Image.open(out / "animation.gif") as frames:
         assert frames.n_frames > 5
     with Image.open(out / "picture.png") as picture:

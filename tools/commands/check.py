@@ -33,8 +33,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     warnings = [line for measured in data for line in measured.warnings]
     for line in warnings:
         terminal.warn(line)
-    seen = inspect_all(robot, choose_parameters(robot), data, load_of(arguments))
-    for one in seen:
+    inspections = inspect_all(robot, choose_parameters(robot), data, load_of(arguments))
+    for one in inspections:
         counts = "+".join(map(str, one.measured.counts))
         terminal.say(
             f"{one.measured.name}: {counts} samples; fitted alone it leaves "
@@ -42,9 +42,9 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         )
         for finding in one.findings:
             terminal.say(f"  {finding.level}: {finding}")
-    hint = next_placement(robot, seen)
+    hint = next_placement(robot, inspections)
     terminal.say(hint)
-    findings = [finding for one in seen for finding in one.findings]
+    findings = [finding for one in inspections for finding in one.findings]
     if not findings:
         terminal.say("Nothing wrong was seen.")
     if arguments.json:
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
                         "floor": one.floor,
                         "findings": [finding.as_dict() for finding in one.findings],
                     }
-                    for one in seen
+                    for one in inspections
                 ],
                 "next_placement": {"text": hint},
                 "warnings": warnings,

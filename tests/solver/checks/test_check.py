@@ -12,7 +12,7 @@ from mukca.solver.checks.inspection import Inspection, inspect_all, next_placeme
 from mukca.solver.data.measurements import measure
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulate import Base, record
+from mukca.tools.simulated_arms import Base, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 

@@ -13,7 +13,7 @@ from mukca.solver.paper.optimizers import NotConverged, gauss_newton
 from mukca.solver.paper.problem import SettingError, ball_only, build_problem, solve
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot, shipped_robots
-from mukca.tools.simulate import perturb, reachable_bases, record
+from mukca.tools.simulated_arms import perturb, reachable_bases, record
 
 
 @pytest.fixture(scope="module", params=shipped_robots())

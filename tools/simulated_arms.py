@@ -1,4 +1,4 @@
-"""Synthetic recordings of an arm whose true kinematics are known.
+"""Simulated arms whose true kinematics are known, and recordings of them.
 
 A person's session is imitated: the ball sits in a socket, and the arm is guided to random
 configurations within its limits, its last link tilted away from the vertical by as much as the
@@ -7,32 +7,83 @@ printed socket allows. What is written down are the joint positions that put the
 
 from dataclasses import dataclass, field, replace
 
-import casadi as ca
 import numpy as np
 
-from .. import MukcaError
 from ..recorder.dataset import Placement, Sample
 from ..solver.auto.deflection import Deflection
-from ..solver.robot.kinematics import BallModel, ball_position, gravity_torques, link_frames
+from ..solver.calibrated import CalibratedRobot
+from ..solver.data.measurements import check_distance
+from ..solver.robot.kinematics import BallModel, gravity_torques
+from ..solver.robot.parameters import choose_parameters
 from ..solver.robot.urdf import Robot
 from ..solver.robot.urdf_text import Origin
+from .inverse_kinematics import Guide, SimulationError
+from .usage import UsageError
 
 __all__ = [
     "Base",
     "Imperfection",
-    "SimulationError",
     "perturb",
     "reachable_bases",
     "record",
+    "simulate_recordings",
 ]
 
-BATCH = 256
-MAX_TILT = np.deg2rad(50)
-"""How far the neck of the ball leans from the vertical [rad]; the printed socket allows 60 deg."""
 
+def simulate_recordings(
+    robot: Robot,
+    placements: int = 3,
+    *,
+    samples: int = 30,
+    seed: int = 0,
+    translation: float = 2e-3,
+    rotation: float = 5e-3,
+    noise: float = 5e-5,
+    distance: float = 0.05,
+) -> tuple[CalibratedRobot, list[Placement]]:
+    """Draw an arm that differs from its model, and record it at several placements.
 
-class SimulationError(MukcaError):
-    """An arm that cannot do what is asked of it."""
+    For studies in which the truth must be known, and to try things without a robot::
+
+        truth, (train, *test) = mukca.simulate_recordings(robot, 3, seed=1)
+        calibration = mukca.calibrate(robot, train, test=test)
+
+    Args:
+        robot: The nominal robot: what the model says.
+        placements: How many placements of the socket base, far from each other.
+        samples: Configurations in each of the two sockets.
+        seed: Of all randomness. The same seed gives the same arm, whatever ``samples`` is.
+        translation: Standard deviation of the true joint origins from the model's [m].
+        rotation: The same of their roll, pitch and yaw [rad].
+        noise: Standard deviation of the ball's place in its socket, per axis [m].
+        distance: Between the centres of the two sockets [m].
+
+    Returns:
+        The true robot, whose ``ball(q)`` says where the ball really is; and the placements.
+
+    Raises:
+        UsageError: A number that cannot be.
+        SimulationError: The arm reaches too few places for the base.
+    """
+    for name, value, least in (
+        ("placements", placements, 1),
+        ("samples", samples, 2),
+        ("seed", seed, 0),
+        ("translation", translation, 0),
+        ("rotation", rotation, 0),
+        ("noise", noise, 0),
+    ):
+        if not least <= value < np.inf:
+            raise UsageError(f"{name} {value}: give a number of at least {least}")
+    arms, places, hands = (np.random.default_rng([seed, stream]) for stream in range(3))
+    arm = perturb(robot, arms, translation, rotation)
+    bases = reachable_bases(arm, places, placements, check_distance(distance))
+    parameters = choose_parameters(robot)
+    values = arm.origins.ravel()[[p.index for p in parameters]]
+    return (
+        CalibratedRobot(robot, parameters, values),
+        [record(arm, base, hands, samples=samples, noise=noise) for base in bases],
+    )
 
 
 @dataclass(frozen=True)
@@ -81,83 +132,6 @@ def _shifted(
     x, y, z = (np.array(origin.xyz) + generator.normal(0, translation, 3)).tolist()
     roll, pitch, yaw = (np.array(origin.rpy) + generator.normal(0, angle, 3)).tolist()
     return Origin((x, y, z), (roll, pitch, yaw))
-
-
-class Guide:
-    """Finds configurations that put the ball at points: what the user's hand does."""
-
-    def __init__(self, robot: Robot) -> None:
-        q = ca.SX.sym("q", len(robot.actuated))
-        origins = ca.DM(robot.origins.ravel())
-        p = ca.SX(ball_position(robot.joints, origins, q))
-        neck = ca.SX(link_frames(robot.joints, origins, q)[-1][0])[:, 2]
-        pose = ca.vertcat(p, neck)
-        function = ca.Function("pose", [q], [pose, ca.densify(ca.jacobian(pose, q))], {"cse": True})
-        self.robot = robot
-        self._poses = function.map(BATCH)
-        # Arms with endless or very wide joints are guided through one turn only.
-        self.lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
-        self.upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
-
-    def reach(
-        self, points: np.ndarray, generator: np.random.Generator, rounds: int = 40
-    ) -> np.ndarray:
-        """Return one random configuration within the limits for each point.
-
-        Args:
-            points: Where the ball is to be, shape (N, 3) [m].
-            generator: Source of randomness.
-            rounds: How many batches of random starts may bring nothing.
-
-        Returns:
-            Joint positions, shape (N, m).
-
-        Raises:
-            SimulationError: A point is out of reach.
-        """
-        found = np.full((len(points), len(self.lower)), np.nan)
-        failures = 0
-        while (missing := np.flatnonzero(np.isnan(found[:, 0]))).size:
-            if failures == rounds:
-                where = np.round(points[missing[0]], 3).tolist()
-                raise SimulationError(f"{self.robot.name}: cannot reach {where}")
-            rows = np.resize(missing, BATCH)
-            q, arrived = self._solve(points[rows], generator)
-            found[rows[arrived]] = q[arrived]
-            failures = 0 if arrived.any() else failures + 1
-        return found
-
-    def _solve(
-        self, points: np.ndarray, generator: np.random.Generator
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return damped Newton solutions from random starts, and which of them arrived."""
-        q = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
-        targets = np.concatenate([points, _random_necks(generator)], axis=1)
-        for step in range(30):
-            pose, J = self._linear(q)
-            error = targets - pose
-            damping = 1e-4 if step < 18 else 1e-10
-            JJ = J @ J.transpose(0, 2, 1) + damping * np.eye(6)
-            dq = (J.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
-            q = q + dq * np.minimum(1.0, 0.5 / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
-        error = targets - self._linear(q)[0]
-        exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
-        tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
-        inside = np.all((self.lower < q) & (q < self.upper), axis=1)
-        return q, exact & tilted & inside
-
-    def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return ball and neck, shape (B, 6), and their derivatives, shape (B, 6, m)."""
-        pose, by_q = self._poses(q.T)
-        return pose.full().T, by_q.full().T.reshape(BATCH, -1, 6).transpose(0, 2, 1)
-
-
-def _random_necks(generator: np.random.Generator) -> np.ndarray:
-    """Return directions within the allowed tilt of straight down, even over the cap."""
-    height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
-    angle = generator.uniform(-np.pi, np.pi, BATCH)
-    radius = np.sqrt(1 - height**2)
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), -height], axis=1)
 
 
 @dataclass(frozen=True)
@@ -209,11 +183,11 @@ def record(
     read = _readings(true, torques, how.deflection)
     read = read + generator.choice([-0.5, 0.5], read.shape) * how.backlash
     efforts = map(tuple, torques.tolist()) if how.hand else [None] * len(read)
-    found = tuple(
+    recorded = tuple(
         Sample(tuple(q), socket=i // samples, effort=effort)
         for i, (q, effort) in enumerate(zip(read.tolist(), efforts, strict=True))
     )
-    return Placement(base.name, found, arm.joint_names, base.distance)
+    return Placement(base.name, recorded, arm.joint_names, base.distance)
 
 
 def _readings(true: np.ndarray, torques: np.ndarray, deflection: Deflection) -> np.ndarray:

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+import mukca
 from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.urdf import load_robot, shipped_robots
-from mukca.tools.simulate import MAX_TILT, Base, Guide, SimulationError, perturb, record
+from mukca.tools.inverse_kinematics import MAX_TILT, Guide, SimulationError
+from mukca.tools.simulated_arms import Base, perturb, record
 
 AT = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
 
@@ -56,3 +58,33 @@ def test_out_of_reach_is_told(panda) -> None:
     far = Base("far", np.array([3.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     with pytest.raises(SimulationError, match="cannot reach"):
         record(panda, far, np.random.default_rng(0), samples=1)
+
+
+def test_simulated_recordings_come_with_the_truth(panda) -> None:
+    truth, placements = mukca.simulate_recordings(panda, 2, samples=4, seed=3, noise=0)
+    assert [(p.sockets == k).sum() for p in placements for k in (0, 1)] == [4] * 4
+    for placement in placements:
+        balls = truth.ball(placement.positions)
+        centres = np.array([balls[placement.sockets == k].mean(axis=0) for k in (0, 1)])
+        assert balls == pytest.approx(centres[placement.sockets], abs=1e-9)
+        assert np.linalg.norm(centres[1] - centres[0]) == pytest.approx(0.05)
+    more, _ = mukca.simulate_recordings(panda, 1, samples=2, seed=3)
+    other, _ = mukca.simulate_recordings(panda, 1, samples=2, seed=4)
+    assert np.array_equal(more.values, truth.values)
+    assert not np.array_equal(other.values, truth.values)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ({"placements": 0}, "placements 0: give a number of at least 1"),
+        ({"samples": 1}, "samples 1"),
+        ({"noise": -1e-3}, "noise -0.001"),
+        ({"rotation": np.nan}, "rotation nan"),
+        ({"distance": 50}, "metres are expected"),
+        ({"seed": -1}, "seed -1"),
+    ],
+)
+def test_numbers_that_cannot_be_simulated_are_told(panda, numbers: dict, words: str) -> None:
+    with pytest.raises(mukca.MukcaError, match=words):
+        mukca.simulate_recordings(panda, **numbers)
