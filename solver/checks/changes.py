@@ -1,4 +1,8 @@
-"""Where a socket base moved while it was recorded: a jump of the predicted centre."""
+"""Where the ball sat elsewhere for a while: a base that moved, or a wrong socket number.
+
+The samples of a socket are cut into parts wherever the predicted centre jumps. The longest part
+is the socket's own; each other part was recorded in another socket, or after the base had moved.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..auto.noise import NU
-from ..auto.posterior import Posterior
 from ..data.measurements import Measurement
+from .rigid import RigidFit, RigidModel, Samples
 
-__all__ = ["Change", "find_changes", "split_at"]
+__all__ = ["Change", "Part", "cut", "find_parts", "split_at"]
 
 SIGNIFICANT = 40.0
 """Of the squared jump over its variance, about 3 were it chance alone."""
@@ -17,6 +21,11 @@ SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
 SIDE = 4
 """Samples needed on each side of a change."""
+LARGE_MOVE, LARGE_SIDE = 1e-2, 2
+"""A jump as large as this [m] needs no more samples than this."""
+CANDIDATES = 100
+"""Places for a cut that are tried at once; between the best ones, others are tried next."""
+ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -30,33 +39,122 @@ class Change:
     """How far the predicted centre moved [m]."""
 
 
-def find_changes(measured: Measurement, together: Posterior) -> tuple[Change, ...]:
-    """Return where the running centre of a socket jumps, at most once each."""
-    data = together.data
-    found: list[Change] = []
-    for socket in measured.sockets:
-        rows = data.sockets == data.labels.index((measured.name, socket))
-        points = together.points[rows]
-        scores = [(*_jump(points, k), k) for k in range(SIDE, len(points) - SIDE + 1)]
-        significance, jump, k = max(scores, default=(0.0, 0.0, 0))
-        if significance > SIGNIFICANT and jump > SMALLEST_MOVE:
-            found.append(Change(socket, k, jump))
-    return tuple(found)
+@dataclass(frozen=True)
+class Part:
+    """Successive samples of a socket with one centre."""
+
+    socket: int
+    """Index of the socket among all."""
+    begin: int
+    """Its first sample, counted from 0 in the socket."""
+    end: int
+    """One after its last."""
 
 
-def _jump(points: np.ndarray, k: int) -> tuple[float, float]:
-    """Return how significant a jump before sample k is, and its size [m].
+def find_parts(model: RigidModel, samples: Samples) -> tuple[RigidFit, list[Part]]:
+    """Return a fit to samples that are cut where their centre jumps, and the parts.
 
-    Each side has its own robust centre, so that neither a far sample nor the jump itself hides it.
+    The parts are one socket each in the fit: the longest of each socket first, in the order of
+    the sockets, then all others in the order of the list.
+    """
+    parts = [
+        Part(k, 0, int(count)) for k, count in enumerate(np.bincount(samples.sockets).tolist())
+    ]
+    fit = model.fit(samples)
+    for _ in range(ROUNDS):
+        before, parts = parts, _ordered(_parts_of(fit, samples))
+        if parts == before:
+            break
+        fit = model.fit(cut(samples, parts))
+    return fit, parts
+
+
+def cut(samples: Samples, parts: Sequence[Part]) -> Samples:
+    """Return samples with each part as a socket."""
+    sockets = np.zeros_like(samples.sockets)
+    for index, part in enumerate(parts):
+        rows = np.flatnonzero(samples.sockets == part.socket)
+        sockets[rows[part.begin : part.end]] = index
+    return Samples(samples.positions, sockets)
+
+
+def _ordered(parts: Sequence[Part]) -> list[Part]:
+    """Return the longest part of each socket first."""
+    longest: dict[int, Part] = {}
+    for part in parts:
+        best = longest.setdefault(part.socket, part)
+        if part.end - part.begin > best.end - best.begin:
+            longest[part.socket] = part
+    main = list(longest.values())
+    return main + [part for part in parts if part not in main]
+
+
+def _parts_of(fit: RigidFit, samples: Samples) -> list[Part]:
+    parts: list[Part] = []
+    for socket in range(samples.count):
+        points = fit.points[samples.sockets == socket]
+        ends = [*_cuts(points, fit.noise**2, 0, len(points)), len(points)]
+        for begin, end in zip([0, *ends], ends, strict=False):
+            parts.append(Part(socket, begin, end))
+    return parts
+
+
+def _cuts(points: np.ndarray, noise: float, begin: int, end: int, depth: int = 0) -> list[int]:
+    """Return where the centre jumps between two samples, in order."""
+    k = _best_cut(points[begin:end], noise)
+    if k == 0 or depth == ROUNDS:
+        return []
+    at = begin + k
+    return [
+        *_cuts(points, noise, begin, at, depth + 1),
+        at,
+        *_cuts(points, noise, at, end, depth + 1),
+    ]
+
+
+def _best_cut(points: np.ndarray, noise: float) -> int:
+    """Return the first sample after the most significant jump; 0 where there is none."""
+    low, high, step = LARGE_SIDE, len(points) - LARGE_SIDE, len(points)
+    best = (0.0, 0)
+    while step > 1:
+        step = max((high - low) // CANDIDATES, 1)
+        scores = [(_significance(points, k, noise), k) for k in range(low, high + 1, step)]
+        best = max([best, *scores])
+        low, high = max(best[1] - step, LARGE_SIDE), min(best[1] + step, len(points) - LARGE_SIDE)
+    return _exactly(points, best[1], noise) if best[0] > SIGNIFICANT else 0
+
+
+def _exactly(points: np.ndarray, k: int, noise: float) -> int:
+    """Return the cut near k by which the samples are most likely, given the centres beside it."""
+    for _ in range(ROUNDS):
+        centres, variance = _sides(points, k, noise)
+        costs = [np.log1p(np.sum((points - c) ** 2, axis=1) / (NU * variance)) for c in centres]
+        total = np.cumsum(costs[0] - costs[1])[LARGE_SIDE - 1 : len(points) - LARGE_SIDE]
+        k = int(np.argmin(total)) + LARGE_SIDE
+    return k
+
+
+def _significance(points: np.ndarray, k: int, noise: float) -> float:
+    """Return how significant a jump before sample k is; 0 for one that is too small to count."""
+    centres, variance = _sides(points, k, noise)
+    jump = float(np.linalg.norm(centres[1] - centres[0]))
+    few = min(k, len(points) - k) < SIDE
+    if jump < (LARGE_MOVE if few else SMALLEST_MOVE):
+        return 0.0
+    return jump**2 / (variance * (1 / k + 1 / (len(points) - k)))
+
+
+def _sides(points: np.ndarray, k: int, noise: float) -> tuple[list[np.ndarray], float]:
+    """Return the centres before and from sample k on, and the variance about them per axis.
+
+    It is not less than the noise of all samples. Each side has its own robust centre, so that neither a far sample nor a jump hides the other.
     """
     sides = points[:k], points[k:]
     medians = [np.median(side, axis=0) for side in sides]
     squares = [np.sum((p - m) ** 2, axis=1) for p, m in zip(sides, medians, strict=True)]
-    variance = float(np.median(np.concatenate(squares))) / 2.366  # the median of chi2 with 3
+    variance = max(float(np.median(np.concatenate(squares))) / 2.366, noise)  # chi2 with 3
     weights = [1 / (NU + d / variance) for d in squares]
-    centres = [np.average(p, axis=0, weights=w) for p, w in zip(sides, weights, strict=True)]
-    jump = float(np.linalg.norm(centres[1] - centres[0]))
-    return jump**2 / (variance * (1 / k + 1 / (len(points) - k))), jump
+    return [np.average(p, axis=0, weights=w) for p, w in zip(sides, weights, strict=True)], variance
 
 
 def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:
@@ -64,9 +162,12 @@ def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:
     placement = measured.placement
     samples = list(placement.samples)
     free = max(sample.socket for sample in samples) + 1
+    rows = {
+        change.socket: [i for i, s in enumerate(samples) if s.socket == change.socket]
+        for change in changes
+    }
     for change in changes:
-        rows = [i for i, s in enumerate(samples) if s.socket == change.socket][change.sample :]
-        for i in rows:
+        for i in rows[change.socket][change.sample :]:
             samples[i] = replace(samples[i], socket=free)
         free += 1
     return replace(measured, placement=replace(placement, samples=tuple(samples)))
