@@ -21,7 +21,7 @@ SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
 SIDE = 4
 """Samples needed on each side of a change."""
-LARGE_MOVE, LARGE_SIDE = 1e-2, 2
+LARGE_MOVE, LARGE_SIDE = 1e-2, 3
 """A jump as large as this [m] needs no more samples than this."""
 CANDIDATES = 100
 """Places for a cut that are tried at once; between the best ones, others are tried next."""
@@ -57,16 +57,17 @@ def find_parts(model: RigidModel, samples: Samples) -> tuple[RigidFit, list[Part
     The parts are one socket each in the fit: the longest of each socket first, in the order of
     the sockets, then all others in the order of the list.
     """
-    parts = [
-        Part(k, 0, int(count)) for k, count in enumerate(np.bincount(samples.sockets).tolist())
-    ]
     fit = model.fit(samples)
+    parts = [part for socket in range(samples.count) for part in _first_parts(fit, samples, socket)]
+    if len(parts) == samples.count:
+        return fit, parts
     for _ in range(ROUNDS):
-        before, parts = parts, _ordered(_parts_of(fit, samples))
+        fit = model.fit(cut(samples, _ordered(parts)))
+        before, parts = parts, _settled(parts, fit, samples)
         if parts == before:
             break
-        fit = model.fit(cut(samples, parts))
-    return fit, parts
+    parts = _ordered(parts)
+    return model.fit(cut(samples, parts)), parts
 
 
 def cut(samples: Samples, parts: Sequence[Part]) -> Samples:
@@ -89,14 +90,30 @@ def _ordered(parts: Sequence[Part]) -> list[Part]:
     return main + [part for part in parts if part not in main]
 
 
-def _parts_of(fit: RigidFit, samples: Samples) -> list[Part]:
-    parts: list[Part] = []
-    for socket in range(samples.count):
-        points = fit.points[samples.sockets == socket]
-        ends = [*_cuts(points, fit.noise**2, 0, len(points)), len(points)]
-        for begin, end in zip([0, *ends], ends, strict=False):
-            parts.append(Part(socket, begin, end))
-    return parts
+def _first_parts(fit: RigidFit, samples: Samples, socket: int) -> list[Part]:
+    """Return the parts of a socket as the first fit shows them."""
+    points = fit.points[samples.sockets == socket]
+    ends = [*_cuts(points, fit.noise**2, 0, len(points)), len(points)]
+    return [Part(socket, begin, end) for begin, end in zip([0, *ends], ends, strict=False)]
+
+
+def _settled(parts: Sequence[Part], fit: RigidFit, samples: Samples) -> list[Part]:
+    """Return the parts with each cut where a better fit has it, without those that it denies."""
+    settled = [parts[0]]
+    for part in parts[1:]:
+        last = settled[-1]
+        if last.socket != part.socket:
+            settled.append(part)
+            continue
+        points = fit.points[samples.sockets == part.socket][last.begin : part.end]
+        k = _exactly(points, last.end - last.begin, fit.noise**2)
+        kept = _significance(points, k, fit.noise**2) > SIGNIFICANT
+        ends = [last.begin + k, part.end] if kept else [part.end]
+        settled[-1:] = [
+            Part(part.socket, begin, end)
+            for begin, end in zip([last.begin, *ends], ends, strict=False)
+        ]
+    return settled
 
 
 def _cuts(points: np.ndarray, noise: float, begin: int, end: int, depth: int = 0) -> list[int]:
@@ -147,7 +164,8 @@ def _significance(points: np.ndarray, k: int, noise: float) -> float:
 def _sides(points: np.ndarray, k: int, noise: float) -> tuple[list[np.ndarray], float]:
     """Return the centres before and from sample k on, and the variance about them per axis.
 
-    It is not less than the noise of all samples. Each side has its own robust centre, so that neither a far sample nor a jump hides the other.
+    The variance is not less than the noise of all samples. Each side has its own robust centre, so
+    that neither a far sample nor a jump hides the other.
     """
     sides = points[:k], points[k:]
     medians = [np.median(side, axis=0) for side in sides]

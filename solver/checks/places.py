@@ -14,7 +14,7 @@ __all__ = ["Sockets", "elsewhere", "far_samples"]
 
 FAR = 0.06
 """Robust weight below which a sample is far from its socket, about 9 deviations."""
-SEATED = 0.02
+SEATED = 0.03
 """A ball that lies farther from its socket than this [m] is not just badly seated."""
 LISTED = 20
 """Samples of a placement that are named one by one."""
