@@ -11,16 +11,10 @@ from mukca.solver.checks.changes import split_at
 from mukca.solver.checks.inspection import Survey, inspect_all, next_placement
 from mukca.solver.data.measurements import measure
 from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.simulate import Base, perturb, record
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.simulate import Base, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
-
-
-@pytest.fixture(scope="module")
-def true_panda(panda) -> Robot:
-    """An arm whose links are machined as links are: its scale is right."""
-    return perturb(panda, np.random.default_rng(7), 5e-4, 5e-3)
 
 
 @pytest.fixture(scope="module")
