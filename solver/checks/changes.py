@@ -23,6 +23,8 @@ SIDE = 4
 """Samples needed on each side of a change."""
 LARGE_MOVE, LARGE_SIDE = 1e-2, 3
 """A jump as large as this [m] needs no more samples than this."""
+SAME_PLACE = 3e-3
+"""Parts nearer to each other than this [m] were recorded at one place."""
 CANDIDATES = 100
 """Places for a cut that are tried at once; between the best ones, others are tried next."""
 ROUNDS = 3
@@ -62,11 +64,11 @@ def find_parts(model: RigidModel, samples: Samples) -> tuple[RigidFit, list[Part
     if len(parts) == samples.count:
         return fit, parts
     for _ in range(ROUNDS):
-        fit = model.fit(cut(samples, _ordered(parts)))
+        fit = model.fit(cut(samples, parts))
         before, parts = parts, _settled(parts, fit, samples)
         if parts == before:
             break
-    parts = _ordered(parts)
+    parts = _ordered(parts, model.fit(cut(samples, parts)))
     return model.fit(cut(samples, parts)), parts
 
 
@@ -79,14 +81,22 @@ def cut(samples: Samples, parts: Sequence[Part]) -> Samples:
     return Samples(samples.positions, sockets)
 
 
-def _ordered(parts: Sequence[Part]) -> list[Part]:
-    """Return the longest part of each socket first."""
-    longest: dict[int, Part] = {}
-    for part in parts:
-        best = longest.setdefault(part.socket, part)
-        if part.end - part.begin > best.end - best.begin:
-            longest[part.socket] = part
-    main = list(longest.values())
+def _ordered(parts: Sequence[Part], fit: RigidFit) -> list[Part]:
+    """Return each socket's own part first: where most of its samples are, the longest of them."""
+    places = [fit.centres[i] for i in range(len(parts))]
+
+    def belongs(i: int) -> tuple[int, int]:
+        there = [
+            part.end - part.begin
+            for part, place in zip(parts, places, strict=True)
+            if part.socket == parts[i].socket and np.linalg.norm(place - places[i]) < SAME_PLACE
+        ]
+        return sum(there), parts[i].end - parts[i].begin
+
+    sockets = dict.fromkeys(part.socket for part in parts)
+    main = [
+        parts[max((i for i, p in enumerate(parts) if p.socket == k), key=belongs)] for k in sockets
+    ]
     return main + [part for part in parts if part not in main]
 
 
@@ -146,8 +156,7 @@ def _exactly(points: np.ndarray, k: int, noise: float) -> int:
     for _ in range(ROUNDS):
         centres, variance = _sides(points, k, noise)
         costs = [np.log1p(np.sum((points - c) ** 2, axis=1) / (NU * variance)) for c in centres]
-        total = np.cumsum(costs[0] - costs[1])[LARGE_SIDE - 1 : len(points) - LARGE_SIDE]
-        k = int(np.argmin(total)) + LARGE_SIDE
+        k = int(np.argmin(np.cumsum(costs[0] - costs[1])[:-1])) + 1
     return k
 
 

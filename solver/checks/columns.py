@@ -25,6 +25,8 @@ UNEXPLAINED = 5e-3
 ODDS, BETTER = 30.0, 0.9
 """A sign is wrong if the other makes the samples e^30 times as likely, and the noise that much
 less."""
+CLEARLY = 0.4
+"""Part of a simpler guess's error that a guess less simple must come down to."""
 GLANCE, LOOK = 90, 400
 """Samples in all that a first look at a guess takes, and a fit."""
 MOST_SIGNS = 8
@@ -123,12 +125,12 @@ def _best(model: RigidModel, samples: Samples) -> _Guess:
     best, least = None, np.inf
     for guesses in kinds:
         guess = min(guesses, key=error)
-        if error(guess) < 0.7 * least:
+        if error(guess) < CLEARLY * least:
             best, least = guess, error(guess)
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
         if least > TOLERANCE:
             guess = min(_signs(robot, count), key=error)
-            if error(guess) < 0.5 * least:
+            if error(guess) < CLEARLY * least:
                 best, least = guess, error(guess)
     assert best is not None
     return best

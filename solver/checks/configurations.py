@@ -1,7 +1,6 @@
 """What joint positions alone tell of a recording: near-duplicates, and joints that stood still."""
 
 from itertools import product
-from operator import add
 
 import numpy as np
 
@@ -41,22 +40,24 @@ def duplicate_findings(measured: Measurement) -> list[Finding]:
 def near_duplicates(rows: np.ndarray) -> dict[int, int]:
     """Return each row that is nearly one before it, with the first such row.
 
-    Rows are sorted into cells as wide as what counts as near, by the joints that move most, so
-    that a row is compared only with those of its cell and of the cells around.
+    Rows are sorted into cells twice as wide as what counts as near, by the joints that move most,
+    so that a row is compared only with those of its cell and of the cells on its nearer sides.
     """
     widest = np.argsort(-np.ptp(rows, axis=0))[:3]
-    cells = np.floor(rows[:, widest] / NEAR).astype(np.int64).tolist()
-    around = list(product((-1, 0, 1), repeat=len(widest)))
-    members: dict[tuple[int, ...], list[int]] = {}
+    places = rows[:, widest] / (2 * NEAR)
+    cells = np.floor(places)
+    sides = np.where(places - cells < 0.5, -1, 1)
+    members: dict[tuple[float, ...], list[int]] = {}
     found: dict[int, int] = {}
-    for i, cell in enumerate(cells):
-        places = (tuple(map(add, cell, step)) for step in around)
-        others = sorted(k for place in places for k in members.get(place, ()))
-        near = np.abs(rows[others] - rows[i]).max(axis=1) < NEAR
+    steps = np.array(list(product((0, 1), repeat=len(widest))))
+    for i in range(len(rows)):
+        around = cells[i] + steps * sides[i]
+        others = sorted(k for cell in map(tuple, around.tolist()) for k in members.get(cell, ()))
+        near = np.abs(rows[others] - rows[i]).max(axis=1) < NEAR if others else np.zeros(1)
         if near.any():
             found[i] = others[int(np.argmax(near))]
         else:
-            members.setdefault(tuple(cell), []).append(i)
+            members.setdefault(tuple(cells[i].tolist()), []).append(i)
     return found
 
 

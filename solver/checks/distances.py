@@ -5,7 +5,7 @@ distance makes a wrong arm, and fits as well as the right one. But a link is mac
 than 0.1 %: an arm that comes out longer by more has most likely a wrong distance.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,33 +66,38 @@ class _Ratios:
         return Scale(float(np.expm1(mean)), (scatter / total) ** 0.5)
 
 
-def scale_of(measurements: Sequence[Measurement], fit: RigidFit) -> Scale | None:
+def scale_of(
+    measurements: Sequence[Measurement], fit: RigidFit, moved: Collection[str] = ()
+) -> Scale | None:
     """Return the scale of an arm by its recordings; None where no distance is known.
 
     Args:
         measurements: The placements.
         fit: To all of them, one socket after the other.
+        moved: Names of those whose base moved, so that their sockets are not its own distance
+            apart.
     """
-    with_distance = [i for i, m in enumerate(measurements) if m.has_distance]
-    if not with_distance:
+    known, firsts = _known(measurements, moved)
+    if not known:
         return None
-    ratios = _ratios([measurements[i] for i in with_distance], fit, _firsts(measurements))
+    ratios = _ratios(known, fit, firsts)
     return ratios.scale(~_odd(ratios))
 
 
 def distance_findings(
-    measurements: Sequence[Measurement], fit: RigidFit
+    measurements: Sequence[Measurement], fit: RigidFit, moved: Collection[str] = ()
 ) -> tuple[list[Finding], dict[str, Finding]]:
     """Return what is wrong with the distances of all placements, and of single ones, by name.
 
     Args:
         measurements: The placements.
         fit: To all of them, one socket after the other.
+        moved: Names of those whose base moved.
     """
-    known = [m for m in measurements if m.has_distance]
+    known, firsts = _known(measurements, moved)
     if not known:
         return [], {}
-    ratios = _ratios(known, fit, _firsts(measurements))
+    ratios = _ratios(known, fit, firsts)
     single = {
         m.name: _one_socket(m, length)
         for m, length in zip(known, ratios.expected.tolist(), strict=True)
@@ -109,10 +114,13 @@ def distance_findings(
     return _scale_findings(judged, scale), single
 
 
-def _firsts(measurements: Sequence[Measurement]) -> list[int]:
-    """Return the index of the first socket of each placement that has two."""
+def _known(
+    measurements: Sequence[Measurement], moved: Collection[str]
+) -> tuple[list[Measurement], list[int]]:
+    """Return the placements whose distance is known, and the index of each one's first socket."""
     begins = np.cumsum([0, *(len(m.sockets) for m in measurements)]).tolist()
-    return [b for b, m in zip(begins, measurements, strict=False) if m.has_distance]
+    kept = [i for i, m in enumerate(measurements) if m.has_distance and m.name not in moved]
+    return [measurements[i] for i in kept], [begins[i] for i in kept]
 
 
 def _ratios(known: Sequence[Measurement], fit: RigidFit, firsts: Sequence[int]) -> _Ratios:

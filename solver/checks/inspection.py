@@ -96,13 +96,15 @@ def inspect_all(
     together, parts = find_parts(model, samples_of(good))
     labels = tuple((m.name, socket) for m in good for socket in m.sockets)
     sockets = Sockets(labels, together.centres[: len(labels)], together.noise)
-    shared, single = distance_findings(good, together)
+    placed = {m.name: elsewhere(m, parts, together, sockets) for m in good}
+    moved = [name for name, (_, changes) in placed.items() if changes]
+    shared, single = distance_findings(good, together, moved)
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
         changes: tuple[Change, ...] = ()
         findings = bad[measured.name]
         if not explained and not findings:
-            findings, changes = elsewhere(measured, parts, together, sockets)
+            findings, changes = placed[measured.name]
             findings += far_samples(measured, alone[i][1], alone[i][0], sockets)
             findings += [single[measured.name]] if measured.name in single else []
         findings = [
@@ -115,7 +117,7 @@ def inspect_all(
         centre = np.mean([np.median(points[rows], axis=0) for rows in measured.slices], axis=0)
         seen.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
     shared = columns if explained else [*columns, *shared]
-    return Survey(tuple(seen), tuple(shared), scale_of(good, together))
+    return Survey(tuple(seen), tuple(shared), scale_of(good, together, moved))
 
 
 def fitted_alone(robot: Robot, measured: Measurement) -> float:
