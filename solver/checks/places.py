@@ -118,7 +118,7 @@ def far_samples(
     )
     found: list[Finding] = []
     for row in np.flatnonzero(alone.weights < FAR)[:LISTED].tolist():
-        part = parts[alone.samples.sockets[row]]
+        part = parts[int(alone.samples.sockets[row])]
         sample = row - measured.slices[part.socket].start
         socket = measured.sockets[part.socket]
         where = row_of(measured, socket, sample)

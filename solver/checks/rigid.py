@@ -131,6 +131,7 @@ class RigidModel:
         linear = self._place.linearise(self._place.nominal, samples.positions)
         points, D = linear.points, linear.by_parameters
         e = points - _medians(points, samples)[samples.sockets]
+        noise = _typical(e)
         for _ in range(GLANCES):
             noise = _typical(e)
             weights = _weights(e, noise)
@@ -150,6 +151,7 @@ class RigidModel:
         points = self.ball.points(self.ball.nominal, few.positions)
         centres = _medians(points, few)
         noise = _typical(points - centres[few.sockets])
+        covariance, slopes = np.linalg.inv(P), np.zeros((few.count, 3, len(widths)))
         for _ in range(ITERATIONS):
             linear = self.ball.linearise(self.ball.nominal + x, few.positions)
             weights = _weights(linear.points - centres[few.sockets], noise)
