@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .solver.robot.urdf import Robot, load_robot
     from .tools.calibration.calibrate import calibrate
     from .tools.calibration.calibration import Calibration, Errors, load_calibration
+    from .tools.simulated_arms import simulate_recordings
 
 __all__ = [
     "Calibration",
@@ -43,6 +44,7 @@ __all__ = [
     "load_robot",
     "open_driver",
     "read_placements",
+    "simulate_recordings",
 ]
 
 _MODULES = {
@@ -57,6 +59,7 @@ _MODULES = {
     "load_robot": ".solver.robot.urdf",
     "open_driver": ".drivers.registry",
     "read_placements": ".recorder.dataset",
+    "simulate_recordings": ".tools.simulated_arms",
 }
 """Where each public name is defined."""
 

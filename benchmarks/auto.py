@@ -28,7 +28,7 @@ from mukca.solver.robot.kinematics import gravity_torques, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.commands.demo import demo_arm, demo_bases
-from mukca.tools.simulate import perturb, reachable_bases, record
+from mukca.tools.simulated_arms import perturb, reachable_bases, record
 
 OFF = 5e-5
 """By so much is the base's distance misread [m]."""

@@ -19,7 +19,7 @@ import numpy as np
 
 from mukca.recorder.convert import write_holes
 from mukca.tools.commands.demo import SEAT_NOISE, demo_arm
-from mukca.tools.simulate import reachable_bases, record
+from mukca.tools.simulated_arms import reachable_bases, record
 
 
 def seconds(words: list[str], runs: int = 5) -> float:

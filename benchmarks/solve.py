@@ -24,7 +24,7 @@ from mukca.solver.data.measurements import measure
 from mukca.solver.paper.problem import Problem, build_problem, solve
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.commands.demo import demo_arm, demo_bases
-from mukca.tools.simulate import record
+from mukca.tools.simulated_arms import record
 
 
 def seconds(work: Callable[[], object], runs: int = 15) -> float:

@@ -27,7 +27,7 @@ from mukca.solver.data.observations import SEAT_DEVIATION, observe
 from mukca.solver.robot.kinematics import gravity_torques, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulate import perturb, reachable_bases, record
+from mukca.tools.simulated_arms import perturb, reachable_bases, record
 
 ROBOTS = ("panda", "iiwa14", "gen3_lite", "ur5e")
 

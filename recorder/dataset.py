@@ -54,8 +54,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from .csv_files import RecordingError, read_table
 from .samples import SAMPLES, Sample, read_samples
-from .tables import RecordingError, read_table
 
 __all__ = [
     "Placement",

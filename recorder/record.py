@@ -7,6 +7,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from ..drivers import clock
+from .csv_files import RecordingError
 from .display import Display
 from .keyboard import HangUp, Keyboard
 from .push import Push
@@ -18,7 +19,6 @@ from .script import Script
 from .session import Session
 from .signals import Signals
 from .stream import Stream
-from .tables import RecordingError
 from .watch import SILENT, Watch
 
 __all__ = ["Outcome", "Recorder"]

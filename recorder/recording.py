@@ -17,6 +17,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, cast
 
+from .csv_files import RecordingError
 from .dataset import METADATA, is_placement, read_metadata
 from .samples import (
     SAMPLES,
@@ -28,7 +29,6 @@ from .samples import (
     undo_line,
 )
 from .session import SOCKETS
-from .tables import RecordingError
 
 __all__ = ["Metadata", "Recording"]
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .tables import RecordingError
+from .csv_files import RecordingError
 
 __all__ = ["Sample", "SampleFile", "capture_line", "header_line", "read_samples", "undo_line"]
 

@@ -1,1 +1,1 @@
-"""Recordings to a calibrated robot: kinematics, Eq. (5) of the paper, identification."""
+"""From recordings to a calibrated robot: what a robot is, what was measured, and two methods."""

@@ -26,22 +26,24 @@ class JointsError(MukcaError):
 class CalibratedRobot:
     """A robot with calibrated joint origins and, where the data support it, joint deflections.
 
-    The ball's centre is Phi(Theta, q'), where q' are the joint positions corrected by
-    :mod:`mukca.solver.auto.deflection`.
+    It predicts the ball's centre as Phi(Theta, q'): the forward kinematics Phi with the calibrated
+    origins Theta, at joint positions q' that are corrected for compliance and transmission error,
+    see :mod:`mukca.solver.auto.deflection`.
     """
 
     robot: Robot
     """The nominal robot."""
     parameters: tuple[Parameter, ...]
-    """What was calibrated of its geometry."""
+    """Which numbers of its geometry were calibrated."""
     values: np.ndarray
     """The calibrated parameters, shape (n,) [m, rad]."""
     deflection: Deflection = field(default_factory=Deflection)
-    """What corrects the joint positions before the geometry is applied."""
+    """Compliance and transmission error, by which joint positions are corrected first."""
     load: Load = field(default_factory=Load)
-    """What pulls at the joints where no effort is measured."""
+    """Gravity and payload, for joint torques where no effort is measured."""
     exported: np.ndarray | None = None
-    """The best parameters for those who know nothing of deflections; None where there are none."""
+    """The best parameters for a program that does not correct joint positions, such as one that
+    reads a URDF alone, shape (n,) [m, rad]. None: nothing is to be corrected, so :attr:`values`."""
 
     @cached_property
     def model(self) -> BallModel:
@@ -74,12 +76,18 @@ class CalibratedRobot:
         return self._points(self.values, true, q)
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:
-        """Return the ball's centre by the exported URDF; see :meth:`ball`."""
+        """Return the ball's centre by the exported URDF alone, without any correction of q.
+
+        Shapes, units and errors are those of :meth:`ball`.
+        """
         values = self.values if self.exported is None else self.exported
         return self._points(values, self._rows(q, "joint positions"), q)
 
     def nominal_ball(self, q: ArrayLike) -> np.ndarray:
-        """Return the ball's centre by the nominal model; see :meth:`ball`."""
+        """Return the ball's centre by the nominal URDF.
+
+        Shapes, units and errors are those of :meth:`ball`.
+        """
         return self._points(self.model.nominal, self._rows(q, "joint positions"), q)
 
     def _rows(self, values: ArrayLike, what: str) -> np.ndarray:
@@ -106,8 +114,8 @@ class CalibratedRobot:
         Args:
             folder: Where it will stand; relative mesh paths are rewritten to be found from
                 there. None leaves them.
-            compensated: Give the geometry for joint positions that are corrected first, instead
-                of the best one for those that are not.
+            compensated: Return the URDF for programs that correct the joint positions first,
+                instead of the best one for programs that do not.
         """
         values = self.values if compensated or self.exported is None else self.exported
         origins = self.model.origins(values)

@@ -1,4 +1,7 @@
-"""Cross-validation over placements: each left out once, each trained on alone (paper, Fig. 6)."""
+"""Cross-validation: leave each placement out of the fit once, and train on each alone.
+
+What was left out shows how the calibration does at a new place (paper, Fig. 6).
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +23,7 @@ __all__ = ["Job", "Plan", "jobs", "resampled", "run_job"]
 
 @dataclass(frozen=True)
 class Plan:
-    """What is the same in every fit."""
+    """What is the same in every fit of a cross-validation."""
 
     robot: Robot
     parameters: tuple[Parameter, ...]
@@ -32,17 +35,19 @@ class Plan:
 
 @dataclass(frozen=True)
 class Job:
-    """One fit: which placements it is trained on; all are then measured."""
+    """One fit of a cross-validation. Its errors are then measured at all placements."""
 
     kind: str
-    """``left_out``, ``alone`` or ``bootstrap``."""
+    """``left_out``: trained on all placements but one; ``alone``: on one; ``bootstrap``: on all,
+    with samples drawn anew from them."""
     trained: tuple[int, ...]
+    """Indices of the placements that it is trained on."""
     seed: int | None = None
-    """Of the resampling, for a bootstrap."""
+    """Of the random draw, for a bootstrap."""
 
 
 def jobs(count: int, bootstrap: int = 0) -> list[Job]:
-    """Return all fits for a number of placements, and some bootstrap fits to all of them."""
+    """Return all fits for a number of placements, with ``bootstrap`` fits to resampled data."""
     everything = tuple(range(count))
     left_out = [Job("left_out", everything[:i] + everything[i + 1 :]) for i in everything]
     alone = [Job("alone", (i,)) for i in everything]
@@ -70,7 +75,10 @@ def _fit(plan: Plan, job: Job) -> CalibratedRobot:
 
 
 def resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
-    """Return a placement whose samples are drawn anew from its own, socket by socket."""
+    """Return a placement with as many samples drawn at random from its own, with repetition.
+
+    This is the bootstrap: how results differ between such draws shows how certain they are.
+    """
     drawn: list[Sample] = []
     for socket in measured.sockets:
         samples = [s for s in measured.placement.samples if s.socket == socket]
@@ -80,5 +88,5 @@ def resampled(measured: Measurement, generator: np.random.Generator) -> Measurem
 
 
 def spread(values: Iterable[Sequence[float]]) -> list[float]:
-    """Return the standard deviation over fits of each placement's figure."""
+    """Return, for each placement, the standard deviation of a figure over several fits."""
     return np.std(np.array(list(values)), axis=0, ddof=1).tolist()

@@ -1,4 +1,4 @@
-"""A robot fitted to placements, by the paper's method or by the default one."""
+"""Fits a robot to placements, by the paper's method or by the default one."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -22,23 +22,24 @@ from .robot.urdf import Robot
 __all__ = ["Fit", "Predict", "fit_by_auto", "fit_by_paper"]
 
 Predict = Callable[[Measurement], np.ndarray]
-"""How a model predicts the ball centres of a placement, shape (N, 3) [m]."""
+"""A model as a function: takes a placement, returns its N ball centres, shape (N, 3) [m]."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """What a method made of the training placements."""
+    """The result of a fit, the same for both methods."""
 
     calibrated: CalibratedRobot
     optimizer: str
     seconds: float
-    """Time it took, functions built within it included."""
+    """How long the fit took [s]."""
     iterates: tuple[Predict, ...]
     """The model after each iteration, the nominal one first."""
     posterior: Posterior | None = None
-    """How well the unknowns are known; None by the paper's method, which does not say."""
+    """How well everything is known; None by the paper's method, which does not say."""
     choices: tuple[str, ...] | None = None
-    """One line for each extension of the geometry: what became of it, and why."""
+    """One line for each extension (compliance, transmission error): kept or not, and why. None by
+    the paper's method, which has none."""
 
     @property
     def iterations(self) -> int:
@@ -55,7 +56,7 @@ def fit_by_paper(
     regularization: float = REGULARIZATION,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Fit:
-    """Fit the geometry by Eq. (5) of the paper.
+    """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.paper.costs`.
 
     Args:
         robot: The nominal robot.
@@ -96,6 +97,8 @@ def fit_by_auto(
 ) -> Fit:
     """Fit geometry, joint compliance and transmission error, as far as the data support them.
 
+    docs/model.md introduces the method; :mod:`mukca.solver.auto` is it.
+
     Args:
         robot: The nominal robot.
         parameters: What of its geometry is free.
@@ -104,8 +107,8 @@ def fit_by_auto(
         distance_deviation: Standard deviation of the latter [m].
         load: What pulls at the joints; None for gravity alone, straight down.
         without: Among ``compliance``, ``transmission`` and ``joint-noise``: what is not tried.
-        tied: Whether each placement must have a socket with a known distance.
-        progress: Told what is being fitted.
+        tied: Refuse a placement none of whose sockets has a known distance to another.
+        progress: Called with a word for each model that is fitted.
 
     Raises:
         KnownError: A known distance does not fit the placements.

@@ -17,7 +17,7 @@ from virtual_time import VirtualTime
 from mukca.recorder.convert import write_holes
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.cli import main
-from mukca.tools.simulate import Base, perturb, record
+from mukca.tools.simulated_arms import Base, perturb, record
 
 ROOT = Path(__file__).parents[1]
 

@@ -77,11 +77,11 @@ def thinnest_wall(mesh: trimesh.Trimesh, samples: int = 20000) -> float:
     """
     points, faces = trimesh.sample.sample_surface(mesh, samples, seed=1)
     normals = mesh.face_normals[faces]
-    found, rays, hit = mesh.ray.intersects_location(
+    hits, rays, hit = mesh.ray.intersects_location(
         points - 1e-3 * normals, -normals, multiple_hits=False
     )
     opposite = (normals[rays] * mesh.face_normals[hit]).sum(axis=1) < -np.cos(np.pi / 4)
-    return float(np.linalg.norm(found - points[rays], axis=1)[opposite].min())
+    return float(np.linalg.norm(hits - points[rays], axis=1)[opposite].min())
 
 
 def overhanging(mesh: trimesh.Trimesh, degrees: float = 45.0) -> NDArray[np.int64]:

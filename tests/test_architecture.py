@@ -19,18 +19,18 @@ FILES = [file for room in ROOMS for file in sorted((ROOT / room).rglob("*.py"))]
 def imports(file: Path) -> list[str]:
     """The package's modules that a file imports anywhere, as dotted paths below the root."""
     package = file.relative_to(ROOT).parts[:-1]
-    found: list[str] = []
+    modules: list[str] = []
     for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = package[: len(package) - node.level + 1]
             module = ".".join([*base, *(node.module or "").split(".")]).strip(".")
-            found += [module] if node.module else [f"{module}.{a.name}" for a in node.names]
+            modules += [module] if node.module else [f"{module}.{a.name}" for a in node.names]
         elif isinstance(node, ast.ImportFrom | ast.Import):
             names = (
                 [node.module] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
             )
             assert not any((name or "").split(".")[0] == "mukca" for name in names), file
-    return [module.strip(".") for module in found]
+    return [module.strip(".") for module in modules]
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda f: str(f.relative_to(ROOT)))

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+    from .documents.files import Document
+
 __all__ = ["Terminal"]
 
 PIPED_WIDTH = 120
@@ -68,11 +70,17 @@ class Terminal:
         """Write a line about something that may be wrong to standard error."""
         sys.stderr.write(f"warning: {' '.join(text.split())}\n")
 
-    def emit(self, value: dict[str, Any]) -> None:
+    def emit(self, value: "dict[str, Any] | Document") -> None:
         """Write one JSON object on one line of standard output.
 
         Raises:
             ValueError: The object holds a NaN or an infinity, which JSON has no word for.
         """
-        sys.stdout.write(_json.dumps(value, allow_nan=False) + "\n")
+        if isinstance(value, dict):
+            text = _json.dumps(value, allow_nan=False)
+        else:
+            from .documents.files import encode
+
+            text = encode(value).decode()
+        sys.stdout.write(text + "\n")
         sys.stdout.flush()

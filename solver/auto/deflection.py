@@ -1,11 +1,18 @@
-"""What bends a joint away from the angle that its encoder reads.
+"""Joint compliance and transmission error: why a joint is not quite where its encoder says.
 
 The true joint positions follow from those read by
 
     q' = q - c tau + sum over k = 1, 2 of a_k sin(k q) + b_k cos(k q)
 
-joint by joint: c >= 0 is the joint's compliance [rad/(N m)], tau the torque that it exerts on
-the arm to hold it, a_k and b_k the harmonics of its transmission error [rad].
+joint by joint, where
+
+    q      position as the encoder reads it [rad]
+    q'     true position, to which the geometry may be applied [rad]
+    c      compliance, >= 0: how far the joint twists under load [rad/(N m)]
+    tau    torque that the joint exerts to hold the arm, at rest the gravity torque [N m]
+    a, b   the two coefficients of each harmonic of the transmission error [rad]
+
+A harmonic is a sine wave that repeats k times a turn, see docs/model.md.
 """
 
 from collections.abc import Sequence
@@ -23,10 +30,12 @@ EXTENSIONS = (COMPLIANCE, *TRANSMISSION)
 def design(extension: str, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
     """Return how an extension's coefficients shift the joint positions.
 
+    The shift is linear in the coefficients: q' - q = design @ coefficients.
+
     Args:
         extension: One of :data:`EXTENSIONS`.
-        q: Joint positions as read, shape (N, m).
-        torque: Joint torques, shape (N, m).
+        q: Joint positions as the encoders read them, shape (N, m) [rad].
+        torque: Joint torques, shape (N, m) [N m].
 
     Returns:
         Derivatives of q' by the coefficients, shape (N, m, p): p = m compliances, or p = 2 m
@@ -50,15 +59,23 @@ def coefficient_names(extension: str, joints: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Deflection:
-    """The calibrated extensions of a robot."""
+    """The compliance and transmission error of a robot's joints, as calibrated."""
 
     extensions: tuple[str, ...] = ()
-    """Those that the data support, among :data:`EXTENSIONS`."""
+    """Which extensions the data support, among :data:`EXTENSIONS`."""
     coefficients: tuple[np.ndarray, ...] = ()
     """Their coefficients, each in the order of :func:`design`."""
 
     def true_positions(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Return q', the joint positions that geometry may be applied to, shape (N, m)."""
+        """Return the true joint positions q'.
+
+        Args:
+            q: Joint positions as the encoders read them, shape (N, m) [rad].
+            torque: Joint torques, shape (N, m) [N m].
+
+        Returns:
+            Shape (N, m) [rad].
+        """
         shifts = [
             design(extension, q, torque) @ values
             for extension, values in zip(self.extensions, self.coefficients, strict=True)

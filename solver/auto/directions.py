@@ -1,4 +1,10 @@
-"""What the data leave undecided, in words: directions of the unknowns that no sample shows."""
+"""What the data cannot tell about the geometry, in words.
+
+Some changes of the joint origins move no ball, or hardly: the whole base frame may shift, a joint
+may slide along its own axis if the next one slides back. Such a change is a *direction* in the
+space of all unknowns. Along it the data say nothing, and only the prior holds the model near
+nominal (see docs/model.md).
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,22 +30,26 @@ SCALE = "the scale of all lengths (a longer base, or known distances, would tell
 
 @dataclass(frozen=True)
 class Direction:
-    """Something that the data cannot tell, in words."""
+    """One change of the geometry that the data cannot tell."""
 
     text: str
     deviation: float
-    """Posterior over prior deviation along it, 1 where the data say nothing."""
+    """Its standard deviation after the data (posterior), as a share of that before (prior):
+    1 where the data say nothing, near 0 where they say all."""
 
 
 def weak_directions(posterior: Posterior) -> list[Direction]:
-    """Return what the data leave to the prior, in words.
+    """Return what the data cannot tell, in words.
 
-    First the directions that no ball can show, by the chain's structure; then the largest of
-    what remains, by its two main parameters.
+    First come the directions that no ball can show in any chain of joints like this one; then,
+    among what is left, those that these recordings do not show, named by the two parameters that
+    take part most.
     """
     model = posterior.model
     n = model.geometry
-    prior = np.linalg.cholesky(prior_covariance(posterior)[:n, :n])  # x = prior @ standard normal
+    prior = np.linalg.cholesky(
+        prior_covariance(posterior)[:n, :n]
+    )  # x = prior @ z, z standard normal
     whiten = np.linalg.inv(prior)
     whitened = whiten @ posterior.covariance[:n, :n] @ whiten.T
     named = [
@@ -72,8 +82,11 @@ def weak_directions(posterior: Posterior) -> list[Direction]:
 def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarray]]:
     """Return changes of the free geometry that no ball can show, with their names.
 
-    The base frame may move as a whole; the ball may turn in place; and each joint may slide along
+    The base frame may move as a whole, the ball may turn in place, and each joint may slide along
     its axis or turn about it, if the next free joint undoes that.
+
+    Returns:
+        Pairs of a text and a change of the geometric unknowns, shape (geometry,).
     """
     model = posterior.model
     place = {p.index: i for i, p in enumerate(model.parameters)}
@@ -132,7 +145,11 @@ def _between(
 
 
 def _rates(origin: np.ndarray, spin: np.ndarray) -> np.ndarray:
-    """Return the rates of roll, pitch and yaw of a rotation that spins about a parent's vector.
+    """Return how fast roll, pitch and yaw change while a frame spins about a vector.
+
+    Args:
+        origin: x y z roll pitch yaw of the frame, shape (6,) [m, rad].
+        spin: Angular velocity in the parent's frame, shape (3,) [rad/s].
 
     With R = Rz(yaw) Ry(pitch) Rx(roll), the spin is the sum of the rates times the axes as they
     stand: x after pitch and yaw, y after yaw, and z.

@@ -1,10 +1,14 @@
-"""Maximum a posteriori estimation whose prior widths and noise are set by the objective.
+"""Finds the most probable unknowns, and how wide the priors are and how large the noise is.
 
-Each iteration takes a Gauss-Newton step (2), (3) of the objective L, see
-:mod:`mukca.solver.auto.objective`, and a fixed-point step of the widths of the priors (4) and of
-the noise (5) towards the maximum of the evidence (6), see :mod:`mukca.solver.auto.laplace`. A
-group of unknowns that the data do not support ends with a width of nearly zero, and is taken out.
-docs/model.md is an introduction.
+docs/model.md introduces prior, posterior and evidence. Each iteration does three things:
+
+1. a Gauss-Newton step (2), (3) of the unknowns down the objective L (1), see
+   :mod:`mukca.solver.auto.objective`;
+2. a step (4) of the widths of the priors, see :mod:`mukca.solver.auto.priors`;
+3. a step (5) of the noise, see :mod:`mukca.solver.auto.noise`.
+
+The last two lead to the maximum of the evidence (6), see :mod:`mukca.solver.auto.laplace`. The
+width of a group that the data do not support falls to nearly zero; the group is then taken out.
 """
 
 from dataclasses import dataclass, replace
@@ -18,16 +22,15 @@ from .deflection import COMPLIANCE, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, Noise
+from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
 from .objective import (
     Objective,
     State,
     build_objective,
-    distance_rows,
     free_unknowns,
     linearise,
     prior_precision,
     start,
-    weigh,
 )
 from .posterior import Posterior
 from .priors import PriorGroup
@@ -37,6 +40,9 @@ __all__ = ["estimate"]
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
+HALVINGS = 6
+RISE = 1e-9
+"""Relative rise of the objective in a step that is rounding alone."""
 
 
 @dataclass(frozen=True)
@@ -45,16 +51,11 @@ class Step:
 
     change: np.ndarray
     """Of all unknowns, shape (n,); zero for those that are held."""
-    free: np.ndarray
-    """Which of all unknowns are not held, shape (n,)."""
-    information: np.ndarray
-    """Curvature of L that the data give to the free unknowns."""
     covariance: np.ndarray
-    """Inverse of the whole curvature, priors included: that of the free unknowns."""
-    inverse_scales: np.ndarray
-    """C_i^-1, shape (N, 3, 3) [1/m^2]."""
-    weights: np.ndarray
-    """w_i, shape (N,)."""
+    """Inverse of the whole curvature, priors included, shape (n, n); zero for what is held."""
+    normal: NormalEquations
+    volume: float
+    """How much of the volume's slope was counted, 0 to 1."""
 
 
 def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
@@ -86,8 +87,7 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
                 state = replace(state, at_zero=state.at_zero & ~_held_compliances(state))
                 compliances_may_return = False
             else:
-                last = _gauss_newton(objective, state)
-                return posterior(objective, state, last.information, last.free, iterates)
+                return posterior(objective, state, iterates)
     except np.linalg.LinAlgError:
         raise NotConverged("auto diverged; see mukca check, or try --method paper") from None
     raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
@@ -96,36 +96,38 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
 def _gauss_newton(objective: Objective, state: State) -> Step:
     """Return the step to the minimum of L's quadratic approximation.
 
-        H = sum_i k w_i J_i^T C_i^-1 J_i + B^T W^T W B + P        step = -H^-1 (dL/dx)     (3)
+        H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (3)
 
-    where J_i and B are the derivatives of e_i and of the distances, and k is what a sample of
-    Student's distribution tells, relative to a Gaussian one.
+    See :func:`~mukca.solver.auto.normal_equations.normal_equations` for the data's part.
     """
-    linear = state.linear
-    inverse_scales, _, weights = weigh(state)
-    root = np.linalg.cholesky(inverse_scales * (INFORMATION * weights)[:, None, None])
-    A = (root.transpose(0, 2, 1) @ linear.jacobian).reshape(-1, objective.size)
-    a = (root.transpose(0, 2, 1) @ linear.errors[:, :, None]).ravel() / INFORMATION
-    B, b = distance_rows(objective, state)
-    free = free_unknowns(objective, state)
-    prior = prior_precision(objective, state, free)
-    information = A[:, free].T @ A[:, free] + B[:, free].T @ B[:, free]
-    x = np.concatenate([state.x, np.zeros(state.centres.size)])[free]
-    gradient = (A.T @ a + B.T @ b - objective.by_volume)[free] + prior @ x
-    covariance = inverse(information + prior)
-    change = np.zeros(objective.size)
-    change[free] = -covariance @ gradient
-    return Step(change, free, information, covariance, inverse_scales, weights)
+    normal = normal_equations(objective, state)
+    prior = prior_precision(objective, state)
+    x = np.concatenate([state.x, np.zeros(state.centres.size)])
+    volume = _volume_weight(objective, state, normal)
+    gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
+    covariance = inverse(normal.information + prior, free_unknowns(objective, state))
+    return Step(-covariance @ gradient, covariance, normal, volume)
+
+
+def _volume_weight(objective: Objective, state: State, normal: NormalEquations) -> float:
+    """Return how much of the volume's slope counts in a step: all of it once the noise fits.
+
+    It balances what errors of the size of the noise gain by shrinking. At the nominal robot, and as
+    long as the noise is taken for larger than the errors are, nothing would hold it, and thousands
+    of samples would blow the robot up.
+    """
+    if not state.x.any():
+        return 0.0
+    left = 1 - objective.size / (3 * len(state.linear.errors))  # of the errors, by a good fit
+    return min(1.0, 1.1 * normal.noise_ratio / left) if left > 0.5 else 1.0
 
 
 def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
     """Return the state after a step of everything, and the largest relative change of a scale."""
-    x, at_zero = _moved(state, step.change[: objective.model.size])
-    centres = state.centres + step.change[objective.model.size :].reshape(-1, 3)
-    linear = linearise(objective, x, centres)
-    moved = replace(state, x=x, centres=centres, at_zero=at_zero, linear=linear)
-    groups, change = _updated_groups(objective, moved, step)
-    noise = _updated_noise(state, moved, step)
+    moved, step = _downhill(objective, state, step)
+    linear = moved.linear
+    groups, change = _updated_groups(moved, step)
+    noise = _updated_noise(objective, state, moved, step)
     before = state.noise
     change = max(change, abs(log(noise.space / before.space)))
     if before.joint_effect(linear.by_joints) > NEGLIGIBLE:
@@ -133,47 +135,66 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     return replace(moved, groups=groups, noise=noise), change
 
 
-def _moved(state: State, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return x after a change, and what is held: a joint never bends against its load."""
-    x, at_zero = state.x + change, state.at_zero.copy()
+def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
+    """Return the state after a step, halved as often as L would rise, and the step taken.
+
+    Where it still rises after that, it is for the compliances that were held at zero.
+    """
+    before = value(objective, state, step.volume)
+    for _ in range(HALVINGS):
+        moved = _moved(objective, state, step.change)
+        if value(objective, moved, step.volume) <= before + RISE * abs(before):
+            break
+        step = replace(step, change=0.5 * step.change)
+    else:
+        moved = _moved(objective, state, step.change)
+    return moved, step
+
+
+def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
+    """Return the state after a change of all unknowns: a joint never bends against its load."""
+    size = objective.model.size
+    x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
         if group.name == COMPLIANCE:
             below = group.members[x[group.members] < 0]
             x[below] = 0.0
             at_zero[below] = True
-    return x, at_zero
+    centres = state.centres + change[size:].reshape(-1, 3)
+    linear = linearise(objective, x, centres)
+    return replace(state, x=x, centres=centres, at_zero=at_zero, linear=linear)
 
 
-def _updated_groups(
-    objective: Objective, state: State, step: Step
-) -> tuple[tuple[PriorGroup, ...], float]:
+def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:
     """Return the groups after a step of their widths (4), and the largest relative change.
 
     Widths whose effect is negligible do not count for the change.
     """
-    covariance = np.zeros((objective.size, objective.size))
-    covariance[np.ix_(step.free, step.free)] = step.covariance
     groups: list[PriorGroup] = []
     change = 0.0
     for group in state.groups:
         new = group
         if group.learned:
             members = group.members[~state.at_zero[group.members]]
-            new = group.updated(state.x[members], covariance[np.ix_(members, members)], members)
+            new = group.updated(
+                state.x[members], step.covariance[np.ix_(members, members)], members
+            )
             if _effect(state, new) > NEGLIGIBLE:
                 change = max(change, abs(log(new.width / group.width)))
         groups.append(new)
     return tuple(groups), change
 
 
-def _updated_noise(state: State, moved: State, step: Step) -> Noise:
+def _updated_noise(objective: Objective, state: State, moved: State, step: Step) -> Noise:
     """Return the noise after a step of its scales (5), see :class:`Noise`."""
-    J = state.linear.jacobian[:, :, step.free]
-    leverage = (J @ step.covariance) @ J.transpose(0, 2, 1)
-    leverage *= INFORMATION * step.weights[:, None, None]
-    errors = state.linear.errors + state.linear.jacobian @ step.change
+    weights = step.normal.weights
+    spread = leverage(objective, state, step.covariance)
     squares = state.noise.fisher_step(
-        step.inverse_scales, step.weights, errors, leverage, state.linear.by_joints
+        step.normal.inverse_scales,
+        weights,
+        predicted_errors(objective, state, step.change),
+        INFORMATION * weights[:, None, None] * spread,
+        state.linear.by_joints,
     )
     return state.noise.updated(squares, state.noise.joint_effect(moved.linear.by_joints))
 
@@ -181,7 +202,7 @@ def _updated_noise(state: State, moved: State, step: Step) -> Noise:
 def _effect(state: State, group: PriorGroup) -> float:
     """Return how far a group's width moves the ball, relative to the noise."""
     members = group.members[~state.at_zero[group.members]]
-    squares: np.ndarray = np.sum(state.linear.jacobian[:, :, members] ** 2, axis=(1, 2)) / 3
+    squares: np.ndarray = np.sum(state.linear.by_unknowns[:, :, members] ** 2, axis=(1, 2)) / 3
     return group.width * float(np.mean(squares)) ** 0.5 / state.noise.space
 
 

@@ -1,4 +1,4 @@
-"""The ball's place by the extended model: joint origins, and joints that bend and turn unevenly.
+"""Predicts the ball from joint origins, joint compliance and transmission error together.
 
 The unknowns x are, in this order: the change of each free number of the geometry from nominal,
 then the coefficients of each extension. With q' the true joint positions, see
@@ -20,19 +20,19 @@ from .deflection import COMPLIANCE, EXTENSIONS, Deflection, coefficient_names, d
 __all__ = ["ExtendedModel", "extend"]
 
 SCALE_SAMPLES = 200
-"""Random poses from which the scale of a robot is told."""
+"""Random poses by which the size of a robot is measured."""
 
 
 @dataclass(frozen=True)
 class ExtendedModel:
-    """A robot whose geometry is free, with some extensions of it."""
+    """What is unknown about a robot: numbers of its geometry, and coefficients of extensions."""
 
     robot: Robot
     parameters: tuple[Parameter, ...]
     ball: BallModel
     """The ball's position as a function of the parameters and the true joint positions."""
     extensions: tuple[str, ...]
-    """Among :data:`~mukca.solver.auto.deflection.EXTENSIONS`, in that order."""
+    """Which extensions, among :data:`~mukca.solver.auto.deflection.EXTENSIONS`, in that order."""
 
     @property
     def geometry(self) -> int:
@@ -59,11 +59,11 @@ class ExtendedModel:
         return names
 
     def values(self, x: np.ndarray) -> np.ndarray:
-        """Return the geometric parameters at some unknowns, shape (geometry,) [m, rad]."""
+        """Return the free origin numbers for unknowns x, shape (geometry,) [m, rad]."""
         return self.ball.nominal + x[: self.geometry]
 
     def deflection(self, x: np.ndarray) -> Deflection:
-        """Return the extensions at some unknowns."""
+        """Return the compliances and transmission errors for unknowns x, shape (size,)."""
         ends = self.geometry + np.cumsum(self.sizes)
         values = tuple(x[end - size : end] for end, size in zip(ends, self.sizes, strict=True))
         return Deflection(self.extensions, values)
@@ -73,7 +73,7 @@ class ExtendedModel:
 
         Args:
             x: The unknowns, shape (size,).
-            q: Joint positions as read, shape (N, m).
+            q: Joint positions as the encoders read them, shape (N, m) [rad].
             torque: Joint torques, shape (N, m) [N m].
         """
         true = self.deflection(x).true_positions(q, torque)
@@ -97,8 +97,13 @@ class ExtendedModel:
     def by_scale(self) -> np.ndarray:
         """Return the derivative of the logarithm of the robot's scale by the unknowns.
 
-        The scale is the size of the cloud of ball positions in the workspace. Unlike the lengths
-        in the model, it does not depend on which of many equivalent descriptions they are.
+        The scale is the size of the cloud of ball positions over random poses (root mean square
+        distance from their mean). One arm can be described by many sets of lengths, but its balls
+        are the same in all of them.
+
+        Returns:
+            Shape (size,) [1/m, 1/rad, ...]: 0.01 says that one unit more makes the robot 1 %
+            larger.
         """
         q = workspace(self.robot, SCALE_SAMPLES)
         points, slopes, _ = self.linearise(np.zeros(self.size), q, np.zeros_like(q))
@@ -106,7 +111,7 @@ class ExtendedModel:
         return np.einsum("ni,nij->j", cloud, slopes) / np.sum(cloud**2)
 
     def _shifts(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Return how all extensions' coefficients shift the joints, shape (N, m, coefficients)."""
+        """Return the derivatives of q' by all extensions' coefficients, shape (N, m, p)."""
         parts = [design(extension, q, torque) for extension in self.extensions]
         return np.concatenate([np.zeros((*q.shape, 0)), *parts], axis=2)
 

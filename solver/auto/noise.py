@@ -1,7 +1,14 @@
-"""The noise of a sample: of the ball in its socket, and of the joint angles that were read.
+"""The noise of a sample: how well the ball sits in its socket, and how well angles are read.
 
-A sample's error e_i has the scale C_i = s_x^2 I + s_q^2 Jq_i Jq_i^T, where Jq_i is the derivative
-of the ball's position by the joint positions.
+The error e_i of sample i, a vector of shape (3,) [m], scatters by
+
+    C_i = s_x^2 I + s_q^2 Jq_i Jq_i^T
+
+    s_x    noise in space: of the ball's place in its socket, per axis [m]
+    s_q    noise of each joint angle [rad]
+    Jq_i   derivative of the ball's position by the joint positions, shape (3, m) [m/rad]
+
+so an arm that is stretched out, where a small angle moves the ball far, may err more.
 """
 
 from dataclasses import dataclass
@@ -11,20 +18,21 @@ import numpy as np
 __all__ = ["INFORMATION", "NEGLIGIBLE", "NU", "Noise"]
 
 NU = 5.0
-"""Degrees of freedom of the noise: heavy tails, so that a ball badly seated weighs little."""
+"""Degrees of freedom of Student's t distribution of the errors. Unlike a Gaussian it expects a
+large error now and then, so that a ball that was badly seated hardly pulls at the fit."""
 INFORMATION = (NU + 3) / (NU + 5)
-"""What a sample of that noise tells, relative to a Gaussian one of the same scale."""
+"""How much one sample with such noise tells, relative to one with Gaussian noise of scale C_i."""
 NEGLIGIBLE = 0.05
-"""What moves the ball by less than this part of the noise counts as nothing."""
+"""Whatever moves the ball by less than this share of the noise is taken for zero."""
 SMALLEST = 1e-9
-"""Noise in space is never taken for less [m]."""
+"""Least value of s_x [m]."""
 LARGEST_FACTOR = 4
-"""By so much the square of a scale may change in one step."""
+"""s_x^2 and s_q^2 change by at most this factor in one step."""
 
 
 @dataclass(frozen=True)
 class Noise:
-    """Scales of the noise."""
+    """How large the noise is."""
 
     space: float
     """s_x, of the ball's place in a socket [m]."""
@@ -37,18 +45,22 @@ class Noise:
         return self.space**2 * np.eye(3) + self.joint**2 * spread
 
     def joint_effect(self, by_joints: np.ndarray) -> float:
-        """Return how far the joints' noise moves the ball, relative to the noise in space."""
+        """Return how far the joints' noise moves the ball, relative to the noise in space.
+
+        Args:
+            by_joints: Jq_i of each sample, shape (N, 3, m) [m/rad].
+        """
         squares: np.ndarray = np.sum(by_joints**2, axis=(1, 2)) / 3
         return self.joint * float(np.mean(squares)) ** 0.5 / self.space
 
     def updated(self, step: np.ndarray, effect: float) -> "Noise":
-        """Return the noise after a step of its squares.
+        """Return the noise after s_x^2 and s_q^2 changed by a step.
 
-        Noise in space is kept from zero, since no ball sits without any play.
+        s_x is kept from zero, since no ball sits without any play.
 
         Args:
             step: Change of s_x^2 [m^2] and, unless it is zero, of s_q^2 [rad^2].
-            effect: As :meth:`joint_effect` returns it.
+            effect: What :meth:`joint_effect` returns for this noise.
         """
         squares = np.array([self.space, self.joint])[: len(step)] ** 2
         moved = np.clip(squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares)
@@ -65,20 +77,26 @@ class Noise:
         leverage: np.ndarray,
         by_joints: np.ndarray,
     ) -> np.ndarray:
-        """Return a step of Fisher scoring for s_x^2 and, unless it is zero, s_q^2.
+        """Return a step of s_x^2 and, unless it is zero, of s_q^2 towards their best values.
 
-        With V = I for s_x^2 and V = Jq Jq^T for s_q^2, the score is what the errors hold of V
-        less what was to be expected in the directions that the fit leaves free (restricted
-        maximum likelihood, Harville 1977):
+        If the errors scatter more than the noise says, it grows; if less, it shrinks. What is
+        compared with the errors takes into account that a fit makes errors smaller than the noise
+        was: each unknown uses up some of them (restricted maximum likelihood, Harville 1977; the
+        step is Fisher scoring, Newton's method with the expected curvature). The slope for s_x^2,
+        where V_i = I, and for s_q^2, where V_i = Jq_i Jq_i^T, is
 
-            score_V = sum_i  w_i e_i^T C_i^-1 V C_i^-1 e_i  -  tr((C_i^-1 - C_i^-1 L_i C_i^-1) V)
+            sum_i  w_i e_i^T C_i^-1 V_i C_i^-1 e_i  -  tr((C_i^-1 - C_i^-1 L_i C_i^-1) V_i)    (5)
 
         Args:
             inverse: C_i^-1, shape (N, 3, 3).
             weights: w_i, robust weight of each sample, shape (N,).
             errors: e_i, shape (N, 3) [m].
-            leverage: L_i, posterior covariance of the errors, weighted, shape (N, 3, 3).
-            by_joints: Jq_i, shape (N, 3, m).
+            leverage: L_i, how uncertain the errors are because the unknowns are, times k w_i,
+                shape (N, 3, 3) [m^2].
+            by_joints: Jq_i, shape (N, 3, m) [m/rad].
+
+        Returns:
+            The change of s_x^2 [m^2] and of s_q^2 [rad^2], shape (2,), or (1,) without the latter.
         """
         u = np.einsum("nij,nj->ni", inverse, errors)
         left = inverse - inverse @ leverage @ inverse

@@ -1,4 +1,4 @@
-"""What is known after the fit: the most plausible unknowns, and how well they are known."""
+"""The result of the default method: the most probable unknowns, and how well they are known."""
 
 from dataclasses import dataclass
 
@@ -15,26 +15,31 @@ __all__ = ["Posterior"]
 
 @dataclass(frozen=True)
 class Posterior:
-    """The posterior distribution of the unknowns, approximated by a Gaussian at its maximum."""
+    """The posterior: what is known of the unknowns after the data, as a bell curve.
+
+    docs/model.md introduces prior, posterior and evidence.
+    """
 
     model: ExtendedModel
     data: Observations
     x: np.ndarray
-    """The unknowns at the maximum: geometry, as change from nominal, then the extensions'
+    """The most probable unknowns: changes of the geometry from nominal, then the extensions'
     coefficients, shape (model.size,)."""
     centres: np.ndarray
     """Socket centres, shape (S, 3) [m]."""
     covariance: np.ndarray
     """Covariance of x and the centres, shape (size + 3 S, size + 3 S)."""
     groups: tuple[PriorGroup, ...]
-    """The priors, as the data set them."""
+    """The priors, with the widths that the data gave them."""
     noise: Noise
+    """How large the noise is, as the data show it."""
     points: np.ndarray
     """Ball centres of the samples, shape (N, 3) [m]."""
     weights: np.ndarray
     """Robust weight of each sample, shape (N,): near 1, and towards 0 far from its socket."""
     log_evidence: float
-    """Logarithm of how probable the data are under the model, its unknowns integrated out."""
+    """Logarithm of the evidence: how probable the data are under the model, averaged over all
+    values that the prior allows for its unknowns."""
     iterates: tuple[np.ndarray, ...]
     """x after each iteration, the start first."""
 
@@ -50,12 +55,12 @@ class Posterior:
 
     @property
     def deflection(self) -> Deflection:
-        """The extensions, as they came out."""
+        """The calibrated compliances and transmission errors."""
         return self.model.deflection(self.x)
 
     @property
     def residuals(self) -> np.ndarray:
-        """Each sample's ball centre less its socket's, shape (N, 3) [m]."""
+        """Each sample's predicted ball centre minus its socket's centre, shape (N, 3) [m]."""
         return self.points - self.centres[self.data.sockets]
 
     def predict(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:

@@ -1,8 +1,9 @@
-"""What is believed of the unknowns before the data: groups that share a Gaussian prior.
+"""The priors: what is believed of the unknowns before the data, group by group.
 
-Each group of unknowns x_g has a prior of mean 0 and standard deviation (width) s_g, which the
-data set by the evidence; see docs/model.md. The lengths have, beside a width each, one common
-change that the prior leaves nearly free: that of the robot's whole scale.
+The unknowns x_g of a group g, for instance all angles of the joint origins, have a Gaussian prior
+with mean 0 and one common standard deviation, the width s_g. How wide it is follows from the data,
+by the evidence (see docs/model.md). The lengths may also all grow or shrink together, by the same
+share, which is the scale of the whole robot; that costs much less than so many separate changes.
 """
 
 from dataclasses import dataclass, replace
@@ -16,16 +17,17 @@ from .extended_model import ExtendedModel
 __all__ = ["PriorGroup", "prior_groups"]
 
 BALL_WIDTH = 0.1
-"""Prior of the ball's place on the flange [m]: hardly any."""
+"""Width of the prior of the ball's place on the flange [m]: so wide that the data decide alone."""
 TRANSLATION_WIDTH, ROTATION_WIDTH = 1e-3, 5e-3
-"""Where the widths of lengths [m] and angles [rad] begin."""
+"""Widths of lengths [m] and angles [rad] at the start of the estimation."""
 COMMON_SCALE = 2e-3
-"""Prior of the scale of all lengths together: wide beside the 0.06 % that a caliper tells of a
-50 mm base, so that measured distances rule, and narrow enough to hold where an arm is noisy."""
+"""Standard deviation of the whole robot's scale, 0.2 %. A caliper on a base of 50 mm gives the
+scale to 0.06 %, so measured distances decide; where an arm is noisy, the URDF's scale holds."""
 DEFLECTION = 5e-4
-"""Where the widths of extensions begin, as an angle [rad]. Transmission errors much wider than
-this are implausible, so it is the scale of the prior of their width, too."""
+"""Widths of extensions at the start, as an angle by which a joint is off [rad]. Transmission errors
+are hardly ever much larger, so this is the scale of the prior on their width, too."""
 SMALLEST_WIDTH = 1e-12
+"""A width is never less, so that it can be divided by."""
 
 
 @dataclass(frozen=True)
@@ -34,30 +36,35 @@ class PriorGroup:
 
     name: str
     unit: str
+    """Of its unknowns, and so of the width."""
     members: np.ndarray
     """Their indices among the unknowns."""
     width: float
     """s_g; 0 holds the members at zero."""
     scale: float = np.inf
-    """Of a half-normal prior on the width itself."""
+    """Scale of a half-normal prior on the width itself, which keeps it from growing far beyond."""
     learned: bool = True
     """Whether the evidence sets the width."""
     effective: float = 0.0
-    """gamma_g: how many of its unknowns the data decide."""
+    """gamma_g: how many of its unknowns the data decide, from 0 to their number."""
     common: np.ndarray | None = None
-    """t: a change of all members in step that the prior allows beside the width, one standard
-    deviation of it. For lengths, t is their change when the whole robot grows by 0.2 %."""
+    """t: a change of all members together that the prior allows in addition, shape (members,).
+    For lengths it is how they change when the whole robot grows by 0.2 %. None: no such change."""
 
     def covariance(self, width: float) -> np.ndarray:
-        """Return the members' prior covariance for a width: s_g^2 I + t t^T."""
+        """Return the members' prior covariance s_g^2 I + t t^T, for s_g a given width."""
         t = self._common
         return width**2 * np.eye(len(t)) + np.outer(t, t)
 
     def precision(self, members: np.ndarray, width: float) -> np.ndarray:
         """Return the prior precision (inverse covariance) of some of the members.
 
-        Those left out are known to be zero. By Sherman and Morrison's formula,
+        The members that are left out are held at zero. By Sherman and Morrison's formula,
         (s^2 I + t t^T)^-1 = (I - t t^T / (s^2 + t^T t)) / s^2.
+
+        Args:
+            members: Indices of those that count.
+            width: s, in the unit of the group.
         """
         t = self._common[np.isin(self.members, members)]
         return (np.eye(len(t)) - np.outer(t, t) / (width**2 + t @ t)) / width**2
@@ -68,18 +75,22 @@ class PriorGroup:
 
     @property
     def deviation(self) -> float:
-        """Standard deviation of the prior, the uncertainty of its own width included.
+        """Standard deviation of the prior, larger than its width where that is uncertain itself.
 
-        With a width learned from gamma unknowns integrated out, the prior is Student's with gamma
-        degrees of freedom, whose variance is gamma / (gamma - 2) larger; twice at most here.
+        A width estimated from gamma unknowns is itself uncertain. Counting that makes the prior a
+        Student's distribution with gamma degrees of freedom, whose variance is larger by the
+        factor gamma / (gamma - 2); here by 2 at most.
         """
         gamma = max(self.effective, 4.0)
         return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
 
     def updated(self, x: np.ndarray, covariance: np.ndarray, members: np.ndarray) -> "PriorGroup":
-        """Return the group after a fixed-point step of its width (MacKay 1992).
+        """Return the group with a width closer to what the evidence prefers (MacKay 1992).
 
-            gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2        s_g^2 = |x_g|^2 / gamma_g
+            gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2    s_g^2 = |x_g|^2 / gamma_g    (4)
+
+        The new width is the root mean square of the unknowns, over those that the data decide. An
+        unknown whose posterior is as wide as its prior was not decided, and counts as 0 in gamma.
 
         Args:
             x: Those members that are free.

@@ -1,9 +1,9 @@
-"""Calibration beyond the paper: the data decide which extensions of the geometry they support.
+"""Decides by the data which extensions of the geometry to keep.
 
-Geometry comes first, then joint compliance, then transmission error, each on top of what was
-kept. An extension is kept if its evidence is at least 20 times that of the model without it and,
-where three placements or more allow to leave each out once, if it lowers the errors there by more
-than their standard error.
+The geometry is fitted first. Then joint compliance is added, then transmission error, each to
+what was kept before. An extension is kept if it makes the evidence (see docs/model.md) at least 20
+times as large. With three placements or more it must also prove itself: each placement is left out
+of the fit once, and the errors there must fall by more than the standard error of that fall.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,18 +25,18 @@ __all__ = ["STAGES", "Selection", "held_out_error", "select_model"]
 STAGES: dict[str, tuple[str, ...]] = {"compliance": (COMPLIANCE,), "transmission": TRANSMISSION}
 """What is tried, in this order: name, and its extensions."""
 GAIN = log(20)
-"""What an extension must add to the logarithm of the evidence."""
+"""By how much an extension must raise the logarithm of the evidence."""
 ENOUGH_PLACEMENTS = 3
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What was found."""
+    """The models that the data chose."""
 
     geometric: Posterior
     """The best model without extensions."""
     full: Posterior
-    """With those that the data support; the same where there are none."""
+    """The model with the extensions that the data support; the same one where there are none."""
     notes: tuple[str, ...]
     """One line for each extension: what became of it, and why."""
 
@@ -50,7 +50,7 @@ def select_model(
     joint_noise: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selection:
-    """Calibrate, extension by extension.
+    """Calibrate the geometry, then try one extension after the other.
 
     Args:
         robot: The robot.
@@ -58,7 +58,7 @@ def select_model(
         data: Training placements.
         stages: Which of :data:`STAGES` may be tried.
         joint_noise: Whether joint angles may be noisy.
-        progress: Told what is being fitted.
+        progress: Called with a word for each model that is fitted.
 
     Raises:
         NotConverged: A fit did not settle.
@@ -107,7 +107,7 @@ def _left_out(
     data: Observations,
     placements: Sequence[str],
 ) -> np.ndarray:
-    """Return the mean error [m] in each placement, fitted to all others."""
+    """Return the mean error in each placement, of a model fitted to all others, shape (P,) [m]."""
     return np.array(
         [held_out_error(fit(extensions, data.without(name)), data, name) for name in placements]
     )
@@ -125,6 +125,6 @@ def held_out_error(found: Posterior, data: Observations, placement: str) -> floa
 
 
 def _paired(without: np.ndarray, with_it: np.ndarray) -> tuple[float, float]:
-    """Return by how much errors fall on average, and the standard error of that [m]."""
+    """Return by how much the errors fall on average, and the standard error of that fall [m]."""
     fall = without - with_it
     return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))

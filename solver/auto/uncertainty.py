@@ -1,4 +1,7 @@
-"""How well a calibration is known: deviations, what the data cannot identify, predicted errors."""
+"""How well a calibration is known: standard deviations, correlations, predicted errors.
+
+All of it follows from the covariance of the posterior; see docs/model.md.
+"""
 
 from collections.abc import Sequence
 
@@ -21,17 +24,18 @@ __all__ = [
 ]
 
 UNDECIDED = 0.5
-"""A direction whose posterior deviation is more than this part of its prior's is the prior's."""
+"""The data did not decide a direction if its posterior is wider than this share of its prior."""
 STRONG = 0.9
+"""Correlations of two unknowns beyond this are reported."""
 
 
 def deviations(posterior: Posterior) -> np.ndarray:
-    """Return the posterior standard deviation of every unknown before the centres."""
+    """Return the posterior standard deviation of each of the model's unknowns, shape (size,)."""
     return np.sqrt(np.diag(posterior.covariance)[: posterior.model.size])
 
 
 def prior_covariance(posterior: Posterior) -> np.ndarray:
-    """Return the prior covariance of all unknowns before the centres."""
+    """Return the prior covariance of the model's unknowns, shape (size, size)."""
     covariance = np.zeros((posterior.model.size,) * 2)
     for group in posterior.groups:
         covariance[np.ix_(group.members, group.members)] = group.covariance(group.deviation)
@@ -39,12 +43,16 @@ def prior_covariance(posterior: Posterior) -> np.ndarray:
 
 
 def prior_deviations(posterior: Posterior) -> np.ndarray:
-    """Return the prior standard deviation of every unknown before the centres."""
+    """Return the prior standard deviation of each of the model's unknowns, shape (size,)."""
     return np.sqrt(np.diag(prior_covariance(posterior)))
 
 
 def correlations(posterior: Posterior) -> list[tuple[str, str, float]]:
-    """Return pairs of unknowns that the data decide only together: correlation beyond 0.9."""
+    """Return pairs of unknowns that the data hardly tell apart, the closest pair first.
+
+    Returns:
+        The two names, and their correlation, beyond 0.9 or below -0.9.
+    """
     size = posterior.model.size
     deviation = deviations(posterior)
     known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior_deviations(posterior)))
@@ -60,10 +68,13 @@ def correlations(posterior: Posterior) -> list[tuple[str, str, float]]:
 
 
 def observability_index(posterior: Posterior) -> float:
-    """Return O1 of Borm and Menq (1991): (s_1 ... s_L)^(1/L) / sqrt(N).
+    """Return how well the configurations show the geometry: O1 of Borm and Menq (1991).
 
-    The s are the singular values of the ball positions' derivatives by the geometry, each number
-    in units of its prior's width, as far as the configurations excite it (s > 1e-6 s_1).
+        O1 = (s_1 s_2 ... s_L)^(1/L) / sqrt(N)
+
+    s_1 >= s_2 >= ... are the singular values of the derivatives of the N ball positions by the
+    geometry, each parameter in units of its prior's standard deviation; L of them are not zero
+    (s > 1e-6 s_1). Larger is better: configurations that differ more show more.
     """
     model, data = posterior.model, posterior.data
     _, jacobian, _ = model.linearise(posterior.x, data.positions, data.torques)
@@ -78,12 +89,12 @@ def observability_index(posterior: Posterior) -> float:
 
 
 def distance_deviations(posterior: Posterior, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    """Return the predicted 1-sigma error of the distances between successive ball positions.
+    """Return the standard deviation of predicted distances between pairs of ball positions.
 
     Args:
         posterior: The calibration.
-        q: Joint positions, shape (2 N, m); rows 0 and 1, 2 and 3, ... are pairs.
-        torque: Their joint torques.
+        q: Joint positions, shape (2 N, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs.
+        torque: Their joint torques, shape (2 N, m) [N m].
 
     Returns:
         Shape (N,) [m].
@@ -99,11 +110,14 @@ def distance_deviations(posterior: Posterior, q: np.ndarray, torque: np.ndarray)
 def predicted_deviation(
     posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]]
 ) -> float:
-    """Return the predicted rms distance of samples from their socket's mean, noise included [m].
+    """Return how far samples should lie from their socket's mean, noise included [m].
+
+    This is a root mean square; a placement that was held out shows whether it comes true.
 
     Args:
         posterior: The calibration.
-        by_socket: Joint positions and torques of the samples in each socket.
+        by_socket: For each socket, joint positions [rad] and torques [N m] of its samples, of
+            shape (N_k, m).
     """
     size = posterior.model.size
     covariance = posterior.covariance[:size, :size]
@@ -131,7 +145,13 @@ def scale(posterior: Posterior) -> tuple[float, float]:
 
 
 def workspace_deviation(posterior: Posterior, load: Load, pairs: int = 200) -> tuple[float, float]:
-    """Return median and worst predicted error of distances between random poses [m]."""
+    """Return the predicted error of distances between random poses, its median and maximum [m].
+
+    Args:
+        posterior: The calibration.
+        load: What pulls at the joints.
+        pairs: How many pairs of poses.
+    """
     robot = posterior.model.robot
     q = workspace(robot, 2 * pairs)
     torque = gravity_torques(robot, q, load.gravity, load.payload)

@@ -1,1 +1,1 @@
-"""What was measured: placements checked against the robot, and how well a model predicts them."""
+"""What was measured: checked placements, known distances, and the errors of a model."""

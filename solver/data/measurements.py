@@ -1,4 +1,4 @@
-"""Placements as the solver sees them: checked against the robot, by socket, with distances."""
+"""A placement that was checked against the robot, with its samples sorted by socket."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets [m]."""
 
 _FAR_OUTSIDE = 1.0
-"""A joint this far outside its limits [rad or m] was not there: the units are wrong."""
+"""A joint cannot have been this far outside its limits [rad or m]: the units must be wrong."""
 _BARELY_OUTSIDE = math.radians(5)
 _LONGEST_BASE = 1.0
 
@@ -28,10 +28,10 @@ class MeasurementError(MukcaError):
 
 @dataclass(frozen=True)
 class Measurement:
-    """One placement: joint positions in chain order, the socket of each, and the distance."""
+    """A placement with its joints in chain order, and the distance between its sockets."""
 
     placement: Placement
-    """With its columns in chain order."""
+    """The recording, its joints in the order of the robot's chain."""
     distance: float
     """Between the centres of its first two sockets [m]."""
     distance_source: str = "default"
@@ -51,18 +51,18 @@ class Measurement:
 
     @cached_property
     def by_socket(self) -> tuple[np.ndarray, ...]:
-        """Joint positions in each socket, shape (N_k, m) each."""
+        """For each socket, the joint positions of its samples, shape (N_k, m) [rad]."""
         placement = self.placement
         return tuple(placement.positions[placement.sockets == k] for k in self.sockets)
 
     @cached_property
     def positions(self) -> np.ndarray:
-        """Joint positions of all samples, socket after socket, shape (N, m)."""
+        """Joint positions of all samples, socket after socket, shape (N, m) [rad]."""
         return np.concatenate(self.by_socket)
 
     @cached_property
     def efforts(self) -> np.ndarray | None:
-        """Measured joint efforts, row for row as :attr:`positions`; None without them."""
+        """Measured joint efforts, row by row as :attr:`positions` [N m]; None without them."""
         efforts, sockets = self.placement.efforts, self.placement.sockets
         if efforts is None:
             return None
@@ -70,12 +70,12 @@ class Measurement:
 
     @property
     def has_distance(self) -> bool:
-        """Whether there are two sockets for the distance to lie between."""
+        """Whether at least two sockets have samples, so that their distance can be compared."""
         return len(self.sockets) > 1
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
-        """Where each socket's samples stand among :attr:`positions`."""
+        """For each socket, which rows of :attr:`positions` are its samples."""
         ends = np.cumsum([len(rows) for rows in self.by_socket]).tolist()
         return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
 
@@ -88,14 +88,14 @@ class Measurement:
 def measure(
     placement: Placement, robot: Robot, distance: float | None = None, *, sockets: int = 2
 ) -> Measurement:
-    """Check a placement against the robot.
+    """Check a placement against the robot, and put its joints into chain order.
 
     Args:
-        placement: As read.
+        placement: The recording, see :func:`mukca.read_placements`.
         robot: The robot.
-        distance: Between the sockets' centres [m]; None for the placement's metadata, or
-            :data:`DEFAULT_DISTANCE` where they say nothing.
-        sockets: How many sockets it must have at least.
+        distance: Between the sockets' centres [m]; None for what its ``placement.json`` says, or
+            :data:`DEFAULT_DISTANCE` where that says nothing.
+        sockets: How many sockets must have samples.
 
     Raises:
         RecordingError: The columns are not the chain's joints.
@@ -127,7 +127,7 @@ def measure(
 
 
 def check_distance(distance: float) -> float:
-    """Return a distance between sockets that can be [m].
+    """Return a distance between sockets if it is possible [m].
 
     Raises:
         MeasurementError: Not positive and finite, or so large that it cannot be metres.

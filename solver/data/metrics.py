@@ -1,4 +1,10 @@
-"""The paper's metrics: how far apart the predicted ball centres lie, and how long the base is."""
+"""The paper's two metrics of how well a model predicts a placement.
+
+In truth the ball is at one point for all samples of a socket. The mean absolute error (MAE) says
+how far the predicted balls scatter around theirs; the distance error, how wrong the predicted
+distance between the two sockets is. Both are needed: a model that shrinks the robot to a point has
+no MAE at all.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,11 +33,13 @@ class Metrics:
     """How well a model predicts one placement, or several; all in metres."""
 
     mean_absolute_error: float
-    """Mean over the samples of |Phi(q_i) - mu_k|, k the socket of sample i."""
+    """Mean over the samples of |Phi(q_i) - mu_k|: Phi(q_i) is the predicted ball of sample i, and
+    mu_k the mean of the predicted balls in its socket k."""
     max_error: float
+    """The largest of these distances."""
     distance_error: float | None
-    """|mu1 - mu0| - d, signed; over several placements the mean of the absolute values. None
-    where there is one socket only."""
+    """|mu1 - mu0| - d, for d the measured distance: positive where the model is too large. Over
+    several placements, the mean of the absolute values. None where there is one socket only."""
 
     def as_dict(self) -> dict[str, float | None]:
         """Return the figures by name [m]."""
@@ -71,7 +79,7 @@ def _distance_error(centres: np.ndarray, measured: Measurement) -> float | None:
 
 
 def mean_metrics(metrics: Sequence[Metrics]) -> Metrics:
-    """Return the summary of several placements: the means, and the largest maximum."""
+    """Return the metrics of several placements together: means, and the largest of the maxima."""
     lengths = [abs(m.distance_error) for m in metrics if m.distance_error is not None]
     return Metrics(
         float(np.mean([m.mean_absolute_error for m in metrics])),
@@ -81,7 +89,12 @@ def mean_metrics(metrics: Sequence[Metrics]) -> Metrics:
 
 
 def cost_terms(points: np.ndarray, measured: Measurement) -> tuple[float, float]:
-    """Return the first two terms of Eq. (5), inconsistency and distortion [m^2]."""
+    """Return inconsistency and distortion, the first two terms of Eq. (5) [m^2].
+
+    Args:
+        points: Predicted ball centres for ``measured.positions``, shape (N, 3) [m].
+        measured: The placement.
+    """
     centres = socket_centres(points, measured)
     squares = sum(
         float(np.sum((points[rows] - centre) ** 2))

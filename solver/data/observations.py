@@ -1,4 +1,4 @@
-"""All placements of a fit together: samples, torques, sockets, and the distances between them."""
+"""All that a fit is told: the samples of all placements, and measured distances between sockets."""
 
 import math
 import re
@@ -24,7 +24,8 @@ __all__ = [
 ]
 
 SEAT_DEVIATION = 1e-5
-"""By so much a base's own distance varies from placement to placement, bolted and dusty [m]."""
+"""Standard deviation of the distance between a base's sockets from one placement to the next [m]:
+bolting it down bends it a little, and dust keeps the ball from its seat."""
 
 
 class KnownError(MukcaError):
@@ -49,7 +50,7 @@ class Load:
 
 @dataclass(frozen=True)
 class KnownDistance:
-    """A measured distance between two sockets, by the names a user gives them."""
+    """A measured distance between two sockets, which are named as a user names them."""
 
     first: tuple[str, int]
     """Placement and socket."""
@@ -67,29 +68,32 @@ class KnownDistance:
 
 @dataclass(frozen=True)
 class Known:
-    """A measured distance between two of all sockets, by their indices."""
+    """A measured distance between two sockets, by their indices among all sockets of a fit."""
 
     first: int
     second: int
     distance: float
+    """[m]."""
     deviation: float
+    """Its standard deviation [m]."""
     on_base: bool = False
-    """Whether a base's two sockets are meant."""
+    """Whether the two sockets are on one base, which may have been recorded at several places."""
 
 
 @dataclass(frozen=True)
 class Observations:
-    """What a fit sees."""
+    """The samples and measured distances of a fit: N samples, m joints, S sockets, K distances."""
 
     positions: np.ndarray
-    """Joint positions, shape (N, m)."""
+    """Joint positions, shape (N, m) [rad]."""
     torques: np.ndarray
-    """Joint torques, shape (N, m)."""
+    """What the joints exert to hold the arm, shape (N, m) [N m]."""
     sockets: np.ndarray
-    """Index of each sample's socket, shape (N,)."""
+    """Index of each sample's socket among all sockets, shape (N,)."""
     labels: tuple[tuple[str, int], ...]
-    """Placement and number of each socket."""
+    """For each socket, the name of its placement and its number there."""
     known: tuple[Known, ...]
+    """The measured distances."""
 
     @property
     def socket_count(self) -> int:
@@ -99,8 +103,9 @@ class Observations:
     def distance_covariance(self) -> np.ndarray:
         """Return the covariance of the known distances' errors, shape (K, K) [m^2].
 
-        A base that was read once errs by the same amount wherever it stands, so placements whose
-        stated distances are equal share that error; more placements do not make it smaller.
+        A base that was measured once with a wrong result is wrong by the same amount wherever it
+        stands. So placements whose stated distances are equal share that error, and recording more
+        of them does not make it smaller.
         """
         covariance = np.zeros((len(self.known), len(self.known)))
         for i, one in enumerate(self.known):
@@ -111,7 +116,7 @@ class Observations:
         return covariance
 
     def without(self, placement: str) -> "Observations":
-        """Return all but one placement, and no distance that leads to it."""
+        """Return the observations without one placement and the distances to its sockets."""
         kept = [i for i, (name, _) in enumerate(self.labels) if name != placement]
         new = {old: i for i, old in enumerate(kept)}
         rows = np.isin(self.sockets, kept)
@@ -160,7 +165,7 @@ def observe(
     load: Load | None = None,
     tied: bool = True,
 ) -> Observations:
-    """Return all placements together.
+    """Put all placements and measured distances together for a fit.
 
     Args:
         measurements: The placements.
@@ -168,7 +173,7 @@ def observe(
         known: Distances measured beside those between each placement's first two sockets.
         deviation: Standard deviation of the latter [m].
         load: What pulls at the joints; None for gravity alone, straight down.
-        tied: Whether each placement must have a socket with a known distance.
+        tied: Refuse a placement none of whose sockets has a known distance to another.
 
     Raises:
         KnownError: A known distance names a socket that is not there, or a socket of its own
@@ -207,7 +212,7 @@ def observe(
 
 
 def _find(labels: Sequence[tuple[str, int]], end: tuple[str, int]) -> int:
-    """Return the socket that a name means; the placement's folder alone is enough."""
+    """Return the index of the socket that a user names; the folder's own name is enough."""
     name, socket = end
     fits = [i for i, (n, s) in enumerate(labels) if s == socket and name in (n, n.split("/")[-1])]
     if len(fits) != 1:

@@ -1,1 +1,1 @@
-"""The paper's method: Eq. (5), geometry alone (``--method paper``)."""
+"""The paper's method (``--method paper``): Eq. (5), which fits the geometry alone."""

@@ -1,4 +1,4 @@
-"""Two ways to the minimum of a sum of squares: Gauss-Newton, and IPOPT as in the paper.
+"""Two optimizers that find the minimum of a sum of squares: Gauss-Newton, and the paper's IPOPT.
 
 Both stop when the objective changes by less than a relative tolerance from one iterate to the
 next, the paper's rule.
@@ -16,11 +16,12 @@ from ... import MukcaError
 __all__ = ["NotConverged", "Solution", "gauss_newton", "ipopt"]
 
 TOLERANCE = 1e-8
+"""Relative change of the objective at which both stop."""
 MAX_ITERATIONS = 200
 
 
 class NotConverged(MukcaError):  # noqa: N818 (the situation's name)
-    """The optimizer gave up; what it holds is no result."""
+    """The optimizer gave up, and where it stopped is not to be used."""
 
     failed = True
 
@@ -48,8 +49,8 @@ def gauss_newton(
 ) -> Solution:
     """Minimise |r(x)|^2 by Gauss-Newton steps, damped after Levenberg and Marquardt.
 
-    The damping starts near zero, so where the residuals are nearly linear, as they are in
-    calibration, the steps are plain Gauss-Newton steps; it only grows when a step fails.
+    Damping makes steps shorter. It starts near zero and grows only when a step fails. Calibration
+    is nearly linear, so as a rule all steps are plain Gauss-Newton steps.
 
     Args:
         evaluate: Returns residuals, shape (r,), and their Jacobian, shape (r, n).
@@ -89,7 +90,7 @@ def gauss_newton(
 def _damped_step(
     residuals: np.ndarray, jacobian: np.ndarray, damping: float
 ) -> tuple[np.ndarray, float]:
-    """Return the step, and how much less the linear model promises for the objective."""
+    """Return the step, and by how much the objective should fall if the residuals were linear."""
     H = jacobian.T @ jacobian
     gradient = jacobian.T @ residuals
     diagonal = np.diag(H).copy()
@@ -138,7 +139,7 @@ def ipopt(
 
 
 class _Watch(ca.Callback):
-    """Sees every iterate, and stops IPOPT by the paper's rule."""
+    """Is called by IPOPT after each iteration: notes the point, and stops by the paper's rule."""
 
     def __init__(self, size: int, tolerance: float) -> None:
         ca.Callback.__init__(self)

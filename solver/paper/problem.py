@@ -1,4 +1,4 @@
-"""Calibration after the paper: build the problem of Eq. (5), and solve it."""
+"""Calibration by the paper's method: build the problem of Eq. (5), look at it, solve it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ __all__ = [
 
 OPTIMIZERS = ("gauss-newton", "ipopt")
 REGULARIZATION = 1e-4
-"""lambda of Eq. (5)."""
+"""lambda of Eq. (5): what a change of a parameter by 1 m or 1 rad costs [m^2]."""
 
 
 class SettingError(MukcaError):
@@ -36,7 +36,7 @@ class SettingError(MukcaError):
 
 @dataclass(frozen=True)
 class Problem:
-    """Eq. (5), summed over placements; inspectable before it is solved."""
+    """Eq. (5), summed over the placements trained on: what will be minimised."""
 
     robot: Robot
     parameters: tuple[Parameter, ...]
@@ -50,7 +50,7 @@ class Problem:
         return self.model.nominal
 
     def residuals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return all residuals, shape (r,), and their Jacobian, shape (r, n)."""
+        """Return the residuals at x, shape (r,) [m], and their Jacobian, shape (r, n)."""
         positions = np.concatenate([measured.positions for measured in self.training])
         linear = self.model.linearise(x, positions)
         parts = [(costs.regularisation(x, self.start, 1.0) * self._weights, np.diag(self._weights))]
@@ -78,7 +78,7 @@ class Problem:
 
     @property
     def _weights(self) -> np.ndarray:
-        """Root of lambda for each parameter: once per placement, never for the ball's own."""
+        """Square root of each parameter's weight: lambda for each placement, and 0 for the ball."""
         weight = (self.regularization * len(self.training)) ** 0.5
         return np.array([0.0 if p.of_ball else weight for p in self.parameters])
 
@@ -89,7 +89,7 @@ def _placement_residuals(
     """Return the residuals of one placement, each with its Jacobian.
 
     Args:
-        points: Ball centres in each socket, shape (3, N_k).
+        points: Ball centres in each socket, shape (3, N_k) [m].
         slopes: Their derivatives by the n parameters, shape (n, 3, N_k).
         measured: The placement.
     """
@@ -156,9 +156,10 @@ def solve(
 
 
 def ball_only(problem: Problem) -> Problem:
-    """Return the problem with nothing free but the ball's place on the flange.
+    """Return the same problem with only the ball's place on the flange to be found.
 
-    Solved, it is the fair baseline: the nominal robot without the error of a guessed ball offset.
+    Its solution is the nominal robot with the best ball: what remains of the nominal error when a
+    wrongly guessed place of the ball is not blamed on the robot.
     """
     return build_problem(
         problem.robot,

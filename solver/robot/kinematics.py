@@ -1,7 +1,9 @@
 """The position of the ball as a function of the parameters and the joint positions.
 
-There is one forward kinematics, :func:`ball_position`, written once as a CasADi expression.
-The transform over joint i is, with its origin (p, rpy), its axis a and its position q,
+There is one forward kinematics, :func:`link_frames`, written once as a CasADi expression, so that
+its derivatives are exact. Each joint i has an origin (p, rpy) in the link before it, an axis a and
+a position q. From the link before it to the link after it leads the transform [rotation |
+translation]
 
     T(i-1, i) = [ R(rpy) R(a, q) | p ]            revolute, continuous (Rodrigues' formula)
     T(i-1, i) = [ R(rpy)         | p + R(rpy) a q ]   prismatic
@@ -11,12 +13,13 @@ with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from .urdf import Joint, Robot
+from .urdf import Body, Joint, Robot
 
 __all__ = [
     "BallModel",
@@ -32,7 +35,10 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 
 
 def rotation(axis: Sequence[float], angle: Any) -> Any:
-    """Return the rotation about a unit axis, Rodrigues' formula: I + sin K + (1 - cos) K^2."""
+    """Return the rotation matrix about a unit axis, by Rodrigues' formula.
+
+    R = I + sin(angle) K + (1 - cos(angle)) K^2, where K v is the cross product of axis and v.
+    """
     x, y, z = axis
     K = ca.DM([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return ca.DM.eye(3) + ca.sin(angle) * K + (1 - ca.cos(angle)) * (K @ K)
@@ -48,8 +54,8 @@ def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any
 
     Args:
         joints: The chain's joints, from the base on.
-        origins: Their origins, one after the other: x y z roll pitch yaw each.
-        q: Positions of those that move, in order.
+        origins: Their origins, one after the other: x y z [m] roll pitch yaw [rad] each.
+        q: Positions of the joints that move, in chain order [rad], [m] for a prismatic joint.
     """
     R_base, p = ca.DM.eye(3), ca.DM.zeros(3)
     frames: list[tuple[Any, Any]] = []
@@ -74,7 +80,7 @@ def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
 
 @dataclass(frozen=True)
 class Linearisation:
-    """The ball positions of N samples, and their first derivatives."""
+    """The ball positions of N samples, and their derivatives: a linear model near one point."""
 
     points: np.ndarray
     """Ball centres, shape (N, 3) [m]."""
@@ -89,8 +95,8 @@ class BallModel:
 
     Args:
         robot: The robot.
-        free: Indices of the free numbers among the chain's origins, 6 a joint, in the order of
-            ``chain.origins.ravel()``; all others stay as the model has them.
+        free: Which origin numbers are variable, as indices into ``robot.origins.ravel()`` (six for
+            each joint); all others stay as the URDF has them.
     """
 
     def __init__(self, robot: Robot, free: Sequence[int]) -> None:
@@ -111,18 +117,26 @@ class BallModel:
         self._mapped: dict[tuple[str, int], Any] = {}
 
     def origins(self, parameters: np.ndarray) -> np.ndarray:
-        """Return all origins with the free numbers in place, shape (joints, 6)."""
+        """Return the origins of all joints for values of the free numbers, shape (joints, 6)."""
         origins = self.robot.origins.ravel()
         origins[self.free] = parameters
         return origins.reshape(-1, 6)
 
     def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
-        """Return the ball's centre for each row of joint positions, shape (N, 3) [m]."""
+        """Return the ball's centre in the base frame for each row of joint positions.
+
+        Args:
+            parameters: Values of the free numbers, shape (n,) [m, rad].
+            positions: Joint positions, shape (N, m) [rad].
+
+        Returns:
+            Shape (N, 3) [m].
+        """
         result = self._map(self.function, len(positions))(parameters, positions.T)
         return result.full().T
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
-        """Return the ball's centres and their derivatives for each row of joint positions."""
+        """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
         N, n, m = len(positions), len(self.free), positions.shape[1]
         p, by_x, by_q = self._map(self._linear, N)(parameters, positions.T)
         return Linearisation(
@@ -130,6 +144,33 @@ class BallModel:
             by_x.full().T.reshape(N, n, 3).transpose(0, 2, 1),
             by_q.full().T.reshape(N, m, 3).transpose(0, 2, 1),
         )
+
+    def log_volume(self, parameters: np.ndarray, positions: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
+
+        A small box of joint positions becomes a body of ball positions whose volume is
+        sqrt(det(Jq Jq^T)) times as large. For a robot of less than three joints there is no
+        volume, and both are zero.
+
+        Args:
+            parameters: The free numbers, shape (n,).
+            positions: Joint positions, shape (N, m).
+
+        Returns:
+            The mean over the positions, and its derivatives by the free numbers, shape (n,).
+        """
+        if positions.shape[1] < 3:
+            return 0.0, np.zeros(len(self.free))
+        value, slope = self._map(self._volume, len(positions))(parameters, positions.T)
+        return float(value.full().mean()), slope.full().mean(axis=1)
+
+    @cached_property
+    def _volume(self) -> Any:
+        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(self.robot.actuated))
+        J = ca.jacobian(self.function(x, q), q)
+        value = 0.5 * ca.log(ca.det(J @ J.T))
+        slope = ca.densify(ca.gradient(value, x))
+        return ca.Function("volume", [x, q], [value, slope], {"cse": True})
 
     def _map(self, function: Any, N: int) -> Any:
         """Return a function mapped over N samples, built once for each N."""
@@ -140,7 +181,10 @@ class BallModel:
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
-    """Return random joint positions within the limits, and within one turn, shape (count, m)."""
+    """Return random joint positions within the joints' limits, shape (count, m) [rad].
+
+    Joints that turn farther stay within -180 to 180 degrees.
+    """
     lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
     upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
     return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))
@@ -152,10 +196,10 @@ def gravity_torques(
     gravity: Sequence[float] = STANDARD_GRAVITY,
     payload: float = 0.0,
 ) -> np.ndarray:
-    """Return what each joint exerts on the arm to hold it at rest, tau = dU/dq.
+    """Return the torque by which each joint holds the arm against gravity, tau = dU/dq.
 
-    U is the potential energy of the chain's masses, and of a payload at the ball, by the
-    nominal model.
+    U is the potential energy of the URDF's masses and of a payload at the ball, by the nominal
+    model.
 
     Args:
         robot: The robot.
@@ -174,10 +218,18 @@ def gravity_function(
     robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
 ) -> Any:
     """Return :func:`gravity_torques` as a CasADi function of one configuration."""
-    q = ca.SX.sym("q", len(robot.actuated))
-    frames = link_frames(robot.joints, ca.DM(robot.origins.ravel()), q)
+    return _gravity_function(robot.joints, robot.bodies, tuple(gravity), payload)
+
+
+@lru_cache(maxsize=16)
+def _gravity_function(
+    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
+) -> Any:
+    q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
+    origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
+    frames = link_frames(joints, ca.DM(origins), q)
     energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
-    for body in robot.bodies:
+    for body in bodies:
         R, p = frames[body.joint]
         energy -= body.mass * ca.dot(ca.DM(gravity), p + R @ ca.DM(body.centre))
     return ca.Function("gravity", [q], [ca.densify(ca.gradient(ca.SX(energy), q))])

@@ -1,4 +1,4 @@
-"""Which numbers of a chain's joint origins are free, and their names.
+"""The parameters of a calibration: which numbers of the joint origins are free, and their names.
 
 A parameter is called ``JOINT.x``, ``.y``, ``.z`` [m] or ``JOINT.roll``, ``.pitch``, ``.yaw``
 [rad], as in the joint's ``<origin>``.
@@ -23,15 +23,16 @@ class ParameterError(MukcaError):
 
 @dataclass(frozen=True)
 class Parameter:
-    """One free number."""
+    """One number of one joint's origin."""
 
     joint: str
     component: str
     """One of :data:`COMPONENTS`."""
     index: int
-    """Its place among the chain's origins, 6 a joint."""
+    """Its index in ``robot.origins.ravel()``: six numbers for each joint, in chain order."""
     of_ball: bool
-    """Whether it belongs to the ball's own joint, which is not regularised."""
+    """Whether it says where the ball is on the flange. That was only guessed, so it may change
+    freely, while other parameters are held near nominal."""
 
     @property
     def name(self) -> str:
@@ -53,7 +54,7 @@ def choose_parameters(
         robot: The robot.
         free: What is free, as joint names, ``JOINT.x``, ``JOINT.xyz`` or ``JOINT.rpy``; ``*``
             stands for any text. Empty: all actuated joints and the ball.
-        fix: What is not, by the same words.
+        fix: What is not free, by the same words.
 
     Raises:
         ParameterError: A word that fits nothing, or nothing remains free.

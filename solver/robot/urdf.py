@@ -60,7 +60,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot: its joints from the base to the ball, in order, and the text they were read from.
+    """A nominal robot: its joints in order from the base to the ball, and the URDF's text.
 
     All lengths are metres and all angles radians.
     """
@@ -75,7 +75,7 @@ class Robot:
     joints: tuple[Joint, ...]
     bodies: tuple[Body, ...]
     loaded_with: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """The arguments of :func:`load_robot` after the first, which make this robot again."""
+    """The other arguments that :func:`load_robot` was called with, so that it can load it again."""
 
     def __repr__(self) -> str:
         return (
@@ -100,7 +100,7 @@ class Robot:
 
     @property
     def sha256(self) -> str:
-        """Digest of the model's text."""
+        """Digest of the URDF's text, by which a recording knows its model."""
         return hashlib.sha256(self.text.data).hexdigest()
 
     @property
@@ -129,8 +129,8 @@ def load_robot(
         robot: Name of a shipped robot, such as ``panda``, or path of a URDF file.
         base: The base link; None for the model's root.
         tip: The link whose origin is the ball's centre.
-        flange: For a model without a ball: the link that carries it. A link called as ``tip``
-            says is then fixed to it.
+        flange: For a URDF without a ball: the link that carries it. A new link, with the name
+            ``tip``, is then fixed to that one.
         ball: With ``flange``: the ball's centre in that link's frame, x y z [m].
 
     Raises:
@@ -290,7 +290,7 @@ def _limits(joint: Any) -> tuple[float, float]:
 
 
 def _bodies(model: Any, parents: dict[str, Any], joints: tuple[Joint, ...]) -> tuple[Body, ...]:
-    """Return all masses that the chain moves; joints off the chain stand at zero."""
+    """Return all masses that the chain moves; joints beside it, as of a gripper, are at zero."""
     index = {joint.child: i for i, joint in enumerate(joints)}
     bodies: list[Body] = []
     for link in model.robot.links:

@@ -32,7 +32,7 @@ class Origin:
 
 @dataclass
 class UrdfText:
-    """Where things stand in the text, as offsets into its UTF-8 bytes."""
+    """A URDF's text, and where in it the tags stand that may be edited (byte offsets)."""
 
     data: bytes
     origins: dict[str, Origin] = field(default_factory=dict[str, Origin])
@@ -49,7 +49,7 @@ class UrdfText:
 
 
 def scan(data: bytes, name: str) -> UrdfText:
-    """Find the tags that matter, refusing all that no honest URDF holds.
+    """Find the tags that may be edited, and refuse a file that is no plain URDF.
 
     Args:
         data: The file's bytes.
@@ -64,7 +64,7 @@ def scan(data: bytes, name: str) -> UrdfText:
 
 
 class _Scanner:
-    """One pass of expat, which never expands what it was not asked to."""
+    """Reads the text once with expat, and notes where the tags are. No entity is ever expanded."""
 
     def __init__(self, data: bytes, name: str) -> None:
         self.text = UrdfText(data.removeprefix(b"\xef\xbb\xbf"))
@@ -139,7 +139,7 @@ class _Scanner:
 
 
 def _end_of_tag(data: bytes, begin: int) -> int:
-    """Return the offset behind the ``>`` that closes the start tag at ``begin``."""
+    """Return the offset just after the ``>`` that closes the start tag at ``begin``."""
     quote = 0
     for place in range(begin, len(data)):
         byte = data[place]
@@ -225,7 +225,7 @@ def add_ball(text: UrdfText, flange: str, xyz: tuple[float, float, float], link:
         text: The model.
         flange: The link that carries the ball.
         xyz: The ball's centre in that link's frame [m].
-        link: Name for the new link; its joint is called alike.
+        link: Name of the new link; ``ball_link`` gets a joint called ``ball_joint``.
 
     Raises:
         ModelError: The model already has such a link or joint.

@@ -182,6 +182,7 @@ class TestHardware(DriverContract):
         return address
 
 
+@pytest.mark.slow
 def test_the_contract_runs_on_hardware(tmp_path):
     """The option reaches a robot: here an emulator that passes for one."""
     with emulated_program("ur", tmp_path) as emulation:

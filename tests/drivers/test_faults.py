@@ -66,6 +66,7 @@ def test_what_is_read_was_sent(name, version, faults, tmp_path):
         assert counts[0] == lost
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", ["serial", "can"])
 def test_kinova_asks_again_after_a_bad_answer(version, tmp_path):
     faults = options("drop:0.02", "truncate:0.02", "garble:0.02", "duplicate:0.02")

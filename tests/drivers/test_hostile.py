@@ -22,7 +22,12 @@ from mukca.drivers.rtde import Recipe, decode_recipe, take_package
 from mukca.tools.emulators.franka import encode_state
 from mukca.tools.emulators.kuka import encode_message
 
-hostile = settings(max_examples=800, deadline=None)
+
+def hostile(test):
+    """Run a test on 800 examples."""
+    return pytest.mark.slow(settings(max_examples=800, deadline=None)(test))
+
+
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)
 STATE = JointState(0.0, Q, Q)
 FRANKA = {version: encode_state(version, 5, STATE) for version in (3, 4, 9, 10)}

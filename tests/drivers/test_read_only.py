@@ -16,6 +16,8 @@ from mukca.drivers import DriverError
 from mukca.drivers.reconnect import Reconnecting
 from mukca.drivers.registry import open_driver
 
+pytestmark = pytest.mark.slow
+
 VARINT = rb"[\x80-\xff]{0,4}[\x00-\x7f]"
 FRI_HEADER = re.compile(
     rb"\x0a([\x08-\x12])(\x08\x81\x80\x0d\x10" + VARINT + rb"\x18" + VARINT + rb")", re.DOTALL

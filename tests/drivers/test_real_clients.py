@@ -13,6 +13,8 @@ import sys
 import pytest
 from emulation import emulated_program
 
+pytestmark = pytest.mark.slow
+
 CLIENT_SECONDS = 60
 
 LIBFRANKA = """

@@ -5,6 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+pytestmark = pytest.mark.slow
+
 
 def test_what_the_screen_counted_is_in_the_file(tmp_path: Path) -> None:
     program = Path(__file__).with_name("killed_sessions.py")

@@ -168,6 +168,7 @@ def test_the_compensator_integrates_the_spring_and_forgets(arm: ArmModel, moving
     np.testing.assert_array_equal(controller.offset, 0)
 
 
+@pytest.mark.slow
 def test_the_compensator_is_off_but_just_before_the_insertion() -> None:
     _, robot = demo_arm()
     (trial,) = insert_at_centre(build_cell(robot, urdf_of(robot), hole=0.0104), 1, seed=0)

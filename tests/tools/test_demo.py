@@ -12,6 +12,8 @@ from mukca.tools.calibration.calibration import load_calibration
 from mukca.tools.cli import main
 from mukca.tools.commands.demo import demo_arm
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo: Path) -> None:
     summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]
@@ -28,9 +30,9 @@ def test_the_calibrated_demo_arm_is_the_true_one(demo: Path) -> None:
     q = ready + np.random.default_rng(0).uniform(-0.4, 0.4, (50, 7))
     true = calibration.model.points(truth, q)
     lengths = np.linalg.norm(true[1:] - true[:-1], axis=1)
-    found = np.linalg.norm(np.diff(calibration.ball(q), axis=0), axis=1)
+    predicted = np.linalg.norm(np.diff(calibration.ball(q), axis=0), axis=1)
     nominal = np.linalg.norm(np.diff(calibration.nominal_ball(q), axis=0), axis=1)
-    assert np.abs(found - lengths).mean() < 0.15 * np.abs(nominal - lengths).mean()
+    assert np.abs(predicted - lengths).mean() < 0.15 * np.abs(nominal - lengths).mean()
 
 
 def test_the_demo_records_with_the_recorder(demo: Path) -> None:

@@ -15,14 +15,16 @@ from mukca.recorder.convert import write_holes
 from mukca.recorder.dataset import Placement, Sample, read_placement
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.cli import main
-from mukca.tools.simulate import perturb, reachable_bases, record
+from mukca.tools.simulated_arms import perturb, reachable_bases, record
+
+pytestmark = pytest.mark.slow
 
 SAMPLES = 8
 STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
 NOISE = 2e-5  # rad, of the emulated encoders
 ROUNDING = {"piper": 1e-5}  # rad: thousandths of a degree
 RATES = {"kinova": 20}  # polled states in a window
-MOTION = ("--hold", "1.5", "--move", "0.7", "--noise", str(NOISE))
+MOTION = ("--hold", "0.9", "--move", "0.7", "--noise", str(NOISE))
 CANDIDATES = 150
 
 ARMS = [
@@ -74,10 +76,10 @@ def test_the_truth_is_found(name, robot, version, placements, tmp_path, capsys):
     truth = read_placement(placements / "train")
     tolerance = 5 * NOISE / np.sqrt(RATES.get(name, STATES)) + ROUNDING.get(name, 0.0)
     assert np.abs(recorded.positions - truth.positions).max() < tolerance
-    found = solve(tmp_path / "recorded", robot, placements / "test", capsys)
+    errors = solve(tmp_path / "recorded", robot, placements / "test", capsys)
     best = solve(placements / "train", robot, placements / "test", capsys)
-    assert found["calibrated"] < 0.4 * found["nominal"]
-    assert found["calibrated"] < 1.3 * best["calibrated"] + 2e-5
+    assert errors["calibrated"] < 0.4 * errors["nominal"]
+    assert errors["calibrated"] < 1.3 * best["calibrated"] + 2e-5
 
 
 def words(robot, driver, folder):

@@ -25,6 +25,8 @@ from mukca.tools.experiments.controller import ArmModel
 from mukca.tools.experiments.models import record_placements
 from mukca.tools.experiments.scene import urdf_of
 
+pytestmark = pytest.mark.slow
+
 Simulate = Callable[..., dict]
 
 
@@ -38,37 +40,39 @@ def simulate(capsys) -> Simulate:
 
 
 @pytest.fixture(scope="module")
-def calibrated(tmp_path_factory) -> str:
+def calibrated(shared) -> str:
     """The URDF that a user gets: the arm recorded at four placements, and solved."""
-    folder = tmp_path_factory.mktemp("calibrated")
-    for placement in record_placements(demo_arm()[1], seed=0):
-        write_holes(placement, folder / "recordings" / placement.name)
-    recordings, out = str(folder / "recordings"), str(folder / "out")
-    assert main(["solve", recordings, "--robot", "panda", "--out", out]) == 0
-    return f"{out}/calibrated.urdf"
+
+    def make(folder: Path) -> None:
+        for placement in record_placements(demo_arm()[1], seed=0):
+            write_holes(placement, folder / "recordings" / placement.name)
+        recordings, out = str(folder / "recordings"), str(folder / "out")
+        assert main(["solve", recordings, "--robot", "panda", "--out", out]) == 0
+
+    return str(shared("simulated", make) / "out/calibrated.urdf")
 
 
 def test_the_calibrated_model_inserts_and_the_nominal_does_not(simulate, calibrated) -> None:
-    found = simulate("insertion", "--model", calibrated, "--trials", "3", "--cross", "2")
-    assert found["centre"]["inserted"] == 3
-    assert found["cross"]["inserted"] == 2
+    result = simulate("insertion", "--model", calibrated, "--trials", "3", "--cross", "2")
+    assert result["centre"]["inserted"] == 3
+    assert result["cross"]["inserted"] == 2
     true = simulate("insertion", "--model", "true", "--trials", "2")
     assert true["centre"]["inserted"] == 2
     nominal = simulate("insertion", "--model", "nominal", "--trials", "3")
     assert nominal["centre"]["inserted"] < 3
-    error = [found["centre"]["tracking_error"] for found in (nominal, found)]
+    error = [one["centre"]["tracking_error"] for one in (nominal, result)]
     assert error[1] < 1e-3 < error[0]
-    elbows = [trial["elbow"] for trial in found["centre"]["each"]]
+    elbows = [trial["elbow"] for trial in result["centre"]["each"]]
     assert max(elbows) - min(elbows) > 1.0
 
 
 def test_lines_of_the_calibrated_model_lie_together(simulate, calibrated) -> None:
-    found = [
+    results = [
         simulate("drawing", "--model", model, "--trials", "2")["drawing"]
         for model in ("nominal", calibrated)
     ]
-    assert found[1]["max_spread"] < 0.5e-3 < found[0]["spread"]
-    assert all(line["touching"] > 0.95 for line in found[1]["each"])
+    assert results[1]["max_spread"] < 0.5e-3 < results[0]["spread"]
+    assert all(line["touching"] > 0.95 for line in results[1]["each"])
 
 
 def test_a_seed_repeats_recordings_calibration_and_trial(simulate, calibrated) -> None:
@@ -106,18 +110,21 @@ def test_a_report_shows_both_models(
 ) -> None:
     monkeypatch.setattr(film, "INTERVAL", 2.0)
     monkeypatch.setattr(drawing, "SECONDS", 4.0)
+    for module in (film, pictures):  # small ones are drawn sooner
+        monkeypatch.setattr(module, "WIDTH", 160)
+        monkeypatch.setattr(module, "HEIGHT", 120)
     out = tmp_path / "out"
     trials = "2" if experiment == "drawing" else "1"
     words = (experiment, "--model", calibrated, "--trials", trials, "--out", str(out))
-    found = simulate(*words)
+    result = simulate(*words)
     assert {file.name for file in out.iterdir()} == {
         "report.html",
         "simulation.json",
         "picture.png",
         "animation.gif",
     }
-    assert json.loads((out / "simulation.json").read_text()) == found
-    assert (found["beside"]["model"], found["model"]) == ("nominal", calibrated)
+    assert json.loads((out / "simulation.json").read_text()) == result
+    assert (result["beside"]["model"], result["model"]) == ("nominal", calibrated)
     with Image.open(out / "animation.gif") as frames:
         assert frames.n_frames > 5
     with Image.open(out / "picture.png") as picture:

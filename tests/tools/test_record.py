@@ -72,6 +72,7 @@ def fast(hand: Path, out: Path) -> list[str]:
     return [*MUKCA, "record", "--robot", "panda", "--driver", driver, "--out", str(out)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("columns", "rows"), [(80, 24), (200, 50)])
 def test_a_whole_session_by_keys(hand: Path, tmp_path: Path, columns: int, rows: int) -> None:
     out = tmp_path / "data/front"
@@ -138,6 +139,7 @@ def test_the_screen_is_readable_without_colour(hand: Path, tmp_path: Path) -> No
         assert b"\x1b[38;" not in terminal.output and b"\x1b[48;" not in terminal.output
 
 
+@pytest.mark.slow
 def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> None:
     stale = {"COLUMNS": "80", "LINES": "24"}  # as some shells export them
     with TerminalSession(command(hand, tmp_path / "front"), environment=stale) as terminal:
@@ -154,6 +156,7 @@ def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> N
         terminal.wait_for("too small")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("end", "status"), [("SIGHUP", 129), ("SIGTERM", 143), ("SIGQUIT", 131), ("Ctrl-C", 130)]
 )
@@ -172,6 +175,7 @@ def test_every_end_saves_and_restores(hand: Path, tmp_path: Path, end: str, stat
     assert len(read_placement(out).samples) == 1
 
 
+@pytest.mark.slow
 def test_a_closed_terminal_ends_the_session(hand: Path, tmp_path: Path) -> None:
     out = tmp_path / "front"
     with TerminalSession(command(hand, out)) as terminal:
@@ -197,6 +201,7 @@ def test_an_unexpected_error_restores_the_terminal(hand: Path, tmp_path: Path) -
         assert b"\x1b[?1049l" in terminal.output
 
 
+@pytest.mark.slow
 def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> None:
     out = tmp_path / "front"
     with TerminalSession(command(hand, out, mock="&fault=drop@3+3")) as terminal:
@@ -211,6 +216,7 @@ def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> Non
     assert len(read_placement(out).samples) == 1
 
 
+@pytest.mark.slow
 def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
     words = fast(hand, out)
@@ -323,6 +329,7 @@ def test_neither_keys_nor_a_terminal_is_told(hand: Path, tmp_path: Path) -> None
     assert "standard input holds no keys; run it in a terminal" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_closed_standard_input_is_told(hand: Path, tmp_path: Path) -> None:
     """As under some service managers; a key script needs none."""
     words = fast(hand, tmp_path / "front")
@@ -343,6 +350,7 @@ def test_a_word_that_is_no_key_is_told(tmp_path: Path, scripted) -> None:
     assert "'x' is no word of a key script" in done.errors
 
 
+@pytest.mark.slow
 def test_scripted_sessions_calibrate_to_the_truth(
     session: Path, tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -383,6 +391,7 @@ def test_keys_can_be_piped(hand: Path, tmp_path: Path) -> None:
     assert read_placement(out).sockets.tolist() == [0, 0, 1]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
 def test_a_thousand_states_a_second_reach_the_screen(hand: Path, tmp_path: Path) -> None:
     """A soak in small: the mock forgets what is not read in time, and forgets nothing."""

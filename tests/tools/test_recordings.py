@@ -31,13 +31,13 @@ def recorded(tmp_path: Path) -> Path:
     return folder
 
 
-def told(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+def output_of(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     assert main([*words]) == 0
     return capsys.readouterr().out
 
 
 def test_info_shows_what_is_there(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shown = told(capsys, "info", str(recorded.parent))
+    shown = output_of(capsys, "info", str(recorded.parent))
     for needed in (
         "data/front: 1 in socket 0, 1 in socket 1 (1 taken back)",
         "robot      arm",
@@ -52,11 +52,11 @@ def test_info_shows_what_is_there(recorded: Path, capsys: pytest.CaptureFixture[
 
 
 def test_info_as_json(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (found,) = json.loads(told(capsys, "info", str(recorded), "--json"))["placements"]
-    assert found["samples"] == {"0": 1, "1": 1} and found["taken_back"] == 1
-    assert found["joints"] == ["shoulder", "rail"] and found["distance"] == 0.05
-    assert found["lowest"] == [0.0, 0.2] and found["highest"] == [0.1, 0.2]
-    assert found["metadata"]["robot"] == "arm"
+    (placement,) = json.loads(output_of(capsys, "info", str(recorded), "--json"))["placements"]
+    assert placement["samples"] == {"0": 1, "1": 1} and placement["taken_back"] == 1
+    assert placement["joints"] == ["shoulder", "rail"] and placement["distance"] == 0.05
+    assert placement["lowest"] == [0.0, 0.2] and placement["highest"] == [0.1, 0.2]
+    assert placement["metadata"]["robot"] == "arm"
 
 
 def test_info_tells_a_torn_end(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -72,10 +72,10 @@ def test_info_goes_on_after_an_empty_recording(
     """As one that was begun, and finished before the first capture."""
     begun = Metadata("arm", ("shoulder", "rail"), ("rad", "m"), 0.05)
     Recording(recorded.parent / "begun", begun).close()
-    shown = told(capsys, "info", str(recorded.parent))
+    shown = output_of(capsys, "info", str(recorded.parent))
     assert "data/begun: no sample\n  robot      arm\n  distance   50 mm" in shown
     assert "data/front: 1 in socket 0" in shown
-    empty, _ = json.loads(told(capsys, "info", str(recorded.parent), "--json"))["placements"]
+    empty, _ = json.loads(output_of(capsys, "info", str(recorded.parent), "--json"))["placements"]
     assert empty["samples"] == {} and empty["lowest"] is None
     assert empty["joints"] == ["shoulder", "rail"]
 
@@ -85,7 +85,7 @@ def test_info_bears_any_metadata(
     recorded: Path, capsys: pytest.CaptureFixture[str], metadata: str
 ) -> None:
     (recorded / "placement.json").write_text(metadata)
-    assert "not known" in told(capsys, "info", str(recorded))
+    assert "not known" in output_of(capsys, "info", str(recorded))
 
 
 def test_convert_there_and_back(
@@ -95,12 +95,12 @@ def test_convert_there_and_back(
     assert main(["convert", str(recorded.parent), "--to", "holes", "--out", str(holes)]) == 0
     assert "no place for efforts" in capsys.readouterr().err
     assert np.loadtxt(holes / "front/hole_1.csv", delimiter=",").tolist() == [0.1, 0.2]
-    told(capsys, "convert", str(holes / "front"), "--to", "samples", "--out", str(back))
+    output_of(capsys, "convert", str(holes / "front"), "--to", "samples", "--out", str(back))
     first, second = read_placement(recorded), read_placement(back)
     assert np.array_equal(first.positions, second.positions)
     assert np.array_equal(first.sockets, second.sockets)
     assert second.distance == 0.05
-    shown = told(capsys, "info", str(back))
+    shown = output_of(capsys, "info", str(back))
     assert "robot      arm" in shown and "operator Ada" in shown
 
 
@@ -120,22 +120,22 @@ def test_convert_never_mixes_or_overwrites(
 ) -> None:
     out = tmp_path / "out"
     words = ["convert", str(recorded), "--out", str(out), "--to"]
-    told(capsys, *words, "holes")
+    output_of(capsys, *words, "holes")
     assert main([*words, "holes"]) == 2
-    told(capsys, *words, "holes", "--force")
+    output_of(capsys, *words, "holes", "--force")
     assert main([*words, "samples", "--force"]) == 2
     assert "another recording is there" in capsys.readouterr().err
     assert main([*words, "samples", "--distance", "-1"]) == 2
 
 
 def test_drivers_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert any(line.startswith("mock") for line in told(capsys, "drivers").splitlines())
-    drivers = json.loads(told(capsys, "drivers", "--json"))["drivers"]
+    assert any(line.startswith("mock") for line in output_of(capsys, "drivers").splitlines())
+    drivers = json.loads(output_of(capsys, "drivers", "--json"))["drivers"]
     assert {"name", "arms", "needs", "missing", "optional", "broken", "source"} == set(drivers[0])
 
 
 def test_what_some_addresses_need_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    lines = told(capsys, "drivers").splitlines()
+    lines = output_of(capsys, "drivers").splitlines()
     (kinova,) = [line for line in lines if line.startswith("kinova")]
     assert "ready, with serial; can:// with isotp; " in kinova
     assert kinova.endswith("kortex:// with kortex_api, NOT installed")

@@ -20,6 +20,7 @@ from ..documents.calibration import (
     CalibrationDocument,
     PlacementErrors,
     Result,
+    Role,
     Summaries,
     calibrated_robot,
     read_calibration,
@@ -71,9 +72,9 @@ class Errors(Sequence[PlacementErrors]):
 
     def table(self) -> "Table":
         """Return the errors as a table for people."""
-        from ..tables import metrics_table
+        from ..console_tables import metrics_table
 
-        return metrics_table(self.as_dict())
+        return metrics_table(self.placements, self.summary)
 
     def __repr__(self) -> str:
         from rich.console import Console
@@ -202,7 +203,9 @@ class Calibration:
 
     def errors_of(self, data: Sequence[Measurement]) -> Errors:
         """Return the errors of checked placements, those trained on first."""
-        roles = [("train" if self._was_trained_on(m) else "test", m) for m in data]
+        roles: list[tuple[Role, Measurement]] = [
+            ("train" if self._was_trained_on(m) else "test", m) for m in data
+        ]
         models = figures.models_of(self.calibrated)
         rows = tuple(
             figures.placement_errors(models, role, m)

@@ -15,9 +15,11 @@ from ...solver.robot.urdf import Robot
 from ..documents.calibration import (
     FORMAT,
     CalibrationDocument,
+    CarriedLoad,
     Model,
     PlacementErrors,
     Provenance,
+    Role,
 )
 from . import figures
 from .task import Task
@@ -56,7 +58,7 @@ def compose(task: Task, fit: Fit) -> CalibrationDocument:
                 calibrated.deflection.extensions, calibrated.deflection.coefficients, strict=True
             )
         },
-        load=calibrated.load,
+        load=CarriedLoad(gravity=calibrated.load.gravity, payload=calibrated.load.payload),
         data=_samples(task, fit),
         **_known(fit),
     )
@@ -68,7 +70,10 @@ def _errors(task: Task, fit: Fit) -> tuple[PlacementErrors, ...]:
         **figures.models_of(fit.calibrated),
         **figures.ball_refitted(robot, task.train, weight),
     }
-    roles = (("train", task.train), ("test", task.test))
+    roles: tuple[tuple[Role, Sequence[Measurement]], ...] = (
+        ("train", task.train),
+        ("test", task.test),
+    )
     return tuple(
         figures.placement_errors(models, role, measured, fit.posterior, fit.calibrated)
         for role, placements in roles

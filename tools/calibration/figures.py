@@ -33,6 +33,7 @@ from ..documents.calibration import (
     PlacementSamples,
     PriorWidth,
     RecordedSample,
+    Role,
     Summaries,
     Summary,
     Uncertainty,
@@ -81,7 +82,7 @@ def ball_refitted(
 
 def placement_errors(
     models: Mapping[str, Predict],
-    role: str,
+    role: Role,
     measured: Measurement,
     posterior: Posterior | None = None,
     calibrated: CalibratedRobot | None = None,
@@ -256,7 +257,7 @@ def weights_by_placement(
 
 
 def recorded(
-    measured: Measurement, role: str, weights: Sequence[float] | None = None
+    measured: Measurement, role: Role, weights: Sequence[float] | None = None
 ) -> PlacementSamples:
     """Return a placement's samples for the calibration file, columns in chain order.
 

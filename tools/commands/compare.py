@@ -1,9 +1,8 @@
 """``mukca compare``: several calibrations of one robot on the same data."""
 
 import argparse
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..arguments import UsageError, measure_all
 from ..files import refuse_existing, write_files
@@ -11,6 +10,8 @@ from ..terminal import Terminal
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from ..documents.comparison import ComparisonDocument
 
 EXAMPLE = """example:
   mukca compare paper/calibration.json auto/calibration.json
@@ -43,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Compare, show the tables, and write the page."""
-    from ..report.compare import compare, contenders_of, shared_data
+    from ..report.figures.model_comparison import compare, contenders_of, shared_data
     from .report import open_page
 
     if arguments.open and arguments.out is None:
@@ -55,7 +56,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     if arguments.data:
         data = measure_all(arguments.data, robot, arguments.distance, sockets=1)
     else:
-        data = shared_data(contenders, arguments.calibrations)
+        data = shared_data(contenders)
     result = compare(contenders, data)
     show(terminal.console, result)
     if arguments.out is not None:
@@ -68,48 +69,52 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return 0
 
 
-def show(console: "Console", result: dict[str, Any]) -> None:
+def show(console: "Console", result: "ComparisonDocument") -> None:
     """Print the errors of every model at every placement, and what is better."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
     from rich.text import Text
 
-    from ..report.compare_page import sentence
+    from ..report.page.comparison_page import sentence
     from ..report.words import short_names
 
     table = Table(box=SIMPLE_HEAD, title="MAE in mm; * trained on", title_justify="left")
     table.add_column("placement", overflow="fold")
-    for model in result["models"]:
-        table.add_column(Text(model["name"]), justify="right")
-    names = short_names([row["name"] for row in result["placements"]])
-    for name, row in zip(names, result["placements"], strict=True):
+    for model in result.models:
+        table.add_column(Text(model.name), justify="right")
+    names = short_names([row.name for row in result.placements])
+    for name, row in zip(names, result.placements, strict=True):
         cells = [
-            f"{1e3 * model['mean_absolute_error']:.3f}{'*' if model['trained_on'] else ' '}"
-            for model in row["models"]
+            f"{1e3 * model.mean_absolute_error:.3f}{'*' if model.trained_on else ' '}"
+            for model in row.models
         ]
         table.add_row(Text(name), *cells)
     table.add_section()
     means = [
-        f"{1e3 * model['summary']['mean_absolute_error']:.3f} " if model["summary"] else "- "
-        for model in result["models"]
+        f"{1e3 * model.summary.mean_absolute_error:.3f} " if model.summary else "- "
+        for model in result.models
     ]
-    table.add_row(f"= mean of {len(result['fair'])} held out by all", *means, style="bold")
+    table.add_row(f"= mean of {len(result.fair)} held out by all", *means, style="bold")
     console.print(table)
-    for pair in result["pairs"]:
+    for pair in result.pairs:
         console.print(Text(sentence(result, pair)))
 
 
-def write(folder: Path, result: dict[str, Any]) -> Path:
+def write(folder: Path, result: "ComparisonDocument") -> Path:
     """Write the page and its figures; return the page."""
-    from ..report.compare_page import comparison_page, comparison_plots
+    import msgspec
 
-    plots = [
-        {"id": plot.id, "title": plot.title, "sentence": plot.sentence}
+    from ..documents.comparison import ComparisonPlot
+    from ..documents.files import encode
+    from ..report.page.comparison_page import comparison_page, comparison_plots
+
+    plots = tuple(
+        ComparisonPlot(id=plot.id, title=plot.title, sentence=plot.sentence)
         for plot in comparison_plots(result)
-    ]
-    figures = {**result, "plots": plots}
+    )
+    figures = msgspec.structs.replace(result, plots=plots)
     contents = {
         "compare.html": comparison_page(figures).encode("utf-8", "replace"),
-        "compare.json": (json.dumps(figures, allow_nan=False) + "\n").encode(),
+        "compare.json": encode(figures) + b"\n",
     }
     return write_files(folder, contents)["compare.html"]

@@ -167,7 +167,7 @@ def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:
 
 def show(result: dict[str, Any], terminal: Terminal) -> None:
     """Print the tables for people."""
-    from ..tables import left_out_table, matrix_table
+    from ..console_tables import left_out_table, matrix_table
 
     terminal.console.print(left_out_table(result))
     terminal.console.print(matrix_table(result["cross_placement"]))

@@ -12,7 +12,7 @@ from . import Command, record, solve, validate
 
 if TYPE_CHECKING:
     from ...solver.robot.urdf import Robot
-    from ..simulate import Base
+    from ..simulated_arms import Base
 
 EXAMPLE = """example:
   mukca demo --out demo
@@ -73,7 +73,7 @@ def demo_arm(seed: int = DEMO_SEED) -> "tuple[Robot, Robot]":
     import numpy as np
 
     from ...solver.robot.urdf import load_robot
-    from ..simulate import perturb
+    from ..simulated_arms import perturb
 
     nominal = load_robot("panda")
     return nominal, perturb(nominal, np.random.default_rng(seed), *ORIGIN_DEVIATION)
@@ -83,7 +83,7 @@ def demo_bases() -> "list[Base]":
     """Return where the socket base stands: in front of the arm, and to its left and right."""
     import numpy as np
 
-    from ..simulate import Base
+    from ..simulated_arms import Base
 
     along_y = np.array([0.0, 1.0, 0.0])
     places = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0.4, 0.1)}
@@ -96,7 +96,7 @@ def simulate_hand(folder: Path, keys: Path) -> None:
 
     from ...recorder.convert import sample_files
     from ...solver.robot.kinematics import gravity_torques
-    from ..simulate import record
+    from ..simulated_arms import record
 
     _, arm = demo_arm()
     generator = np.random.default_rng(0)

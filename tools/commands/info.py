@@ -32,11 +32,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Read and describe all placements."""
-    found = [describe(folder) for folder in find_placements(arguments.paths)]
+    placements = [describe(folder) for folder in find_placements(arguments.paths)]
     if arguments.json:
-        terminal.emit({"placements": found})
+        terminal.emit({"placements": placements})
         return 0
-    for placement in found:
+    for placement in placements:
         _show(placement, terminal)
     return 0
 
@@ -91,35 +91,35 @@ def _names(placement: Placement) -> tuple[str, ...]:
     return placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
 
 
-def _show(found: dict[str, Any], terminal: Terminal) -> None:
-    metadata = found["metadata"]
-    counts = ", ".join(f"{count} in socket {socket}" for socket, count in found["samples"].items())
-    distance = found["distance"]
+def _show(facts: dict[str, Any], terminal: Terminal) -> None:
+    metadata = facts["metadata"]
+    counts = ", ".join(f"{count} in socket {socket}" for socket, count in facts["samples"].items())
+    distance = facts["distance"]
     known = "not known" if distance is None else f"{1e3 * distance:g} mm"
-    taken_back = f" ({found['taken_back']} taken back)" if found["taken_back"] else ""
-    terminal.say(f"{found['name']}: {counts or 'no sample'}{taken_back}")
+    taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""
+    terminal.say(f"{facts['name']}: {counts or 'no sample'}{taken_back}")
     terminal.say(f"  robot      {metadata.get('robot', 'not known')}")
     terminal.say(f"  distance   {known} between sockets 0 and 1")
-    terminal.say(f"  efforts    {'recorded' if found['efforts'] else 'none'}")
-    for line in _joint_lines(found):
+    terminal.say(f"  efforts    {'recorded' if facts['efforts'] else 'none'}")
+    for line in _joint_lines(facts):
         terminal.say(f"  {line}")
     sessions = metadata.get("sessions")
     for session in sessions if isinstance(sessions, list) else []:  # pyright: ignore[reportUnknownVariableType]
         terminal.say(f"  session    {_session(session)}")
-    for remark in found["remarks"]:
+    for remark in facts["remarks"]:
         terminal.warn(remark)
 
 
-def _joint_lines(found: dict[str, Any]) -> list[str]:
+def _joint_lines(facts: dict[str, Any]) -> list[str]:
     """One line a joint: the range covered, in degrees, or mm for a prismatic joint."""
-    if not found["samples"]:
+    if not facts["samples"]:
         return []
-    count = len(found["joints"])
-    units: Any = found["metadata"].get("units")
+    count = len(facts["joints"])
+    units: Any = facts["metadata"].get("units")
     known: list[Any] = units if isinstance(units, list) and len(units) == count else [None] * count  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
-    spreads = found["largest_spread"] or [None] * count
-    rows = zip(found["joints"], known, found["lowest"], found["highest"], spreads, strict=True)
-    width = max(map(len, found["joints"]))
+    spreads = facts["largest_spread"] or [None] * count
+    rows = zip(facts["joints"], known, facts["lowest"], facts["highest"], spreads, strict=True)
+    width = max(map(len, facts["joints"]))
     lines: list[str] = []
     for name, unit, lowest, highest, spread in rows:
         scale, sign = (1e3, " mm") if unit == "m" else (math.degrees(1), "°")

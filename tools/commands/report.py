@@ -10,7 +10,7 @@ from ..files import OutputError, write_files
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
-    from ..report.figures import Options
+    from ..report.build import Options
 
 EXAMPLE = """example:
   mukca report calibrated/calibration.json --open
@@ -19,12 +19,11 @@ EXAMPLE = """example:
 The page needs no other file and no network. Exit status 1: some limit is not kept."""
 
 _LIMITS = {
-    "repeatability_mm": "the arm's repeatability, from its data sheet",
-    "limit_mae_mm": "mean absolute error at held-out placements",
-    "limit_distance_mm": "error of the sockets' distance there, mean of absolute values",
-    "limit_between_mm": "error of distances between placements, likewise",
+    "--repeatability-mm": "the arm's repeatability, from its data sheet",
+    "--limit-mae-mm": "mean absolute error at held-out placements",
+    "--limit-distance-mm": "error of the sockets' distance there, mean of absolute values",
+    "--limit-between-mm": "error of distances between placements, likewise",
 }
-_LENGTHS = (*_LIMITS, "tolerance_mm")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,8 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = EXAMPLE
     parser.add_argument("calibration", type=Path, metavar="CALIBRATION", help="calibration.json")
     limits = parser.add_argument_group("limits (default: by the arm's repeatability)")
-    for name, words in _LIMITS.items():
-        option = f"--{name.replace('_', '-')}"
+    for option, words in _LIMITS.items():
         limits.add_argument(option, type=float, metavar="MM", help=words)
     limits.add_argument(
         "--known",
@@ -64,11 +62,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Write the report, and show it in short."""
-    from ...solver.calibrated import load_document
+    from ..documents.calibration import read_calibration
     from ..report.build import build_report
-    from ..report.terminal import show
+    from ..report.console import show
 
-    document = load_document(arguments.calibration)
+    document = read_calibration(arguments.calibration)
     source = str(arguments.calibration)
     report = build_report(document, source, _options(arguments))
     folder = arguments.calibration.parent if arguments.out is None else arguments.out
@@ -80,30 +78,29 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         open_page(page, terminal)
     if arguments.json:
         terminal.emit(report.figures)
-    return 1 if report.figures["verdict"]["status"] == "fail" else 0
+    return 1 if report.figures.verdict.status == "fail" else 0
 
 
 def _options(arguments: argparse.Namespace) -> "Options":
-    from ..report.figures import Options
+    from ...solver.data.observations import parse_known
+    from ..report.build import Options
     from .solve import known_distances
 
-    lengths = {name: _metres(name, getattr(arguments, name)) for name in _LENGTHS}
     return Options(
-        repeatability=lengths["repeatability_mm"],
-        mean_absolute_error=lengths["limit_mae_mm"],
-        distance_error=lengths["limit_distance_mm"],
-        between_placements=lengths["limit_between_mm"],
-        known=known_distances(arguments.known),
-        tolerance=lengths["tolerance_mm"] or 0.0,
+        repeatability=_metres("--repeatability-mm", arguments.repeatability_mm),
+        mean_absolute_error=_metres("--limit-mae-mm", arguments.limit_mae_mm),
+        distance_error=_metres("--limit-distance-mm", arguments.limit_distance_mm),
+        between_placements=_metres("--limit-between-mm", arguments.limit_between_mm),
+        known=[parse_known(words) for words in known_distances(arguments.known)],
+        tolerance=_metres("--tolerance-mm", arguments.tolerance_mm) or 0.0,
     )
 
 
-def _metres(name: str, millimetres: float | None) -> float | None:
+def _metres(option: str, millimetres: float | None) -> float | None:
     if millimetres is None:
         return None
     if not 0 < millimetres < 1e4:
-        option = name.replace("_", "-")
-        raise UsageError(f"--{option} {millimetres}: a positive number of millimetres is needed")
+        raise UsageError(f"{option} {millimetres}: a positive number of millimetres is needed")
     return millimetres / 1e3
 
 

@@ -183,12 +183,15 @@ def write(
     folder: Path, result: dict[str, Any], models: "Sequence[Attempt]", terminal: Terminal
 ) -> None:
     """Write the report, its figures, and pictures where this machine can make them."""
-    from ..report.simulation import simulation_page
+    import msgspec
+
+    from ..documents.simulation import SimulationDocument
+    from ..report.page.simulation_page import simulation_page
 
     pictures = pictures_of(models, terminal)
     names = [REPORT, RESULT, *pictures]
     result["outputs"] = {name.split(".")[0]: str(folder / name) for name in names}
-    page = simulation_page(result, pictures)
+    page = simulation_page(msgspec.convert(result, SimulationDocument), pictures)
     document = json.dumps(result, allow_nan=False) + "\n"
     write_files(folder, {REPORT: page.encode(), RESULT: document.encode(), **pictures})
     terminal.say(f"Report: {folder / REPORT}")
@@ -210,20 +213,20 @@ def pictures_of(models: "Sequence[Attempt]", terminal: Terminal) -> dict[str, by
     return {PICTURE: made.picture, ANIMATION: made.animation}
 
 
-def spoken(arguments: argparse.Namespace, found: dict[str, Any]) -> str:
+def spoken(arguments: argparse.Namespace, figures: dict[str, Any]) -> str:
     """Return the figures of one place for people."""
     if arguments.experiment == "drawing":
         what = (
-            f"{found['retracings']} lines apart by {1e3 * found['spread']:.2f} mm on average, "
-            f"{1e3 * found['max_spread']:.2f} mm at most; off the figure by"
+            f"{figures['retracings']} lines apart by {1e3 * figures['spread']:.2f} mm on average, "
+            f"{1e3 * figures['max_spread']:.2f} mm at most; off the figure by"
         )
     else:
         what = (
-            f"{found['inserted']} of {found['trials']} into {arguments.hole_mm:g} mm; "
+            f"{figures['inserted']} of {figures['trials']} into {arguments.hole_mm:g} mm; "
             "above the hole off by"
         )
     return (
-        f"{what} {1e3 * found['tracking_error']:.2f} mm on average, "
-        f"{1e3 * found['max_tracking_error']:.2f} mm at most; contact force "
-        f"{found['force']['mean']:.1f} N on average, {found['peak_force']['max']:.1f} N at most"
+        f"{what} {1e3 * figures['tracking_error']:.2f} mm on average, "
+        f"{1e3 * figures['max_tracking_error']:.2f} mm at most; contact force "
+        f"{figures['force']['mean']:.1f} N on average, {figures['peak_force']['max']:.1f} N at most"
     )

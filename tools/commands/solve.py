@@ -94,10 +94,10 @@ def known_distances(words: Sequence[str]) -> list[str]:
 
 def show(terminal: Terminal, calibration: "Calibration") -> None:
     """Print the figures for people."""
-    from ..tables import parameters_table
+    from ..console_tables import parameters_table
 
     terminal.console.print(calibration.errors.table())
-    terminal.console.print(parameters_table(calibration.result.as_dict()["parameters"]))
+    terminal.console.print(parameters_table(calibration.result.parameters))
     for line in spoken(calibration):
         terminal.say(line)
 
@@ -139,7 +139,7 @@ def write(
     calibration: "Calibration", arguments: argparse.Namespace, terminal: Terminal
 ) -> dict[str, str]:
     """Write the results, and show the verdict; return the paths."""
-    from ..report.terminal import show_verdict
+    from ..report.console import show_verdict
 
     outputs = calibration.save(
         arguments.out, force=arguments.force, accept_distorted=arguments.accept_distorted

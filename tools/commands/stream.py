@@ -79,12 +79,12 @@ class Monitor:
 
     def write_json(self, terminal: Terminal) -> None:
         """Write one JSON object a state."""
-        told: str | None = None
+        last: str | None = None
         while not self._ended():
             state = self._read()
-            if self._driver.trouble != told:
-                told = self._driver.trouble
-                terminal.warn(told or "states come again")
+            if self._driver.trouble != last:
+                last = self._driver.trouble
+                terminal.warn(last or "states come again")
             if state is not None:
                 terminal.emit(self._as_json(state))
 

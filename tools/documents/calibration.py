@@ -5,10 +5,11 @@ the text of the nominal and of the calibrated URDF.
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
+from ... import MukcaError
 from ...recorder.dataset import Placement, Sample
 from ...solver.auto.deflection import EXTENSIONS, Deflection, coefficient_names
 from ...solver.auto.directions import Direction
@@ -24,6 +25,7 @@ from .files import Document, DocumentError, read
 __all__ = [
     "FORMAT",
     "CalibrationDocument",
+    "CarriedLoad",
     "Coefficient",
     "Correlation",
     "CostTerms",
@@ -32,22 +34,25 @@ __all__ = [
     "PlacementErrors",
     "PlacementSamples",
     "Result",
+    "Role",
     "Summaries",
     "Summary",
     "Uncertainty",
     "calibrated_robot",
+    "misfit",
     "read_calibration",
 ]
 
 FORMAT = "mukca-calibration-1"
+Role = Literal["train", "test"]
+"""Whether a placement was fitted, or held out to test the fit."""
 
 
 class PlacementErrors(Document, kw_only=True, frozen=True):
     """How far off a placement is, by each model."""
 
     name: str
-    role: str
-    """``train`` or ``test``."""
+    role: Role
     samples: tuple[int, ...]
     """Number of samples in each socket."""
     distance: float
@@ -62,7 +67,7 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
     predicted_deviation: float | None = None
     """Root mean square distance of samples from their socket's mean, as predicted [m]."""
     found_deviation: float | None = None
-    """The same, as it came out [m]."""
+    """The same, as computed from the samples [m]."""
 
 
 class Summary(Document, kw_only=True, frozen=True):
@@ -99,7 +104,7 @@ class ParameterValue(Document, kw_only=True, frozen=True):
 
 
 class Coefficient(Document, kw_only=True, frozen=True):
-    """One coefficient of an extension of the geometry."""
+    """One coefficient beyond the geometry: a joint's compliance or transmission error."""
 
     name: str
     unit: str
@@ -108,7 +113,7 @@ class Coefficient(Document, kw_only=True, frozen=True):
 
 
 class PriorWidth(Document, kw_only=True, frozen=True):
-    """A group of unknowns, and what the data decided of its prior."""
+    """A group of parameters that share a prior, and how wide the data made that prior."""
 
     name: str
     unit: str
@@ -116,12 +121,12 @@ class PriorWidth(Document, kw_only=True, frozen=True):
     width: float
     """Standard deviation of the prior."""
     effective: float
-    """How many of its unknowns the data decide."""
+    """How many of its parameters the data decide; the others stay where the prior has them."""
     active: bool
 
 
 class NoiseScale(Document, kw_only=True, frozen=True):
-    """The noise that was found."""
+    """How noisy the recordings are, as the fit estimates it."""
 
     space: float
     """Of the ball's place in a socket [m]."""
@@ -132,7 +137,7 @@ class NoiseScale(Document, kw_only=True, frozen=True):
 
 
 class Correlation(Document, kw_only=True, frozen=True):
-    """Two unknowns that the data decide only together."""
+    """Two parameters that the data decide only together."""
 
     a: str
     b: str
@@ -249,7 +254,7 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
     """The samples of one placement."""
 
     name: str
-    role: str
+    role: Role
     distance: float
     files: tuple[str, ...]
     samples: tuple[RecordedSample, ...]
@@ -268,6 +273,15 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
         )
 
 
+class CarriedLoad(Document, kw_only=True, frozen=True):
+    """What pulled at the joints while recording."""
+
+    gravity: tuple[float, float, float]
+    """In the base frame [m/s^2]."""
+    payload: float
+    """Mass at the ball beyond that of the model [kg]."""
+
+
 class CalibrationDocument(Result, kw_only=True, frozen=True):
     """All of ``calibration.json``."""
 
@@ -275,7 +289,7 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     model: Model
     deflection: dict[str, tuple[float, ...]]
     """Coefficients of each extension of the geometry."""
-    load: Load
+    load: CarriedLoad
     data: tuple[PlacementSamples, ...]
 
 
@@ -297,26 +311,28 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
 
     Raises:
         DocumentError: The document's parts do not fit each other; the line names the key.
-        UrdfError: The nominal model in it cannot be read.
     """
     model = document.model
-    robot = parse_robot(
-        scan(model.nominal_urdf.encode(), source),
-        source=model.source,
-        base=model.base,
-        tip=model.tip,
-    )
+    try:
+        robot = parse_robot(
+            scan(model.nominal_urdf.encode(), "nominal_urdf"),
+            source=model.source,
+            base=model.base,
+            tip=model.tip,
+        )
+    except MukcaError as error:
+        raise misfit(source, "model", str(error)) from None
     values = {value.name: value for value in document.parameters}
     parameters = tuple(p for p in all_parameters(robot) if p.name in values)
     if not len(parameters) == len(values) == len(document.parameters):
-        raise _misfit(source, "parameters", "not those of the joints of model.nominal_urdf")
+        raise misfit(source, "parameters", "not those of the joints of model.nominal_urdf")
     for extension, coefficients in document.deflection.items():
         if extension not in EXTENSIONS:
-            raise _misfit(source, f"deflection.{extension}", "no extension of this version")
+            raise misfit(source, f"deflection.{extension}", "no extension of this version")
         expected = len(coefficient_names(extension, robot.joint_names))
         if len(coefficients) != expected:
             words = f"{len(coefficients)} coefficients, but the joints need {expected}"
-            raise _misfit(source, f"deflection.{extension}", words)
+            raise misfit(source, f"deflection.{extension}", words)
     calibrated, exported = (
         np.array([getattr(values[p.name], key) for p in parameters], dtype=float)
         for key in ("calibrated", "exported")
@@ -329,7 +345,7 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
         parameters,
         calibrated,
         deflection,
-        document.load,
+        Load(document.load.gravity, document.load.payload),
         exported if document.deflection else None,
     )
 
@@ -337,7 +353,3 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
 def misfit(source: str, key: str, words: str) -> DocumentError:
     """Return the error for a part that does not fit the others."""
     return DocumentError(f"{source}: damaged calibration.json: `{key}`: {words}")
-
-
-def _misfit(source: str, key: str, words: str) -> DocumentError:
-    return DocumentError(f"{source}: damaged calibration.json: {key}: {words}")

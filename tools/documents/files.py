@@ -5,6 +5,7 @@ keys can still be read. A value that is left at its default is not written.
 """
 
 import json
+import math
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,7 +13,7 @@ import msgspec
 
 from ... import MukcaError
 
-__all__ = ["Document", "DocumentError", "decode", "encode", "read"]
+__all__ = ["Document", "DocumentError", "decode", "encode", "fields_of", "read"]
 
 
 class DocumentError(MukcaError):
@@ -36,13 +37,25 @@ class _Head(msgspec.Struct):
 Typed = TypeVar("Typed", bound=Document)
 
 
-def encode(document: Document, indent: int | None = None) -> bytes:
+def fields_of(document: Document) -> dict[str, Any]:
+    """Return a document's values by name, to make another one that holds the same and more."""
+    return {name: getattr(document, name) for name in document.__struct_fields__}
+
+
+def encode(document: Document, indent: int | None = None, *, compact: bool = False) -> bytes:
     """Return a document as JSON.
+
+    Args:
+        document: What to write.
+        indent: Spaces for each level; None for one line.
+        compact: Without spaces between the parts.
 
     Raises:
         ValueError: A number is not finite; JSON has no word for that.
     """
-    return json.dumps(msgspec.to_builtins(document), indent=indent, allow_nan=False).encode()
+    value = msgspec.to_builtins(document)
+    separators = (",", ":") if compact else None
+    return json.dumps(value, indent=indent, separators=separators, allow_nan=False).encode()
 
 
 def read(file: Path, kind: type[Typed], format_: str) -> Typed:
@@ -67,13 +80,27 @@ def read(file: Path, kind: type[Typed], format_: str) -> Typed:
 def decode(data: bytes, kind: type[Typed], format_: str, source: str) -> Typed:
     """Return the document in a file's bytes; see :func:`read`."""
     name = format_.split("-")[1] + ".json"
+    # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
     try:
-        head = msgspec.json.decode(data, type=_Head)
-    except msgspec.DecodeError as error:
+        value = json.loads(data, parse_constant=_refuse, parse_float=_finite)
+    except (ValueError, RecursionError) as error:
+        raise DocumentError(f"{source}: not a {name}: {error}") from None
+    try:
+        head = msgspec.convert(value, _Head)
+    except msgspec.ValidationError as error:
         raise DocumentError(f"{source}: not a {name}: {error}") from None
     if head.format != format_:
         raise DocumentError(f"{source}: not a {name} of this version ({format_})")
     try:
-        return msgspec.json.decode(data, type=kind)
+        return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
         raise DocumentError(f"{source}: damaged {name}: {error}") from None
+
+
+def _refuse(word: str) -> float:
+    raise ValueError(f"it holds {word}, which is no number")
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    return number if math.isfinite(number) else _refuse(text)

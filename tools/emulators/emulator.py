@@ -37,8 +37,8 @@ class Journal:
     def sent(self, number: int, state: JointState) -> None:
         """Note a state that went out."""
         if self._stream:
-            told = {"position": state.position, "effort": state.effort}
-            self._write({"sent": number, "at": clock.now(), **told})
+            content = {"position": state.position, "effort": state.effort}
+            self._write({"sent": number, "at": clock.now(), **content})
 
     def close(self) -> None:
         """Write what is left."""

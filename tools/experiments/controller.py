@@ -42,8 +42,8 @@ class ArmModel:
         except (ValueError, RuntimeError) as error:
             raise ModelError(f"not a model that Pinocchio reads: {error}") from None
         if tuple(self.model.names)[1:] != joint_names:
-            found = ", ".join(tuple(self.model.names)[1:])
-            raise ModelError(f"its joints are {found}; the arm's are {', '.join(joint_names)}")
+            names = ", ".join(tuple(self.model.names)[1:])
+            raise ModelError(f"its joints are {names}; the arm's are {', '.join(joint_names)}")
         if not self.model.existFrame(tip):
             raise ModelError(f"it has no link {tip!r}")
         self.data: Any = self.model.createData()

@@ -11,7 +11,7 @@ from ...solver.fit import fit_by_auto
 from ...solver.robot.parameters import choose_parameters
 from ...solver.robot.urdf import Robot
 from ...solver.robot.urdf_text import ModelError
-from ..simulate import Base, record
+from ..simulated_arms import Base, record
 from .scene import urdf_of
 
 __all__ = ["WORDS", "calibrated_urdf", "model_urdf", "record_placements"]

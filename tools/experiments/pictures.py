@@ -104,8 +104,8 @@ def _gl_context() -> Any:
 
     One process can have but one of the two, so the library is looked for first.
     """
-    found = next((name for name, file in LIBRARIES.items() if find_library(file)), "egl")
-    name = os.environ.get("MUJOCO_GL") or found
+    installed = next((name for name, file in LIBRARIES.items() if find_library(file)), "egl")
+    name = os.environ.get("MUJOCO_GL") or installed
     try:
         return importlib.import_module(f"mujoco.{name}").GLContext(WIDTH, HEIGHT)
     except Exception as error:  # OpenGL fails in as many ways as there are drivers

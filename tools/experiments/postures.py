@@ -5,7 +5,7 @@
 import numpy as np
 import pinocchio as pin
 
-from ..simulate import SimulationError
+from ..inverse_kinematics import SimulationError
 from .controller import ArmModel, Pose, pose_error
 
 __all__ = ["elbow_angle", "pose_above", "reach", "self_motion", "stratified"]

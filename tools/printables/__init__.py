@@ -6,8 +6,8 @@ line takes and gives metres, but for options that say ``-mm``.
 """
 
 from .ball import BEND_LIMIT, FORCE, BallPart
+from .design_rules import PrintableError
 from .formats import FORMATS, encode
-from .limits import PrintableError
 from .mounts import MOUNTS, SCREWS, BoltCircle, Grip
 from .parts import Part, build_parts
 from .socket_base import SocketBase

@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .design_rules import BED, TILT, PrintableError, check_range
 from .glyphs import HEIGHT, engraving, text_width
-from .limits import BED, TILT, PrintableError, check_range
 from .mounts import Mount
 from .solid import Frustum, Solid, Sphere, union
 

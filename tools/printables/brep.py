@@ -12,7 +12,7 @@ from functools import reduce
 from pathlib import Path
 from typing import Any
 
-from .limits import PrintableError
+from .design_rules import PrintableError
 from .solid import (
     Difference,
     Frustum,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .ball import BallPart
-from .limits import BED, TILT, PrintableError
+from .design_rules import BED, TILT, PrintableError
 from .mesh import Mesh, to_manifold
 from .socket_base import SocketBase
 

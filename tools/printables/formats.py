@@ -3,8 +3,7 @@
 import zipfile
 from collections.abc import Callable, Mapping
 from io import BytesIO
-
-import numpy as np
+from typing import Any
 
 from .brep import step_bytes
 from .mesh import Mesh
@@ -30,18 +29,19 @@ _RELATIONS = (
 
 def stl_bytes(mesh: Mesh) -> bytes:
     """Return a binary STL file; its unit, which the format does not state, is the millimetre."""
-    corners = mesh.vertices[mesh.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    facets = np.zeros(len(corners), dtype=[("vectors", "<f4", (4, 3)), ("attribute", "<u2")])
-    facets["vectors"][:, 0] = normals / np.where(lengths > 0, lengths, 1)
-    facets["vectors"][:, 1:] = corners
-    header = b"mukca, millimetres".ljust(80)
-    return header + np.uint32(len(facets)).astype("<u4").tobytes() + facets.tobytes()
+    from trimesh import Trimesh
+
+    body: Any = Trimesh(mesh.vertices, mesh.triangles, process=False)
+    content: bytes = body.export(file_type="stl")
+    return b"mukca, millimetres".ljust(80) + content[80:]
 
 
 def threemf_bytes(name: str, mesh: Mesh) -> bytes:
-    """Return a 3MF file (3MF Core Specification 1.3) of one object."""
+    """Return a 3MF file (3MF Core Specification 1.3) of one object.
+
+    Written here since trimesh gives its 3MF files new identifiers each time: the same part must
+    make the same file.
+    """
     points = ((f"{x:.9g}", f"{y:.9g}", f"{z:.9g}") for x, y, z in mesh.vertices)
     vertices = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in points)
     triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.triangles)

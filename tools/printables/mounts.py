@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from .limits import PrintableError, check_range
+from .design_rules import PrintableError, check_range
 from .solid import Frustum, Prism, Solid, cylinder, rectangle, union
 
 __all__ = ["MOUNTS", "SCREWS", "BoltCircle", "Grip", "Mount", "Screw"]

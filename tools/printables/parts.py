@@ -8,7 +8,7 @@ import numpy as np
 
 from .ball import BallPart
 from .checks import check_body, check_tilt
-from .limits import TILT, PrintableError
+from .design_rules import TILT, PrintableError
 from .mesh import Mesh, to_manifold, to_mesh
 from .socket_base import SocketBase
 from .solid import Solid

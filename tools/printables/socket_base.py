@@ -12,9 +12,9 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from .design_rules import BED, PrintableError, check_range
 from .glyphs import HEIGHT, engraving, text_width
 from .grid import Box, Point, place_holes
-from .limits import BED, PrintableError, check_range
 from .solid import Frustum, Prism, Solid, Sphere, cylinder, hexagon, rectangle, union
 
 __all__ = ["SocketBase"]

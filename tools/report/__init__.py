@@ -1,1 +1,1 @@
-"""The report of a calibration: figures, verdict, answers, plots, one HTML page."""
+"""The report of a calibration: :mod:`figures` works out the numbers, :mod:`page` shows them."""

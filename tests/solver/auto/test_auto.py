@@ -17,7 +17,9 @@ from mukca.solver.data.observations import observe
 from mukca.solver.robot.kinematics import gravity_torques
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulate import Imperfection, perturb, reachable_bases, record
+from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
+
+pytestmark = pytest.mark.slow
 
 COMPLIANCES = np.array([0.0, 3e-5, 2e-5, 4e-5, 5e-5, 3e-5, 0.0])
 """Of a Panda-like arm [rad/(N m)]."""

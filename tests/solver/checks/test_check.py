@@ -18,7 +18,7 @@ from mukca.solver.checks.inspection import (
 from mukca.solver.data.measurements import measure
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulate import Base, record
+from mukca.tools.simulated_arms import Base, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
@@ -98,6 +98,7 @@ def test_a_placement_alone_leaves_the_same_everywhere(panda, look, placements) -
     assert fitted_alone(panda, measured) == seen.placements[1].floor
 
 
+@pytest.mark.slow
 def test_the_drop_in_a_real_recording_is_found(recordings: Path) -> None:
     found = {}
     for arm in ("panda_3", "kuka_14", "dinova_2"):

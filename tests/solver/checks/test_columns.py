@@ -7,7 +7,7 @@ from mukca.solver.checks.inspection import inspect_all
 from mukca.solver.data.measurements import MeasurementError, measure
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulate import perturb, reachable_bases, record
+from mukca.tools.simulated_arms import perturb, reachable_bases, record
 
 
 def flipped(joint: int):

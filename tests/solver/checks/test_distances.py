@@ -11,7 +11,7 @@ from mukca.solver.auto.uncertainty import scale
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observations import observe
 from mukca.solver.robot.parameters import choose_parameters
-from mukca.tools.simulate import Base, record
+from mukca.tools.simulated_arms import Base, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 

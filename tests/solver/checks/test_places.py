@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.tools.simulate import Base, record
+from mukca.tools.simulated_arms import Base, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 

@@ -14,7 +14,7 @@ from mukca.solver.paper.optimizers import NotConverged, gauss_newton
 from mukca.solver.paper.problem import SettingError, ball_only, build_problem, solve
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot, shipped_robots
-from mukca.tools.simulate import perturb, reachable_bases, record
+from mukca.tools.simulated_arms import perturb, reachable_bases, record
 
 
 @pytest.fixture(scope="module", params=shipped_robots())
@@ -26,6 +26,7 @@ def workspace(request):
     return nominal, arm, reachable_bases(arm, generator, 5), generator
 
 
+@pytest.mark.slow
 def test_without_noise_the_truth_is_found(workspace) -> None:
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator), nominal) for base in bases]
@@ -43,6 +44,7 @@ def test_without_noise_the_truth_is_found(workspace) -> None:
             assert np.linalg.norm(found[i] - found[j]) == pytest.approx(apart, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_with_noise_the_held_out_error_is_the_noise(workspace) -> None:
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator, noise=1e-4), nominal) for base in bases]

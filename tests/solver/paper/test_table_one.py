@@ -12,6 +12,8 @@ from mukca.solver.paper.problem import build_problem, solve
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 # folder, training placement, shipped robot; in mm: MAE before and after on the placement trained
 # on, and on all others, and the mean absolute distance error there.
 ROWS = {

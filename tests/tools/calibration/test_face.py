@@ -60,6 +60,7 @@ def test_errors_are_there_per_placement_and_as_a_table(calibration) -> None:
     assert f"{1e3 * left.calibrated.mean_absolute_error:.3f}" in table
 
 
+@pytest.mark.slow
 def test_the_command_line_is_a_layer_over_it(calibration, saved, session, tmp_path) -> None:
     """What `mukca solve --out` writes is what `save` writes, but for names and times."""
     out = tmp_path / "by_command"

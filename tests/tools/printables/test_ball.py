@@ -73,6 +73,7 @@ def test_the_neck_of_the_mesh_is_the_one_that_was_reckoned_with(name: str) -> No
         assert 2 * reach.max() == pytest.approx(diameter, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "base"),
     [

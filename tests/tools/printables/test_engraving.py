@@ -34,7 +34,7 @@ def raster(mesh: trimesh.Trimesh, box: tuple[float, float, float, float]) -> Ima
 def runs(marks: NDArray[np.bool_]) -> list[slice]:
     """Return the stretches of marked places."""
     labels, _ = ndimage.label(marks)
-    return [found[0] for found in ndimage.find_objects(labels)]
+    return [box[0] for box in ndimage.find_objects(labels)]
 
 
 def read(image: Image) -> list[str]:

@@ -10,6 +10,8 @@ from hypothesis import given, settings, strategies
 from mukca.tools.printables import PrintableError, SocketBase, encode
 from mukca.tools.printables.parts import base_part
 
+pytestmark = pytest.mark.slow
+
 PARTS = [("base", name) for name in printed_parts.BASES] + [
     ("ball", name) for name in printed_parts.BALLS
 ]
@@ -41,14 +43,14 @@ def test_a_part_leans_beyond_45_degrees_only_where_it_says(part: tuple[str, str]
     kind, name = part
     mesh = mesh_of(part)
     faces = mesh_checks.overhanging(mesh)
-    told = () if kind == "base" else printed_parts.BALLS[name].overhangs
+    allowed = () if kind == "base" else printed_parts.BALLS[name].overhangs
     for centre in mesh.triangles_center[faces]:
         assert any(
             overhang.low - 0.1 <= centre[2] <= overhang.high + 0.1
             and np.hypot(*centre[:2]) <= overhang.radius
-            for overhang in told
+            for overhang in allowed
         ), f"an overhang at {centre}"
-    assert bool(told) == (len(faces) > 0)
+    assert bool(allowed) == (len(faces) > 0)
 
 
 def test_the_volume_given_is_the_files(part: tuple[str, str]) -> None:

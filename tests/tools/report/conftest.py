@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 
 from mukca.tools.cli import main
+from mukca.tools.documents.calibration import FORMAT, CalibrationDocument
+from mukca.tools.documents.files import decode
 
 VOID = {"meta", "link", "input", "br", "img"}
 
@@ -65,6 +67,12 @@ def document(calibrated: Path) -> dict[str, Any]:
     return json.loads((calibrated / "calibration.json").read_text())
 
 
+@pytest.fixture(scope="session")
+def typed() -> Callable[[dict[str, Any]], CalibrationDocument]:
+    """Read a document as if it stood in a file."""
+    return lambda document: decode(json.dumps(document).encode(), CalibrationDocument, FORMAT, "")
+
+
 @pytest.fixture
 def written(tmp_path: Path) -> Callable[[dict[str, Any]], Path]:
     """Write a document to a folder of its own and return the file."""
@@ -104,7 +112,7 @@ def extended(document: dict[str, Any]) -> dict[str, Any]:
     ]
     document["noise"] = {"space": 1.1e-4, "joint": 2e-4, "nu": 5.0}
     document["uncertainty"] = {
-        "weak_directions": [{"text": "sliding along panda_joint3's axis"}],
+        "weak_directions": [{"text": "sliding along panda_joint3's axis", "deviation": 0.9}],
         "correlations": [{"a": "panda_joint5.x", "b": "ball_joint.x", "value": 0.94}],
         "observability_index": 0.0123,
         "distance_deviation": {"median": 1.25e-4, "worst": 3.5e-4},
@@ -139,5 +147,4 @@ def extended(document: dict[str, Any]) -> dict[str, Any]:
     document["choices"] = ["compliance: kept (log evidence +20.3)"]
     for summary in document["summary"].values():
         summary["geometric"] = dict(summary["calibrated"], mean_absolute_error=2e-4)
-    document["cross_placement"] = {"names": ["a", "b"], "matrix": [[1e-4, 2e-4], [3e-4, 1.5e-4]]}
     return document

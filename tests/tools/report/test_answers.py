@@ -1,82 +1,90 @@
 """The answers: use, next, data; and the parts of the 3D view."""
 
-import json
-
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mukca.solver.calibrated import calibration_of
 from mukca.solver.checks.inspection import farthest_place
 from mukca.solver.robot.urdf import load_robot
-from mukca.tools.report.answer_next import hardly_moved
-from mukca.tools.report.arm import frames
-from mukca.tools.report.build import build_report
-from mukca.tools.report.figures import Options
-from mukca.tools.report.meshes import link_meshes, thin_out
+from mukca.tools.documents.calibration import Model, calibrated_robot
+from mukca.tools.documents.files import encode
+from mukca.tools.report.build import Options, build_report
+from mukca.tools.report.figures.answers.next import hardly_moved
+from mukca.tools.report.figures.arm import frames
+from mukca.tools.report.figures.meshes import link_meshes, thin_out
 from mukca.tools.report.words import area, percent, short_names
 
 
-def test_the_task_is_answered_place_by_place(document) -> None:
-    figures = build_report(document, "").figures
-    left = figures["placements"][1]
-    largest = left["quantiles"]["calibrated"]["max"]
-    p95 = left["quantiles"]["calibrated"]["p95"]
+def test_the_task_is_answered_place_by_place(document, typed) -> None:
+    figures = build_report(typed(document), "").figures
+    left = figures.placements[1].quantiles.calibrated
+    largest, p95 = left.max, left.p95
     answers = {
-        tolerance: build_report(document, "", Options(tolerance=tolerance)).figures
+        tolerance: build_report(typed(document), "", Options(tolerance=tolerance)).figures
         for tolerance in (1.01 * largest, 0.99 * largest, 0.99 * p95)
     }
-    words = [f["answers"]["use"]["rows"][1]["answer"] for f in answers.values()]
+    words = [f.answers.use.rows[1].answer for f in answers.values()]
     assert words == ["yes", "mostly", "no"]
-    assert all(f["answers"]["use"]["rows"][0]["answer"] == "trained on" for f in answers.values())
+    assert all(f.answers.use.rows[0].answer == "trained on" for f in answers.values())
 
 
-def test_a_place_whose_distance_is_off_cannot_be_used(document) -> None:
+def test_a_place_whose_distance_is_off_cannot_be_used(document, typed) -> None:
     """Small errors do not help where the model has shrunk."""
     row = document["placements"][1]
     row["calibrated"]["distance_error"] = -2e-3
-    use = build_report(document, "").figures["answers"]["use"]
-    assert use["rows"][1]["answer"] == "no" and use["rows"][2]["answer"] != "no"
+    use = build_report(typed(document), "").figures.answers.use
+    assert use.rows[1].answer == "no" and use.rows[2].answer != "no"
 
 
-def test_what_is_expected_of_distances_is_told_where_none_was_measured(document) -> None:
-    between = build_report(document, "").figures["answers"]["use"]["between"]
+def test_what_is_expected_of_distances_is_told_where_none_was_measured(document, typed) -> None:
+    between = build_report(typed(document), "").figures.answers.use.between
     assert between.endswith("since no such distance is known.")
-    document["uncertainty"] = {"distance_deviation": {"median": 6.8e-4, "worst": 1.5e-3}}
-    between = build_report(document, "").figures["answers"]["use"]["between"]
+    document["uncertainty"] = {
+        "weak_directions": [],
+        "correlations": [],
+        "observability_index": 0.01,
+        "distance_deviation": {"median": 6.8e-4, "worst": 1.5e-3},
+        "cannot_see": [],
+    }
+    between = build_report(typed(document), "").figures.answers.use.between
     assert "expects 0.68 mm (one standard deviation" in between
 
 
-def test_a_recording_that_is_wrong_comes_first(document) -> None:
-    answers = build_report(document, "").figures["answers"]
-    assert "First mend" not in answers["next"]["text"] and "rest on" not in answers["data"]["text"]
+def test_a_recording_that_is_wrong_comes_first(document, typed) -> None:
+    answers = build_report(typed(document), "").figures.answers
+    assert "First mend" not in answers.next.text and "rest on" not in answers.data.text
     bad = {"level": "error", "code": "moved", "text": "the base moved", "advice": "record it again"}
     for row, said in ((document["placements"][0], True), (document["placements"][1], False)):
         document["checks"] = [{**bad, "where": f"/home/me/{row['name']}/hole_1.csv:12"}]
-        answers = build_report(document, "").figures["answers"]
+        answers = build_report(typed(document), "").figures.answers
         name = row["name"].split("/")[-1]
-        assert answers["next"]["text"].startswith(f"First mend {name}, see below.")
-        assert (f"All figures here rest on {name}, trained on." in answers["data"]["text"]) == said
+        assert answers.next.text.startswith(f"First mend {name}, see below.")
+        assert (f"All figures here rest on {name}, trained on." in answers.data.text) == said
 
 
-def test_places_off_the_middle_are_told_with_their_side(document) -> None:
-    text = build_report(document, "").figures["answers"]["use"]["text"]
+def test_places_off_the_middle_are_told_with_their_side(document, typed) -> None:
+    text = build_report(typed(document), "").figures.answers.use.text
     assert "left (to the robot's left)" in text and "right (to the robot's right)" in text
 
 
-def test_a_joint_that_hardly_moved_is_named(document) -> None:
-    figures = build_report(document, "").figures
-    assert figures["answers"]["next"]["joints"] == []
+def test_a_joint_that_hardly_moved_is_named(document, typed) -> None:
+    figures = build_report(typed(document), "").figures
+    assert figures.answers.next.joints == ()
     for sample in document["data"][0]["samples"]:
         sample["position"][6] = 0.1 + 1e-3 * sample["position"][6]
-    robot = calibration_of(document, "").robot
+    robot = calibrated_robot(typed(document), "").robot
     assert robot.joint_names[6] == "panda_joint7"
     positions = np.array([s["position"] for s in document["data"][0]["samples"]])
-    figures["coverage"]["sockets"][0].update(
-        low=positions.min(axis=0).tolist(), high=positions.max(axis=0).tolist()
+    coverage = figures.coverage
+    still = msgspec.structs.replace(
+        coverage.sockets[0],
+        low=tuple(positions.min(axis=0).tolist()),
+        high=tuple(positions.max(axis=0).tolist()),
     )
-    assert "panda_joint7" in hardly_moved(figures)
+    sockets = (still, *coverage.sockets[1:])
+    assert "panda_joint7" in hardly_moved(msgspec.structs.replace(coverage, sockets=sockets))
 
 
 places = st.lists(
@@ -110,8 +118,8 @@ def test_places_are_told_as_the_robot_sees_them() -> None:
     )
 
 
-def test_the_drawn_arm_ends_at_the_ball(document) -> None:
-    calibration = calibration_of(document, "")
+def test_the_drawn_arm_ends_at_the_ball(document, typed) -> None:
+    calibration = calibrated_robot(typed(document), "")
     q = np.array([s["position"] for s in document["data"][0]["samples"]])
     assert not calibration.deflection.extensions
     origins = calibration.model.origins(calibration.values)
@@ -140,13 +148,23 @@ def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(tmp_path) -> No
     file = tmp_path / "robot.urdf"
     file.write_text(text)
     robot = load_robot(str(file))
-    meshes = link_meshes({"nominal_urdf": text, "source": str(file)}, robot)
-    assert [mesh["frame"] for mesh in meshes] == [0, 1]
-    box, ball = (np.array(mesh["vertices"]) for mesh in meshes)
+    model = Model(
+        name="r",
+        source=str(file),
+        sha256="",
+        base="base",
+        tip="ball_link",
+        joint_names=robot.joint_names,
+        nominal_urdf=text,
+        calibrated_urdf=text,
+    )
+    meshes = link_meshes(model, robot)
+    assert [mesh.frame for mesh in meshes] == [0, 1]
+    box, ball = (np.array(mesh.vertices) for mesh in meshes)
     assert np.allclose(box.min(axis=0), [-0.1, -0.1, 0.8])
     assert np.allclose(box.max(axis=0), [0.1, 0.1, 1.2])
     assert np.linalg.norm(ball, axis=1) == pytest.approx(0.1, abs=0.02)
-    assert 100 < len(meshes[1]["faces"]) <= 600
+    assert 100 < len(meshes[1].faces) <= 600
 
 
 @settings(deadline=None, max_examples=20)
@@ -161,10 +179,11 @@ def test_thinning_keeps_within_bounds(most) -> None:
     assert np.abs(vertices).max() <= 1 + 1e-9
 
 
-def test_large_sessions_are_drawn_in_part_and_counted_whole(document) -> None:
+@pytest.mark.slow
+def test_large_sessions_are_drawn_in_part_and_counted_whole(document, typed) -> None:
     rows = document["data"][1]["samples"]
     document["data"][1]["samples"] = [s for s in rows for _ in range(150)]
-    figures = build_report(document, "").figures
-    assert len(figures["samples"]) <= 3000
-    assert figures["summary"]["test"]["samples"] == 24 * 150 + 24
-    assert len(json.dumps(figures)) < 4_000_000
+    figures = build_report(typed(document), "").figures
+    assert len(figures.samples) <= 3000
+    assert figures.summary.test.samples == 24 * 150 + 24
+    assert len(encode(figures)) < 4_000_000

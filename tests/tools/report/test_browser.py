@@ -27,7 +27,10 @@ OPTIONS = (
 )
 ARMS = {"panda_3": "frontcenter", "kuka_14": "front", "dinova_2": "front"}
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium"),
+]
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +77,11 @@ def report(shared: Callable[..., Path], request: pytest.FixtureRequest) -> Calla
         data = request.getfixturevalue("recordings") / name
         robot = ("--robot", str(data / "nominal.urdf"))
         words = ["solve", str(data / ARMS[name]), "--test", str(data), *robot]
-        return shared(name, lambda out: main([*words, "--out", str(out)]))
+
+        def make(out: Path) -> None:
+            assert main([*words, "--out", str(out)]) == 0
+
+        return shared(name, make)
 
     return report
 

@@ -9,7 +9,8 @@ import pytest
 from rich.console import Console
 
 from mukca.tools.cli import main
-from mukca.tools.report.terminal import show, sparkline
+from mukca.tools.documents.report import read_report
+from mukca.tools.report.console import show, sparkline
 
 
 @pytest.fixture
@@ -81,7 +82,7 @@ def test_open_shows_the_page(run, copy, monkeypatch) -> None:
         lambda d: d["parameters"][10].update(calibrated=0.5),
         lambda d: d["provenance"].pop("versions"),
         lambda d: d["settings"].update(regularization="much"),
-        lambda d: d.update(cross_placement={"names": ["a"], "matrix": 3}),
+        lambda d: d["deflection"].update(harmonic_1=[1e-4]),
     ],
 )
 def test_a_damaged_calibration_gets_one_line(run, document, written, damage) -> None:
@@ -122,7 +123,7 @@ def test_known_distances_come_from_a_file_too(run, copy, tmp_path) -> None:
 
 
 def test_a_pipe_gets_text_and_a_terminal_curves(calibrated) -> None:
-    figures = json.loads((calibrated / "report.json").read_text())
+    figures = read_report(calibrated / "report.json")
     pipe, terminal = io.StringIO(), io.StringIO()
     show(Console(file=pipe, width=120), figures)
     show(Console(file=terminal, force_terminal=True, width=120), figures)

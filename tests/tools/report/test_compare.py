@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mukca.tools.cli import main
-from mukca.tools.report.compare import _apart, compare, contenders_of, shared_data
-from mukca.tools.report.compare_page import sentence
+from mukca.tools.report.figures.model_comparison import apart, compare, contenders_of, shared_data
+from mukca.tools.report.page.comparison_page import sentence
 
 
 @pytest.fixture(scope="module")
@@ -59,10 +59,10 @@ def test_a_calibration_equals_its_copy(calibrated, tmp_path) -> None:
     copy.write_bytes((calibrated / "calibration.json").read_bytes())
     files = [calibrated / "calibration.json", copy]
     contenders = contenders_of(files)
-    result = compare(contenders, shared_data(contenders, files))
-    pair = result["pairs"][-1]
-    assert pair["summary"]["mean"] == 0 and pair["summary"]["beyond_noise"] is False
-    assert pair["apart"]["max"] == pytest.approx(0, abs=1e-12)
+    result = compare(contenders, shared_data(contenders))
+    pair = result.pairs[-1]
+    assert pair.summary.mean == 0 and pair.summary.beyond_noise is False
+    assert pair.apart.max == pytest.approx(0, abs=1e-12)
     assert "within the noise" in sentence(result, pair)
 
 
@@ -124,6 +124,6 @@ def test_a_moved_base_frame_is_no_difference() -> None:
     R, _ = np.linalg.qr(generator.normal(size=(3, 3)))
     R *= np.sign(np.linalg.det(R))
     moved = [p @ R.T + [0.1, 0.2, 0.3] for p in points]
-    assert _apart(points, moved)["max"] == pytest.approx(0, abs=1e-12)
+    assert apart(points, moved).max == pytest.approx(0, abs=1e-12)
     mirrored = [p * [1, 1, -1] for p in points]
-    assert _apart(points, mirrored)["mean"] > 0.1
+    assert apart(points, mirrored).mean > 0.1

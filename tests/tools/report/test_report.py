@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mukca.solver.calibrated import calibration_of
 from mukca.tools.cli import main
+from mukca.tools.documents.calibration import calibrated_robot
 from mukca.tools.report.build import build_report
-from mukca.tools.report.figures import Options
 
 PLOTS = {
     "table-map",
@@ -82,10 +81,10 @@ def test_what_only_some_methods_know_is_shown_too(extended, written, read_page) 
         assert words in html
 
 
-def test_figures_are_those_of_the_calibration(calibrated, document) -> None:
+def test_figures_are_those_of_the_calibration(calibrated, document, typed) -> None:
     """Errors in the report, sample by sample, average to the MAE that the solver found."""
     figures = json.loads((calibrated / "report.json").read_text())
-    calibration = calibration_of(document, "")
+    calibration = calibrated_robot(typed(document), "")
     for i, row in enumerate(figures["placements"]):
         rows = [sample for sample in figures["samples"] if sample["placement"] == i]
         for model in ("nominal", "calibrated"):
@@ -98,23 +97,22 @@ def test_figures_are_those_of_the_calibration(calibrated, document) -> None:
         assert np.allclose(row["position"], centre, atol=1e-9)
 
 
-def test_every_plot_has_one_sentence_with_figures(calibrated, extended) -> None:
+def test_every_plot_has_one_sentence_with_figures(calibrated, extended, typed) -> None:
     plain = json.loads((calibrated / "report.json").read_text())["plots"]
-    known = Options(known=())
-    more = build_report(extended, "", known).figures["plots"]
+    more = build_report(typed(extended), "").figures.plots
     assert {plot["id"] for plot in plain} == PLOTS
-    assert {plot["id"] for plot in more} == PLOTS | OF_EXTENSIONS
-    for plot in (*plain, *more):
-        sentence = plot["sentence"]
+    assert {plot.id for plot in more} == PLOTS | OF_EXTENSIONS
+    for sentence in (*(plot["sentence"] for plot in plain), *(plot.sentence for plot in more)):
         assert re.fullmatch(r"[^.!?].*\.", sentence), sentence
         assert not re.search(r"[.!?] [A-Z]", sentence), sentence
         assert re.search(r"\d", sentence), sentence
 
 
-def test_the_same_calibration_gives_the_same_report(document) -> None:
-    assert build_report(document, "").files == build_report(document, "").files
+def test_the_same_calibration_gives_the_same_report(document, typed) -> None:
+    assert build_report(typed(document), "").files == build_report(typed(document), "").files
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [
@@ -162,6 +160,7 @@ def test_names_from_files_are_text(document, written, read_page, name) -> None:
     assert json.loads(embedded)["placements"][1]["name"] == f"session/{name}"
 
 
+@pytest.mark.slow
 def test_a_real_arm(recordings, tmp_path, read_page) -> None:
     folder, out = recordings / "panda_3", tmp_path / "panda_3"
     words = [str(folder / "frontcenter"), "--test", str(folder), "--method", "paper"]

@@ -4,9 +4,11 @@ import re
 from html import unescape
 from typing import Any
 
+import msgspec
 import pytest
 
-from mukca.tools.report.simulation import simulation_page
+from mukca.tools.documents.simulation import SimulationDocument
+from mukca.tools.report.page.simulation_page import simulation_page
 
 
 def forces() -> dict[str, dict[str, float]]:
@@ -14,7 +16,11 @@ def forces() -> dict[str, dict[str, float]]:
 
 
 def inserted(count: int, miss: float) -> dict[str, Any]:
-    each = [{"inserted": k < count, "miss": [miss, -miss, 0.0]} for k in range(3)]
+    posture = {"hole": [0.5, 0.0, 0.1], "elbow": 0.5, "depth": 0.02}
+    loads = {"force": 1.25, "peak_force": 2.0}
+    each = [
+        {"inserted": k < count, "miss": [miss, -miss, 0.0], **posture, **loads} for k in range(3)
+    ]
     errors = {"tracking_error": miss, "max_tracking_error": 2 * miss}
     return {"inserted": count, "trials": 3, **errors, **forces(), "each": each}
 
@@ -23,10 +29,16 @@ def drawn(spread: float) -> dict[str, Any]:
     line = [[0.5, 0.0], [0.51, 0.02], [0.5, 0.04]]
     errors = {"tracking_error": spread, "max_tracking_error": spread}
     apart = {"retracings": 2, "spread": spread, "max_spread": 2 * spread}
-    return {**apart, **errors, **forces(), "each": [{"line": line}, {"line": line}]}
+    one = {"line": line, "elbow": 0.5, "tracking_error": spread, "touching": 1.0}
+    one = {**one, "force": 1.25, "peak_force": 2.0}
+    return {**apart, **errors, **forces(), "each": [one, one]}
 
 
-def result(experiment: str, model: str = "calibrated") -> dict[str, Any]:
+def result(experiment: str, model: str = "calibrated") -> SimulationDocument:
+    return msgspec.convert(figures(experiment, model), SimulationDocument)
+
+
+def figures(experiment: str, model: str) -> dict[str, Any]:
     head = {"experiment": experiment, "arm": 1, "seed": 2, "model": model}
     if experiment == "drawing":
         beside = {"model": "nominal", "drawing": drawn(0.0125)}

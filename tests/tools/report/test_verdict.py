@@ -8,15 +8,23 @@ import pytest
 from mukca.solver.data.observations import parse_known
 from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.cli import main
-from mukca.tools.report.build import build_report
-from mukca.tools.report.figures import Options
-from mukca.tools.report.limits import ARMS, known_arm
+from mukca.tools.documents.calibration import FORMAT, CalibrationDocument
+from mukca.tools.documents.files import decode
+from mukca.tools.documents.report import ReportDocument
+from mukca.tools.report.build import Options, build_report
+from mukca.tools.report.figures.acceptance import ARMS, known_arm
+
+
+def figures_of(document: Any, **options: Any) -> ReportDocument:
+    """Return the figures of a calibration's document."""
+    typed = decode(json.dumps(document).encode(), CalibrationDocument, FORMAT, "")
+    return build_report(typed, "", Options(**options)).figures
 
 
 def rows(document: Any, **options: Any) -> tuple[str, dict[str, str], str]:
     """Return the verdict's status, that of each limit, and its text."""
-    found = build_report(document, "", Options(**options)).figures["verdict"]
-    return found["status"], {r["name"]: r["status"] for r in found["limits"]}, found["text"]
+    verdict = figures_of(document, **options).verdict
+    return verdict.status, {row.name: row.status for row in verdict.limits}, verdict.text
 
 
 def test_a_good_calibration_passes_as_far_as_it_was_evaluated(document) -> None:
@@ -63,9 +71,9 @@ def test_the_error_alone_never_passes(document) -> None:
 
 def test_an_unknown_arm_is_told_what_is_needed(document) -> None:
     document["model"]["name"] = document["model"]["source"] = "unheard_of"
-    found = build_report(document, "").figures["verdict"]["limits"][0]
-    assert found["status"] == "not evaluated"
-    assert "--repeatability-mm" in found["text"]
+    row = figures_of(document).verdict.limits[0]
+    assert row.status == "not evaluated"
+    assert "--repeatability-mm" in row.text
     status, _, _ = rows(document, repeatability=1e-4)
     assert status == "pass"
 
@@ -77,8 +85,8 @@ def test_errors_among_the_checks_fail_and_warnings_do_not(extended) -> None:
 
 
 def test_known_distances_are_judged(document) -> None:
-    figures = build_report(document, "").figures
-    a, b = (figures["placements"][i]["sockets"][0]["centre"] for i in (0, 1))
+    figures = figures_of(document)
+    a, b = (figures.placements[i].sockets[0].centre for i in (0, 1))
     length = sum((p - q) ** 2 for p, q in zip(a, b, strict=True)) ** 0.5
     good = [parse_known(f"front:0-left:0={length!r}+-0.0001")]
     bad = [parse_known(f"front:0-left:0={length + 1e-3!r}")]
@@ -98,8 +106,7 @@ def test_distances_that_the_fit_was_told_prove_nothing(document) -> None:
 def test_limits_are_no_finer_than_a_printed_socket_resolves(document) -> None:
     for name, limit in (("ur5e", 3e-4), ("iiwa14", 4.5e-4), ("gen3_lite", 3e-3)):
         document["model"]["name"] = name
-        found = build_report(document, "").figures["limits"]["mean_absolute_error"]
-        assert found["value"] == pytest.approx(limit)
+        assert figures_of(document).limits.mean_absolute_error.value == pytest.approx(limit)
 
 
 def test_every_shipped_robot_has_limits_and_is_known_by_its_names() -> None:

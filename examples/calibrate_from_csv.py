@@ -1,0 +1,33 @@
+"""Calibrate a Franka Panda from CSV files of joint angles.
+
+A placement is a folder with hole_0.csv and hole_1.csv, one file for each socket: one configuration
+a line, joint angles in radians in chain order. Give a folder of placements:
+
+    python calibrate_from_csv.py recordings
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import mukca
+
+robot = mukca.load_robot("panda")
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else "recordings")
+
+if not folder.exists():  # nothing was recorded yet: a simulated arm shows what the files look like
+    _, placements = mukca.simulate_recordings(robot, 3, samples=12)
+    for placement in placements:
+        (folder / placement.name).mkdir(parents=True)
+        for socket in (0, 1):
+            q = placement.positions[placement.sockets == socket]  # (samples, joints) [rad]
+            np.savetxt(folder / placement.name / f"hole_{socket}.csv", q, delimiter=",")
+
+# Fit to the first placement; the others, which the fit does not see, say whether it worked.
+train, *test = mukca.read_placements(folder)
+calibration = mukca.calibrate(robot, train, test=test, distance=0.05)
+
+print(calibration)
+outputs = calibration.save("calibrated", force=True)  # over what an earlier run wrote
+print("Use", outputs["urdf"], "in place of the nominal URDF; read", outputs["report"], "first.")

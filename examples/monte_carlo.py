@@ -1,0 +1,36 @@
+"""How many samples are enough? A Monte Carlo study on simulated arms whose truth is known.
+
+Each arm differs from its URDF at random. It is calibrated on one placement with more and more
+samples. Two figures say how good that was: the error at two placements held out, as anyone can
+measure it; and the error of distances between ball positions, which only the truth can tell.
+
+    python monte_carlo.py 10
+    python monte_carlo.py 10  5 10 20 40    # other numbers of samples
+"""
+
+import sys
+
+import numpy as np
+
+import mukca
+
+robot = mukca.load_robot("panda")
+arms = int(sys.argv[1]) if len(sys.argv) > 1 else 4
+counts = [int(word) for word in sys.argv[2:]] or [6, 12, 24]
+
+
+def distances(balls: np.ndarray) -> np.ndarray:
+    """Return how far each ball position is from the next, shape (N - 1,) [m]."""
+    return np.linalg.norm(np.diff(balls, axis=0), axis=1)
+
+
+print("samples a socket   held-out error   error of distances   (median of arms, mm)")
+for samples in counts:
+    held_out, true = [], []
+    for seed in range(arms):  # the same arms for every number of samples
+        truth, (train, *test) = mukca.simulate_recordings(robot, 3, samples=samples, seed=seed)
+        calibration = mukca.calibrate(robot, train, test=test)
+        held_out.append(calibration.errors.summary.test.calibrated.mean_absolute_error)
+        q = np.random.default_rng(seed).permutation(np.concatenate([p.positions for p in test]))
+        true.append(np.mean(np.abs(distances(calibration.ball(q)) - distances(truth.ball(q)))))
+    print(f"{samples:16d} {1e3 * np.median(held_out):16.3f} {1e3 * np.median(true):20.3f}")

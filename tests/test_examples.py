@@ -1,0 +1,124 @@
+"""The examples run as they stand, from any folder, and use nothing but the public face."""
+
+import ast
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mukca
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+
+
+def run(folder: Path, script: str, *words: str) -> str:
+    """Run an example in a folder, and return what it printed."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", str(EXAMPLES / script), *words],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env={**os.environ, "COLUMNS": "100"},
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda file: file.name)
+def test_an_example_is_short_and_uses_the_public_face_alone(script: Path) -> None:
+    text = script.read_text()
+    nodes = list(ast.walk(ast.parse(text)))
+    imported = {a.name for node in nodes if isinstance(node, ast.Import) for a in node.names}
+    imported |= {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
+    assert imported <= {"mukca", "numpy", "pathlib", "pinocchio", "sys", "tempfile"}
+    assert set(re.findall(r"\bmukca\.(\w+)", text)) <= set(mukca.__all__)
+    assert 15 <= len(text.splitlines()) <= 40
+
+
+@pytest.mark.slow
+def test_calibrate_from_csv(tmp_path: Path) -> None:
+    shown = run(tmp_path, "calibrate_from_csv.py")
+    placements = mukca.read_placements(tmp_path / "recordings")
+    assert [len(p.samples) for p in placements] == [24, 24, 24]
+    calibration = mukca.load_calibration(tmp_path / "calibrated" / "calibration.json")
+    assert [e.role for e in calibration.errors] == ["train", "test", "test"]
+    assert calibration.errors.summary.test.removed_error > 0.9
+    assert "held out" in shown and "report.html" in shown
+
+
+@pytest.mark.slow
+def test_own_urdf(tmp_path: Path, session: Path) -> None:
+    shown = run(tmp_path, "own_urdf.py")
+    assert "6 joints, base_link -> ball_link" in shown
+    calibration = mukca.load_calibration(tmp_path / "my_arm_calibrated" / "calibration.json")
+    assert calibration.errors.summary.test.removed_error > 0.9
+    names = [p.name for p in calibration.document.parameters]
+    assert "waist.roll" in names and "waist.x" not in names
+    assert re.search(r"\w+\.[xyz] changed most: by [+-]\d\.\d\d mm", shown)
+
+
+def test_stream_arm(tmp_path: Path) -> None:
+    names, *states = run(tmp_path, "stream_arm.py").splitlines()
+    rows = np.array([[float(word) for word in line.split() if word not in ("s", "deg")]
+                     for line in states])  # fmt: skip
+    assert rows.shape == (20, 8) and len(names.split()) == 7
+    assert np.diff(rows[:, 0]) == pytest.approx(0.02, abs=1e-6)
+    assert np.all(np.ptp(rows[:, 1:], axis=0) > 1)
+
+
+@pytest.mark.slow
+def test_use_in_pinocchio(tmp_path: Path) -> None:
+    pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
+    shown = run(tmp_path, "use_in_pinocchio.py")
+    difference, nominal = re.findall(r"by ([\d.e+-]+) m", shown)
+    assert float(difference) < 1e-9 and float(nominal) > 0.5
+    again = run(tmp_path, "use_in_pinocchio.py", "calibrated")
+    assert again == shown
+
+
+@pytest.mark.slow
+def test_monte_carlo(tmp_path: Path) -> None:
+    _, *rows = run(tmp_path, "monte_carlo.py", "1", "5", "20").splitlines()
+    few, many = ([float(word) for word in row.split()] for row in rows)
+    assert (few[0], many[0]) == (5, 20)
+    assert 0.05 < many[1] < few[1] < 2  # the noise is 0.05 mm per axis
+    assert 0 < many[2] < 2  # by the nominal model it is some 10 mm
+
+
+def snippets(page: str) -> list[str]:
+    """Return the Python code on a page, block by block."""
+    text = (EXAMPLES.parent / "docs" / page).read_text()
+    return re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
+
+
+@pytest.mark.slow
+def test_the_code_in_the_documents_runs(
+    tmp_path: Path, session: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("front", "left", "right"):
+        shutil.copytree(session / name, tmp_path / "recordings" / name)
+    shutil.copytree(session / "left", tmp_path / "recordings" / "july")
+    monkeypatch.chdir(tmp_path)
+    code = "\n".join(snippets("python.md")).replace("samples=30", "samples=8")
+    code = code.replace("franka:172.16.0.2", "mock:recordings/front")
+    names: dict[str, Any] = {}
+    exec(code, names)
+    assert len(names["state"].position) == 7
+    q = names["q"]
+    real, predicted = (
+        np.linalg.norm(np.diff(names[model].ball(q), axis=0), axis=1)
+        for model in ("truth", "calibration")
+    )
+    assert np.abs(real - predicted).mean() < 5e-3
+    names = {"q": q, "effort": np.zeros_like(q)}
+    (last,) = snippets("model.md")
+    exec(last, names)
+    assert names["calibration"].robot.name == "panda"

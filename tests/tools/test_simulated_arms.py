@@ -1,0 +1,90 @@
+"""Synthetic recordings hold what they say: the ball in the socket, within limits and tilt."""
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.solver.robot.kinematics import BallModel
+from mukca.solver.robot.urdf import load_robot, shipped_robots
+from mukca.tools.inverse_kinematics import MAX_TILT, Guide, SimulationError
+from mukca.tools.simulated_arms import Base, perturb, record
+
+AT = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
+
+
+def test_the_ball_is_in_its_socket(true_panda) -> None:
+    placement = record(true_panda, AT, np.random.default_rng(0), samples=10)
+    balls = BallModel(true_panda, []).points(np.empty(0), placement.positions)
+    assert balls == pytest.approx(np.repeat(AT.sockets, 10, axis=0), abs=1e-9)
+    assert np.linalg.norm(AT.sockets[1] - AT.sockets[0]) == pytest.approx(AT.distance)
+
+
+def test_configurations_keep_limits_and_tilt_and_differ(true_panda) -> None:
+    positions = record(true_panda, AT, np.random.default_rng(0), samples=20).positions
+    lower, upper = (
+        np.array([getattr(j, k) for j in true_panda.actuated]) for k in ("lower", "upper")
+    )
+    assert np.all((lower < positions) & (positions < upper))
+    assert positions.std(axis=0).min() > 0.1
+    guide = Guide(true_panda)
+    necks = guide._linear(np.resize(positions, (256, 7)))[0][:, 3:]
+    assert np.all(-necks[:, 2] >= np.cos(MAX_TILT) - 1e-6)
+
+
+def test_noise_is_as_asked(true_panda) -> None:
+    placement = record(true_panda, AT, np.random.default_rng(0), samples=150, noise=1e-3)
+    balls = BallModel(true_panda, []).points(np.empty(0), placement.positions)
+    errors = balls - np.repeat(AT.sockets, 150, axis=0)
+    assert errors.std() == pytest.approx(1e-3, rel=0.15)
+
+
+def test_a_seed_repeats(panda) -> None:
+    twice = [
+        record(panda, AT, np.random.default_rng(5), samples=3).positions.tolist() for _ in range(2)
+    ]
+    assert twice[0] == twice[1]
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_only_calibrated_origins_are_perturbed(name: str) -> None:
+    robot = load_robot(name)
+    arm = perturb(robot, np.random.default_rng(0), 1e-3, 1e-3)
+    moved = [bool(np.any(a != b)) for a, b in zip(arm.origins, robot.origins, strict=True)]
+    assert moved == [j.actuated or j is robot.ball_joint for j in robot.joints]
+
+
+@pytest.mark.slow
+def test_out_of_reach_is_told(panda) -> None:
+    far = Base("far", np.array([3.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    with pytest.raises(SimulationError, match="cannot reach"):
+        record(panda, far, np.random.default_rng(0), samples=1)
+
+
+def test_simulated_recordings_come_with_the_truth(panda) -> None:
+    truth, placements = mukca.simulate_recordings(panda, 2, samples=4, seed=3, noise=0)
+    assert [(p.sockets == k).sum() for p in placements for k in (0, 1)] == [4] * 4
+    for placement in placements:
+        balls = truth.ball(placement.positions)
+        centres = np.array([balls[placement.sockets == k].mean(axis=0) for k in (0, 1)])
+        assert balls == pytest.approx(centres[placement.sockets], abs=1e-9)
+        assert np.linalg.norm(centres[1] - centres[0]) == pytest.approx(0.05)
+    more, _ = mukca.simulate_recordings(panda, 1, samples=2, seed=3)
+    other, _ = mukca.simulate_recordings(panda, 1, samples=2, seed=4)
+    assert np.array_equal(more.values, truth.values)
+    assert not np.array_equal(other.values, truth.values)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ({"placements": 0}, "placements 0: give a number of at least 1"),
+        ({"samples": 1}, "samples 1"),
+        ({"noise": -1e-3}, "noise -0.001"),
+        ({"rotation": np.nan}, "rotation nan"),
+        ({"distance": 50}, "metres are expected"),
+        ({"seed": -1}, "seed -1"),
+    ],
+)
+def test_numbers_that_cannot_be_simulated_are_told(panda, numbers: dict, words: str) -> None:
+    with pytest.raises(mukca.MukcaError, match=words):
+        mukca.simulate_recordings(panda, **numbers)

@@ -1,0 +1,106 @@
+"""What ``report.json`` holds: every number and sentence that the report's page shows.
+
+Lengths are metres, angles radians. Points are in the robot's base frame: x ahead, y to the left.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from ...solver.checks.inspection import Finding
+from .calibration import (
+    Coefficient,
+    Iteration,
+    NextPlacement,
+    NoiseScale,
+    ParameterValue,
+    PriorWidth,
+    Provenance,
+    Uncertainty,
+)
+from .files import Document, read
+from .report_drawing import ArmDrawing, Coverage
+from .report_errors import (
+    CrossPlacement,
+    KnownDistanceErrors,
+    PlacementReport,
+    RoleSummaries,
+    SampleErrors,
+)
+from .report_verdict import Answers, Limits, Verdict
+
+__all__ = [
+    "FORMAT",
+    "PlotCaption",
+    "ReportDocument",
+    "ReportProvenance",
+    "read_report",
+]
+
+FORMAT = "mukca-report-1"
+
+
+class PlotCaption(Document, kw_only=True, frozen=True):
+    """A plot of the page, in one sentence."""
+
+    id: str
+    section: str
+    title: str
+    sentence: str
+
+
+class ReportProvenance(Provenance, kw_only=True, frozen=True):
+    """What the calibration was made from and with."""
+
+    settings: dict[str, Any]
+    """The options of ``mukca solve``."""
+
+
+class ReportDocument(Document, kw_only=True, frozen=True):
+    """All of ``report.json``."""
+
+    format: str
+    robot: str
+    """As it was named to ``mukca solve``."""
+    method: str
+    optimizer: str
+    iterations: int
+    robot_name: str
+    """As the URDF names it."""
+    summary: RoleSummaries
+    placements: tuple[PlacementReport, ...]
+    between: tuple[KnownDistanceErrors, ...]
+    tolerance: float
+    """The error that the user's task allows [m]."""
+    limits: Limits
+    samples: tuple[SampleErrors, ...]
+    """Thinned out where there are many; all other figures rest on all of them."""
+    history: tuple[Iteration, ...]
+    cross_placement: CrossPlacement | None
+    """None with a single placement."""
+    coverage: Coverage
+    parameters: tuple[ParameterValue, ...]
+    checks: tuple[Finding, ...] | None = None
+    choices: tuple[str, ...] | None = None
+    coefficients: tuple[Coefficient, ...] | None = None
+    groups: tuple[PriorWidth, ...] | None = None
+    log_evidence: float | None = None
+    next_placement: NextPlacement | None = None
+    noise: NoiseScale | None = None
+    uncertainty: Uncertainty | None = None
+    warnings: tuple[str, ...]
+    provenance: ReportProvenance
+    command: str
+    """What makes the calibration again."""
+    verdict: Verdict
+    answers: Answers
+    arm: ArmDrawing
+    plots: tuple[PlotCaption, ...]
+
+
+def read_report(file: Path) -> ReportDocument:
+    """Read a ``report.json``.
+
+    Raises:
+        DocumentError: Missing, of another format, or damaged; the line names the key.
+    """
+    return read(file, ReportDocument, FORMAT)

@@ -1,0 +1,102 @@
+"""The report in short, for the terminal: the verdict, the placements, the answers."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from ..documents.report import ReportDocument
+from .words import short_names
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+__all__ = ["show", "show_verdict", "sparkline"]
+
+_BARS = "▁▂▃▄▅▆▇█"
+_STYLES = {"pass": "green", "fail": "bold red", "yes": "green", "no": "red", "mostly": "yellow"}
+
+
+def show(console: "Console", report: ReportDocument) -> None:
+    """Print the report in short."""
+    show_verdict(console, report)
+    console.print(_placements(console, report))
+    answers = report.answers
+    for title, text in (
+        ("Use", answers.use.text),
+        ("URDF", answers.use.alone),
+        ("Next", answers.next.text),
+        ("Data", answers.data.text),
+    ):
+        if text:
+            console.print(Text.assemble((f"{title}: ", "bold"), text))
+    for check in report.checks or ():
+        if check.level != "ok":
+            line = f"{check.where}: {check.text}; {check.advice}"
+            console.print(Text.assemble(f"  {check.level} ", line))
+
+
+def show_verdict(console: "Console", report: ReportDocument) -> None:
+    """Print the verdict, limit by limit."""
+    verdict, limits = report.verdict, report.limits
+    style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
+    console.print(Text.assemble("Verdict: ", (verdict.title, style)))
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for head in ("limit on", "", "found", "at most"):
+        table.add_column(head, justify="right" if head in ("found", "at most") else "left")
+    for row in verdict.limits:
+        status = Text(row.status, _STYLES.get(row.status, "yellow"))
+        table.add_row(Text(row.title), status, _millimetres(row.found), _millimetres(row.limit))
+    console.print(table)
+    for row in verdict.limits:
+        if row.status == "not evaluated":
+            console.print(Text(f"Not evaluated, {row.text}."))
+    if limits.repeatability is not None:
+        repeatability = f"{1e3 * limits.repeatability:g} mm"
+        console.print(
+            Text(f"The arm's repeatability: {repeatability} ({limits.repeatability_source}).")
+        )
+
+
+def _millimetres(value: float | None) -> str:
+    return "-" if value is None else f"{1e3 * value:.3f} mm"
+
+
+def _placements(console: "Console", report: ReportDocument) -> Table:
+    curves = console.is_terminal and (console.encoding or "").lower().startswith("utf")
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    heads = ["placement", "role", "MAE, mm", "95 %", "largest", "use it?"]
+    for head in heads if not curves else [*heads, "errors as recorded"]:
+        table.add_column(head, justify="right" if head in heads[2:5] else "left", no_wrap=True)
+    names = short_names([row.name for row in report.placements])
+    errors = [_errors(report, i) for i in range(len(names))]
+    top = max(1e-9, *(float(each.max(initial=0.0)) for each in errors))
+    for i, row in enumerate(report.placements):
+        answer = report.answers.use.rows[i].answer
+        cells: list[str | Text] = [
+            Text(names[i]),
+            "held out" if row.role == "test" else "trained on",
+            f"{1e3 * row.nominal.mean_absolute_error:.2f} > "
+            f"{1e3 * row.calibrated.mean_absolute_error:.3f}",
+            f"{1e3 * row.quantiles.calibrated.p95:.2f}",
+            f"{1e3 * row.quantiles.calibrated.max:.2f}",
+            Text(answer, _STYLES.get(answer, "")),
+        ]
+        if curves:
+            cells.append(sparkline(errors[i], top))
+        table.add_row(*cells)
+    return table
+
+
+def _errors(report: ReportDocument, placement: int) -> np.ndarray:
+    """Return the calibrated error of each sample of a placement [m]."""
+    return np.array([row.error() for row in report.samples if row.placement == placement])
+
+
+def sparkline(values: np.ndarray, top: float, width: int = 24) -> str:
+    """Return a row of bars, the largest value of each stretch against ``top``."""
+    if len(values) > width:
+        values = np.array([part.max() for part in np.array_split(values, width)])
+    return "".join(_BARS[min(int(len(_BARS) * value / top), len(_BARS) - 1)] for value in values)

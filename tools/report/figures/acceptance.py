@@ -1,0 +1,107 @@
+"""The largest errors that a calibration may have: sensible for each arm, and where they come from.
+
+Errors of a calibrated arm stay within some three times its repeatability, which is how well it
+comes back to the same place. A socket's centre is the mean of many samples, so the distance of two
+is known better, and its limit is the repeatability itself.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...documents.calibration import Model
+from ...documents.report_verdict import Limit, Limits
+
+__all__ = ["ARMS", "Arm", "known_arm", "limits_for"]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """How well an arm comes back to where it was."""
+
+    repeatability: float
+    """[m]."""
+    source: str
+
+
+ARMS: dict[str, Arm] = {
+    "panda": Arm(1e-4, "Franka Emika's data sheet, ISO 9283"),
+    "fr3": Arm(1e-4, "Franka Robotics' data sheet, ISO 9283"),
+    "iiwa14": Arm(1.5e-4, "KUKA's data sheet of the LBR iiwa 14 R820, ISO 9283"),
+    "gen3_lite": Arm(
+        1e-3,
+        "no maker's figure: the least that placements recorded with such an arm left when fitted "
+        "alone, its gears having some 3 mrad of backlash",
+    ),
+    "ur3e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
+    "ur5e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
+    "ur10e": Arm(5e-5, "Universal Robots' data sheet, ISO 9283"),
+}
+"""The shipped robots."""
+
+RESOLUTION = 1e-4
+"""The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
+
+
+def known_arm(names: list[str]) -> str | None:
+    """Return the shipped robot that a model's names stand for, if exactly one does.
+
+    Args:
+        names: What the model and its file are called.
+    """
+    for name in map(_plain, names):
+        inside = [arm for arm in ARMS if _plain(arm) in name]
+        if len(inside) == 1:
+            return inside[0]
+    return None
+
+
+def _plain(name: str) -> str:
+    return "".join(letter for letter in name.lower() if letter.isalnum())
+
+
+def limits_for(
+    model: Model,
+    repeatability: float | None = None,
+    *,
+    mean_absolute_error: float | None = None,
+    distance_error: float | None = None,
+    between_placements: float | None = None,
+) -> Limits:
+    """Return the limits for an arm.
+
+    Args:
+        model: The robot's model in the calibration.
+        repeatability: As the user says [m]; None for the one that is known of this arm.
+        mean_absolute_error: Limit as the user says [m]; None, here and below, for a multiple of
+            the repeatability.
+        distance_error: Likewise, on the distance of two sockets.
+        between_placements: Likewise, on distances between placements.
+    """
+    name = known_arm([model.name, Path(model.source).stem])
+    if repeatability is not None:
+        arm = Arm(repeatability, "given by --repeatability-mm")
+    elif name is not None:
+        arm = Arm(ARMS[name].repeatability, f"{name}: {ARMS[name].source}")
+    else:
+        arm = None
+    return Limits(
+        repeatability=None if arm is None else arm.repeatability,
+        repeatability_source=arm.source if arm else "no repeatability is known for this arm",
+        mean_absolute_error=_limit(arm, 3, mean_absolute_error, "--limit-mae-mm"),
+        distance_error=_limit(arm, 1, distance_error, "--limit-distance-mm"),
+        between_placements=_limit(arm, 3, between_placements, "--limit-between-mm"),
+    )
+
+
+def _limit(arm: Arm | None, margin: int, given: float | None, option: str) -> Limit:
+    if given is not None:
+        return Limit(value=given, source=f"given by {option}")
+    if arm is None:
+        words = f"give --repeatability-mm (your arm's data sheet), or {option}"
+        return Limit(value=None, source=words)
+    times = f"{margin} times the" if margin > 1 else "the"
+    if arm.repeatability < RESOLUTION:
+        words = f"{times} {1e3 * RESOLUTION:g} mm that a printed socket resolves"
+    else:
+        words = f"{times} arm's repeatability of {1e3 * arm.repeatability:g} mm"
+    return Limit(value=margin * max(arm.repeatability, RESOLUTION), source=words)

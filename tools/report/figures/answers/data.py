@@ -1,0 +1,122 @@
+"""Are my recordings all right? The answer: checks, lone fits, and the farthest samples."""
+
+from collections.abc import Sequence
+
+from .....solver.checks.inspection import Finding
+from ....documents.report_errors import CrossPlacement, PlacementReport, SampleErrors
+from ....documents.report_verdict import DataAnswer, LoneFit, WorstSample
+from ...words import joined, mm, plural, short_names
+
+__all__ = ["FAR", "data_answer", "placements_with_errors"]
+
+FAR = 3.0
+"""A sample this many times its placement's mean error from its socket deserves a look."""
+STANDS_OUT = 2.5
+"""A placement that keeps this many times the best one's error, both fitted alone, is suspect."""
+
+
+def data_answer(
+    placements: Sequence[PlacementReport],
+    samples: Sequence[SampleErrors],
+    matrix: CrossPlacement | None,
+    checks: Sequence[Finding] | None,
+) -> DataAnswer:
+    """Return whether the recordings look sound.
+
+    Args:
+        placements: All of them.
+        samples: The samples that are drawn.
+        matrix: Errors after training on one placement alone; None with a single placement.
+        checks: What was found in the recordings; None where they were not checked.
+    """
+    worst = worst_samples(placements, samples)
+    floors = _lone_fits(matrix)
+    texts = [_checks_text(placements, checks)]
+    if floors:
+        words = _floors_text(floors)
+        texts.append(words if texts[0].endswith(":") else words[0].upper() + words[1:])
+    if any(row.ratio > FAR for row in worst):
+        first = worst[0]
+        texts.append(
+            f"Look at {first.where}: it is {mm(first.error)} from its socket, "
+            f"{first.ratio:.1f} times its placement's mean error."
+        )
+    return DataAnswer(text=" ".join(texts), worst=tuple(worst[:5]), floors=floors)
+
+
+def _checks_text(placements: Sequence[PlacementReport], checks: Sequence[Finding] | None) -> str:
+    if checks is None:
+        return (
+            "Not known: the recordings were not checked one by one, which mukca check does. What "
+            "the fits show:"
+        )
+    errors = sum(check.level == "error" for check in checks)
+    warnings = sum(check.level == "warning" for check in checks)
+    if not errors and not warnings:
+        return "Yes: the checks of the recordings found nothing wrong."
+    if not errors:
+        return f"Yes, but look at {plural(warnings, 'warning')} below."
+    text = f"No: {plural(errors, 'error')} below; mend or record anew, then calibrate again."
+    wrong = placements_with_errors(placements, checks)
+    trained = [name for name, role in wrong.items() if role == "train"]
+    if trained:
+        text += f" All figures here rest on {joined(trained)}, trained on."
+    return text
+
+
+def placements_with_errors(
+    placements: Sequence[PlacementReport], checks: Sequence[Finding] | None
+) -> dict[str, str]:
+    """Return short names and roles of the placements in which the checks found errors."""
+    places = [f"/{check.where}/" for check in checks or () if check.level == "error"]
+    names = short_names([row.name for row in placements])
+    return {
+        name: row.role
+        for name, row in zip(names, placements, strict=True)
+        if any(f"/{row.name}/" in place for place in places)
+    }
+
+
+def _lone_fits(matrix: CrossPlacement | None) -> tuple[LoneFit, ...]:
+    """Return what error each placement keeps when fitted alone, the diagonal of the matrix."""
+    if matrix is None:
+        return ()
+    rows = zip(short_names(matrix.names), matrix.matrix, strict=True)
+    return tuple(
+        LoneFit(name=name, mean_absolute_error=row[i])
+        for i, (name, row) in enumerate(rows)
+        if row is not None
+    )
+
+
+def _floors_text(floors: Sequence[LoneFit]) -> str:
+    errors = [fit.mean_absolute_error for fit in floors]
+    low, high = min(errors), max(errors)
+    text = f"fitted alone, each placement leaves {mm(low)} to {mm(high)}"
+    odd = [fit.name for fit in floors if fit.mean_absolute_error > STANDS_OUT * low]
+    if odd:
+        return f"{text}: {joined(odd)} stands out, so record it anew."
+    return f"{text}: none stands out."
+
+
+def worst_samples(
+    placements: Sequence[PlacementReport], samples: Sequence[SampleErrors]
+) -> list[WorstSample]:
+    """Return the samples by falling calibrated error."""
+    rows: list[WorstSample] = []
+    for sample in samples:
+        placement = placements[sample.placement]
+        error = sample.error()
+        mean = placement.calibrated.mean_absolute_error
+        rows.append(
+            WorstSample(
+                where=sample.where or f"{placement.name}, sample {sample.number}",
+                name=placement.name,
+                socket=sample.socket,
+                number=sample.number,
+                weight=sample.weight,
+                error=error,
+                ratio=error / mean if mean > 0 else 0.0,
+            )
+        )
+    return sorted(rows, key=lambda row: -row.error)

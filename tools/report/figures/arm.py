@@ -1,0 +1,94 @@
+"""The arm in its recorded configurations, nominal and calibrated, for the 3D view."""
+
+import casadi as ca
+import numpy as np
+
+from ....solver.calibrated import CalibratedRobot
+from ....solver.data.measurements import Measurement
+from ....solver.robot.kinematics import link_frames
+from ....solver.robot.urdf import Robot
+from ...documents.report_drawing import ArmDrawing, Displacement
+from ..words import nice_above
+from .errors import as_point
+from .meshes import link_meshes
+from .predictions import Predictions, norms
+
+__all__ = ["arm_drawing", "frames"]
+
+CONFIGURATIONS = 400
+"""Configurations drawn at most."""
+SHOWN_SHIFT = 0.05
+"""The view first enlarges the difference of the two models to this share of the arm's reach."""
+
+
+def arm_drawing(predictions: Predictions) -> ArmDrawing:
+    """Return the skeletons of both models, where the sockets are, and meshes where there are any.
+
+    Where there are more than :data:`CONFIGURATIONS`, only every second, third, ... is drawn.
+    """
+    robot, calibration = predictions.robot, predictions.calibration
+    counts = [len(placement.samples) for placement in predictions.placements]
+    owners = np.repeat(np.arange(len(counts)), counts)
+    q = np.concatenate([placement.measured.positions for placement in predictions.placements])
+    corrected = np.concatenate(
+        [_corrected_positions(calibration, one.measured) for one in predictions.placements]
+    )
+    apart = np.concatenate(
+        [norms(one.points.nominal - one.points.calibrated) for one in predictions.placements]
+    )
+    rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
+    nominal = frames(robot, robot.origins, q[rows])
+    calibrated = frames(robot, calibration.model.origins(calibration.values), corrected[rows])
+    places = calibrated[:, :, :3, 3]
+    reach = float(np.abs(places).max())
+    meshes = link_meshes(predictions.document.model, robot)
+    shown = np.round(calibrated[:, :, :3, :], 4).reshape(len(rows), -1, 12).tolist()
+    return ArmDrawing(
+        joints=tuple(joint.name for joint in robot.joints),
+        placements=owners[rows].tolist(),
+        nominal=np.round(nominal[:, :, :3, 3], 5).tolist(),
+        calibrated=np.round(places, 5).tolist(),
+        low=as_point(places.min(axis=(0, 1)).round(4)),
+        high=as_point(places.max(axis=(0, 1)).round(4)),
+        reach=reach,
+        displacement=Displacement(mean=float(apart.mean()), max=float(apart.max())),
+        exaggeration=_exaggeration(float(apart.mean()), reach),
+        meshes=meshes,
+        frames=shown if meshes else None,
+    )
+
+
+def _corrected_positions(calibration: CalibratedRobot, measured: Measurement) -> np.ndarray:
+    """Return the joint positions that the calibrated geometry is applied to."""
+    if not calibration.deflection.extensions:
+        return measured.positions
+    torques = calibration.load.torques(calibration.robot, measured)
+    return calibration.deflection.true_positions(measured.positions, torques)
+
+
+def _exaggeration(displacement: float, reach: float) -> float:
+    """Return a round factor that makes the models' difference visible."""
+    if displacement < 1e-7:
+        return 1.0
+    return max(1.0, nice_above(SHOWN_SHIFT * reach / displacement / 2))
+
+
+def frames(robot: Robot, origins: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Return the frames of the base and of each joint's child link, shape (N, joints + 1, 4, 4).
+
+    Args:
+        robot: The robot.
+        origins: Of its joints, shape (joints, 6).
+        positions: Joint positions, shape (N, m).
+    """
+    q = ca.SX.sym("q", len(robot.actuated))
+    parts = [
+        ca.vec(ca.vertcat(ca.SX(R).T, ca.SX(p).T))
+        for R, p in link_frames(robot.joints, ca.DM(origins.ravel()), q)
+    ]
+    function = ca.Function("frames", [q], [ca.densify(ca.horzcat(*parts))])
+    N = len(positions)
+    numbers = function.map(N)(positions.T).full().T.reshape(N, len(robot.joints), 3, 4)
+    T = np.tile(np.eye(4), (N, len(robot.joints) + 1, 1, 1))
+    T[:, 1:, :3, :] = numbers
+    return T

@@ -1,0 +1,150 @@
+"""All figures of a report, worked out from a calibration: the way into this folder."""
+
+import math
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from ....solver.data.observations import KnownDistance
+from ...documents.calibration import CalibrationDocument, misfit
+from ...documents.files import fields_of
+from ...documents.report import FORMAT, ReportDocument, ReportProvenance
+from ...documents.report_verdict import Answers
+from .acceptance import limits_for
+from .answers.data import data_answer
+from .answers.next import next_answer
+from .answers.use import use_answer
+from .arm import arm_drawing
+from .coverage import coverage
+from .cross_placement import cross_placement
+from .errors import placement_reports, role_summaries, sample_errors
+from .known_distances import known_distance_errors
+from .predictions import predict
+from .verdict import judge
+
+__all__ = ["Options", "report_figures"]
+
+DRAWN = 3000
+"""Samples drawn at most; all figures are computed from all of them."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user may choose about a report."""
+
+    repeatability: float | None = None
+    """Of the arm [m]; None for what is known of it."""
+    mean_absolute_error: float | None = None
+    """Limit [m]; None, here and below, for a multiple of the repeatability."""
+    distance_error: float | None = None
+    between_placements: float | None = None
+    known: Sequence[KnownDistance] = ()
+    tolerance: float = 5e-4
+    """The error that the user's task allows [m]."""
+
+
+def _regularization(document: CalibrationDocument, source: str) -> float | None:
+    """Return the weight of the last term of Eq. (5) that was given to ``mukca solve``, if any.
+
+    Raises:
+        DocumentError: It is no number.
+    """
+    value = document.settings.get("regularization")
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise misfit(source, "settings.regularization", f"{value!r} is no number")
+    return float(value)
+
+
+def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
+    """Return the figures of a report, without plots.
+
+    Args:
+        document: The calibration.
+        source: Its file, for messages.
+        options: Limits, known distances, the task's tolerance.
+
+    Raises:
+        DocumentError: Parts of the document do not fit each other; the line names the key.
+        MeasurementError: Its samples cannot be used.
+        KnownError: A known distance names no socket of the calibration.
+    """
+    predictions = predict(document, source)
+    regularization = _regularization(document, source)
+    tolerance = options.tolerance
+    limits = limits_for(
+        document.model,
+        options.repeatability,
+        mean_absolute_error=options.mean_absolute_error,
+        distance_error=options.distance_error,
+        between_placements=options.between_placements,
+    )
+    between = known_distance_errors(predictions, options.known)
+    summary = role_summaries(predictions, tolerance)
+    placements = placement_reports(predictions, tolerance)
+    samples = sample_errors(predictions, DRAWN)
+    matrix = cross_placement(predictions, regularization)
+    covered = coverage(predictions, DRAWN)
+    verdict = judge(summary.test, between, document.checks, limits)
+    answers = Answers(
+        use=use_answer(placements, summary, verdict, limits, document.uncertainty, tolerance),
+        next=next_answer(placements, covered, document.checks, document.next_placement),
+        data=data_answer(placements, samples, matrix, document.checks),
+    )
+    return ReportDocument(
+        format=FORMAT,
+        robot=document.robot,
+        method=document.method,
+        optimizer=document.optimizer,
+        iterations=document.iterations,
+        robot_name=predictions.robot.name,
+        summary=summary,
+        placements=placements,
+        between=between,
+        tolerance=tolerance,
+        limits=limits,
+        samples=samples,
+        history=document.history,
+        cross_placement=matrix,
+        coverage=covered,
+        parameters=document.parameters,
+        checks=document.checks,
+        choices=document.choices,
+        coefficients=document.coefficients,
+        groups=document.groups,
+        log_evidence=document.log_evidence,
+        next_placement=document.next_placement,
+        noise=document.noise,
+        uncertainty=document.uncertainty,
+        warnings=document.warnings,
+        provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
+        command=_command(document),
+        verdict=verdict,
+        answers=answers,
+        arm=arm_drawing(predictions),
+        plots=(),
+    )
+
+
+def _command(document: CalibrationDocument) -> str:
+    """Return the command that makes the calibration again."""
+    folders = {
+        role: [
+            str(Path(row.files[0]).parent) if row.files else "?"
+            for row in document.data
+            if row.role == role
+        ]
+        for role in ("train", "test")
+    }
+    words = ["mukca", "solve", *folders["train"]]
+    if folders["test"]:
+        words += ["--test", *folders["test"]]
+    words += ["--robot", document.robot, "--method", document.method]
+    for key, value in document.settings.items():
+        if value not in (None, [], False):
+            values = cast("list[Any]", value) if isinstance(value, list) else [value]
+            words += [f"--{key.replace('_', '-')}", *([] if value is True else values)]
+    return shlex.join(map(str, words))

@@ -1,0 +1,125 @@
+"""The errors of a report: of each sample, of each placement, and of each role as a whole."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...documents.calibration import PlacementErrors, Role, Summary
+from ...documents.files import fields_of
+from ...documents.report_errors import (
+    ByModel,
+    PlacementReport,
+    Point,
+    Quantiles,
+    RoleSummaries,
+    RoleSummary,
+    SampleErrors,
+    Socket,
+)
+from ..words import short_where
+from .predictions import PlacementPrediction, Predictions
+
+__all__ = ["as_point", "placement_reports", "quantiles", "role_summaries", "sample_errors"]
+
+
+def quantiles(errors: np.ndarray) -> Quantiles:
+    """Return the median, the 95th percentile and the maximum of some errors."""
+    median, high = np.quantile(errors, (0.5, 0.95)).tolist()
+    return Quantiles(median=median, p95=high, max=float(np.max(errors)))
+
+
+def _share_within(errors: np.ndarray, tolerance: float) -> float:
+    return float(np.mean(errors <= tolerance))
+
+
+def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
+    """Return the file's summaries, and the quantiles over all samples of each role.
+
+    Args:
+        predictions: The calibration.
+        tolerance: The error that the task allows [m].
+    """
+    given = predictions.document.summary
+    return RoleSummaries(
+        train=_role_summary(predictions, "train", given.train, tolerance),
+        test=_role_summary(predictions, "test", given.test, tolerance),
+    )
+
+
+def _role_summary(
+    predictions: Predictions, role: Role, given: Summary | None, tolerance: float
+) -> RoleSummary | None:
+    placements = predictions.of_role(role)
+    if given is None or not placements:
+        return None
+    nominal = np.concatenate([placement.errors("nominal") for placement in placements])
+    calibrated = np.concatenate([placement.errors("calibrated") for placement in placements])
+    return RoleSummary(
+        **fields_of(given),
+        placements=len(placements),
+        samples=len(calibrated),
+        quantiles=ByModel(nominal=quantiles(nominal), calibrated=quantiles(calibrated)),
+        within_tolerance=ByModel(
+            nominal=_share_within(nominal, tolerance),
+            calibrated=_share_within(calibrated, tolerance),
+        ),
+    )
+
+
+def placement_reports(predictions: Predictions, tolerance: float) -> tuple[PlacementReport, ...]:
+    """Return each placement's errors, and where it stands."""
+    rows = zip(predictions.document.placements, predictions.placements, strict=True)
+    return tuple(_placement_report(given, placement, tolerance) for given, placement in rows)
+
+
+def _placement_report(
+    given: PlacementErrors, placement: PlacementPrediction, tolerance: float
+) -> PlacementReport:
+    nominal, calibrated = placement.errors("nominal"), placement.errors("calibrated")
+    return PlacementReport(
+        **fields_of(given),
+        position=as_point(placement.position),
+        sockets=tuple(
+            Socket(socket=k, centre=as_point(centre))
+            for k, centre in zip(placement.measured.sockets, placement.centres(), strict=True)
+        ),
+        quantiles=ByModel(nominal=quantiles(nominal), calibrated=quantiles(calibrated)),
+        within_tolerance=_share_within(calibrated, tolerance),
+    )
+
+
+def sample_errors(predictions: Predictions, most: int) -> tuple[SampleErrors, ...]:
+    """Return the deviation of every sample from its socket's mean, thinned out to ``most``."""
+    rows = [
+        row
+        for i, placement in enumerate(predictions.placements)
+        for row in _deviations(i, placement)
+    ]
+    return tuple(rows[:: -(-len(rows) // most)])
+
+
+def _deviations(index: int, placement: PlacementPrediction) -> Iterator[SampleErrors]:
+    numbers: dict[int, int] = {}
+    for i, sample in enumerate(placement.samples):
+        numbers[sample.socket] = numbers.get(sample.socket, 0) + 1
+        yield SampleErrors(
+            placement=index,
+            socket=sample.socket,
+            number=numbers[sample.socket],
+            where=short_where(sample.where),
+            nominal=_rounded(placement.deviations.nominal[i]),
+            calibrated=_rounded(placement.deviations.calibrated[i]),
+            weight=sample.weight,
+        )
+
+
+def _rounded(vector: np.ndarray) -> Point:
+    """Return a vector to hundredths of a micrometre."""
+    x, y, z = (round(value, 8) for value in vector.tolist())
+    return x, y, z
+
+
+def as_point(vector: np.ndarray) -> Point:
+    """Return a vector of three as numbers."""
+    x, y, z = vector.tolist()
+    return x, y, z

@@ -1,0 +1,1 @@
+"""What every page is made of: elements, tables, numbers, the style sheet and the scripts."""

@@ -1,0 +1,71 @@
+"""The report of a calibration as one page."""
+
+from collections.abc import Mapping, Sequence
+
+from ...documents.files import encode
+from ...documents.report import ReportDocument
+from .details import details
+from .html.frame import frame
+from .html.markup import tag
+from .plots import fit, model, samples, scenes, use
+from .plots.plot import Maker, Plot
+from .sections import answers, headline, limits_table, placements_table, verdict_box
+from .tolerance import answers_by_tolerance
+
+__all__ = ["PLOTS", "page", "plots_of"]
+
+PLOTS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
+    ("Three questions", (use.table_map,)),
+    (
+        "Where the error is",
+        (
+            use.errors_by_placement,
+            use.shares,
+            scenes.errors_in_3d,
+            samples.errors_in_2d,
+            fit.known_distances,
+            fit.predicted_and_found,
+        ),
+    ),
+    ("The data", (samples.order, model.coverage, fit.cross_placement)),
+    (
+        "The fit and the model",
+        (fit.history, scenes.arm_in_3d, model.parameters, model.groups),
+    ),
+)
+"""The plots by section; the map of the first stands with the answers."""
+
+
+def plots_of(report: ReportDocument) -> dict[str, list[Plot]]:
+    """Return the plots that the figures allow, by section."""
+    return {
+        title: [plot for maker in makers if (plot := maker(report)) is not None]
+        for title, makers in PLOTS
+    }
+
+
+def page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
+    """Return the report as HTML.
+
+    Args:
+        report: The figures.
+        plots: As :func:`plots_of` returns them.
+    """
+    (_, (table_map,)), *sections = plots.items()
+    body = [
+        headline(report),
+        verdict_box(report),
+        limits_table(report),
+        answers(report, table_map.element()),
+        placements_table(report),
+        *(
+            tag("section", tag("h2", title), [plot.element() for plot in group], class_="plots")
+            for title, group in sections
+        ),
+        details(report),
+    ]
+    data = {
+        "figures": encode(report, compact=True),
+        "by-tolerance": encode(answers_by_tolerance(report), compact=True),
+    }
+    return frame(f"Calibration of {report.robot_name}", body, data)

@@ -1,0 +1,65 @@
+"""What the page says for any error that a task may allow, so that the reader can change it.
+
+The answers change only where that error passes one of the placements' own errors, so there are few
+versions of the page's sentences. All are written here; the page's script only chooses one.
+"""
+
+from collections.abc import Sequence
+
+from ...documents.files import Document
+from ...documents.report import ReportDocument
+from ...documents.report_errors import PlacementReport
+from ...documents.report_verdict import Answer
+from ..figures.answers.use import answer_at, use_text
+from .plots.use import map_sentence
+
+__all__ = ["AnswersByTolerance", "AnswersFrom", "answers_by_tolerance"]
+
+_NUMBER = "\0"
+"""Stands for the error that the task allows while the sentences are written."""
+
+
+class AnswersFrom(Document, kw_only=True, frozen=True):
+    """What the page says when the task allows an error of at least this much."""
+
+    allowed: float
+    """[m]."""
+    answers: tuple[Answer, ...]
+    """At each placement."""
+    use: tuple[str, ...]
+    """The answer in words, cut where the error that the task allows is to stand."""
+    map: tuple[str, ...]
+    """The sentence below the map, likewise."""
+
+
+class AnswersByTolerance(Document, kw_only=True, frozen=True):
+    """All versions, by rising tolerance; the first is for the smallest."""
+
+    steps: tuple[AnswersFrom, ...]
+
+
+def answers_by_tolerance(report: ReportDocument) -> AnswersByTolerance:
+    """Return what the page says for any error that the task may allow."""
+    changes = {0.0, *(change for row in report.placements for change in _changes(row))}
+    return AnswersByTolerance(steps=tuple(_step(report, allowed) for allowed in sorted(changes)))
+
+
+def _changes(row: PlacementReport) -> Sequence[float]:
+    """Return the tolerances at which the answer for a placement changes [m]."""
+    if row.role == "train":
+        return ()
+    errors = row.quantiles.calibrated
+    mostly = max(abs(row.calibrated.distance_error or 0.0), errors.p95)
+    return mostly, max(mostly, errors.max)
+
+
+def _step(report: ReportDocument, allowed: float) -> AnswersFrom:
+    called = [row.called for row in report.answers.use.rows]
+    answers: tuple[Answer, ...] = tuple(answer_at(row, allowed) for row in report.placements)
+    use = use_text(called, answers, _NUMBER, report.verdict.status)
+    return AnswersFrom(
+        allowed=allowed,
+        answers=answers,
+        use=tuple(use.split(_NUMBER, 1)),
+        map=tuple(map_sentence(report, answers, _NUMBER).split(_NUMBER, 1)),
+    )

@@ -1,0 +1,263 @@
+"""Simulated arms whose true kinematics are known, and recordings of them.
+
+A person's session is imitated: the ball sits in a socket, and the arm is guided to random
+configurations within its limits, its last link tilted away from the vertical by as much as the
+printed socket allows. What is written down are the joint positions that put the *true* ball there.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..recorder.dataset import Placement, Sample
+from ..solver.auto.deflection import Deflection
+from ..solver.calibrated import CalibratedRobot
+from ..solver.data.measurements import check_distance
+from ..solver.robot.kinematics import BallModel, gravity_torques, workspace
+from ..solver.robot.parameters import choose_parameters
+from ..solver.robot.urdf import Robot
+from ..solver.robot.urdf_text import Origin
+from .inverse_kinematics import Guide, SimulationError
+from .usage import UsageError
+
+__all__ = [
+    "Base",
+    "Imperfection",
+    "perturb",
+    "reachable_bases",
+    "record",
+    "simulate_recordings",
+]
+
+
+def simulate_recordings(
+    robot: Robot,
+    placements: int = 3,
+    *,
+    samples: int = 30,
+    seed: int = 0,
+    translation: float = 2e-3,
+    rotation: float = 5e-3,
+    noise: float = 5e-5,
+    distance: float = 0.05,
+) -> tuple[CalibratedRobot, list[Placement]]:
+    """Draw an arm that differs from its model, and record it at several placements.
+
+    For studies in which the truth must be known, and to try things without a robot::
+
+        truth, (train, *test) = mukca.simulate_recordings(robot, 3, seed=1)
+        calibration = mukca.calibrate(robot, train, test=test)
+
+    Args:
+        robot: The nominal robot: what the model says.
+        placements: How many placements of the socket base, far from each other.
+        samples: Configurations in each of the two sockets.
+        seed: Of all randomness. The same seed gives the same arm, whatever ``samples`` is.
+        translation: Standard deviation of the true joint origins from the model's [m].
+        rotation: The same of their roll, pitch and yaw [rad].
+        noise: Standard deviation of the ball's place in its socket, per axis [m].
+        distance: Between the centres of the two sockets [m].
+
+    Returns:
+        The true robot, whose ``ball(q)`` says where the ball really is; and the placements.
+
+    Raises:
+        UsageError: A number that cannot be.
+        SimulationError: The arm reaches too few places for the base.
+    """
+    for name, value, least in (
+        ("placements", placements, 1),
+        ("samples", samples, 2),
+        ("seed", seed, 0),
+        ("translation", translation, 0),
+        ("rotation", rotation, 0),
+        ("noise", noise, 0),
+    ):
+        if not least <= value < np.inf:
+            raise UsageError(f"{name} {value}: give a number of at least {least}")
+    arms, places, hands = (np.random.default_rng([seed, stream]) for stream in range(3))
+    arm = perturb(robot, arms, translation, rotation)
+    bases = reachable_bases(arm, places, placements, check_distance(distance))
+    parameters = choose_parameters(robot)
+    values = arm.origins.ravel()[[p.index for p in parameters]]
+    return (
+        CalibratedRobot(robot, parameters, values),
+        [record(arm, base, hands, samples=samples, noise=noise) for base in bases],
+    )
+
+
+@dataclass(frozen=True)
+class Base:
+    """Where a socket base stands: its sockets' centres in the robot's base frame."""
+
+    name: str
+    centre: np.ndarray
+    """Between sockets 0 and 1, shape (3,) [m]."""
+    direction: np.ndarray
+    """Unit vector from socket 0 to socket 1."""
+    distance: float = 0.05
+    """Between the sockets' centres [m]."""
+
+    @property
+    def sockets(self) -> tuple[np.ndarray, np.ndarray]:
+        """The centres of sockets 0 and 1."""
+        half = 0.5 * self.distance * self.direction
+        return self.centre - half, self.centre + half
+
+
+def perturb(
+    robot: Robot, generator: np.random.Generator, translation: float, angle: float
+) -> Robot:
+    """Return an arm like the nominal one, its actuated joints' and ball's origins a little off.
+
+    Its size is that of the nominal arm: links are machined to better than 0.1 %, and what is off
+    by millimetres is off in all directions.
+
+    Args:
+        robot: The nominal arm.
+        generator: Source of randomness.
+        translation: Standard deviation of x, y, z [m].
+        angle: Standard deviation of roll, pitch, yaw [rad]; the ball's own are left, since they
+            have no effect.
+    """
+    moved = [joint.actuated or joint is robot.ball_joint for joint in robot.joints]
+    joints = tuple(
+        replace(joint, origin=_shifted(joint.origin, generator, translation, angle))
+        if free
+        else joint
+        for joint, free in zip(robot.joints, moved, strict=True)
+    )
+    arm = replace(robot, joints=joints)
+    for _ in range(4):  # fixed joints keep their lengths, so the others take their part
+        ratio = _size(robot) / _size(arm)
+        joints = tuple(
+            replace(joint, origin=_scaled(joint.origin, ratio)) if free else joint
+            for joint, free in zip(arm.joints, moved, strict=True)
+        )
+        arm = replace(arm, joints=joints)
+    return arm
+
+
+def _size(robot: Robot) -> float:
+    """Return the size of the cloud of ball positions in the workspace [m]."""
+    points = BallModel(robot, []).points(np.empty(0), workspace(robot, 200))
+    return float(np.linalg.norm(points - points.mean(axis=0)))
+
+
+def _scaled(origin: Origin, ratio: float) -> Origin:
+    x, y, z = (np.array(origin.xyz) * ratio).tolist()
+    return Origin((x, y, z), origin.rpy)
+
+
+def _shifted(
+    origin: Origin, generator: np.random.Generator, translation: float, angle: float
+) -> Origin:
+    x, y, z = (np.array(origin.xyz) + generator.normal(0, translation, 3)).tolist()
+    roll, pitch, yaw = (np.array(origin.rpy) + generator.normal(0, angle, 3)).tolist()
+    return Origin((x, y, z), (roll, pitch, yaw))
+
+
+@dataclass(frozen=True)
+class Imperfection:
+    """What else is not ideal in an arm and its recording."""
+
+    noise: float = 0.0
+    """Standard deviation of the ball's seat, per axis [m]."""
+    deflection: Deflection = field(default_factory=Deflection)
+    """Joint compliance and transmission error."""
+    backlash: float = 0.0
+    """Full play of each joint [rad]; the hand pushes it to either side at random."""
+    hand: float = 0.0
+    """Standard deviation per axis of a force of the hand on the ball [N]; it is then measured:
+    the samples carry joint efforts."""
+
+
+def record(
+    arm: Robot,
+    base: Base,
+    generator: np.random.Generator,
+    *,
+    samples: int = 30,
+    noise: float = 0.0,
+    imperfection: Imperfection | None = None,
+) -> Placement:
+    """Return a placement recorded with an arm.
+
+    Args:
+        arm: With its true kinematics.
+        base: Where the sockets are.
+        generator: Source of randomness.
+        samples: Configurations in each socket.
+        noise: Standard deviation of the ball's seat, per axis [m].
+        imperfection: What else is not ideal; its own noise counts then.
+
+    Raises:
+        SimulationError: The base is out of the arm's reach.
+    """
+    how = imperfection or Imperfection(noise)
+    seats = np.repeat(base.sockets, samples, axis=0)
+    seats = seats + generator.normal(0, 1, seats.shape) * how.noise
+    true = Guide(arm).reach(seats, generator)
+    torques = gravity_torques(arm, true)
+    if how.hand:
+        force = generator.normal(0, how.hand, (len(true), 3))
+        slopes = BallModel(arm, []).linearise(np.empty(0), true).by_joints
+        torques = torques - np.einsum("nij,ni->nj", slopes, force)
+    read = _readings(true, torques, how.deflection)
+    read = read + generator.choice([-0.5, 0.5], read.shape) * how.backlash
+    efforts = map(tuple, torques.tolist()) if how.hand else [None] * len(read)
+    recorded = tuple(
+        Sample(tuple(q), socket=i // samples, effort=effort)
+        for i, (q, effort) in enumerate(zip(read.tolist(), efforts, strict=True))
+    )
+    return Placement(base.name, recorded, arm.joint_names, base.distance)
+
+
+def _readings(true: np.ndarray, torques: np.ndarray, deflection: Deflection) -> np.ndarray:
+    """Return what the encoders read at true joint positions: the inverse of the deflection."""
+    read = true
+    for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
+        read = true - (deflection.true_positions(read, torques) - read)
+    return read
+
+
+def reachable_bases(
+    robot: Robot, generator: np.random.Generator, count: int, distance: float = 0.05
+) -> list[Base]:
+    """Return places for the base that are spread over an arm's workspace and within its reach.
+
+    They stand on a table at the height of the robot's base or up to a quarter of its reach above,
+    each far from those before.
+
+    Raises:
+        SimulationError: No such places were found.
+    """
+    guide = Guide(robot)
+    reach = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+    bases: list[Base] = []
+    for _ in range(400):
+        radius, angle = generator.uniform(0.35, 0.65) * reach, generator.uniform(-2.0, 2.0)
+        height = generator.uniform(0.0, 0.25) * reach
+        centre = np.array([radius * np.cos(angle), radius * np.sin(angle), height])
+        turn = generator.uniform(-np.pi, np.pi)
+        base = Base(
+            f"placement_{len(bases)}",
+            centre,
+            np.array([np.cos(turn), np.sin(turn), 0.0]),
+            distance,
+        )
+        apart = all(np.linalg.norm(centre - other.centre) > 0.2 * reach for other in bases)
+        if apart and _reachable(guide, base, generator):
+            bases.append(base)
+        if len(bases) == count:
+            return bases
+    raise SimulationError(f"{robot.name}: found {len(bases)} of {count} places for the base")
+
+
+def _reachable(guide: Guide, base: Base, generator: np.random.Generator) -> bool:
+    """Tell whether several ways lead to both sockets, as a person would see at once."""
+    try:
+        guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
+    except SimulationError:
+        return False
+    return True
