@@ -19,6 +19,7 @@ __all__ = [
     "observability_index",
     "predicted_deviation",
     "prior_deviations",
+    "scale",
     "workspace_deviation",
 ]
 
@@ -129,6 +130,18 @@ def predicted_deviation(
         total += float(noise) * (1 - 1 / len(q))
         count += len(q)
     return (total / count) ** 0.5
+
+
+def scale(posterior: Posterior) -> tuple[float, float]:
+    """Return by how much the arm came out larger than its model, and the deviation of that.
+
+    0.02 stands for an arm that is 2 % longer than nominal. A real arm is within some 0.003 of its
+    model; one that came out beyond had most likely a wrong distance between its sockets.
+    """
+    by_scale = posterior.model.by_scale()
+    size = posterior.model.size
+    variance = float(by_scale @ posterior.covariance[:size, :size] @ by_scale)
+    return float(by_scale @ posterior.x), variance**0.5
 
 
 def workspace_deviation(posterior: Posterior, load: Load, pairs: int = 200) -> tuple[float, float]:

@@ -34,6 +34,9 @@ class Measurement:
     """The recording, its joints in the order of the robot's chain."""
     distance: float
     """Between the centres of its first two sockets [m]."""
+    distance_source: str = "default"
+    """Where that is known from: ``given`` by the user, the ``recording``, or nothing but the
+    ``default``."""
     warnings: tuple[str, ...] = field(default=())
 
     @property
@@ -113,9 +116,12 @@ def measure(
             f"{placement.name}: distance {distance} m as given, not the recording's "
             f"{placement.distance} m"
         )
-    chosen = placement.distance if distance is None else distance
-    chosen = DEFAULT_DISTANCE if chosen is None else chosen
-    measured = Measurement(ordered, check_distance(chosen), tuple(warnings))
+    chosen, source = DEFAULT_DISTANCE, "default"
+    if distance is not None:
+        chosen, source = distance, "given"
+    elif placement.distance is not None:
+        chosen, source = placement.distance, "recording"
+    measured = Measurement(ordered, check_distance(chosen), source, tuple(warnings))
     _check_sockets(measured, sockets)
     return measured
 
@@ -137,19 +143,41 @@ def check_distance(distance: float) -> float:
 
 
 def check_distinct(measurements: Sequence[Measurement]) -> None:
-    """See that no placement is there twice.
+    """See that no placement is there twice, and no socket's samples.
 
     Raises:
-        MeasurementError: Two placements come from one folder, or hold the same samples.
+        MeasurementError: Two placements come from one folder, or two sockets hold the same
+            samples.
     """
-    for i, one in enumerate(measurements):
-        for other in measurements[:i]:
-            a, b = one.placement, other.placement
-            if np.array_equal(one.positions, other.positions):
+    seen: dict[bytes, Measurement] = {}
+    sockets: dict[bytes, str] = {}
+    for one in measurements:
+        samples = one.positions.tobytes()
+        if samples in seen:
+            a, b = one.placement, seen[samples].placement
+            raise MeasurementError(
+                f"{a.path or a.name} and {b.path or b.name} are the same placement; "
+                "name each only once"
+            )
+        seen[samples] = one
+        for socket, rows in zip(one.sockets, one.by_socket, strict=True):
+            where = _samples_of(one, socket)
+            samples = np.unique(rows, axis=0).tobytes()
+            if samples in sockets:
                 raise MeasurementError(
-                    f"{a.path or a.name} and {b.path or b.name} are the same placement; "
-                    "name each only once"
+                    f"{sockets[samples]} and {where} are identical, so one is a copy: record that "
+                    "socket anew"
                 )
+            sockets[samples] = where
+
+
+def _samples_of(measured: Measurement, socket: int) -> str:
+    """Return where the samples of a socket stand, for messages."""
+    path = measured.placement.path
+    file = f"hole_{socket}.csv"
+    if path is not None and path / file in measured.placement.files:
+        return str(path / file)
+    return f"{path or measured.name} socket {socket}"
 
 
 def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> None:
@@ -167,6 +195,11 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
         f"{lower[column]:.4g} to {upper[column]:.4g} {'m' if joint.type == 'prismatic' else 'rad'}"
     )
     if excess[row, column] > _FAR_OUTSIDE:
+        turned = -positions[:, column]
+        if np.all((lower[column] <= turned) & (turned <= upper[column])):
+            raise MeasurementError(
+                f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
+            )
         raise MeasurementError(
             f"{text}; angles are radians (are these degrees?), in the order of the chain's joints"
         )
@@ -188,3 +221,4 @@ def _check_sockets(measured: Measurement, least: int) -> None:
                 f"{samples[0].where or where}: one sample in socket {socket}; at least 2 are "
                 "needed, 30 are advised"
             )
+    check_distinct([measured])

@@ -1,6 +1,7 @@
 """Known truth is found again, by both optimizers, and never without having converged."""
 
 from dataclasses import replace
+from shutil import copyfile
 
 import numpy as np
 import pytest
@@ -144,3 +145,24 @@ def test_the_same_placement_twice_is_refused(session, panda) -> None:
     one = measure(read_placement(session / "front"), panda)
     with pytest.raises(MeasurementError, match="same placement"):
         check_distinct([one, replace(one)])
+
+
+def test_a_socket_that_is_a_copy_of_another_is_refused(session, panda, tmp_path) -> None:
+    for name in ("hole_0.csv", "hole_1.csv"):
+        copyfile(session / "front/hole_0.csv", tmp_path / name)
+    with pytest.raises(MeasurementError, match=r"hole_0\.csv and .*hole_1\.csv are identical"):
+        measure(read_placement(tmp_path), panda)
+    copyfile(session / "right/hole_1.csv", tmp_path / "hole_1.csv")
+    others = [measure(read_placement(session / name), panda) for name in ("left", "right")]
+    check_distinct(others)
+    with pytest.raises(
+        MeasurementError, match=r"right/hole_1\.csv and .*hole_1\.csv are identical"
+    ):
+        check_distinct([*others, measure(read_placement(tmp_path), panda)])
+
+
+def test_where_a_distance_is_known_from_is_kept(session, panda) -> None:
+    read = read_placement(session / "front")
+    assert measure(read, panda).distance_source == "default"
+    assert measure(read, panda, 0.06).distance_source == "given"
+    assert measure(replace(read, distance=0.12), panda).distance_source == "recording"
