@@ -106,12 +106,14 @@ class Base:
 
 
 def perturb(
-    robot: Robot, generator: np.random.Generator, translation: float, angle: float
+    robot: Robot,
+    generator: np.random.Generator,
+    translation: float,
+    angle: float,
+    *,
+    keep_size: bool = True,
 ) -> Robot:
     """Return an arm like the nominal one, its actuated joints' and ball's origins a little off.
-
-    Its size is that of the nominal arm: links are machined to better than 0.1 %, and what is off
-    by millimetres is off in all directions.
 
     Args:
         robot: The nominal arm.
@@ -119,6 +121,8 @@ def perturb(
         translation: Standard deviation of x, y, z [m].
         angle: Standard deviation of roll, pitch, yaw [rad]; the ball's own are left, since they
             have no effect.
+        keep_size: Whether the arm is as large as the nominal one, as real arms are: their links
+            are machined to better than 0.1 %, while such draws differ by up to 2 %.
     """
     moved = [joint.actuated or joint is robot.ball_joint for joint in robot.joints]
     joints = tuple(
@@ -128,7 +132,9 @@ def perturb(
         for joint, free in zip(robot.joints, moved, strict=True)
     )
     arm = replace(robot, joints=joints)
-    for _ in range(4):  # fixed joints keep their lengths, so the others take their part
+    for _ in range(
+        4 if keep_size else 0
+    ):  # fixed joints keep their lengths, so the others take their part
         ratio = _size(robot) / _size(arm)
         joints = tuple(
             replace(joint, origin=_scaled(joint.origin, ratio)) if free else joint
