@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = [
     "UsageError",
     "add_load",
+    "add_repeatability",
     "add_robot",
     "load_of",
     "measure_all",
@@ -139,3 +140,13 @@ def split_test(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path],
             else:
                 left_out.append(f"{placement}: trained on, so left out of the test")
     return kept, left_out
+
+
+def add_repeatability(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says how well the arm repeats, on which the verdict's limits rest."""
+    parser.add_argument(
+        "--repeatability-mm",
+        type=float,
+        metavar="MM",
+        help="the arm's repeatability, from its data sheet (default: what is known of the arm)",
+    )

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from .arguments import add_load, add_robot
+from .arguments import add_load, add_repeatability, add_robot
 
 __all__ = ["add_options"]
 
@@ -44,6 +44,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     _add_auto(parser)
     _add_paper(parser)
+    add_repeatability(parser)
     output = parser.add_argument_group("output")
     output.add_argument("--out", type=Path, metavar="DIR", help="write the results to this folder")
     output.add_argument("--force", action="store_true", help="overwrite results in DIR")

@@ -1,6 +1,7 @@
 """`mukca solve` and `validate` as scripts and users meet them."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -275,3 +276,48 @@ def test_the_help_loads_nothing_heavy() -> None:
         "sys.exit(str(heavy & set(sys.modules)) if heavy & set(sys.modules) else 0)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+PAPER = ("solve", "front", "--test", "left", "--robot", "panda", "--method", "paper")
+
+
+def test_fail_is_status_1_and_the_files_are_there(run, tmp_path) -> None:
+    out = ("--out", str(tmp_path / "c"), "--json")
+    status, text, err = run(*PAPER, "--repeatability-mm", "0.3", *out)
+    assert status == 0 and json.loads(text)["outputs"]
+    status, text, err = run(*PAPER, "--distance", "0.055", *out, "--force")
+    assert status == 1 and "FAIL" in err
+    likely = re.search(
+        r"more likely the sockets are (\S+) mm apart than 55.0", " ".join(err.split())
+    )
+    assert likely is not None and float(likely[1]) == pytest.approx(50, abs=0.7)
+    assert json.loads(text)["scale"]["value"] == pytest.approx(0.09, abs=0.01)
+    written = {file.name for file in (tmp_path / "c").iterdir()}
+    assert written == {"calibrated.urdf", "calibration.json", "report.html", "report.json"}
+    report = json.loads((tmp_path / "c/report.json").read_text())
+    assert report["verdict"]["status"] == "fail"
+    assert "55 mm (as given)" in err and "55 mm (as given)" in report["distance_text"]
+
+
+def test_the_default_distance_is_never_silent(run) -> None:
+    _, text, _ = run("solve", "front", "--robot", "panda", "--method", "paper")
+    first = " ".join(text.split("errors in mm")[0].split())
+    assert "50 mm (the default, since nothing says otherwise: measure it" in first
+
+
+def test_validate_says_which_joint_drifted(run, session, tmp_path) -> None:
+    out = tmp_path / "c"
+    run(*PAPER, "--out", str(out))
+    words = ("validate", str(out / "calibration.json"))
+    status, text, _ = run(*words, "right")
+    assert status == 0 and "still valid" in text
+    for k in (0, 1):
+        (tmp_path / "later").mkdir(exist_ok=True)
+        rows = np.loadtxt(session / f"right/hole_{k}.csv", delimiter=",")
+        rows[:, 3] += 0.02
+        np.savetxt(tmp_path / f"later/hole_{k}.csv", rows, delimiter=",")
+    status, text, err = run(*words, str(tmp_path / "later"), "--json")
+    verdict = json.loads(text)["verdict"]
+    assert status == 1 and "nearest cause panda_joint4" in " ".join(err.split())
+    assert verdict["nearest_cause"]["offset"] == pytest.approx(-0.02, abs=1e-3)
+    assert run(*words, str(tmp_path / "later"), "--repeatability-mm", "9")[0] == 0

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from ...recorder.dataset import Placement
 from ...solver.checks.changes import split_at
 from ...solver.checks.inspection import inspect_all, next_placement
@@ -42,6 +44,7 @@ def calibrate(
     optimizer: str | None = None,
     regularization: float | None = None,
     max_iterations: int | None = None,
+    repeatability_mm: float | None = None,
     progress: Callable[[str], None] = _silent,
 ) -> Calibration:
     """Calibrate a robot from recordings.
@@ -70,6 +73,8 @@ def calibrate(
         optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.
         regularization: (paper) lambda of Eq. (5).
         max_iterations: (paper) Steps allowed.
+        repeatability_mm: Of the arm [mm], which the verdict's limits rest on; None for what is
+            known of a shipped robot.
         progress: Told what is being fitted.
 
     Raises:
@@ -92,6 +97,7 @@ def calibrate(
         optimizer=optimizer,
         regularization=regularization,
         max_iterations=max_iterations,
+        repeatability_mm=repeatability_mm,
     ).settled()
     training, held_out, warnings = _measured(robot, train, test, settings)
     training, inspected = _inspected(robot, training, held_out, settings)
@@ -152,6 +158,13 @@ def _fit(
     settings: Settings,
     progress: Callable[[str], None],
 ) -> Fit:
-    if settings.method == "paper":
-        return fit_by_paper(robot, parameters, train, **settings.of_paper())
-    return fit_by_auto(robot, parameters, train, **settings.of_auto(), progress=progress)
+    try:
+        if settings.method == "paper":
+            fit = fit_by_paper(robot, parameters, train, **settings.of_paper())
+        else:
+            fit = fit_by_auto(robot, parameters, train, **settings.of_auto(), progress=progress)
+    except np.linalg.LinAlgError as error:
+        raise NotConverged(f"the fit did not settle ({error}); run mukca check") from None
+    if not np.isfinite(fit.calibrated.values).all():
+        raise NotConverged("the fit did not settle: its numbers are not finite; run mukca check")
+    return fit

@@ -204,7 +204,7 @@ class Calibration:
     def errors_of(self, data: Sequence[Measurement]) -> Errors:
         """Return the errors of checked placements, those trained on first."""
         roles: list[tuple[Role, Measurement]] = [
-            ("train" if self._was_trained_on(m) else "test", m) for m in data
+            ("train" if self.was_trained_on(m) else "test", m) for m in data
         ]
         models = figures.models_of(self.calibrated)
         rows = tuple(
@@ -213,7 +213,7 @@ class Calibration:
         )
         return Errors(rows, figures.summarise(rows))
 
-    def _was_trained_on(self, measured: Measurement) -> bool:
+    def was_trained_on(self, measured: Measurement) -> bool:
         """Tell whether the robot was fitted to these very samples, wherever they lie now."""
         positions = [sample.position for sample in measured.placement.samples]
         return any(

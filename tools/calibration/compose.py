@@ -3,10 +3,14 @@
 import hashlib
 import platform
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime, timezone
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
+
+from ...solver.auto.posterior import Posterior
 from ...solver.data.measurements import Measurement
 from ...solver.data.metrics import evaluate, is_distorted
 from ...solver.fit import Fit
@@ -26,10 +30,19 @@ from .task import Task
 
 __all__ = ["compose"]
 
+UNKNOWN = (
+    "how well the calibration is known could not be computed: the samples are too few or too much "
+    "alike; record more that differ"
+)
+
 
 def compose(task: Task, fit: Fit) -> CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
     calibrated, settings = fit.calibrated, task.settings
+    warnings = task.warnings
+    if fit.posterior is not None and not _is_finite(fit.posterior):
+        warnings = (*warnings, UNKNOWN)
+        fit = replace(fit, posterior=None)
     placements = _errors(task, fit)
     return CalibrationDocument(
         format=FORMAT,
@@ -49,7 +62,7 @@ def compose(task: Task, fit: Fit) -> CalibrationDocument:
         provenance=_provenance(task.robot, (*task.train, *task.test)),
         checks=None if task.inspected is None else task.inspected.findings,
         next_placement=None if task.inspected is None else task.inspected.next_placement,
-        warnings=task.warnings,
+        warnings=warnings,
         outputs={},
         model=_model(task.robot, calibrated.urdf().decode()),
         deflection={
@@ -60,8 +73,15 @@ def compose(task: Task, fit: Fit) -> CalibrationDocument:
         },
         load=CarriedLoad(gravity=calibrated.load.gravity, payload=calibrated.load.payload),
         data=_samples(task, fit),
+        scale=figures.scale_of(fit.calibrated, fit.posterior),
         **_known(fit),
     )
+
+
+def _is_finite(posterior: Posterior) -> bool:
+    """Tell whether a posterior says how well everything is known."""
+    covariance = posterior.covariance
+    return bool(np.isfinite(covariance).all() and (np.diag(covariance) >= 0).all())
 
 
 def _errors(task: Task, fit: Fit) -> tuple[PlacementErrors, ...]:

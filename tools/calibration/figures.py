@@ -6,6 +6,7 @@ import numpy as np
 
 from ...solver.auto import uncertainty
 from ...solver.auto.directions import CANNOT_SEE, weak_directions
+from ...solver.auto.extended_model import extend
 from ...solver.auto.noise import NU
 from ...solver.auto.posterior import Posterior
 from ...solver.calibrated import CalibratedRobot
@@ -34,6 +35,7 @@ from ..documents.calibration import (
     PriorWidth,
     RecordedSample,
     Role,
+    Scale,
     Summaries,
     Summary,
     Uncertainty,
@@ -48,6 +50,7 @@ __all__ = [
     "placement_errors",
     "prior_widths",
     "recorded",
+    "scale_of",
     "summarise",
     "uncertainty_of",
     "weights_by_placement",
@@ -105,6 +108,7 @@ def placement_errors(
         role=role,
         samples=measured.counts,
         distance=measured.distance,
+        distance_source=measured.distance_source,
         nominal=metrics["nominal"],
         calibrated=metrics["calibrated"],
         geometric=metrics.get("geometric"),
@@ -230,6 +234,15 @@ def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
         distance_deviation=DistanceDeviation(median=median, worst=worst),
         cannot_see=CANNOT_SEE,
     )
+
+
+def scale_of(calibrated: CalibratedRobot, posterior: Posterior | None) -> Scale:
+    """Return by how much the arm came out larger than its model."""
+    if posterior is not None:
+        value, deviation = uncertainty.scale(posterior)
+        return Scale(value=value, deviation=deviation)
+    by_scale = extend(calibrated.robot, calibrated.parameters).by_scale()
+    return Scale(value=float(by_scale @ (calibrated.values - calibrated.model.nominal)))
 
 
 def _deviations(

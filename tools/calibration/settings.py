@@ -44,6 +44,8 @@ class Settings:
     """What is not, by the same words."""
     split_moved: bool = False
     """Where a base moved, give the part after it a socket of its own."""
+    repeatability_mm: float | None = None
+    """Of the arm [mm], which the verdict's limits rest on; None for what is known of it."""
     accept_distorted: bool = False
     """Save even a model that does not reproduce the distance of the sockets."""
     known: Sequence[str] = ()
@@ -93,6 +95,8 @@ class Settings:
             raise UsageError(f"--max-iterations {self.max_iterations}: at least 1 is needed")
         if not 0 < self.distance_deviation < 1:
             raise UsageError(f"--distance-deviation {self.distance_deviation}: give metres")
+        if self.repeatability_mm is not None and not 0 < self.repeatability_mm < 1e4:
+            raise UsageError(f"--repeatability-mm {self.repeatability_mm}: give millimetres")
         unknown = [w for w in self.without if w not in _WITHOUT]
         if unknown:
             raise UsageError(f"--without {unknown[0]}: choose among {', '.join(_WITHOUT)}")

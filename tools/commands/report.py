@@ -87,16 +87,17 @@ def _options(arguments: argparse.Namespace) -> "Options":
     from .solve import known_distances
 
     return Options(
-        repeatability=_metres("--repeatability-mm", arguments.repeatability_mm),
-        mean_absolute_error=_metres("--limit-mae-mm", arguments.limit_mae_mm),
-        distance_error=_metres("--limit-distance-mm", arguments.limit_distance_mm),
-        between_placements=_metres("--limit-between-mm", arguments.limit_between_mm),
+        repeatability=metres("--repeatability-mm", arguments.repeatability_mm),
+        mean_absolute_error=metres("--limit-mae-mm", arguments.limit_mae_mm),
+        distance_error=metres("--limit-distance-mm", arguments.limit_distance_mm),
+        between_placements=metres("--limit-between-mm", arguments.limit_between_mm),
         known=[parse_known(words) for words in known_distances(arguments.known)],
-        tolerance=_metres("--tolerance-mm", arguments.tolerance_mm) or 0.0,
+        tolerance=metres("--tolerance-mm", arguments.tolerance_mm) or 0.0,
     )
 
 
-def _metres(option: str, millimetres: float | None) -> float | None:
+def metres(option: str, millimetres: float | None) -> float | None:
+    """Return the length that an option in millimetres gives, if it is given [m]."""
     if millimetres is None:
         return None
     if not 0 < millimetres < 1e4:

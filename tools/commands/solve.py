@@ -12,6 +12,7 @@ from ..terminal import Terminal
 
 if TYPE_CHECKING:
     from ..calibration.calibration import Calibration
+    from ..documents.report import ReportDocument
 
 EXAMPLE = """example:
   mukca solve recordings/front --test recordings --robot panda --out calibrated
@@ -28,6 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
+    from ..report.console import show_verdict
+
     if arguments.out is not None:
         refuse_existing(arguments.out, force=arguments.force)
     calibration = calibrated(arguments, terminal)
@@ -36,14 +39,29 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     if calibration.document.distorted and not arguments.accept_distorted:
         terminal.warn(calibration.distortion)
         status = 1
-    elif arguments.out is not None:
-        outputs = write(calibration, arguments, terminal)
-    if arguments.json:
-        terminal.emit({**calibration.result.as_dict(), "outputs": outputs})
-    if status == 0:
+        terminal.say("Verdict: FAIL, the sockets' distance is not reproduced.")
+    else:
+        if arguments.out is not None:
+            outputs = calibration.save(
+                arguments.out, force=arguments.force, accept_distorted=arguments.accept_distorted
+            )
+        report = figures_of(calibration, arguments.out is not None)
+        show_verdict(terminal.console, report)
+        status = 1 if report.verdict.status == "fail" else 0
         for line in last_words(outputs):
             terminal.say(line)
+    if arguments.json:
+        terminal.emit({**calibration.result.as_dict(), "outputs": outputs})
     return status
+
+
+def figures_of(calibration: "Calibration", written: bool) -> "ReportDocument":
+    """Return the figures with the verdict; the page is made only where it is written."""
+    from ..report.figures.collect import Options, report_figures
+
+    if written:
+        return calibration.report.figures
+    return report_figures(calibration.document, "calibration", Options())
 
 
 def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibration":
@@ -71,6 +89,7 @@ def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibratio
             optimizer=arguments.optimizer,
             regularization=arguments.regularization,
             max_iterations=arguments.max_iterations,
+            repeatability_mm=arguments.repeatability_mm,
             progress=progress,
         )
     document = calibration.document
@@ -95,7 +114,12 @@ def known_distances(words: Sequence[str]) -> list[str]:
 def show(terminal: Terminal, calibration: "Calibration") -> None:
     """Print the figures for people."""
     from ..console_tables import parameters_table
+    from ..report.figures.size import distance_text, scale_text
 
+    terminal.say(distance_text(calibration.document.placements))
+    if calibration.document.scale is not None:
+        words = scale_text(calibration.document.scale)
+        terminal.say(f"Size: {words}.")
     terminal.console.print(calibration.errors.table())
     terminal.console.print(parameters_table(calibration.result.parameters))
     for line in spoken(calibration):
@@ -116,13 +140,6 @@ def spoken(calibration: "Calibration") -> list[str]:
             f"With only the ball refitted, the nominal model stands at {error:.3f} mm MAE."
         )
     lines += result.choices or ()
-    if summary is not None and summary.geometric is not None:
-        full = 1e3 * summary.calibrated.mean_absolute_error
-        alone = 1e3 * summary.geometric.mean_absolute_error
-        lines.append(
-            f"The full model, with joint deflections, stands at {full:.3f} mm; the exported URDF, "
-            f"geometry alone, at {alone:.3f} mm."
-        )
     if result.uncertainty is not None:
         distance = result.uncertainty.distance_deviation
         lines.append(
@@ -133,19 +150,6 @@ def spoken(calibration: "Calibration") -> list[str]:
     if result.summary.test is None:
         lines.append("Not validated: no placement was held out. Add one by --test.")
     return lines
-
-
-def write(
-    calibration: "Calibration", arguments: argparse.Namespace, terminal: Terminal
-) -> dict[str, str]:
-    """Write the results, and show the verdict; return the paths."""
-    from ..report.console import show_verdict
-
-    outputs = calibration.save(
-        arguments.out, force=arguments.force, accept_distorted=arguments.accept_distorted
-    )
-    show_verdict(terminal.console, calibration.report.figures)
-    return outputs
 
 
 def last_words(outputs: dict[str, str]) -> list[str]:

@@ -35,6 +35,7 @@ __all__ = [
     "PlacementSamples",
     "Result",
     "Role",
+    "Scale",
     "Summaries",
     "Summary",
     "Uncertainty",
@@ -64,10 +65,17 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
     """By the exported URDF alone, where it is not the full model."""
     ball_refitted: Metrics | None = None
     """By the nominal model with only the ball's place on the flange fitted."""
+    distance_source: str | None = None
+    """Where the distance is from: ``given``, the ``recording``, or the ``default``."""
     predicted_deviation: float | None = None
     """Root mean square distance of samples from their socket's mean, as predicted [m]."""
     found_deviation: float | None = None
     """The same, as computed from the samples [m]."""
+
+    @property
+    def loaded(self) -> Metrics:
+        """By ``calibrated.urdf``, which is what a user loads."""
+        return self.geometric or self.calibrated
 
 
 class Summary(Document, kw_only=True, frozen=True):
@@ -79,6 +87,11 @@ class Summary(Document, kw_only=True, frozen=True):
     ball_refitted: Metrics | None = None
     removed_error: float
     """1 - calibrated / nominal, of the mean absolute error."""
+
+    @property
+    def loaded(self) -> Metrics:
+        """By ``calibrated.urdf``, which is what a user loads."""
+        return self.geometric or self.calibrated
 
 
 class Summaries(Document, kw_only=True, frozen=True):
@@ -151,6 +164,15 @@ class DistanceDeviation(Document, kw_only=True, frozen=True):
     worst: float
 
 
+class Scale(Document, kw_only=True, frozen=True):
+    """By how much the arm's lengths came out larger than nominal."""
+
+    value: float
+    """0.01 stands for an arm 1 % longer than its model."""
+    deviation: float | None = None
+    """Its standard deviation; None by the paper's method, which does not say."""
+
+
 class Uncertainty(Document, kw_only=True, frozen=True):
     """How well the calibration is known."""
 
@@ -210,6 +232,7 @@ class Result(Document, kw_only=True, frozen=True):
     noise: NoiseScale | None = None
     log_evidence: float | None = None
     uncertainty: Uncertainty | None = None
+    scale: Scale | None = None
     choices: tuple[str, ...] | None = None
     """What became of each extension, and why."""
     history: tuple[Iteration, ...]

@@ -15,6 +15,7 @@ from .calibration import (
     ParameterValue,
     PriorWidth,
     Provenance,
+    Scale,
     Uncertainty,
 )
 from .files import Document, read
@@ -26,7 +27,7 @@ from .report_errors import (
     RoleSummaries,
     SampleErrors,
 )
-from .report_verdict import Answers, Limits, Verdict
+from .report_verdict import Answers, Limits, Step, Verdict
 
 __all__ = [
     "FORMAT",
@@ -84,6 +85,9 @@ class ReportDocument(Document, kw_only=True, frozen=True):
     coefficients: tuple[Coefficient, ...] | None = None
     groups: tuple[PriorWidth, ...] | None = None
     log_evidence: float | None = None
+    scale: Scale | None = None
+    distance_text: str
+    """The distances between sockets that were used, and where each is from."""
     next_placement: NextPlacement | None = None
     noise: NoiseScale | None = None
     uncertainty: Uncertainty | None = None
@@ -92,6 +96,8 @@ class ReportDocument(Document, kw_only=True, frozen=True):
     command: str
     """What makes the calibration again."""
     verdict: Verdict
+    todo: tuple[Step, ...]
+    """What to do next, the most useful first; empty where the verdict is PASS."""
     answers: Answers
     arm: ArmDrawing
     plots: tuple[PlotCaption, ...]

@@ -20,20 +20,31 @@ __all__ = [
     "Socket",
 ]
 
-ModelName = Literal["nominal", "calibrated"]
+ModelName = Literal["nominal", "calibrated", "geometric"]
+"""``geometric``: ``calibrated.urdf`` as the user loads it."""
 Value = TypeVar("Value")
 Point = tuple[float, float, float]
 
 
 class ByModel(Document, Generic[Value], kw_only=True, frozen=True):
-    """The same figure by the nominal and by the calibrated model."""
+    """The same figure by each model."""
 
     nominal: Value
     calibrated: Value
+    """By the full model."""
+    geometric: Value | None = None
+    """By ``calibrated.urdf`` alone, where it is not the full model."""
 
     def of(self, model: ModelName) -> Value:
         """Return the figure of one model."""
+        if model == "geometric" and self.geometric is not None:
+            return self.geometric
         return self.nominal if model == "nominal" else self.calibrated
+
+    @property
+    def loaded(self) -> Value:
+        """The figure by ``calibrated.urdf``, which is what a user loads."""
+        return self.of("geometric")
 
 
 class Quantiles(Document, kw_only=True, frozen=True):
@@ -86,7 +97,7 @@ class PlacementReport(PlacementErrors, kw_only=True, frozen=True):
     sockets: tuple[Socket, ...]
     quantiles: ByModel[Quantiles]
     within_tolerance: float
-    """Share of the samples within the task's tolerance, by the calibrated model."""
+    """Share of the samples within the task's tolerance, by the calibrated URDF."""
 
 
 class KnownDistanceErrors(Document, kw_only=True, frozen=True):
@@ -104,9 +115,12 @@ class KnownDistanceErrors(Document, kw_only=True, frozen=True):
     nominal_error: float
     """Predicted less measured [m]."""
     calibrated_error: float
+    geometric_error: float | None = None
 
     def error(self, model: ModelName) -> float:
         """Return the error of one model [m]."""
+        if model == "geometric" and self.geometric_error is not None:
+            return self.geometric_error
         return self.nominal_error if model == "nominal" else self.calibrated_error
 
 
@@ -122,11 +136,14 @@ class SampleErrors(Document, kw_only=True, frozen=True):
     """File and line."""
     nominal: Point
     calibrated: Point
+    geometric: Point | None = None
     weight: float | None = None
     """Robust weight in the fit, where there was one."""
 
     def of(self, model: ModelName) -> Point:
         """Return the deviation by one model [m]."""
+        if model == "geometric" and self.geometric is not None:
+            return self.geometric
         return self.nominal if model == "nominal" else self.calibrated
 
     def error(self, model: ModelName = "calibrated") -> float:

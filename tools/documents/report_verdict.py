@@ -14,6 +14,9 @@ __all__ = [
     "Limits",
     "LoneFit",
     "NextAnswer",
+    "Outcome",
+    "Status",
+    "Step",
     "UseAnswer",
     "UseAtPlacement",
     "Verdict",
@@ -22,6 +25,14 @@ __all__ = [
 
 Answer = Literal["yes", "mostly", "no", "trained on"]
 """``mostly``: 19 of 20 samples; ``trained on``: its errors prove nothing."""
+
+
+Status = Literal["pass", "warning", "fail", "not enough", "not evaluated"]
+"""``warning``: look at it; ``not enough``: too little was recorded to say."""
+
+
+Outcome = Literal["pass", "fail", "incomplete"]
+"""Of a verdict."""
 
 
 class Limit(Document, kw_only=True, frozen=True):
@@ -50,22 +61,33 @@ class LimitResult(Document, kw_only=True, frozen=True):
     name: str
     title: str
     found: float | None
-    """What the calibration reaches [m]."""
+    """What ``calibrated.urdf`` reaches [m]."""
     limit: float | None
     """[m]."""
-    status: Literal["pass", "fail", "not evaluated"]
+    status: Status
+    full: float | None = None
+    """What the full model reaches, where ``calibrated.urdf`` is not all of it [m]."""
+    full_status: Status | None = None
     text: str
     reason: str
     """Where the limit comes from, or what is missing."""
 
 
 class Verdict(Document, kw_only=True, frozen=True):
-    """Whether the calibration keeps its limits."""
+    """Whether ``calibrated.urdf`` keeps its limits."""
 
-    status: Literal["pass", "fail", "incomplete"]
+    status: Outcome
     title: str
     text: str
     limits: tuple[LimitResult, ...]
+
+
+class Step(Document, kw_only=True, frozen=True):
+    """One thing to do next."""
+
+    text: str
+    command: str
+    """To copy."""
 
 
 class UseAtPlacement(Document, kw_only=True, frozen=True):

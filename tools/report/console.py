@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 __all__ = ["show", "show_verdict", "sparkline"]
 
 _BARS = "▁▂▃▄▅▆▇█"
-_STYLES = {"pass": "green", "fail": "bold red", "yes": "green", "no": "red", "mostly": "yellow"}
+_STYLES = {
+    "pass": "green",
+    "not enough": "bold yellow",
+    "fail": "bold red",
+    "yes": "green",
+    "no": "red",
+    "mostly": "yellow",
+}
 
 
 def show(console: "Console", report: ReportDocument) -> None:
@@ -44,15 +51,24 @@ def show_verdict(console: "Console", report: ReportDocument) -> None:
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
     console.print(Text.assemble("Verdict: ", (verdict.title, style)))
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for head in ("limit on", "", "found", "at most"):
-        table.add_column(head, justify="right" if head in ("found", "at most") else "left")
+    two = any(row.full is not None for row in verdict.limits)
+    heads = ["limit on", "", "URDF alone" if two else "found", "at most"]
+    for head in [*heads, "with corrected joints"] if two else heads:
+        table.add_column(head, justify="left" if head in heads[:2] else "right")
     for row in verdict.limits:
         status = Text(row.status, _STYLES.get(row.status, "yellow"))
-        table.add_row(Text(row.title), status, _millimetres(row.found), _millimetres(row.limit))
+        lengths = [row.found, row.limit, *([row.full] if two else [])]
+        table.add_row(Text(row.title), status, *map(_millimetres, lengths))
     console.print(table)
     for row in verdict.limits:
-        if row.status == "not evaluated":
-            console.print(Text(f"Not evaluated, {row.text}."))
+        if row.status in ("warning", "not enough", "not evaluated") or (
+            row.found is None and row.status == "fail"
+        ):
+            console.print(Text(f"{row.status.capitalize()}: {row.text}."))
+    for i, step in enumerate(report.todo):
+        head = "Do this next:\n" if i == 0 else ""
+        console.print(Text(f"{head}{i + 1}. {step.text}:"))
+        console.print(Text(f"   {step.command}"), soft_wrap=True)
     if limits.repeatability is not None:
         repeatability = f"{1e3 * limits.repeatability:g} mm"
         console.print(
@@ -79,9 +95,9 @@ def _placements(console: "Console", report: ReportDocument) -> Table:
             Text(names[i]),
             "held out" if row.role == "test" else "trained on",
             f"{1e3 * row.nominal.mean_absolute_error:.2f} > "
-            f"{1e3 * row.calibrated.mean_absolute_error:.3f}",
-            f"{1e3 * row.quantiles.calibrated.p95:.2f}",
-            f"{1e3 * row.quantiles.calibrated.max:.2f}",
+            f"{1e3 * row.loaded.mean_absolute_error:.3f}",
+            f"{1e3 * row.quantiles.loaded.p95:.2f}",
+            f"{1e3 * row.quantiles.loaded.max:.2f}",
             Text(answer, _STYLES.get(answer, "")),
         ]
         if curves:
@@ -91,8 +107,10 @@ def _placements(console: "Console", report: ReportDocument) -> Table:
 
 
 def _errors(report: ReportDocument, placement: int) -> np.ndarray:
-    """Return the calibrated error of each sample of a placement [m]."""
-    return np.array([row.error() for row in report.samples if row.placement == placement])
+    """Return the error of each sample of a placement by the URDF [m]."""
+    return np.array(
+        [row.error("geometric") for row in report.samples if row.placement == placement]
+    )
 
 
 def sparkline(values: np.ndarray, top: float, width: int = 24) -> str:

@@ -17,6 +17,12 @@ from mukca.tools.report.build import build_report
 from mukca.tools.report.page.plots import use
 
 OPTIONAL = {
+    "deviation",
+    "distance_source",
+    "full",
+    "full_status",
+    "geometric_error",
+    "scale",
     "ball_refitted",
     "checks",
     "choices",
@@ -34,7 +40,11 @@ OPTIONAL = {
     "where",
 }
 """What only some methods leave in the file; elsewhere it may be called the same."""
-REQUIRED = {("checks", 0, "where"), ("coefficients", 0, "standard_deviation")}
+REQUIRED = {
+    ("checks", 0, "where"),
+    ("coefficients", 0, "standard_deviation"),
+    ("uncertainty", "weak_directions", 0, "deviation"),
+}
 FREE = {"settings", "versions", "data_sha256", "outputs", "deflection"}
 """Whose keys are names, which may be any."""
 

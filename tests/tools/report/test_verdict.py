@@ -1,18 +1,23 @@
 """The verdict: limits by arm, what fails, and what was not evaluated."""
 
 import json
+import shlex
 from typing import Any
 
+import msgspec
 import pytest
 
 from mukca.solver.data.observations import parse_known
 from mukca.solver.robot.urdf import shipped_robots
-from mukca.tools.cli import main
-from mukca.tools.documents.calibration import FORMAT, CalibrationDocument
+from mukca.tools.calibration.calibration import Calibration
+from mukca.tools.cli import build_parser, main
+from mukca.tools.documents.calibration import FORMAT, CalibrationDocument, calibrated_robot
 from mukca.tools.documents.files import decode
 from mukca.tools.documents.report import ReportDocument
 from mukca.tools.report.build import Options, build_report
 from mukca.tools.report.figures.acceptance import ARMS, known_arm
+from mukca.tools.report.figures.earned import travel_row
+from mukca.tools.report.figures.predictions import measurements_of
 
 
 def figures_of(document: Any, **options: Any) -> ReportDocument:
@@ -35,6 +40,9 @@ def test_a_good_calibration_passes_as_far_as_it_was_evaluated(document) -> None:
         "distance_error": "pass",
         "between_placements": "not evaluated",
         "data_checks": "pass",
+        "scale": "warning",  # the simulated arm differs by millimetres from its model
+        "samples": "pass",
+        "travel": "pass",
     }
     assert "Not evaluated: distances between placements." in text
     del document["checks"]
@@ -123,3 +131,111 @@ def test_the_command_says_by_its_status_whether_limits_are_kept(calibrated, tmp_
     assert main([*words, "--limit-mae-mm", "0.001", "--force"]) == 1
     limit = json.loads((tmp_path / "report.json").read_text())["limits"]["mean_absolute_error"]
     assert limit == {"value": 1e-6, "source": "given by --limit-mae-mm"}
+
+
+def with_geometric(document: Any, error: float) -> Any:
+    """A document whose URDF alone is less accurate than the full model."""
+    for row in (document["summary"]["test"], document["summary"]["train"]):
+        row["geometric"] = {**row["calibrated"], "mean_absolute_error": error}
+    return document
+
+
+def test_the_urdf_alone_is_judged_and_both_answers_are_named(document) -> None:
+    verdict = figures_of(with_geometric(document, 0.5e-3)).verdict
+    row = verdict.limits[0]
+    assert verdict.status == "fail"
+    assert verdict.title == "PASS with the corrected joint positions; the URDF alone: FAIL"
+    assert (row.status, row.full_status, row.found) == ("fail", "pass", 0.5e-3)
+    assert row.full == document["summary"]["test"]["calibrated"]["mean_absolute_error"]
+    assert rows(with_geometric(document, 0.2e-3))[0] == "pass"
+
+
+def test_where_both_models_fail_there_is_one_answer(document) -> None:
+    verdict = figures_of(with_geometric(document, 0.5e-3), mean_absolute_error=1e-9).verdict
+    assert verdict.status == "fail" and verdict.title == "FAIL"
+
+
+@pytest.mark.parametrize(
+    ("value", "deviation", "expected", "status"),
+    [
+        (0.002, 1e-4, "pass", "pass"),
+        (0.005, 0.002, "pass", "pass"),
+        (0.005, 0.001, "warning", "pass"),
+        (-0.005, None, "warning", "pass"),
+        (0.02, 7e-4, "fail", "fail"),
+        (-0.583, None, "fail", "fail"),
+    ],
+)
+def test_an_arm_of_the_wrong_size_does_not_pass(
+    document, value, deviation, expected, status
+) -> None:
+    document["scale"] = {"value": value, "deviation": deviation}
+    told, limits, text = rows(document)
+    assert (told, limits["scale"]) == (status, expected)
+    assert ("more likely the sockets" in text) == (expected != "pass")
+
+
+def test_the_likelier_distance_is_said(document) -> None:
+    document["scale"] = {"value": 0.02, "deviation": 7e-4}
+    for row in (*document["placements"], *document["data"]):
+        row["distance"] = 0.051
+    text = rows(document)[2]
+    assert "The arm came out 2.00 % longer (+- 0.07 %) than its model" in text
+    assert "more likely the sockets are 50.0 mm apart than 51.0" in text
+
+
+def test_few_samples_are_not_enough_to_say(document) -> None:
+    for row in document["data"]:
+        by_socket = [[s for s in row["samples"] if s["socket"] == k] for k in (0, 1)]
+        row["samples"] = [s for those in by_socket for s in those[:5]]
+    for row in document["placements"]:
+        row["samples"] = [5, 5]
+    calibration = calibrated_robot(decode_(document), "")
+    errors = Calibration(decode_(document), calibration)
+    again = errors.errors_of(measurements_of(errors.document, calibration.robot, ""))
+    document["placements"] = json.loads(json.dumps([row.as_dict() for row in again]))
+    verdict = figures_of(document).verdict
+    assert verdict.status == "incomplete" and verdict.title == "NOT ENOUGH DATA TO SAY"
+    assert "record at least 10 in each" in verdict.text
+
+
+def decode_(document: Any) -> CalibrationDocument:
+    return decode(json.dumps(document).encode(), CalibrationDocument, FORMAT, "")
+
+
+def test_a_joint_that_stood_still_leaves_it_open(document) -> None:
+    covered = figures_of(document).coverage
+    assert travel_row(covered).status == "pass"
+    first = covered.sockets[0].low[2]
+    sockets = tuple(
+        msgspec.structs.replace(
+            socket,
+            low=(*socket.low[:2], first, *socket.low[3:]),
+            high=(*socket.high[:2], first + 0.3, *socket.high[3:]),
+        )
+        for socket in covered.sockets
+    )
+    row = travel_row(msgspec.structs.replace(covered, sockets=sockets))
+    assert row.status == "not enough" and "panda_joint3 turned by 17 deg" in row.text
+
+
+def test_a_large_predicted_error_leaves_it_open(extended) -> None:
+    assert rows(extended)[1]["predicted_distance"] == "pass"
+    extended["uncertainty"]["distance_deviation"] = {"median": 3.8e-3, "worst": 9e-3}
+    status, limits, text = rows(extended)
+    assert (status, limits["predicted_distance"]) == ("incomplete", "not enough")
+    assert "are known to 3.80 mm only" in text
+
+
+def test_whatever_is_not_a_pass_says_what_to_do_next(document) -> None:
+    assert figures_of(document).todo == ()
+    todo = figures_of(with_geometric(document, 0.5e-3)).todo
+    first = shlex.split(todo[0].command)
+    assert "Train on" in todo[0].text
+    assert len(first[first.index("solve") + 1 : first.index("--test")]) == 2
+    document["scale"] = {"value": 0.02, "deviation": 7e-4}
+    todo = figures_of(document).todo
+    assert "--distance 0.04902" in todo[0].command
+    for step in todo:  # each can be copied: its verb and options exist
+        words = shlex.split(step.command)[1:]
+        build_parser(words[0]).parse_args(words)

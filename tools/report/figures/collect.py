@@ -1,17 +1,15 @@
 """All figures of a report, worked out from a calibration: the way into this folder."""
 
 import math
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, cast
 
 from ....solver.data.observations import KnownDistance
 from ...documents.calibration import CalibrationDocument, misfit
 from ...documents.files import fields_of
 from ...documents.report import FORMAT, ReportDocument, ReportProvenance
-from ...documents.report_verdict import Answers
+from ...documents.report_drawing import Coverage
+from ...documents.report_verdict import Answers, LimitResult, Limits
 from .acceptance import limits_for
 from .answers.data import data_answer
 from .answers.next import next_answer
@@ -19,12 +17,15 @@ from .answers.use import use_answer
 from .arm import arm_drawing
 from .coverage import coverage
 from .cross_placement import cross_placement
+from .earned import prediction_row, samples_row, travel_row
 from .errors import placement_reports, role_summaries, sample_errors
 from .known_distances import known_distance_errors
-from .predictions import predict
+from .predictions import Predictions, predict
+from .size import distance_text, scale_row
+from .todo import solve_command, steps
 from .verdict import judge
 
-__all__ = ["Options", "report_figures"]
+__all__ = ["Options", "limits_of", "report_figures"]
 
 DRAWN = 3000
 """Samples drawn at most; all figures are computed from all of them."""
@@ -45,18 +46,30 @@ class Options:
     """The error that the user's task allows [m]."""
 
 
-def _regularization(document: CalibrationDocument, source: str) -> float | None:
-    """Return the weight of the last term of Eq. (5) that was given to ``mukca solve``, if any.
+def _setting(document: CalibrationDocument, source: str, key: str) -> float | None:
+    """Return a number that was given to ``mukca solve``, if any.
 
     Raises:
         DocumentError: It is no number.
     """
-    value = document.settings.get("regularization")
+    value = document.settings.get(key)
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise misfit(source, "settings.regularization", f"{value!r} is no number")
+        raise misfit(source, f"settings.{key}", f"{value!r} is no number")
     return float(value)
+
+
+def limits_of(document: CalibrationDocument, source: str, options: Options) -> Limits:
+    """Return what a calibration is held against; arguments as for :func:`report_figures`."""
+    given = _setting(document, source, "repeatability_mm")
+    return limits_for(
+        document.model,
+        options.repeatability or (None if given is None else given / 1e3),
+        mean_absolute_error=options.mean_absolute_error,
+        distance_error=options.distance_error,
+        between_placements=options.between_placements,
+    )
 
 
 def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
@@ -73,22 +86,17 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         KnownError: A known distance names no socket of the calibration.
     """
     predictions = predict(document, source)
-    regularization = _regularization(document, source)
+    regularization = _setting(document, source, "regularization")
     tolerance = options.tolerance
-    limits = limits_for(
-        document.model,
-        options.repeatability,
-        mean_absolute_error=options.mean_absolute_error,
-        distance_error=options.distance_error,
-        between_placements=options.between_placements,
-    )
+    limits = limits_of(document, source, options)
     between = known_distance_errors(predictions, options.known)
     summary = role_summaries(predictions, tolerance)
     placements = placement_reports(predictions, tolerance)
     samples = sample_errors(predictions, DRAWN)
     matrix = cross_placement(predictions, regularization)
     covered = coverage(predictions, DRAWN)
-    verdict = judge(summary.test, between, document.checks, limits)
+    earned = _earned(predictions, covered, limits)
+    verdict = judge(summary.test, between, document.checks, limits, earned)
     answers = Answers(
         use=use_answer(placements, summary, verdict, limits, document.uncertainty, tolerance),
         next=next_answer(placements, covered, document.checks, document.next_placement),
@@ -116,35 +124,31 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         coefficients=document.coefficients,
         groups=document.groups,
         log_evidence=document.log_evidence,
+        scale=document.scale,
+        distance_text=distance_text(document.placements),
         next_placement=document.next_placement,
         noise=document.noise,
         uncertainty=document.uncertainty,
         warnings=document.warnings,
         provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
-        command=_command(document),
+        command=solve_command(document),
         verdict=verdict,
+        todo=steps(document, placements, verdict),
         answers=answers,
         arm=arm_drawing(predictions),
         plots=(),
     )
 
 
-def _command(document: CalibrationDocument) -> str:
-    """Return the command that makes the calibration again."""
-    folders = {
-        role: [
-            str(Path(row.files[0]).parent) if row.files else "?"
-            for row in document.data
-            if row.role == role
-        ]
-        for role in ("train", "test")
-    }
-    words = ["mukca", "solve", *folders["train"]]
-    if folders["test"]:
-        words += ["--test", *folders["test"]]
-    words += ["--robot", document.robot, "--method", document.method]
-    for key, value in document.settings.items():
-        if value not in (None, [], False):
-            values = cast("list[Any]", value) if isinstance(value, list) else [value]
-            words += [f"--{key.replace('_', '-')}", *([] if value is True else values)]
-    return shlex.join(map(str, words))
+def _earned(predictions: Predictions, covered: Coverage, limits: Limits) -> tuple[LimitResult, ...]:
+    """Return what else a verdict rests on: the arm's size, and how much was recorded."""
+    document = predictions.document
+    rows = [
+        samples_row(predictions.placements, tied=bool(document.settings.get("known"))),
+        travel_row(covered),
+    ]
+    if document.scale is not None:
+        rows.insert(0, scale_row(document.scale, document.placements))
+    if document.method == "auto" or document.uncertainty is not None:
+        rows.append(prediction_row(document.uncertainty, limits.mean_absolute_error))
+    return tuple(rows)

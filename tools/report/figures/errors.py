@@ -1,6 +1,7 @@
 """The errors of a report: of each sample, of each placement, and of each role as a whole."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from ...documents.calibration import PlacementErrors, Role, Summary
 from ...documents.files import fields_of
 from ...documents.report_errors import (
     ByModel,
+    ModelName,
     PlacementReport,
     Point,
     Quantiles,
@@ -20,6 +22,9 @@ from ..words import short_where
 from .predictions import PlacementPrediction, Predictions
 
 __all__ = ["as_point", "placement_reports", "quantiles", "role_summaries", "sample_errors"]
+
+
+Figure = TypeVar("Figure")
 
 
 def quantiles(errors: np.ndarray) -> Quantiles:
@@ -52,17 +57,36 @@ def _role_summary(
     placements = predictions.of_role(role)
     if given is None or not placements:
         return None
-    nominal = np.concatenate([placement.errors("nominal") for placement in placements])
-    calibrated = np.concatenate([placement.errors("calibrated") for placement in placements])
+    errors = _by_model(placements)
     return RoleSummary(
         **fields_of(given),
         placements=len(placements),
-        samples=len(calibrated),
-        quantiles=ByModel(nominal=quantiles(nominal), calibrated=quantiles(calibrated)),
-        within_tolerance=ByModel(
-            nominal=_share_within(nominal, tolerance),
-            calibrated=_share_within(calibrated, tolerance),
-        ),
+        samples=len(errors.nominal),
+        quantiles=_each(errors, quantiles),
+        within_tolerance=_each(errors, lambda those: _share_within(those, tolerance)),
+    )
+
+
+def _by_model(placements: Sequence[PlacementPrediction]) -> ByModel[np.ndarray]:
+    """Return the errors of all samples of some placements, by each model [m]."""
+
+    def of(model: ModelName) -> np.ndarray:
+        return np.concatenate([placement.errors(model) for placement in placements])
+
+    exported = placements[0].points.geometric is not None
+    return ByModel(
+        nominal=of("nominal"),
+        calibrated=of("calibrated"),
+        geometric=of("geometric") if exported else None,
+    )
+
+
+def _each(errors: ByModel[np.ndarray], figure: Callable[[np.ndarray], Figure]) -> ByModel[Figure]:
+    """Return a figure of each model's errors."""
+    return ByModel(
+        nominal=figure(errors.nominal),
+        calibrated=figure(errors.calibrated),
+        geometric=None if errors.geometric is None else figure(errors.geometric),
     )
 
 
@@ -75,7 +99,7 @@ def placement_reports(predictions: Predictions, tolerance: float) -> tuple[Place
 def _placement_report(
     given: PlacementErrors, placement: PlacementPrediction, tolerance: float
 ) -> PlacementReport:
-    nominal, calibrated = placement.errors("nominal"), placement.errors("calibrated")
+    errors = _by_model([placement])
     return PlacementReport(
         **fields_of(given),
         position=as_point(placement.position),
@@ -83,8 +107,8 @@ def _placement_report(
             Socket(socket=k, centre=as_point(centre))
             for k, centre in zip(placement.measured.sockets, placement.centres(), strict=True)
         ),
-        quantiles=ByModel(nominal=quantiles(nominal), calibrated=quantiles(calibrated)),
-        within_tolerance=_share_within(calibrated, tolerance),
+        quantiles=_each(errors, quantiles),
+        within_tolerance=_share_within(errors.loaded, tolerance),
     )
 
 
@@ -109,6 +133,9 @@ def _deviations(index: int, placement: PlacementPrediction) -> Iterator[SampleEr
             where=short_where(sample.where),
             nominal=_rounded(placement.deviations.nominal[i]),
             calibrated=_rounded(placement.deviations.calibrated[i]),
+            geometric=None
+            if placement.deviations.geometric is None
+            else _rounded(placement.deviations.geometric[i]),
             weight=sample.weight,
         )
 

@@ -41,6 +41,7 @@ def _errors(predictions: Predictions, known: KnownDistance) -> KnownDistanceErro
         in_fit=fitted and a.role == b.role == "train",
         nominal_error=error("nominal"),
         calibrated_error=error("calibrated"),
+        geometric_error=None if a.points.geometric is None else error("geometric"),
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ....solver.calibrated import CalibratedRobot
 from ....solver.data.measurements import Measurement, measure
-from ....solver.data.metrics import evaluate, socket_centres
+from ....solver.data.metrics import Metrics, evaluate, socket_centres
 from ....solver.robot.urdf import Robot
 from ...documents.calibration import (
     CalibrationDocument,
@@ -55,11 +55,13 @@ class PlacementPrediction:
     @cached_property
     def deviations(self) -> ByModel[np.ndarray]:
         """Each predicted centre less the mean of its socket, shape (N, 3) [m]."""
-        nominal, calibrated = (
-            self.points.of(m) - np.repeat(self.centres(m), self.measured.counts, axis=0)
-            for m in MODELS
-        )
-        return ByModel(nominal=nominal, calibrated=calibrated)
+
+        def of(model: ModelName) -> np.ndarray:
+            centres = np.repeat(self.centres(model), self.measured.counts, axis=0)
+            return self.points.of(model) - centres
+
+        geometric = None if self.points.geometric is None else of("geometric")
+        return ByModel(nominal=of("nominal"), calibrated=of("calibrated"), geometric=geometric)
 
     def errors(self, model: ModelName) -> np.ndarray:
         """Return the length of each deviation, shape (N,) [m]."""
@@ -147,6 +149,9 @@ def _prediction(
     points = ByModel(
         nominal=calibration.nominal_ball(measured.positions),
         calibrated=calibrated_points(calibration, measured),
+        geometric=None
+        if calibration.exported is None
+        else calibration.geometric_ball(measured.positions),
     )
     samples = sorted(row.samples, key=lambda sample: sample.socket)
     return PlacementPrediction(measured, row.role, points, tuple(samples))
@@ -178,9 +183,13 @@ def _check_parts(document: CalibrationDocument, source: str) -> None:
 
 def _check_errors(placement: PlacementPrediction, errors: PlacementErrors, source: str) -> None:
     """See that the errors in the file follow from its samples."""
-    for model, stated in (("nominal", errors.nominal), ("calibrated", errors.calibrated)):
-        points = placement.points.nominal if model == "nominal" else placement.points.calibrated
-        computed = evaluate(points, placement.measured).mean_absolute_error
+    stated_by: tuple[tuple[ModelName, Metrics], ...] = (
+        ("nominal", errors.nominal),
+        ("calibrated", errors.calibrated),
+        ("geometric", errors.loaded),
+    )
+    for model, stated in stated_by:
+        computed = evaluate(placement.points.of(model), placement.measured).mean_absolute_error
         if abs(computed - stated.mean_absolute_error) > _AGREE:
             raise DocumentError(
                 f"{source}: {placement.name}: its samples give {1e3 * computed:.3f} mm by the "

@@ -9,7 +9,7 @@ from .html.frame import frame
 from .html.markup import tag
 from .plots import fit, model, samples, scenes, use
 from .plots.plot import Maker, Plot
-from .sections import answers, headline, limits_table, placements_table, verdict_box
+from .sections import answers, headline, limits_table, placements_table, todo, verdict_box
 from .tolerance import answers_by_tolerance
 
 __all__ = ["PLOTS", "page", "plots_of"]
@@ -55,6 +55,7 @@ def page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
     body = [
         headline(report),
         verdict_box(report),
+        todo(report),
         limits_table(report),
         answers(report, table_map.element()),
         placements_table(report),

@@ -3,6 +3,7 @@
 from ...documents.calibration import Role
 from ...documents.report import ReportDocument
 from ...documents.report_errors import RoleSummary
+from ...documents.report_verdict import LimitResult
 from ..words import mm, plural, short_names, short_where
 from .html.cells import Cell, figure, table
 from .html.markup import Element, Node, tag
@@ -12,6 +13,7 @@ __all__ = [
     "headline",
     "limits_table",
     "placements_table",
+    "todo",
     "verdict_box",
 ]
 
@@ -26,6 +28,7 @@ def headline(report: ReportDocument) -> Element:
         tag("p", "Calibration report", class_="kicker"),
         tag("h1", report.robot_name),
         tag("p", f"method {report.method}, {created}", class_="muted"),
+        tag("p", report.distance_text, class_="muted"),
     )
 
 
@@ -55,6 +58,8 @@ def verdict_box(report: ReportDocument) -> Element:
 
 def _large(report: ReportDocument, role: Role, key: str, words: str) -> Element:
     start = f"summary.{role}"
+    _, judged = report.summary.judged
+    loaded = "calibrated" if judged.geometric is None else "geometric"
     return tag(
         "div",
         tag("p", words, class_="kicker"),
@@ -62,9 +67,18 @@ def _large(report: ReportDocument, role: Role, key: str, words: str) -> Element:
             "p",
             tag("span", figure(report, f"{start}.nominal.{key}", digits=2), class_="before"),
             tag("span", "\N{RIGHTWARDS ARROW}", class_="arrow"),
-            tag("span", figure(report, f"{start}.calibrated.{key}", digits=2), class_="after"),
+            tag("span", figure(report, f"{start}.{loaded}.{key}", digits=2), class_="after"),
             tag("span", " mm", class_="unit"),
             class_="pair",
+        ),
+        None
+        if loaded == "calibrated"
+        else tag(
+            "p",
+            "with corrected joints: ",
+            figure(report, f"{start}.calibrated.{key}", digits=2),
+            " mm",
+            class_="muted",
         ),
     )
 
@@ -84,9 +98,7 @@ def _rests_on(report: ReportDocument) -> list[Node]:
         path = f"summary.{role}.ball_refitted.mean_absolute_error"
         words += ["With only the ball's place refitted: ", figure(report, path), " mm. "]
     if judged.geometric is not None:
-        path = f"summary.{role}.geometric.mean_absolute_error"
-        words += ["The exported URDF alone, without joint deflections: ", figure(report, path)]
-        words.append(" mm.")
+        words.append("Large figures: calibrated.urdf, as it is loaded. ")
     return words
 
 
@@ -94,9 +106,30 @@ def _counts(summary: RoleSummary) -> str:
     return f"{plural(summary.placements, 'placement')} ({plural(summary.samples, 'sample')})"
 
 
+def todo(report: ReportDocument) -> Element | None:
+    """Return what to do next; nothing where the verdict is PASS."""
+    if not report.todo:
+        return None
+    return tag(
+        "section",
+        tag("h2", "Do this next"),
+        tag(
+            "ol",
+            [tag("li", step.text, ":", tag("pre", step.command)) for step in report.todo],
+        ),
+        id="todo",
+    )
+
+
 def limits_table(report: ReportDocument) -> Element:
     """Return each limit: what was found, what is allowed, and where that comes from."""
     rows: list[list[Cell]] = []
+    two = any(row.full is not None for row in report.verdict.limits)
+
+    def columns(row: LimitResult) -> list[tuple[str, float | None]]:
+        lengths = [("found", row.found), ("limit", row.limit)]
+        return [*lengths, ("full", row.full)] if two else lengths
+
     for i, row in enumerate(report.verdict.limits):
         status = tag(
             "span",
@@ -106,10 +139,15 @@ def limits_table(report: ReportDocument) -> Element:
         path = f"verdict.limits.{i}"
         lengths: list[Cell] = [
             "\N{EN DASH}" if value is None else [figure(report, f"{path}.{key}"), " mm"]
-            for key, value in (("found", row.found), ("limit", row.limit))
+            for key, value in columns(row)
         ]
         rows.append([row.title, status, *lengths, row.reason])
-    heads = ["limit on", "", "found", "at most", "where the limit comes from, or what is missing"]
+    heads = [
+        "limit on",
+        "",
+        *(["URDF alone", "at most", "with corrected joints"] if two else ["found", "at most"]),
+        "where the limit comes from, or what is missing",
+    ]
     limits = report.limits
     source = limits.repeatability_source
     if limits.repeatability is not None:
@@ -217,7 +255,8 @@ def placements_table(report: ReportDocument) -> Element:
 
 
 _LEGEND = (
-    "Errors: nominal \N{RIGHTWARDS ARROW} calibrated, or calibrated alone. Where: as the robot "
+    "Errors: nominal \N{RIGHTWARDS ARROW} calibrated.urdf (with joint positions corrected first, "
+    "where that differs), or calibrated.urdf alone. Where: as the robot "
     "sees it, x ahead and y to its left; placements may have been named from the other side. "
     "\u2018Yes\u2019: no sample was farther off, which with n samples still leaves a chance of up "
     "to 3 in n; \u2018mostly\u2019: 19 of 20 were not. What was trained on proves nothing. "
@@ -227,26 +266,28 @@ _LEGEND = (
 def _placement_row(report: ReportDocument, i: int, name: str) -> list[Cell]:
     row, path = report.placements[i], f"placements.{i}"
     use = report.answers.use.rows[i]
+    two = row.geometric is not None
     role = "held out" if row.role == "test" else "trained on"
+    loaded = "calibrated" if row.quantiles.geometric is None else "geometric"
     share = figure(report, f"{path}.within_tolerance", scale=100, digits=0)
     badge = tag("span", use.answer, class_=f"badge {use.answer.split(' ')[0]}", data_answer=i)
     return [
         tag("span", f"{i + 1} {name}", tag("small", role), class_="named"),
         use.where,
         "+".join(map(str, row.samples)),
-        _pair(report, path, "mean_absolute_error"),
-        figure(report, f"{path}.quantiles.calibrated.p95"),
-        figure(report, f"{path}.quantiles.calibrated.max"),
-        _pair(report, path, "distance_error", "+"),
+        _pair(report, path, "mean_absolute_error", two=two),
+        figure(report, f"{path}.quantiles.{loaded}.p95"),
+        figure(report, f"{path}.quantiles.{loaded}.max"),
+        _pair(report, path, "distance_error", "+", two=two),
         tag("span", share, " %", data_within=i),
         badge,
     ]
 
 
-def _pair(report: ReportDocument, path: str, key: str, sign: str = "") -> list[Node]:
+def _pair(report: ReportDocument, path: str, key: str, sign: str = "", *, two: bool) -> list[Node]:
     before = figure(report, f"{path}.nominal.{key}", digits=2, sign=sign)
-    return [
-        tag("span", before, class_="before"),
-        " \N{RIGHTWARDS ARROW} ",
-        figure(report, f"{path}.calibrated.{key}", sign=sign),
-    ]
+    full = figure(report, f"{path}.calibrated.{key}", sign=sign)
+    words: list[Node] = [tag("span", before, class_="before"), " \N{RIGHTWARDS ARROW} "]
+    if two:
+        return [*words, figure(report, f"{path}.geometric.{key}", sign=sign), " (", full, ")"]
+    return [*words, full]

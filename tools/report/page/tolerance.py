@@ -48,8 +48,8 @@ def _changes(row: PlacementReport) -> Sequence[float]:
     """Return the tolerances at which the answer for a placement changes [m]."""
     if row.role == "train":
         return ()
-    errors = row.quantiles.calibrated
-    mostly = max(abs(row.calibrated.distance_error or 0.0), errors.p95)
+    errors = row.quantiles.loaded
+    mostly = max(abs(row.loaded.distance_error or 0.0), errors.p95)
     return mostly, max(mostly, errors.max)
 
 

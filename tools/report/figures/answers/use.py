@@ -63,11 +63,11 @@ def use_answer(
 
 
 def answer_at(row: PlacementReport, tolerance: float) -> Answer:
-    """Return the answer at one placement; ``trained on`` where errors prove nothing."""
+    """Return the answer by the URDF; ``trained on`` where errors prove nothing."""
     if row.role == "train":
         return "trained on"
-    errors = row.quantiles.calibrated
-    if abs(row.calibrated.distance_error or 0.0) > tolerance or errors.p95 > tolerance:
+    errors = row.quantiles.loaded
+    if abs(row.loaded.distance_error or 0.0) > tolerance or errors.p95 > tolerance:
         return "no"
     return "yes" if errors.max <= tolerance else "mostly"
 
@@ -113,16 +113,14 @@ def _meaning_text(repeatability: float | None) -> str:
 
 
 def _alone_text(summary: RoleSummaries) -> str | None:
-    """Return how accurate the exported URDF is by itself; None where it is the whole model."""
+    """Return which model is meant where there are two; None where the URDF is all of it."""
     _, judged = summary.judged
     if judged.geometric is None:
         return None
-    geometric = judged.geometric.mean_absolute_error
-    times = geometric / judged.calibrated.mean_absolute_error
     return (
-        f"This is the full model, which corrects the joint positions first. The exported URDF "
-        f"alone stands at {mm(geometric, 3)} on average, {times:.1f} times as much: "
-        "to judge that, divide what your task allows by as much before you enter it."
+        f"The exported URDF alone stands at {mm(judged.geometric.mean_absolute_error, 3)} on "
+        "average, and that is what is answered for. With the joint positions corrected first, as "
+        f"docs/model.md says, it is {mm(judged.calibrated.mean_absolute_error, 3)}."
     )
 
 

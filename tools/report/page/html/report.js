@@ -145,7 +145,7 @@ function toleranceControl() {
   const errors = figures.placements.map((_, i) =>
     figures.samples
       .filter((row) => row.placement === i)
-      .map((row) => Math.hypot(...row.calibrated)),
+      .map((row) => Math.hypot(...(row.geometric ?? row.calibrated))),
   );
   const { steps } = JSON.parse(document.getElementById("by-tolerance").textContent);
   const show = () => {

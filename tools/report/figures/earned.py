@@ -1,0 +1,124 @@
+"""Whether a verdict is earned: a believable size, enough samples, travel, and a small prediction.
+
+A few samples, or many alike, leave small errors by any model, so small errors are then no proof.
+"""
+
+import math
+from collections.abc import Sequence
+
+from ...documents.calibration import Uncertainty
+from ...documents.report_drawing import Coverage
+from ...documents.report_verdict import Limit, LimitResult, Status
+from ..words import joined, mm, plural
+from .predictions import PlacementPrediction
+
+__all__ = ["LEAST_SAMPLES", "prediction_row", "samples_row", "travel_row"]
+
+LEAST_SAMPLES = 10
+"""In each of two sockets: with fewer, the sockets' centres and the noise are hardly known."""
+LEAST_HELD_OUT = 5
+"""In each of two sockets held out: with fewer, the mean lies with the samples."""
+LEAST_TRAVEL = math.radians(20)
+"""A joint that turned less than this over all that was trained on is hardly seen [rad]."""
+PREDICTED = 3.0
+"""The predicted error of distances may be this many times the limit on held-out errors. A good
+recording at one placement comes to 1 to 2.4 times, since nothing there shows the far workspace."""
+
+
+def samples_row(placements: Sequence[PlacementPrediction], *, tied: bool) -> LimitResult:
+    """Return whether enough samples lie in each socket.
+
+    Args:
+        placements: All of the calibration.
+        tied: Distances between placements were given to the fit, so that two sockets of any count.
+    """
+    trained = [p.measured.counts for p in placements if p.role == "train"]
+    held_out = [p.measured.counts for p in placements if p.role == "test"]
+    if tied:
+        trained = [tuple(n for counts in trained for n in counts)]
+    few = _second(trained)
+    text = f"{plural(few, 'sample')} or more in each socket trained on"
+    enough: Status = "pass"
+    if few < LEAST_SAMPLES:
+        enough = "not enough"
+        text = (
+            f"only {plural(few, 'sample')} in a socket trained on; record at least "
+            f"{LEAST_SAMPLES} in each, better 30"
+        )
+    elif held_out and _second(held_out) < LEAST_HELD_OUT:
+        enough = "not enough"
+        text = (
+            f"only {plural(_second(held_out), 'sample')} in a socket held out; record at least "
+            f"{LEAST_HELD_OUT} in each, better 30"
+        )
+    return _row("samples", "samples in each socket", enough, text)
+
+
+def _second(sockets: Sequence[tuple[int, ...]]) -> int:
+    """Return how many samples two sockets of some placement have, at the best placement."""
+    return max((sorted(counts)[-2] if len(counts) > 1 else 0 for counts in sockets), default=0)
+
+
+def travel_row(coverage: Coverage) -> LimitResult:
+    """Return whether each joint that turns was turned enough while recording."""
+    trained = [socket for socket in coverage.sockets if socket.role == "train"]
+    travels = {
+        joint.name: max(s.high[i] for s in trained) - min(s.low[i] for s in trained)
+        for i, joint in enumerate(coverage.joints)
+        if joint.unit == "rad" and trained
+    }
+    still = [name for name, travel in travels.items() if travel < LEAST_TRAVEL]
+    least = math.degrees(min(travels.values(), default=0.0))
+    if not still:
+        return _row(
+            "travel", "travel of each joint", "pass", f"each joint turned {least:.0f} deg or more"
+        )
+    text = (
+        f"{joined(still)} turned by {least:.0f} deg or little more; record samples in which each "
+        f"joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"
+    )
+    return _row("travel", "travel of each joint", "not enough", text)
+
+
+def prediction_row(uncertainty: Uncertainty | None, limit: Limit) -> LimitResult:
+    """Return whether the error that is predicted of distances is small beside the limit.
+
+    Args:
+        uncertainty: How well the calibration is known; None where that could not be computed.
+        limit: On the held-out error.
+    """
+    title = "predicted error of distances"
+    if uncertainty is None:
+        words = "how well the calibration is known could not be computed; record more samples"
+        return _row("predicted_distance", title, "fail", words)
+    found = uncertainty.distance_deviation.median
+    if limit.value is None:
+        return _row("predicted_distance", title, "not evaluated", limit.source, found)
+    allowed = PREDICTED * limit.value
+    words = f"{PREDICTED:g} times the limit on the held-out error"
+    if found <= allowed:
+        return _row("predicted_distance", title, "pass", words, found, allowed)
+    text = (
+        f"distances in the workspace are known to {mm(found)} only, where {mm(allowed)} is asked; "
+        "record more varied samples, and a second placement far from the first"
+    )
+    return _row("predicted_distance", title, "not enough", text, found, allowed)
+
+
+def _row(
+    name: str,
+    title: str,
+    status: Status,
+    reason: str,
+    found: float | None = None,
+    limit: float | None = None,
+) -> LimitResult:
+    return LimitResult(
+        name=name,
+        title=title,
+        found=found,
+        limit=limit,
+        status=status,
+        text=reason if status == "not enough" else f"{title}: {reason}",
+        reason=reason,
+    )

@@ -1,0 +1,87 @@
+"""The size of the calibrated arm, and the distance between the sockets that it rests on."""
+
+from collections.abc import Sequence
+
+from ...documents.calibration import PlacementErrors, Scale
+from ...documents.report_verdict import LimitResult, Status
+from ..words import joined, short_names
+
+__all__ = ["distance_text", "likely_distance", "scale_row", "scale_text"]
+
+UNUSUAL = 0.003
+"""Real arms came out within 0.5 % of their models, most of them within a quarter percent."""
+IMPOSSIBLE = 0.01
+"""A link is machined to better than 0.1 %: an arm that is this much off is not the arm."""
+SURE = 3.0
+"""A warning needs this many standard deviations."""
+
+_SOURCES = {
+    "given": "as given",
+    "recording": "as the recording says",
+    "default": "the default, since nothing says otherwise: measure it, and give it by --distance",
+}
+
+
+def distance_text(placements: Sequence[PlacementErrors]) -> str:
+    """Return which distances between sockets the scale rests on, and where they are from."""
+    trained = [row for row in placements if row.role == "train" and len(row.samples) > 1]
+    kinds: dict[tuple[str, str | None], list[str]] = {}
+    for name, row in zip(short_names([row.name for row in trained]), trained, strict=True):
+        kinds.setdefault((_mm(row.distance), row.distance_source), []).append(name)
+    parts: list[str] = []
+    for (distance, source), names in kinds.items():
+        place = f" at {joined(names)}" if len(kinds) > 1 else ""
+        origin = f" ({_SOURCES[source]})" if source in _SOURCES else ""
+        parts.append(f"{distance} mm{place}{origin}")
+    if not parts:
+        return "Distance of the sockets: none in the placements trained on."
+    return f"Distance of the sockets: {'; '.join(parts)}."
+
+
+def scale_text(scale: Scale) -> str:
+    """Return by how much the arm came out larger or smaller, in words."""
+    size = f"{abs(100 * scale.value):.2f} % {'longer' if scale.value > 0 else 'shorter'}"
+    known = "" if scale.deviation is None else f" (+- {100 * scale.deviation:.2f} %)"
+    return f"the arm came out {size}{known} than its model"
+
+
+def scale_row(scale: Scale, placements: Sequence[PlacementErrors]) -> LimitResult:
+    """Return whether the arm's size is believable, and what is more likely where it is not."""
+    status: Status = "pass"
+    if abs(scale.value) > IMPOSSIBLE:
+        status = "fail"
+    elif abs(scale.value) > max(UNUSUAL, SURE * (scale.deviation or 0.0)):
+        status = "warning"
+    text = scale_text(scale)
+    if status != "pass":
+        distance, likely = _trained_distance(placements), likely_distance(scale, placements)
+        text += f"; more likely the sockets are {_tenth(likely, distance)} mm apart than "
+        text += f"{_tenth(distance, likely)}: measure them, and give it by --distance"
+    return LimitResult(
+        name="scale",
+        title="size of the arm",
+        found=None,
+        limit=None,
+        status=status,
+        text=text,
+        reason=f"{text[0].upper()}{text[1:]}",
+    )
+
+
+def likely_distance(scale: Scale, placements: Sequence[PlacementErrors]) -> float:
+    """Return the distance of the sockets by which the arm would have its nominal size [m]."""
+    return _trained_distance(placements) / max(1 + scale.value, 0.1)
+
+
+def _trained_distance(placements: Sequence[PlacementErrors]) -> float:
+    return next(row.distance for row in placements if row.role == "train")
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.2f}".rstrip("0").rstrip(".")
+
+
+def _tenth(metres: float, other: float) -> str:
+    """Return millimetres with as many decimals as tell two lengths apart."""
+    digits = 1 if abs(metres - other) >= 2e-4 else 2
+    return f"{1e3 * metres:.{digits}f}"
