@@ -50,7 +50,7 @@ LINES = 6
 
 def models_of(arm: int) -> dict[str, bytes]:
     """Return what the controller may be given; the calibrated one as a user would get it."""
-    nominal, true = demo_arm(arm)
+    nominal, true = demo_arm(arm, keep_size=False)
     with tempfile.TemporaryDirectory() as folder:
         recordings, out = Path(folder) / "recordings", Path(folder) / "calibrated"
         for placement in record_placements(true, SEED):
@@ -98,7 +98,7 @@ def insertions(arms: dict[int, dict[str, bytes]], clock: Clock) -> None:
         name = f"{word}, {place}{1e3 * hole:g} mm"
         pooled: list[Trial] = []
         for arm, models in arms.items():
-            cell = build_cell(demo_arm(arm)[1], models[word], hole)
+            cell = build_cell(demo_arm(arm, keep_size=False)[1], models[word], hole)
             trials = clock.exhaust(insert(cell, count, SEED))
             figures = insertion_figures(trials)
             print(row(str(arm), name, f"{figures['inserted']} of {count}", figures), flush=True)
@@ -112,7 +112,7 @@ def drawings(arms: dict[int, dict[str, bytes]], clock: Clock) -> None:
     print("|---|---|---|---|---|---|---|")
     for word in ("nominal", "calibrated", "true"):
         for arm, models in arms.items():
-            cell = build_cell(demo_arm(arm)[1], models[word])
+            cell = build_cell(demo_arm(arm, keep_size=False)[1], models[word])
             figures = drawing_figures(clock.exhaust(retrace(cell, LINES, SEED)))
             spread = f"{1e3 * figures['spread']:.2f} ({1e3 * figures['max_spread']:.2f})"
             print(row(str(arm), word, spread, figures), flush=True)

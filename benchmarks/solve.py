@@ -6,20 +6,18 @@ Without a placement, a simulated one of the demo arm is used.
 """
 
 import argparse
-import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from mukca.recorder.convert import write_holes
-from mukca.recorder.dataset import Placement, Sample, read_placement
+from mukca.recorder.dataset import read_placement
 from mukca.solver.data.measurements import measure
 from mukca.solver.paper.problem import Problem, build_problem, solve
 from mukca.solver.robot.urdf import load_robot
@@ -49,43 +47,11 @@ def evaluations(problem: Problem) -> None:
     fits = [seconds(lambda: solve(problem), runs=3) for _ in range(5)]
     each = [seconds(lambda: problem.residuals(problem.start), runs=9) for _ in range(5)]
     fit, evaluation = statistics.median(fits), statistics.median(each)
-    steps = solve(problem).solution.iterations
+    steps = solve(problem).iterations
     print(
         f"one fit of {steps} iterations costs {fit / evaluation:.1f} of its evaluations of "
         f"residuals and Jacobian ({1e3 * evaluation:.2f} ms each)"
     )
-
-
-def many(placement: Placement, count: int) -> Placement:
-    """Return a placement with many samples: its own, again and again, a little off."""
-    noise = np.random.default_rng(0).normal(0, 1e-5, (count, len(placement.samples[0].position)))
-    samples = tuple(
-        Sample(tuple((np.array(s.position) + noise[i]).tolist()), s.socket)
-        for i, s in ((i, placement.samples[i % len(placement.samples)]) for i in range(count))
-    )
-    return replace(placement, samples=samples)
-
-
-def growth(folder: Path, name: str) -> None:
-    baseline = 0.0
-    for count in (60, 600, 6_000, 60_000):
-        words = [sys.executable, __file__, str(folder), "--robot", name, "--samples", str(count)]
-        out = subprocess.run(words, check=True, capture_output=True, text=True).stdout
-        per_sample, memory = map(float, out.split())
-        baseline = baseline or per_sample
-        print(
-            f"{count:6d} samples: {1e6 * per_sample:7.1f} us a sample "
-            f"({per_sample / baseline:.2f} x), peak memory {memory:.0f} MB"
-        )
-
-
-def one_size(folder: Path, name: str, count: int) -> None:
-    """Print time per sample [s] and peak memory [MB] of a fit; run in a process of its own."""
-    robot = load_robot(name)
-    placement = many(read_placement(folder), count)
-    problem = build_problem(robot, [measure(placement, robot)])
-    per_sample = seconds(lambda: solve(problem), runs=5 if count < 60_000 else 2) / count
-    print(per_sample, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 
 
 def commands(folder: Path, name: str) -> None:
@@ -109,7 +75,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("placement", nargs="?", type=Path)
     parser.add_argument("--robot", default="panda")
-    parser.add_argument("--samples", type=int, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.placement
@@ -117,14 +82,10 @@ def main() -> None:
             folder = Path(temporary) / "front"
             front = record(demo_arm()[1], demo_bases()[0], np.random.default_rng(0), noise=5e-5)
             write_holes(front, folder)
-        if arguments.samples:
-            one_size(folder, arguments.robot, arguments.samples)
-            return
         robot = load_robot(arguments.robot)
         problem = build_problem(robot, [measure(read_placement(folder), robot)])
         evaluations(problem)
         optimizers(problem)
-        growth(folder, arguments.robot)
         commands(folder, arguments.robot)
 
 

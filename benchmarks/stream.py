@@ -8,7 +8,7 @@ The emulator is a program of its own and writes down when it sent each state (it
 latency is from then to when the state was read here, by the clock that both share. The CPU share
 is of one core, for reading and decoding alone. The baseline of each line is a loop that receives
 the same bytes and decodes nothing; the ratio of the two is printed. The last line is the UR read
-through ur-rtde's receive interface instead, where that is installed.
+by the driver ur-rtde instead, where that is installed.
 """
 
 import argparse
@@ -18,11 +18,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from mukca.drivers import Driver, JointState
+from mukca.drivers import Driver
 from mukca.drivers.registry import open_driver
 
 STREAMS = {
@@ -64,12 +63,12 @@ def measure(
     try:
         assert emulator.stdout
         select.select([emulator.stdout], [], [], 30)
-        address = json.loads(emulator.stdout.readline())["driver"].partition(":")[2]
-        opened = UrRtde(address) if "ur-rtde" in name else open_driver(controller, address)
-        with opened as driver:
+        address = json.loads(emulator.stdout.readline())["driver"]
+        host = address.split(":")[1]
+        with open_driver(f"ur-rtde:{host}" if "ur-rtde" in name else address) as driver:
             arrivals, cpu = read(driver, seconds)
             missed = driver.missed
-        with open_driver(controller, address) as driver:
+        with open_driver(address) as driver:
             bare = receive(driver, min(seconds, 10.0))
     finally:
         emulator.terminate()
@@ -102,37 +101,9 @@ def read(driver: Driver, seconds: float) -> tuple[list[tuple[float, float]], flo
     return arrivals, (time.process_time() - used) / (time.monotonic() - start)
 
 
-class UrRtde(Driver):
-    """For comparison: ur-rtde's receive interface, polled for a new state."""
-
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
-        from rtde_receive import RTDEReceiveInterface
-
-        host = address.partition(":")[0]
-        self._robot = RTDEReceiveInterface(host, 500.0, ["timestamp", "actual_q"])
-        self._last = -1.0
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Nobody asks."""
-        return ()
-
-    def read(self, timeout: float) -> JointState:
-        """Poll until the time stamp is another."""
-        while (stamp := self._robot.getTimestamp()) == self._last:
-            time.sleep(2e-4)
-        self._last = stamp
-        return JointState(stamp, tuple(self._robot.getActualQ()))
-
-    def close(self) -> None:
-        """End the connection."""
-        self._robot.disconnect()
-
-
 def receive(driver: Driver, seconds: float) -> float:
     """Receive the same bytes without decoding them; return the share of a core."""
-    socket = getattr(driver, "_udp", None)
-    socket = socket._socket if socket else driver._tcp
+    socket = (driver._udp if hasattr(driver, "_udp") else driver._tcp)._socket
     socket.settimeout(0.5)
     start, used = time.monotonic(), time.process_time()
     while time.monotonic() < start + seconds:

@@ -1,4 +1,4 @@
-"""Addresses as users write them: ``HOST[:PORT][?option=value&...]``, and what they stand for."""
+"""Reads addresses as users write them, ``HOST[:PORT][?option=value&...]``, and connects to them."""
 
 import math
 import socket
@@ -13,7 +13,7 @@ CONNECT_SECONDS = 2.0
 
 
 class Options(dict[str, str]):
-    """What stands behind the question mark of an address."""
+    """The options of an address, by name: what stands behind its question mark."""
 
     def integer(self, name: str, default: int) -> int:
         """Return an option as a whole number, decimal or as in 0x2a5.
@@ -73,12 +73,12 @@ class Endpoint:
 def parse_endpoint(
     address: str, default_port: int, options: tuple[str, ...] = (), default_host: str = ""
 ) -> Endpoint:
-    """Return the endpoint that an address names.
+    """Return where an address says that a robot's controller listens.
 
     Args:
         address: ``HOST[:PORT][?option=value&...]``.
         default_port: The port where the address has none.
-        options: Names of the options that are understood.
+        options: Names of the options that the driver understands.
         default_host: The host where the address has none; empty if one must be given.
 
     Raises:
@@ -97,7 +97,11 @@ def parse_endpoint(
 
 
 def parse_options(query: str, known: tuple[str, ...]) -> Options:
-    """Return the options of an address.
+    """Return the options in the part of an address behind its question mark.
+
+    Args:
+        query: That part, ``option=value&...``; may be empty.
+        known: Names of the options that the driver understands.
 
     Raises:
         DriverError: BAD_ADDRESS for an option that is malformed or not known.
@@ -128,7 +132,7 @@ def resolve(host: str) -> str:
 
 
 def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
-    """Connect to an endpoint.
+    """Connect to a robot's controller.
 
     Args:
         endpoint: Where.

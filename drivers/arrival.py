@@ -26,7 +26,8 @@ class EvenStamps:
     """
 
     def __init__(self, period: float) -> None:
-        self._period = period
+        self.period = period
+        """The time between two states, as learned so far [s]."""
         self._last: float | None = None
 
     def __call__(self, arrival: float) -> float:
@@ -38,11 +39,11 @@ class EvenStamps:
         if self._last is None:
             self._last = arrival
             return arrival
-        predicted = self._last + self._period
+        predicted = self._last + self.period
         error = arrival - predicted
         if abs(error) > GREATEST_ERROR:
             self._last = max(arrival, predicted)
             return self._last
-        self._period = max(self._period + BETA * error, 1e-6)
-        self._last = max(predicted + ALPHA * error, self._last + 0.1 * self._period)
+        self.period = max(self.period + BETA * error, 1e-6)
+        self._last = max(predicted + ALPHA * error, self._last + 0.1 * self.period)
         return self._last

@@ -131,9 +131,6 @@ class Driver(ABC):
     def close(self) -> None:
         """End the connection; safe to call twice."""
 
-    def _count_rejected(self) -> None:
-        self.rejected += 1
-
     def __enter__(self) -> "Driver":
         return self
 

@@ -1,12 +1,13 @@
 """Franka Panda (FER) and FR3: the Franka Control Interface, listened to.
 
-A TCP connection to port 1337 agrees on a protocol version and announces a UDP port; the robot
-then sends its state there once a millisecond. Nothing more is ever sent: no motion, no command,
-not even a datagram. The TCP connection stays open, and closing it ends the stream.
+Over a TCP connection to port 1337 this computer and the robot agree on a protocol version, and this
+computer names a UDP port; the robot then sends its state there once a millisecond. Nothing more is
+ever sent: no motion, no command, not even a datagram. The TCP connection stays open, and closing it
+ends the stream.
 
-Efforts are ``tau_J``, the torque sensors of the joints' link side. Their sign is that of the
-gravity torque at rest, as the vendor's force control example uses it (tau_J less gravity is what
-acts from outside); it was not proven on a robot here.
+Efforts are ``tau_J``, measured by the torque sensors on the joints' link side. At rest they have
+the sign of the gravity torque: the vendor's force control example subtracts gravity from them to
+get what acts from outside. This was not proven on a robot here.
 
 Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
 """
@@ -18,14 +19,16 @@ from contextlib import ExitStack, closing
 
 from . import clock
 from .address import CONNECT_SECONDS, Endpoint, open_tcp, parse_endpoint
+from .checked import CheckedDriver
 from .datagrams import DatagramSocket
-from .driver import Driver, DriverError, JointState, Reason, match_joints
-from .franka_state import JOINTS, FrankaState, decode_state
+from .driver import DriverError, JointState, Reason, match_joints
+from .franka_state import JOINTS, decode_state
 
 __all__ = ["PORT", "VERSIONS", "Franka"]
 
 PORT = 1337
 VERSIONS = range(3, 11)
+PERIOD = 1e-3  # s: its messages count milliseconds
 FIRST_VERSION = 5  # the last of the Panda; any other robot answers with its own
 SETTLE_SECONDS = 0.2  # between a refused connection and the next
 
@@ -35,7 +38,7 @@ RESPONSE = struct.Struct("<IIIBH")  # command, command id, size, status, version
 SUCCESS, INCOMPATIBLE = 0, 1
 
 
-class Franka(Driver):
+class Franka(CheckedDriver):
     """A Panda or FR3 that streams its state at 1 kHz."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
@@ -43,55 +46,28 @@ class Franka(Driver):
         version = endpoint.options.integer("version", FIRST_VERSION)
         if version not in VERSIONS:
             raise endpoint.options.wrong("version", f"from {VERSIONS[0]} to {VERSIONS[-1]}")
+        super().__init__(f"the robot at {endpoint}", PERIOD)
         self._joint_names = match_joints(joint_names, JOINTS, "a Franka arm")
-        self._where = str(endpoint)
-        self._last: FrankaState | None = None
         self._tcp, self._udp = _connect(endpoint, version, self._count_rejected)
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The arm's seven joints, from base to flange."""
-        return self._joint_names
+    def _receive(self, deadline: float) -> JointState:
+        asked = clock.now()
+        for datagram, _ in self._udp.until(deadline):
+            state = decode_state(datagram)
+            self.status = "; ".join((state.mode, *state.errors))
+            return JointState(state.message_id * PERIOD, state.position, state.torque)
+        raise self._silence(max(0.0, deadline - asked))
 
-    def read(self, timeout: float) -> JointState:
-        """Return the next state; see :meth:`Driver.read`."""
-        for datagram, _ in self._udp.until(clock.now() + timeout):
-            try:
-                state = decode_state(datagram)
-            except ValueError as error:
-                self._reject(error)
-                continue
-            if self._last is None or state.message_id > self._last.message_id:
-                return self._accept(state)
-            self._count_rejected()
-        raise self._silence(timeout)
-
-    def close(self) -> None:
-        """End the connection, and with it the robot's stream."""
+    def _disconnect(self) -> None:
         self._tcp.close()
         self._udp.close()
 
-    def _accept(self, state: FrankaState) -> JointState:
-        if self._last is not None:
-            self.missed += state.message_id - self._last.message_id - 1
-        self._last = state
-        self.status = "; ".join((state.mode, *state.errors))
-        return JointState(state.message_id * 1e-3, state.position, state.torque)
-
-    def _reject(self, error: ValueError) -> None:
-        """Count a malformed datagram; a robot that sends nothing else cannot be read."""
-        self._count_rejected()
-        if self._last is None and self.rejected >= 100:
-            raise DriverError(Reason.PROTOCOL, f"the robot at {self._where} sends {error}")
-
-    def _silence(self, timeout: float) -> DriverError:
+    def _silence(self, waited: float) -> DriverError:
         """Return why no state came: a closed connection, or a robot that says nothing."""
         if _is_closed(self._tcp):
-            return DriverError(
-                Reason.UNREACHABLE, f"the robot at {self._where} closed the connection"
-            )
-        silent = f"no state from the robot at {self._where} for {timeout:g} s; "
-        if self._last is None:
+            return DriverError(Reason.UNREACHABLE, f"{self._where} closed the connection")
+        silent = f"no state from {self._where} for {waited:.3g} s; "
+        if not self.status:
             return DriverError(Reason.SILENT, silent + "does a firewall here block UDP from it?")
         return DriverError(
             Reason.SILENT,
@@ -131,11 +107,12 @@ def _try_version(
         try:
             tcp.sendall(REQUEST.pack(CONNECT, 0, REQUEST.size, version, udp.port))
             response = _receive_exactly(tcp, RESPONSE.size)
-        except OSError:
+        except OSError as error:
+            did = "ended it" if isinstance(error, ConnectionError) else "did not answer"
             raise DriverError(
                 Reason.BUSY,
-                f"the robot at {endpoint} took the connection but did not answer: probably "
-                "another program holds FCI, which serves one at a time; close it and try again",
+                f"the robot at {endpoint} took the connection, then {did}. If another program "
+                "holds FCI, which serves one at a time, close it; else see what Desk says",
             ) from None
         status, server = _parse_response(response, endpoint)
         if status == INCOMPATIBLE:

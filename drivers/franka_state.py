@@ -1,6 +1,6 @@
 """Franka's RobotState datagram: from bytes to joint angles, torques, mode and errors.
 
-Little-endian and packed. A layout is known by its exact length alone::
+Little-endian, without padding. The length alone says which layout a datagram has::
 
     bytes  server versions   robots                    numbers   errors
     2085   3                 Panda, system 3.0         float64   37
@@ -8,9 +8,9 @@ Little-endian and packed. A layout is known by its exact length alone::
     2373   5 to 9            Panda 4.2, FR3 to 5.7     float64   41
     1377   10                FR3 from 5.9              float32   41
 
-A state carries no checksum; that of its UDP datagram guards it on the way. What can be wrong and
-show is refused: the length, the mode, the flags, the success rate, angles beyond a turn, and
-numbers that are none.
+A state has no checksum of its own; its UDP datagram has one. Refused are: another length, a mode or
+an error flag that does not exist, a success rate that is no share, angles beyond a full turn, and
+torques that are not finite.
 
 The offsets are those of the headers in libfranka-common (Apache-2.0). The layouts of versions 5
 and 10 are proven against libfranka 0.9.2 and 0.21.3; those of 3 and 4 are taken from the source.

@@ -4,8 +4,8 @@ A message is protobuf. FRI 1.11 to 2.5 puts it into a datagram bare; FRI 2.7 fra
 
     u32 length | protobuf | u32 CRC-32 of the protobuf          (little-endian)
 
-Read as a length, the first bytes of a bare message are larger than any datagram, so that the two
-are told apart by themselves. The reply is a command message of a header alone: no command.
+The two are told apart by their first bytes: read as a length, those of a bare message are larger
+than any datagram. The reply is a command message that holds a header alone, and so no command.
 """
 
 import math
@@ -20,6 +20,7 @@ __all__ = ["Session", "StateMessage", "decode_message", "encode_reply"]
 MONITORING_ID = 0x245142
 COMMAND_ID = 0x34001
 LARGEST_ANGLE = 2 * math.pi
+LARGEST_MULTIPLIER = 1000  # a session that wants a reply more seldom would time out
 FRAME_BYTES = 8  # length before, CRC-32 behind
 LARGEST_DATAGRAM = 1500
 HEADER_KEY = b"\x0a"  # every message begins with its header, field 1
@@ -44,10 +45,12 @@ class StateMessage:
     """What is used of one monitoring message."""
 
     sequence: int
+    """Counts the messages of a session."""
     session: Session
     quality: str
+    """Of the connection, in a word."""
     receive_multiplier: int
-    """The controller expects a reply to each so many messages."""
+    """The controller expects a reply to each message of this many."""
     position: tuple[float, ...]
     """Measured joint angles [rad]; empty when the message has none, as it may when idle."""
     torque: tuple[float, ...] | None
@@ -84,12 +87,15 @@ def decode_message(datagram: bytes) -> StateMessage:
     torque = _joint_values(monitor, 2)
     if len(torque) not in (0, len(position)):
         raise ValueError(f"an FRI message with {len(position)} angles and {len(torque)} torques")
+    multiplier = _varint(connection, 4, 1)
+    if multiplier > LARGEST_MULTIPLIER:
+        raise ValueError(f"an FRI message that wants a reply only to each {multiplier}th")
     sequence = _varint(header, 2)
     return StateMessage(
         sequence=sequence,
         session=Session(_varint(connection, 1)),
         quality=QUALITIES[quality],
-        receive_multiplier=_varint(connection, 4, 1),
+        receive_multiplier=multiplier,
         position=position,
         torque=torque or None,
         stamp=_stamp(monitor, sequence * _varint(connection, 3, 1) * 1e-3),
@@ -149,7 +155,10 @@ def _stamp(monitor: Fields, default: float) -> float:
     if 15 not in monitor:
         return default
     stamp = _fields(_bytes(monitor, 15))
-    return _varint(stamp, 1) + _varint(stamp, 2) * 1e-9
+    seconds, nanoseconds = _varint(stamp, 1), _varint(stamp, 2)
+    if seconds >= 1 << 32 or nanoseconds >= 10**9:
+        raise ValueError(f"an FRI message with a stamp of {seconds} s and {nanoseconds} ns")
+    return seconds + nanoseconds * 1e-9
 
 
 def _fields(body: bytes) -> Fields:
@@ -197,12 +206,12 @@ def _varint(fields: Fields, number: int, default: int | None = None) -> int:
 
 
 def _single(fields: Fields, number: int, wire: int, default: int | bytes | None) -> int | bytes:
-    found = fields.get(number, [])
-    if not found and default is not None:
+    occurrences = fields.get(number, [])
+    if not occurrences and default is not None:
         return default
-    if len(found) != 1 or found[0][0] != wire:
+    if len(occurrences) != 1 or occurrences[0][0] != wire:
         raise ValueError(f"a message without a proper field {number}")
-    return found[0][1]
+    return occurrences[0][1]
 
 
 def _decode_varint(body: bytes, at: int) -> tuple[int, int]:

@@ -17,7 +17,8 @@ import math
 from collections.abc import Sequence
 
 from . import clock
-from .driver import Driver, DriverError, JointState, Reason, match_joints
+from .checked import CheckedDriver
+from .driver import DriverError, JointState, Reason, match_joints
 from .kinova_arm import KinovaArm, Measurement
 
 __all__ = ["Kinova", "Unwrap"]
@@ -26,45 +27,39 @@ HALF_TURN = 180.0
 ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a hand is slow
 
 
-class Kinova(Driver):
+class Kinova(CheckedDriver):
     """A connection to a Kinova arm, which is asked for its joints again and again."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        super().__init__("the Kinova arm")
         self._arm = _connect(address)
-        try:
+        with self._closed_on_error():
             self._joint_names = match_joints(joint_names, self._arm.joints, "the Kinova arm")
-        except DriverError:
-            self._arm.close()
-            raise
         self._unwrap = Unwrap(self._arm.centred)
         self._next_poll = 0.0
-        self._fastest, self._slow = math.inf, 0
-        self._open = True
+        self._fastest = math.inf
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The arm's joints, from base to flange."""
-        return self._joint_names
-
-    def read(self, timeout: float) -> JointState:
-        """Return the next state; see :meth:`Driver.read`."""
-        if not self._open:
-            raise DriverError(Reason.UNREACHABLE, "the connection is closed")
-        deadline = clock.now() + timeout
-        wait = self._next_poll - clock.now()
-        if wait > timeout:
-            clock.sleep(timeout)
-            raise DriverError(Reason.SILENT, f"no state for {timeout:g} s")
-        clock.sleep(max(0.0, wait))
+    def _receive(self, deadline: float) -> JointState:
+        asked = clock.now()
+        if self._next_poll > deadline:
+            clock.sleep(max(0.0, deadline - asked))
+            raise DriverError(
+                Reason.SILENT, f"no state from {self._where} for {deadline - asked:.3g} s"
+            )
+        clock.sleep(max(0.0, self._next_poll - asked))
+        before = self._arm.rejected
         try:
             measurement, stamp = self._measure(deadline)
         finally:
-            self.rejected = self._arm.rejected + self._slow
+            self.rejected += self._arm.rejected - before
         return JointState(
             stamp,
             self._unwrap(measurement.degrees),
             tuple(self._arm.sign * torque for torque in measurement.torques),
         )
+
+    def _disconnect(self) -> None:
+        self._arm.close()
 
     def _measure(self, deadline: float) -> tuple[Measurement, float]:
         """Ask all joints once; return their answers and the time in the middle [s].
@@ -81,15 +76,10 @@ class Kinova(Driver):
             if end - start <= max(ONE_MOMENT, 2 * self._fastest):
                 self._fastest = min(self._fastest, end - start)
                 return measurement, (start + end) / 2
-            self._slow += 1
+            self._count_rejected()
             self._fastest *= 1.05  # so that a bus that became slower is accepted after a while
             if end >= deadline:
                 raise DriverError(Reason.SILENT, f"the joints take {end - start:.2g} s to answer")
-
-    def close(self) -> None:
-        """End the connection."""
-        self._open = False
-        self._arm.close()
 
 
 class Unwrap:

@@ -1,85 +1,82 @@
 """KUKA LBR iiwa and LBR Med: the Fast Robot Interface, monitored.
 
-The controller sends first, once a Sunrise application has opened an FRI session to this
-computer. A reply to every so many messages keeps the session; it is a header alone and carries
-no command. A session that goes on to command the arm is left at once.
+The controller sends first, once a Sunrise application has opened an FRI session to this computer.
+The session stays open as long as messages are answered, as many as the session asks for. An answer
+is a header alone and carries no command. A session that goes on to command the arm is left at once.
 
-Efforts are the measured joint torques. Their sign was not proven: record at rest, compare it
-with the model's gravity torque, and set ``effort=-1`` if they oppose each other.
+Efforts are the measured joint torques. Their sign was not proven: record at rest, compare with the
+model's gravity torque, and set ``effort=-1`` if they oppose each other.
 
 Address: ``HOST[:PORT][?bind=LOCAL&effort=-1]``. HOST is the controller; PORT (30200) is the UDP
 port that the application sends to, opened here on LOCAL, by default on all interfaces.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from . import clock
 from .address import parse_endpoint, resolve
+from .checked import CheckedDriver
 from .datagrams import DatagramSocket
-from .driver import Driver, DriverError, JointState, Reason, match_joints
+from .driver import DriverError, JointState, Reason, match_joints
 from .fri import Session, StateMessage, decode_message, encode_reply
 
 __all__ = ["PORT", "Kuka"]
 
 PORT = 30200
 FIRST_MESSAGE_SECONDS = 3.0
-RESTARTED = 100  # a sequence counter so far behind belongs to a new session
+RESTARTED = 100  # a sequence counter further behind than this belongs to a new session
+LONGEST_GAP = (
+    100_000  # messages: a counter further ahead than this tells nothing of what is missing
+)
 COUNTER = 1 << 32
 
 
-class Kuka(Driver):
+class Kuka(CheckedDriver):
     """An iiwa or Med whose FRI session is open in monitoring mode."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         endpoint = parse_endpoint(address, PORT, options=("bind", "effort"))
+        super().__init__(f"the controller at {endpoint.host}")
         self._sign = endpoint.options.sign("effort")
-        self._where = endpoint.host
-        self._malformed = self._replies = self._unanswered = 0
-        self._last: StateMessage | None = None
-        self._waiting: StateMessage | None = None
-        """The message that told how many joints there are, not yet read."""
+        self._sequence: int | None = None
+        self._replies = self._unanswered = 0
         local = (endpoint.options.get("bind", "0.0.0.0"), endpoint.port)  # noqa: S104
         self._udp = DatagramSocket(local, resolve(endpoint.host), self._count_rejected)
-        try:
-            self._joint_names = self._await_session(joint_names, endpoint.port)
-        except BaseException:
-            self.close()
-            raise
+        with self._closed_on_error():
+            count = self._await_session(endpoint.port)
+            self._joint_names = match_joints(joint_names, count, "the KUKA arm")
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The arm's joints, from base to flange."""
-        return self._joint_names
-
-    def read(self, timeout: float) -> JointState:
-        """Return the next state; see :meth:`Driver.read`."""
-        if self._waiting is not None:
-            message, self._waiting = self._waiting, None
-            return self._state(message)
-        for message in self._messages(clock.now() + timeout):
+    def _receive(self, deadline: float) -> JointState:
+        asked = clock.now()
+        for datagram, source in self._udp.until(deadline):
+            message = decode_message(datagram)
+            self._follow(message)
+            self._answer(message, source)
             if message.position:
                 return self._state(message)
-        last = f"; its session was {self.status}" if self._last else ""
+        last = f"; its session was {self.status}" if self.status else ""
         raise DriverError(
-            Reason.SILENT, f"no FRI message from {self._where} for {timeout:g} s{last}"
+            Reason.SILENT,
+            f"no FRI message with joint angles from {self._where} for "
+            f"{max(0.0, deadline - asked):.3g} s{last}",
         )
 
-    def close(self) -> None:
-        """Stop listening; the controller sees the replies end."""
+    def _disconnect(self) -> None:
         self._udp.close()
 
-    def _await_session(self, joint_names: Sequence[str] | None, port: int) -> tuple[str, ...]:
-        """Wait for the first message with joints, and match them with the model's."""
-        for message in self._messages(clock.now() + FIRST_MESSAGE_SECONDS):
-            if message.position:
-                self._waiting = message
-                return match_joints(joint_names, len(message.position), "the KUKA arm")
-        if self._last is not None:
+    def _await_session(self, port: int) -> int:
+        """Wait for the first message with joints; return how many joints it has."""
+        try:
+            return len(self._await_first(FIRST_MESSAGE_SECONDS).position)
+        except DriverError as error:
+            if error.reason not in (Reason.SILENT, Reason.PROTOCOL):
+                raise
+        if self.status:
             raise DriverError(
                 Reason.WRONG_MODE,
                 f"the FRI session of {self._where} is {self.status} and tells no joint angles",
             )
-        if self._malformed:
+        if self._useless:
             raise DriverError(
                 Reason.PROTOCOL, f"what {self._where} sends to UDP port {port} is not FRI"
             )
@@ -89,37 +86,23 @@ class Kuka(Driver):
             "application that opens FRI to this computer (docs/kuka.md)",
         )
 
-    def _messages(self, deadline: float) -> Iterator[StateMessage]:
-        """Yield messages in order, each answered if an answer is due, until time is up."""
-        for datagram, source in self._udp.until(deadline):
-            try:
-                message = decode_message(datagram)
-            except ValueError:
-                self._malformed += 1
-                self._count_rejected()
-                continue
-            if not self._is_next(message):
-                self._count_rejected()
-                continue
-            self._last = message
-            self.status = f"{message.session.name.lower().replace('_', ' ')}, {message.quality}"
-            self._refuse_command(message)
-            self._answer(message, source)
-            yield message
+    def _follow(self, message: StateMessage) -> None:
+        """Count the messages that are missing before this one; leave a session that commands.
 
-    def _is_next(self, message: StateMessage) -> bool:
-        """Tell whether a message follows the last one, and count those between."""
-        if self._last is None:
-            return True
-        ahead = (message.sequence - self._last.sequence) % COUNTER
-        if 0 < ahead < COUNTER // 2:
-            self.missed += ahead - 1
-            return True
-        return -ahead % COUNTER > RESTARTED
-
-    def _refuse_command(self, message: StateMessage) -> None:
+        Raises:
+            ValueError: It is not later than the last one.
+        """
+        if self._sequence is not None:
+            ahead = (message.sequence - self._sequence + COUNTER // 2) % COUNTER - COUNTER // 2
+            if -RESTARTED <= ahead <= 0:
+                raise ValueError("an FRI message that is not later than the one before")
+            if ahead < 0:
+                self._begin_anew()
+            elif ahead <= LONGEST_GAP:
+                self.missed += ahead - 1
+        self._sequence = message.sequence
+        self.status = f"{message.session.name.lower().replace('_', ' ')}, {message.quality}"
         if message.session >= Session.COMMANDING_WAIT:
-            self.close()
             raise DriverError(
                 Reason.WRONG_MODE,
                 f"the FRI session of {self._where} is in {message.session.name}: it expects "
@@ -127,7 +110,7 @@ class Kuka(Driver):
             )
 
     def _answer(self, message: StateMessage, source: tuple[str, int]) -> None:
-        """Reply to each receiveMultiplier-th message, never when idle."""
+        """Answer a message where one is due: each receiveMultiplier-th, and none when idle."""
         if message.session is Session.IDLE:
             return
         self._unanswered += 1

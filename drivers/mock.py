@@ -44,7 +44,7 @@ from pathlib import Path
 from urllib.parse import parse_qsl
 
 from . import clock
-from .driver import Driver, DriverError, JointState, Reason
+from .driver import Driver, DriverError, JointState, Reason, match_joints
 from .motion import Motion
 from .replay import number, read_replay
 
@@ -205,7 +205,9 @@ class Mock(Driver):
     ) -> None:
         self._address = address
         self._arm = arm or self._left.pop(address, None) or _arm_at(address)
-        self._names = _checked_names(self._arm, joint_names)
+        self._names = self._arm.joint_names
+        if joint_names is not None:
+            self._names = match_joints(joint_names, len(self._names), "the recording")
         self._open = False
         if self._arm.shows("drop", self._arm.now()):
             self._leave()
@@ -266,18 +268,6 @@ class Mock(Driver):
         if self._last is None or not self._arm.shows("repeat", moment):
             self._last = self._arm.state(moment)
         return self._last
-
-
-def _checked_names(arm: SimulatedArm, joint_names: Sequence[str] | None) -> tuple[str, ...]:
-    if joint_names is None:
-        return arm.joint_names
-    if len(joint_names) != len(arm.joint_names):
-        raise DriverError(
-            Reason.WRONG_ROBOT,
-            f"the recording has {len(arm.joint_names)} joints, "
-            f"but the model has {len(joint_names)} ({', '.join(joint_names)})",
-        )
-    return tuple(joint_names)
 
 
 def _arm_at(address: str) -> SimulatedArm:

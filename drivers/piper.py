@@ -1,10 +1,11 @@
 """AgileX Piper: the joint angles that the arm puts on its CAN bus, overheard.
 
-The arm sends three frames of two joints each, in turn, whatever anybody does. Nothing is sent:
-the bus is only listened to. The frames carry no number, so that a missing one is told by its
-turn, and a state with one is counted as missed.
+About 200 times a second the arm sends a turn of three frames, each with two joint angles, whatever
+anybody does. Nothing is sent: the bus is only listened to. The frames carry no number. A turn of
+which a frame is missing, or whose frames are more than half a period apart and so may belong to
+different turns, is thrown away and counted as missed.
 
-Stamps are when the last frame came in, evened out. Efforts are None: these frames have none.
+Stamps are when a turn's last frame came in, evened out. Efforts are None: these frames have none.
 
 Address: a CAN bus, ``[INTERFACE/]CHANNEL``, see :mod:`mukca.drivers.canbus`; ``can0`` by default.
 """
@@ -18,7 +19,8 @@ import can
 from . import clock
 from .arrival import EvenStamps
 from .canbus import open_bus, parse_can_address
-from .driver import Driver, DriverError, JointState, Reason, match_joints
+from .checked import CheckedDriver
+from .driver import DriverError, JointState, Reason, match_joints
 
 __all__ = ["IDENTIFIERS", "Piper", "decode_frame"]
 
@@ -45,98 +47,89 @@ def decode_frame(data: bytes) -> tuple[float, float]:
     return first * UNIT, second * UNIT
 
 
-class Piper(Driver):
+class Piper(CheckedDriver):
     """A Piper on a CAN bus."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
-        self._joint_names = match_joints(joint_names, JOINTS, "a Piper")
         bus = parse_can_address(address)
-        self._where = str(bus)
+        super().__init__(f"the arm on {bus}")
+        self._joint_names = match_joints(joint_names, JOINTS, "a Piper")
         self._angles: list[float] = []
-        """Angles of the frames of this turn, as far as they have come."""
+        """Angles of the frames of this turn that have come."""
         self._lost = True
-        """Whether this turn is given up; also before the first."""
+        """Whether this turn is given up, as the one before the first frame of all is."""
+        self._turn_began = 0.0
         self._stamp = EvenStamps(PERIOD)
-        self._pending: JointState | None = None
         self._bus = open_bus(bus, IDENTIFIERS)
-        self._open = True
-        try:
-            self._pending = self.read(FIRST_STATE_SECONDS)
-        except DriverError as error:
-            self.close()
-            raise self._nobody(error) from None
+        with self._closed_on_error():
+            self._await_arm()
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The arm's six joints, from base to flange."""
-        return self._joint_names
-
-    def read(self, timeout: float) -> JointState:
-        """Return the next state; see :meth:`Driver.read`."""
-        if self._pending is not None:
-            state, self._pending = self._pending, None
-            return state
-        deadline = clock.now() + timeout
-        while (frame := self._receive(deadline)) is not None:
-            state = self._take(frame)
+    def _receive(self, deadline: float) -> JointState:
+        while True:
+            state = self._take(self._next_frame(deadline))
             if state is not None:
                 return state
-        raise DriverError(Reason.SILENT, f"no joint angles on {self._where} for {timeout:g} s")
 
-    def close(self) -> None:
-        """Leave the bus."""
-        if self._open:
-            self._open = False
-            self._bus.shutdown()
+    def _disconnect(self) -> None:
+        self._bus.shutdown()
 
-    def _receive(self, deadline: float) -> can.Message | None:
-        """Return the next frame with joint angles."""
-        if not self._open:
-            raise DriverError(Reason.UNREACHABLE, "the connection is closed")
+    def _await_arm(self) -> None:
+        try:
+            self._await_first(FIRST_STATE_SECONDS)
+        except DriverError as error:
+            if error.reason is not Reason.SILENT:
+                raise
+            raise DriverError(
+                Reason.UNREACHABLE, f"{error}: is the arm on, and the bus at 1 Mbit/s?"
+            ) from None
+
+    def _next_frame(self, deadline: float) -> can.Message:
+        """Return the next frame with joint angles, waiting for it."""
+        asked = clock.now()
         while True:
-            wait = max(0.0, deadline - clock.now())
             try:
-                frame = self._bus.recv(wait)
-            except (can.CanError, OSError) as error:
-                raise DriverError(
-                    Reason.UNREACHABLE, f"CAN bus {self._where} is lost: {error}"
-                ) from None
+                frame = self._bus.recv(max(0.0, deadline - clock.now()))
+            except (can.CanError, OSError, ValueError) as error:
+                raise DriverError(Reason.UNREACHABLE, f"{self._where} is lost: {error}") from None
             if frame is None:
-                return None
+                waited = max(0.0, deadline - asked)
+                raise DriverError(
+                    Reason.SILENT, f"no joint angles from {self._where} for {waited:.3g} s"
+                )
             if not (frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame):
                 return frame
 
     def _take(self, frame: can.Message) -> JointState | None:
-        """Add a frame to the state of this turn, and return the state if it is whole."""
-        turn = IDENTIFIERS.index(frame.arbitration_id)
+        """Add a frame to the state of this turn, and return the state if it is whole.
+
+        Raises:
+            ValueError: The frame is malformed; the turn is given up.
+        """
+        part = IDENTIFIERS.index(frame.arbitration_id)
+        arrival = frame.timestamp or clock.now()
+        if part != len(self._angles) // 2 or (part and self._is_late(arrival)):
+            self._lose_turn()
+        if part == 0:
+            self._lost, self._turn_began = False, arrival
         try:
             angles = decode_frame(bytes(frame.data))
         except ValueError:
-            self.rejected += 1
             self._lose_turn()
-            return None
-        if turn != len(self._angles) // 2:
-            self._lose_turn()
-        if turn == 0:
-            self._lost = False
+            raise
         if self._lost:
             return None
         self._angles += angles
         if len(self._angles) < JOINTS:
             return None
         position, self._angles = tuple(self._angles), []
-        return JointState(self._stamp(frame.timestamp or clock.now()), position)
+        return JointState(self._stamp(arrival), position)
+
+    def _is_late(self, arrival: float) -> bool:
+        """Tell whether a frame came too late to belong to the first frame of this turn."""
+        return abs(arrival - self._turn_began) > self._stamp.period / 2
 
     def _lose_turn(self) -> None:
         """Give up the state of this turn, and wait for the first frame of the next."""
         self.missed += not self._lost
         self._lost = True
         self._angles = []
-
-    def _nobody(self, error: DriverError) -> DriverError:
-        if error.reason is not Reason.SILENT:
-            return error
-        return DriverError(
-            Reason.UNREACHABLE,
-            f"no joint angles on {self._where}: is the arm on, and the bus at 1 Mbit/s?",
-        )

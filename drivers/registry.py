@@ -71,6 +71,12 @@ DRIVERS: dict[str, DriverInfo] = {
             "ros", "mukca.drivers.ros:Ros", "any arm in ROS: rosbridge", needs=("roslibpy",)
         ),
         DriverInfo("ur", "mukca.drivers.ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
+        DriverInfo(
+            "ur-rtde",
+            "mukca.drivers.ur_rtde:UrRtde",
+            "UR3 to UR20: RTDE, by the package ur-rtde",
+            needs=("rtde_receive",),
+        ),
     )
 }
 

@@ -13,12 +13,13 @@ Address: ``HOST[:PORT][?topic=/joint_states&effort=-1]``; PORT is 9090 by defaul
 import math
 import queue
 import threading
-import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from . import clock
 from .address import Endpoint, open_tcp, parse_endpoint
-from .driver import Driver, DriverError, JointState, Reason
+from .checked import CheckedDriver
+from .driver import DriverError, JointState, Reason
 
 if TYPE_CHECKING:
     import roslibpy
@@ -57,7 +58,7 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
     return JointState(seconds, position, effort and tuple(sign * value for value in effort))
 
 
-class Ros(Driver):
+class Ros(CheckedDriver):
     """A subscription to a topic with joint states."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
@@ -65,45 +66,33 @@ class Ros(Driver):
             address.removeprefix("ws://"), PORT, ("topic", "effort"), default_host="localhost"
         )
         self._sign = endpoint.options.sign("effort")
-        self._topic_name = endpoint.options.get("topic", "/joint_states")
-        self._where = f"{self._topic_name} of the rosbridge at {endpoint}"
+        topic = endpoint.options.get("topic", "/joint_states")
+        super().__init__(f"{topic} of the rosbridge at {endpoint}")
         self._messages: queue.Queue[Any] = queue.Queue(LONGEST_QUEUE)
-        self._client, self._topic = _subscribe(endpoint, self._topic_name, self._put)
+        self._client, self._topic = _subscribe(endpoint, topic, self._put)
         self._ended = threading.Event()
         self._client.on("close", self._lose)
-        try:
+        with self._closed_on_error():
             self._joint_names = self._match(joint_names)
-        except BaseException:
-            self.close()
-            raise
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints that are read: the model's, or without a model all of the topic's."""
-        return self._joint_names
-
-    def read(self, timeout: float) -> JointState:
-        """Return the next state; see :meth:`Driver.read`."""
-        deadline = time.monotonic() + timeout
-        while (message := self._get(deadline)) is not None:
-            try:
-                return decode_message(message, self._joint_names, self._sign)
-            except ValueError:
-                self.rejected += 1
+    def _receive(self, deadline: float) -> JointState:
+        asked = clock.now()
+        message = self._get(deadline)
+        if message is not None:
+            return decode_message(message, self._joint_names, self._sign)
         if self._ended.is_set():
             raise DriverError(Reason.UNREACHABLE, f"the connection to {self._where} is lost")
-        raise DriverError(Reason.SILENT, f"no joint states on {self._where} for {timeout:g} s")
+        waited = max(0.0, deadline - asked)
+        raise DriverError(Reason.SILENT, f"no joint states on {self._where} for {waited:.3g} s")
 
-    def close(self) -> None:
-        """End the subscription and the connection."""
+    def _disconnect(self) -> None:
         if not self._ended.is_set():
-            self._ended.set()
             self._topic.unsubscribe()
             self._client.close()
 
     def _match(self, joint_names: Sequence[str] | None) -> tuple[str, ...]:
         """Wait for a message that has the model's joints, or any joints without a model."""
-        deadline = time.monotonic() + FIRST_STATE_SECONDS
+        deadline = clock.now() + FIRST_STATE_SECONDS
         published: set[str] = set()
         while (message := self._get(deadline)) is not None:
             names = _names(message)
@@ -131,7 +120,7 @@ class Ros(Driver):
 
     def _get(self, deadline: float) -> Any:
         try:
-            return self._messages.get(timeout=max(0.0, deadline - time.monotonic()))
+            return self._messages.get(timeout=max(0.0, deadline - clock.now()))
         except queue.Empty:
             return None
 

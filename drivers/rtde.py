@@ -10,19 +10,23 @@ version, which outputs to send and how often, and to start. None of them is an i
 
 import math
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 __all__ = [
     "CONTROLLER_VERSION",
     "DATA",
+    "OUTPUTS",
     "PROTOCOL_VERSION",
     "SETUP_OUTPUTS",
     "START",
     "Recipe",
     "RtdeState",
+    "check_angles",
     "decode_recipe",
     "encode_package",
     "setup_payload",
+    "status_text",
     "take_package",
 ]
 
@@ -37,7 +41,8 @@ TYPES = frozenset({PROTOCOL_VERSION, CONTROLLER_VERSION, SETUP_OUTPUTS, START, D
 
 HEADER = struct.Struct(">HB")
 LARGEST_PACKAGE = 4096
-LARGEST_ANGLE = 4 * math.pi  # these joints turn once to each side, some without end
+LARGEST_ANGLE = 4 * math.pi  # these joints turn once to each side
+LARGEST_MODE = 99  # modes are small numbers, and newer software has some that have no name here
 
 ROBOT_MODES = {
     -1: "no controller",
@@ -101,17 +106,35 @@ class Recipe:
             raise ValueError(f"a data package of {len(payload)} bytes that nobody asked for")
         _, timestamp, *rest = layout.unpack(payload)
         position, effort = tuple(rest[:6]), tuple(rest[8:]) or None
-        if not all(abs(angle) <= LARGEST_ANGLE for angle in position):
-            raise ValueError("a data package with impossible joint angles")
-        if not (math.isfinite(timestamp) and all(map(math.isfinite, effort or ()))):
+        if not all(map(math.isfinite, (timestamp, *(effort or ())))):
             raise ValueError("a data package with values that are no numbers")
-        robot = ROBOT_MODES.get(rest[6], f"robot mode {rest[6]}")
-        safety = SAFETY_MODES.get(rest[7], f"safety mode {rest[7]}")
-        return RtdeState(timestamp, position, effort, f"{robot}, {safety}")
+        if not all(-1 <= mode <= LARGEST_MODE for mode in rest[6:8]):
+            raise ValueError("a data package with an impossible mode")
+        return RtdeState(timestamp, check_angles(position), effort, status_text(*rest[6:8]))
 
 
 PLAIN = struct.Struct(">Bd6dii")
 WITH_EFFORT = struct.Struct(">Bd6dii6d")
+
+
+def check_angles(position: Sequence[float]) -> tuple[float, ...]:
+    """Return six joint angles [rad], if they can be.
+
+    Wrist 3 of a UR3 turns without end and counts its turns: for it any number will do.
+
+    Raises:
+        ValueError: They cannot be.
+    """
+    *arm, wrist_3 = position
+    if not all(abs(angle) <= LARGEST_ANGLE for angle in arm) or not math.isfinite(wrist_3):
+        raise ValueError("a data package with impossible joint angles")
+    return tuple(position)
+
+
+def status_text(robot_mode: int, safety_mode: int) -> str:
+    """Return what two modes mean, in words."""
+    robot = ROBOT_MODES.get(robot_mode, f"robot mode {robot_mode}")
+    return f"{robot}, {SAFETY_MODES.get(safety_mode, f'safety mode {safety_mode}')}"
 
 
 def encode_package(kind: int, payload: bytes = b"") -> bytes:
@@ -127,8 +150,7 @@ def setup_payload(frequency: float, effort: str | None) -> bytes:
         effort: Name of one more output, of six numbers [N m].
     """
     names = [*OUTPUTS, *([effort] if effort else [])]
-    listed = "".join(f"{name}," for name in names).encode()
-    return struct.pack(">d", frequency) + listed
+    return struct.pack(">d", frequency) + ",".join(names).encode()
 
 
 def decode_recipe(payload: bytes, effort: str | None) -> Recipe:
@@ -142,6 +164,8 @@ def decode_recipe(payload: bytes, effort: str | None) -> Recipe:
     if len(payload) < 1 or len(given) != len(wanted):
         raise ValueError(f"{len(given)} outputs where {len(wanted)} were asked for")
     for (name, kind), got in zip(wanted.items(), given, strict=True):
+        if got == "NOT_FOUND":
+            raise ValueError(f"no output called {name}: its software does not have it")
         if got != kind:
             raise ValueError(f"output {name} is {got}, not {kind}")
     return Recipe(payload[0], effort is not None)

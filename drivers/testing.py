@@ -1,6 +1,6 @@
-"""The contract of a driver as tests, to be run on any adapter. Needs pytest, when imported.
+"""The contract of a driver as tests, to be run on any driver. Needs pytest, when imported.
 
-A test module subclasses it once for each robot::
+A test module subclasses it once for each robot, or for each simulator of one::
 
     class TestMyArm(DriverContract):
         driver = MyArm
@@ -11,20 +11,28 @@ A test module subclasses it once for each robot::
         def address(cls):
             with my_simulated_arm() as port:
                 yield f"127.0.0.1:{port}"
+
+That angles are in radians and no state is lost can be seen only where it is known what was sent. A
+simulator knows: give its states by ``sent``, and by ``lossy`` those of one that loses some.
 """
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice, pairwise
 
 import pytest
 
-from .driver import Driver, DriverError, Reason
+from . import clock
+from .driver import Driver, DriverError, JointState, Reason
 
 __all__ = ["DriverContract"]
 
+Sent = Callable[[], Sequence[JointState]]
+"""Returns all states that a robot has sent until now, in order."""
+
 STATES = 50
+PAUSE_SECONDS = 0.3
 READ_SECONDS = 3.0
 OPEN_SECONDS = 15.0
 
@@ -47,10 +55,27 @@ class DriverContract:
     wrong: str | None = None
     """An address that cannot be understood; the test is skipped without one."""
 
+    tolerance: float = 1e-6
+    """How far a position may be from the one that was sent [rad]."""
+
+    keeps_all: bool = True
+    """Whether the driver returns also the states that came while nobody read, as it should; False
+    where what it is built on cannot."""
+
     @pytest.fixture
     def address(self) -> str:
         """Where the robot is, or its stand-in; to be overridden."""
         raise NotImplementedError("give an address fixture")
+
+    @pytest.fixture
+    def sent(self) -> Sent | None:
+        """What tells the states that the robot has sent; to be overridden where that is known."""
+        return None
+
+    @pytest.fixture
+    def lossy(self) -> tuple[str, Sent] | None:
+        """Where a robot is whose messages are lost now and then, and what it has sent."""
+        return None
 
     @pytest.fixture
     def opened(self, address: str) -> Iterator[Driver]:
@@ -95,6 +120,34 @@ class DriverContract:
         states = [opened.read(READ_SECONDS) for _ in range(STATES)]
         for one, two in pairwise(states):
             assert all(abs(a - b) < 0.5 for a, b in zip(one.position, two.position, strict=True))
+
+    def test_states_are_those_that_were_sent(self, opened: Driver, sent: Sent | None) -> None:
+        """Positions and efforts are what the robot sent: in SI units, in order, none made up."""
+        if sent is None:
+            pytest.skip("nobody knows what was sent")
+        states = [opened.read(READ_SECONDS) for _ in range(STATES)]
+        truths = sent()
+        assert any(any(truth.position) for truth in truths), "an arm at zero proves nothing"
+        for state, place in zip(states, self._places(states, truths), strict=True):
+            if state.effort and truths[place].effort:
+                assert state.effort == pytest.approx(truths[place].effort, abs=1e-3)
+
+    def test_a_late_reader_loses_nothing(self, opened: Driver, sent: Sent | None) -> None:
+        """States that come while nobody reads are returned afterwards, the oldest first."""
+        if sent is None or not self.keeps_all:
+            pytest.skip("nobody knows what was sent, or the driver cannot keep it")
+        states, missed = self._read_with_a_pause(opened)
+        assert missed == 0
+        self._assert_complete(states, sent(), missed)
+
+    def test_counts_what_was_missed(self, lossy: tuple[str, Sent] | None) -> None:
+        """Each state that was sent is returned or counted as missed."""
+        if lossy is None:
+            pytest.skip("no robot that loses states")
+        with self.driver(lossy[0]) as driver:
+            states, missed = self._read_with_a_pause(driver)
+            assert missed > 0, "nothing was lost; let the simulator lose more"
+            self._assert_complete(states, lossy[1](), missed)
 
     def test_counts(self, opened: Driver) -> None:
         """What was missed and rejected is counted, and the status is text."""
@@ -145,7 +198,7 @@ class DriverContract:
             assert driver.read(READ_SECONDS).position, "the refused driver left the robot free"
 
     def test_says_that_nobody_answers(self) -> None:
-        """An address at which nothing answers is told within seconds."""
+        """It is said within seconds that nothing answers at an address."""
         if self.nobody is None:
             pytest.skip("no address at which nothing answers")
         start = time.monotonic()
@@ -155,10 +208,44 @@ class DriverContract:
         assert time.monotonic() - start < OPEN_SECONDS
 
     def test_says_that_an_address_is_wrong(self) -> None:
-        """An address that cannot be understood is told as such, in one line."""
+        """It is said in one line that an address cannot be understood."""
         if self.wrong is None:
             pytest.skip("no address that cannot be understood")
         with pytest.raises(DriverError) as caught:
             self.driver(self.wrong)
         assert caught.value.reason is Reason.BAD_ADDRESS
         assert "\n" not in str(caught.value)
+
+    def _read_with_a_pause(self, driver: Driver) -> tuple[list[JointState], int]:
+        """Return states, and how many the driver missed from the first to the last of them."""
+        states = [driver.read(READ_SECONDS)]
+        before = driver.missed
+        states += [driver.read(READ_SECONDS) for _ in range(STATES)]
+        clock.sleep(PAUSE_SECONDS)
+        states += [driver.read(READ_SECONDS) for _ in range(2 * STATES)]
+        return states, driver.missed - before
+
+    def _assert_complete(
+        self, states: Sequence[JointState], truths: Sequence[JointState], missed: int
+    ) -> None:
+        """See that between the first and the last state none is unaccounted for."""
+        places = self._places(states, truths)
+        unread = places[-1] - places[0] + 1 - len(states)
+        assert unread == missed, f"{unread} states were sent and not returned, {missed} counted"
+
+    def _places(self, states: Sequence[JointState], truths: Sequence[JointState]) -> list[int]:
+        """Return where in what was sent each state is, after the one before."""
+        places: list[int] = []
+        for state in states:
+            start = places[-1] + 1 if places else 0
+            for place in range(start, len(truths)):
+                if self._is_near(state.position, truths[place].position):
+                    places.append(place)
+                    break
+            else:
+                raise AssertionError(f"{state} was never sent, or before the last one")
+        return places
+
+    def _is_near(self, position: Sequence[float], truth: Sequence[float]) -> bool:
+        pairs = zip(position, truth, strict=True)
+        return all(abs(a - b) <= self.tolerance for a, b in pairs)

@@ -1,7 +1,9 @@
 """CSV files of numbers, with or without a header, read strictly."""
 
 import csv
+import io
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +11,11 @@ from pathlib import Path
 from .. import MukcaError
 
 __all__ = ["RecordingError", "Table", "read_table"]
+
+_NAME = re.compile(r"[^\W\d][\w./:()\[\] -]*")
+"""What a joint may be called: a letter first."""
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
+_DECIMAL_COMMAS = re.compile(r"[+-]?\d+,\d+(\s+[+-]?\d+,\d+)+")
 
 
 class RecordingError(MukcaError):
@@ -26,25 +33,25 @@ class Table:
 
 
 def read_table(file: Path) -> Table:
-    """Read a CSV file of finite numbers, with or without a header line.
+    """Read a file of finite numbers, with or without a header line.
+
+    Cells are separated by commas, semicolons, tabs, or blanks, as the first line tells; by
+    anything but commas, a number may have a decimal comma.
 
     Raises:
         RecordingError: The file is missing, empty, or only a header; its lines differ in length;
             or a cell is no finite number. The message names file and line.
     """
     try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            reader = csv.reader(stream)
-            records = [
-                (reader.line_num, row) for row in reader if any(cell.strip() for cell in row)
-            ]
+        text = file.read_text(encoding="utf-8-sig")
+        records = _records(text)
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error):
         raise RecordingError(f"{file}: not a text file of comma-separated numbers") from None
     if not records:
         raise RecordingError(f"{file}: empty; expected one configuration a line")
-    header = _header(records[0][1])
+    header = _header(file, *records[0])
     if header:
         records = records[1:]
     if not records:
@@ -54,11 +61,41 @@ def read_table(file: Path) -> Table:
     return Table(file, header, tuple(line for line, _ in records), rows)
 
 
-def _header(cells: Sequence[str]) -> tuple[str, ...] | None:
-    """Return a line's cells as names if none of them is a number."""
+def _records(text: str) -> list[tuple[int, list[str]]]:
+    """Return the cells of each line that has some, with the line's number."""
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    delimiter = next((d for d in ";\t" if d in first), None)
+    if delimiter is None and (_DECIMAL_COMMAS.fullmatch(first.strip()) or "," not in first):
+        lines = enumerate(text.splitlines(), start=1)
+        return [(i, _with_points(line.split())) for i, line in lines if line.strip()]
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter or ",")
+    records = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    return records if delimiter is None else [(i, _with_points(row)) for i, row in records]
+
+
+def _with_points(cells: Sequence[str]) -> list[str]:
+    """Return cells with their decimal commas made points."""
+    return [
+        cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell.strip()) else cell for cell in cells
+    ]
+
+
+def _header(file: Path, line: int, cells: Sequence[str]) -> tuple[str, ...] | None:
+    """Return a line's cells as names if none of them is a number.
+
+    Raises:
+        RecordingError: They are neither all names nor all numbers.
+    """
     if any(_is_number(cell) or not cell.strip() for cell in cells):
         return None
-    return tuple(cell.strip() for cell in cells)
+    names = tuple(cell.strip() for cell in cells)
+    wrong = next((name for name in names if not _NAME.fullmatch(name)), None)
+    if wrong is not None:
+        raise RecordingError(
+            f"{file}:{line}: {wrong!r} is neither a number nor the name of a joint; separate "
+            "numbers by commas, as in 0.1,-1.5,2"
+        )
+    return names
 
 
 def _is_number(cell: str) -> bool:
@@ -71,13 +108,17 @@ def _is_number(cell: str) -> bool:
 
 def _numbers(file: Path, line: int, cells: Sequence[str], width: int) -> tuple[float, ...]:
     if len(cells) != width:
-        raise RecordingError(f"{file}:{line}: {len(cells)} columns where {width} are expected")
+        raise RecordingError(
+            f"{file}:{line}: {len(cells)} columns where {width} are expected; separate them all "
+            "by commas"
+        )
     try:
         numbers = tuple(float(cell) for cell in cells)
     except ValueError:
         column = next(i for i, cell in enumerate(cells) if not _is_number(cell))
         raise RecordingError(
-            f"{file}:{line}: column {column + 1} is {cells[column]!r}, not a number"
+            f"{file}:{line}: column {column + 1} is {cells[column]!r}, not a number; write 0.1 and "
+            "separate by commas"
         ) from None
     if not all(map(math.isfinite, numbers)):
         column = next(i for i, number in enumerate(numbers) if not math.isfinite(number))

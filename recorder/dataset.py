@@ -31,7 +31,8 @@ either of two forms:
 ``hole_0.csv``, ``hole_1.csv``, ...
     One file a socket, one configuration a line: joint positions in chain order [rad], [m] for a
     prismatic joint, separated by commas. A header with the joints' names may stand first. This is
-    the form of the paper's authors.
+    the form of the paper's authors. Semicolons, tabs and blanks between the numbers are read too,
+    with decimal points or decimal commas.
 
 ``placement.json``
     Beside either form, optional there: an object whose key ``distance`` is the distance between
@@ -164,9 +165,12 @@ class Placement:
             )
         count = len(self.samples[0].position)
         if count != len(joint_names):
+            # 1,5,2,5 for 1.5 and 2.5: nobody could tell, but for the count.
+            halves = count == 2 * len(joint_names) and not np.any(self.positions % 1)
+            hint = "; these look like decimal commas: separate by semicolons" if halves else ""
             raise RecordingError(
                 f"{where}: {count} joint positions, but the robot's chain has "
-                f"{len(joint_names)} actuated joints ({', '.join(joint_names)})"
+                f"{len(joint_names)} actuated joints ({', '.join(joint_names)}){hint}"
             )
         return None
 

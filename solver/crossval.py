@@ -14,6 +14,7 @@ from .data.measurements import Measurement
 from .data.metrics import Metrics, evaluate
 from .data.observations import Load
 from .fit import fit_by_auto, fit_by_paper
+from .paper.optimizers import NotConverged
 from .robot.parameters import Parameter
 from .robot.urdf import Robot
 
@@ -54,13 +55,12 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     return [*(left_out if count > 1 else []), *alone, *again]
 
 
-def run_job(plan: Plan, job: Job) -> list[Metrics]:
-    """Fit, and return the metrics of every placement.
-
-    Raises:
-        NotConverged: The fit did not settle.
-    """
-    robot = _fit(plan, job)
+def run_job(plan: Plan, job: Job) -> list[Metrics] | None:
+    """Fit, and return the metrics of every placement; None if the fit did not settle."""
+    try:
+        robot = _fit(plan, job)
+    except NotConverged:
+        return None
     return [evaluate(robot.ball(m.positions, m.efforts), m) for m in plan.measurements]
 
 

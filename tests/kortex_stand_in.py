@@ -24,10 +24,13 @@ class Arm:
     """Raised by each feedback."""
     degrees: list[float] | None = None
     """Positions to tell; by default they sway around 350 degrees."""
+    sent: list[list[float]] = field(default_factory=list)
+    """Positions told so far [degrees]."""
 
     def feedback(self) -> SimpleNamespace:
         sway = 5 * math.sin(time.monotonic())
         degrees = self.degrees or [(350.0 + joint + sway) % 360 for joint in range(7)]
+        self.sent.append(degrees)
         actuators = [
             SimpleNamespace(position=angle, torque=torque)
             for angle, torque in zip(degrees, TORQUES, strict=False)

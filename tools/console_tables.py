@@ -114,6 +114,7 @@ def matrix_table(matrix: Mapping[str, Any]) -> Table:
     for i in range(len(matrix["names"])):
         table.add_column(f"{i + 1}", justify="right")
     for i, (name, row) in enumerate(zip(matrix["names"], matrix["matrix"], strict=True)):
-        cells = [f"({_mm(v)})" if i == j else _mm(v) for j, v in enumerate(row)]
+        values = row or [None] * len(matrix["names"])  # a fit that did not settle has none
+        cells = [f"({_mm(v)})" if i == j else _mm(v) for j, v in enumerate(values)]
         table.add_row(f"{i + 1} {name}", *cells)
     return table

@@ -13,7 +13,7 @@ from ..recorder.dataset import Placement, Sample
 from ..solver.auto.deflection import Deflection
 from ..solver.calibrated import CalibratedRobot
 from ..solver.data.measurements import check_distance
-from ..solver.robot.kinematics import BallModel, gravity_torques
+from ..solver.robot.kinematics import BallModel, gravity_torques, workspace
 from ..solver.robot.parameters import choose_parameters
 from ..solver.robot.urdf import Robot
 from ..solver.robot.urdf_text import Origin
@@ -106,7 +106,12 @@ class Base:
 
 
 def perturb(
-    robot: Robot, generator: np.random.Generator, translation: float, angle: float
+    robot: Robot,
+    generator: np.random.Generator,
+    translation: float,
+    angle: float,
+    *,
+    keep_size: bool = True,
 ) -> Robot:
     """Return an arm like the nominal one, its actuated joints' and ball's origins a little off.
 
@@ -116,14 +121,38 @@ def perturb(
         translation: Standard deviation of x, y, z [m].
         angle: Standard deviation of roll, pitch, yaw [rad]; the ball's own are left, since they
             have no effect.
+        keep_size: Whether the arm is as large as the nominal one, as real arms are: their links
+            are machined to better than 0.1 %, while such draws differ by up to 2 %.
     """
+    moved = [joint.actuated or joint is robot.ball_joint for joint in robot.joints]
     joints = tuple(
         replace(joint, origin=_shifted(joint.origin, generator, translation, angle))
-        if joint.actuated or joint is robot.ball_joint
+        if free
         else joint
-        for joint in robot.joints
+        for joint, free in zip(robot.joints, moved, strict=True)
     )
-    return replace(robot, joints=joints)
+    arm = replace(robot, joints=joints)
+    for _ in range(
+        4 if keep_size else 0
+    ):  # fixed joints keep their lengths, so the others take their part
+        ratio = _size(robot) / _size(arm)
+        joints = tuple(
+            replace(joint, origin=_scaled(joint.origin, ratio)) if free else joint
+            for joint, free in zip(arm.joints, moved, strict=True)
+        )
+        arm = replace(arm, joints=joints)
+    return arm
+
+
+def _size(robot: Robot) -> float:
+    """Return the size of the cloud of ball positions in the workspace [m]."""
+    points = BallModel(robot, []).points(np.empty(0), workspace(robot, 200))
+    return float(np.linalg.norm(points - points.mean(axis=0)))
+
+
+def _scaled(origin: Origin, ratio: float) -> Origin:
+    x, y, z = (np.array(origin.xyz) * ratio).tolist()
+    return Origin((x, y, z), origin.rpy)
 
 
 def _shifted(

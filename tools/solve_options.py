@@ -58,8 +58,8 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="A:0-B:0=M[+-S]",
-        help="further measured distances between sockets, with their standard deviation, or a "
-        "file with one a line",
+        help="further measured distances between sockets, to which the fit keeps as closely as "
+        "their standard deviation S says; or a file with one a line",
     )
     group.add_argument(
         "--distance-deviation",

@@ -2,12 +2,12 @@
 
 docs/model.md introduces prior, posterior and evidence. Each iteration does three things:
 
-1. a Gauss-Newton step (2), (3) of the unknowns down the objective L (1), see
+1. a Gauss-Newton step (A2), (A3) of the unknowns down the objective L (A1), see
    :mod:`mukca.solver.auto.objective`;
-2. a step (4) of the widths of the priors, see :mod:`mukca.solver.auto.priors`;
-3. a step (5) of the noise, see :mod:`mukca.solver.auto.noise`.
+2. a step (A4) of the widths of the priors, see :mod:`mukca.solver.auto.priors`;
+3. a step (A5) of the noise, see :mod:`mukca.solver.auto.noise`.
 
-The last two lead to the maximum of the evidence (6), see :mod:`mukca.solver.auto.laplace`. The
+The last two lead to the maximum of the evidence (A6), see :mod:`mukca.solver.auto.laplace`. The
 width of a group that the data do not support falls to nearly zero; the group is then taken out.
 """
 
@@ -96,7 +96,7 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
 def _gauss_newton(objective: Objective, state: State) -> Step:
     """Return the step to the minimum of L's quadratic approximation.
 
-        H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (3)
+        H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (A3)
 
     See :func:`~mukca.solver.auto.normal_equations.normal_equations` for the data's part.
     """
@@ -166,7 +166,7 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
 
 
 def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:
-    """Return the groups after a step of their widths (4), and the largest relative change.
+    """Return the groups after a step of their widths (A4), and the largest relative change.
 
     Widths whose effect is negligible do not count for the change.
     """
@@ -186,7 +186,7 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
 
 
 def _updated_noise(objective: Objective, state: State, moved: State, step: Step) -> Noise:
-    """Return the noise after a step of its scales (5), see :class:`Noise`."""
+    """Return the noise after a step of its scales (A5), see :class:`Noise`."""
     weights = step.normal.weights
     spread = leverage(objective, state, step.covariance)
     squares = state.noise.fisher_step(

@@ -50,9 +50,9 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
 def _log_evidence(objective: Objective, state: State, information: np.ndarray) -> float:
     """Return the logarithm of the evidence.
 
-    log p(data) = -L + sum_g log|P_g| / 2 - log|H| / 2 + log p(widths)                 (6)
+    log p(data) = -L + sum_g log|P_g| / 2 - log|H| / 2 + log p(widths)                 (A6)
 
-    L is the objective (1), P_g the prior precision of group g, H the curvature (3), |.| the
+    L is the objective (A1), P_g the prior precision of group g, H the curvature (A3), |.| the
     determinant, and p(widths) the prior of the widths themselves.
     """
     constant = lgamma((NU + 3) / 2) - lgamma(NU / 2) - 1.5 * log(NU * pi)

@@ -85,7 +85,7 @@ class Noise:
         step is Fisher scoring, Newton's method with the expected curvature). The slope for s_x^2,
         where V_i = I, and for s_q^2, where V_i = Jq_i Jq_i^T, is
 
-            sum_i  w_i e_i^T C_i^-1 V_i C_i^-1 e_i  -  tr((C_i^-1 - C_i^-1 L_i C_i^-1) V_i)    (5)
+            sum_i  w_i e_i^T C_i^-1 V_i C_i^-1 e_i  -  tr((C_i^-1 - C_i^-1 L_i C_i^-1) V_i)    (A5)
 
         Args:
             inverse: C_i^-1, shape (N, 3, 3).

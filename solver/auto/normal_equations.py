@@ -35,7 +35,7 @@ class NormalEquations:
 def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return C_i^-1, the squared errors relative to the noise, and the robust weights.
 
-        w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (2)
+        w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (A2)
 
     A sample whose error is large beside its noise weighs little. With these weights, a weighted
     sum of squares has the same slope as Student's distribution.
@@ -50,7 +50,7 @@ def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def value(objective: Objective, state: State, volume: float = 1.0) -> float:
-    """Return L of (1) at a state, but for a constant.
+    """Return L of (A1) at a state, but for a constant.
 
     Args:
         objective: What is minimised.

@@ -5,7 +5,7 @@ docs/model.md introduces prior, posterior and evidence.
 The unknowns are x, the geometry and the coefficients of the extensions, and the socket centres
 m_s. Given the widths of the priors and the noise, the most plausible unknowns minimise
 
-    L =  sum over samples  t(e_i; C_i)              e_i = Phi(x, q_i) - m_s(i)             (1)
+    L =  sum over samples  t(e_i; C_i)              e_i = Phi(x, q_i) - m_s(i)             (A1)
        + |W (l - d)|^2 / 2                          l_k = |m_b - m_a|, of measured distances d
        + sum over groups  x_g^T P_g x_g / 2         P_g = (s_g^2 I + t_g t_g^T)^-1
        - (1 - S / N) sum over samples  log V_i          V_i = sqrt(det(Jq_i Jq_i^T))

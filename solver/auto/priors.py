@@ -87,7 +87,7 @@ class PriorGroup:
     def updated(self, x: np.ndarray, covariance: np.ndarray, members: np.ndarray) -> "PriorGroup":
         """Return the group with a width closer to what the evidence prefers (MacKay 1992).
 
-            gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2    s_g^2 = |x_g|^2 / gamma_g    (4)
+            gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2    s_g^2 = |x_g|^2 / gamma_g    (A4)
 
         The new width is the root mean square of the unknowns, over those that the data decide. An
         unknown whose posterior is as wide as its prior was not decided, and counts as 0 in gamma.

@@ -1,265 +1,170 @@
 """A look at the data before they are fitted: what a person would want to know at once.
 
-Each placement is fitted alone, robustly, and its residuals are searched for a base that moved, for
-samples far from their socket, and for sockets mixed up; its joint positions for near-duplicates
-and for joints that stood still.
+Quick fits, of each placement alone and of all together, show bases that moved, samples in another
+socket or far away, a wrong distance between the sockets, and columns with a wrong sign, order or
+zero; the joint positions show near-duplicates and joints that stood still. No fit here believes
+the sockets' distance, and none can fail to settle.
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from itertools import combinations
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..auto.estimation import estimate
-from ..auto.extended_model import extend
-from ..auto.posterior import Posterior
 from ..data.measurements import Measurement
-from ..data.observations import Load, observe
-from ..robot.parameters import Parameter
+from ..robot.parameters import Parameter, choose_parameters
 from ..robot.urdf import Robot
-from .changes import Change, find_changes
+from .advice import farthest_place, place_advice
+from .amount import few_findings
+from .changes import Change, find_parts
+from .columns import UNEXPLAINED, column_findings
+from .configurations import duplicate_findings, still_findings
+from .distances import Scale, distance_findings, scale_of
+from .finding import Finding, where_of
+from .places import Sockets, elsewhere, far_samples
+from .rigid import RigidModel, samples_of
 
 __all__ = [
     "Finding",
     "Inspection",
+    "Survey",
     "farthest_place",
+    "fitted_alone",
     "inspect_all",
     "next_placement",
 ]
 
-NEAR = np.deg2rad(1.0)
-"""Two configurations closer than this on every joint are nearly the same."""
-STILL = np.deg2rad(5.0)
-"""A joint that moved less than this in a placement tells hardly anything."""
-FAR = 0.06
-"""Robust weight below which a sample is far from its socket, about 9 deviations."""
 BAD_FLOOR = 2.5
-"""A placement is not to be trusted if its error, fitted alone, is this many times the others'."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that is wrong, or may be, in a recording."""
-
-    level: str
-    """``error``: do not train on it as it is; ``warning``: look at it."""
-    code: str
-    where: str
-    text: str
-    advice: str
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it by name."""
-        return asdict(self)
-
-    def __str__(self) -> str:
-        return f"{self.where}: {self.text}; {self.advice}"
+"""A placement that alone leaves this many times the others' error is not to be trusted."""
 
 
 @dataclass(frozen=True)
 class Inspection:
-    """What was found out about one placement."""
+    """What one placement shows by itself."""
 
     measured: Measurement
     floor: float
-    """Mean distance of the samples from their socket's centre in a fit to this placement alone [m];
-    the error that no model gets rid of. Samples far off weigh little."""
+    """What it leaves when fitted alone, see :func:`fitted_alone` [m]."""
     changes: tuple[Change, ...]
     findings: tuple[Finding, ...]
     centre: np.ndarray
     """Between its sockets, as the fit to all placements predicts it, shape (3,) [m]."""
 
+    @property
+    def sound(self) -> bool:
+        """Whether nothing has to be mended before it is trained on."""
+        return all(finding.level != "error" for finding in self.findings)
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What recordings show before they are fitted."""
+
+    placements: tuple[Inspection, ...]
+    shared: tuple[Finding, ...]
+    """What concerns all placements, or the arm."""
+    scale: Scale | None
+    """What the distances say of the arm's size; None where none is known."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """All findings, those on all placements first."""
+        return (*self.shared, *(f for one in self.placements for f in one.findings))
+
 
 def inspect_all(
-    robot: Robot,
-    parameters: Sequence[Parameter],
-    measurements: Sequence[Measurement],
-    load: Load | None = None,
-) -> list[Inspection]:
+    robot: Robot, parameters: Sequence[Parameter], measurements: Sequence[Measurement]
+) -> Survey:
     """Inspect placements: each fitted alone, and all together to see whether a base moved.
 
     Args:
         robot: The robot.
         parameters: What of its geometry is free.
         measurements: The placements.
-        load: What pulls at the joints; None for gravity alone, straight down.
-
-    Raises:
-        NotConverged: A fit did not settle.
     """
-    alone = [_fit(robot, parameters, [measured], load) for measured in measurements]
-    together = _fit(robot, parameters, measurements, load) if len(alone) > 1 else alone[0]
-    floors = [_floor(fitted) for fitted in alone]
+    model = RigidModel(robot, parameters)
+    alone = [find_parts(model, samples_of([m])) for m in measurements]
+    floors = [fit.error for fit, _ in alone]
+    bad = {
+        m.name: _bad(model, m, floors[i], _typical(floors[:i] + floors[i + 1 :]))
+        for i, m in enumerate(measurements)
+    }
+    good = [m for m in measurements if not bad[m.name]]
+    columns = column_findings(model, good)
+    # A mistake in all columns shows as anything: told first, and alone.
+    explained = any(finding.level == "error" for finding in columns)
+    together, parts = find_parts(model, samples_of(good))
+    labels = tuple((m.name, socket) for m in good for socket in m.sockets)
+    sockets = Sockets(labels, together.centres[: len(labels)], together.noise)
+    placed = {m.name: elsewhere(m, parts, together, sockets) for m in good}
+    moved = [name for name, (_, changes) in placed.items() if changes]
+    shared, single = distance_findings(good, together, moved)
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
-        changes = find_changes(measured, together)
+        changes: tuple[Change, ...] = ()
+        findings = bad[measured.name]
+        if not explained and not findings:
+            findings, changes = placed[measured.name]
+            findings += far_samples(measured, alone[i][1], alone[i][0], sockets)
+            findings += [single[measured.name]] if measured.name in single else []
         findings = [
-            *_moved(measured, changes),
-            *_bad_floor(measured, floors[i], floors[:i] + floors[i + 1 :]),
-            *_far(measured, alone[i], changes),
-            *_duplicates(measured),
-            *_still(measured, robot),
+            *findings,
+            *few_findings(measured),
+            *duplicate_findings(measured),
+            *still_findings(measured, robot),
         ]
-        labels = together.data.labels
-        rows = [k for k, (name, _) in enumerate(labels) if name == measured.name]
-        centre = together.centres[rows].mean(axis=0)
+        points = model.ball.points(model.ball.nominal + together.x, measured.positions)
+        centre = np.mean([np.median(points[rows], axis=0) for rows in measured.slices], axis=0)
         seen.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
-    return seen
+    shared = columns if explained else [*columns, *shared]
+    return Survey(tuple(seen), tuple(shared), scale_of(good, together, moved))
 
 
-def next_placement(robot: Robot, seen: Sequence[Inspection]) -> str:
-    """Return which placements to train on, and where to record the next one.
+def fitted_alone(robot: Robot, measured: Measurement) -> float:
+    """Return what a placement leaves when fitted alone [m].
 
-    The two most distant placements serve best (paper, Fig. 6).
+    It is the mean distance of its samples from their socket, each by its weight, by a robust
+    rigid fit to nothing but them, parts apart where the base moved.
     """
-    centres = np.array([one.centre for one in seen])
-    x, y, z = place = farthest_place(centres)
-    gap = float(np.linalg.norm(centres - place, axis=1).min())
-    side = "left" if y > 0.1 * np.hypot(x, y) else "right" if y < -0.1 * np.hypot(x, y) else "front"
-    hint = (
-        f"Next, record a placement near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
-        f"{robot.base} (to its {side}), {gap:.2f} m from the nearest so far, or as far that "
-        "way as the arm reaches."
+    model = RigidModel(robot, choose_parameters(robot))
+    return find_parts(model, samples_of([measured]))[0].error
+
+
+def next_placement(robot: Robot, survey: Survey) -> str:
+    """Return which placements to train on, and where to record the next one."""
+    seen = survey.placements
+    return place_advice(
+        robot,
+        [one.measured.name for one in seen],
+        np.array([one.centre for one in seen]),
+        [one.sound for one in seen],
     )
-    if len(seen) < 2:
-        return hint
-    apart = np.linalg.norm(centres[:, None] - centres, axis=2)
-    i, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
-    best = f"{seen[int(i)].measured.name} and {seen[int(j)].measured.name}"
-    return f"To train on two, {best} serve best: they are the most distant. {hint}"
 
 
-def farthest_place(centres: np.ndarray) -> np.ndarray:
-    """Return where a new placement would be farthest from those recorded, shape (3,) [m].
+def _typical(others: Sequence[float]) -> float:
+    """Return the error that a placement should leave by those that others leave [m].
 
-    Candidates stand as far from the base axis and as high as those recorded, on all sides of
-    the robot but its back.
-
-    Args:
-        centres: Of the placements recorded, in the base frame, shape (P, 3) [m].
+    Infinity where they do not tell: there are none, or no better.
     """
-    radius = float(np.linalg.norm(centres[:, :2], axis=1).mean())
-    height = float(centres[:, 2].mean())
-    angles = np.deg2rad(np.arange(-90, 91, 15))
-    ring = np.stack(
-        [radius * np.cos(angles), radius * np.sin(angles), np.full(len(angles), height)], axis=1
-    )
-    gaps = np.linalg.norm(ring[:, None] - centres, axis=2).min(axis=1)
-    return ring[int(np.argmax(gaps))]
+    typical = float(np.median(others)) if others else np.inf
+    if len(others) == 1:
+        typical = max(typical, UNEXPLAINED / BAD_FLOOR)
+    return typical if typical < UNEXPLAINED else np.inf
 
 
-def _fit(
-    robot: Robot,
-    parameters: Sequence[Parameter],
-    measurements: Sequence[Measurement],
-    load: Load | None,
-) -> Posterior:
-    data = observe(measurements, robot, load=load, tied=False)
-    return estimate(extend(robot, parameters), data)
-
-
-def _floor(alone: Posterior) -> float:
-    errors = np.linalg.norm(alone.residuals, axis=1)
-    return float(np.average(errors, weights=alone.weights))
-
-
-def _where(measured: Measurement, socket: int, sample: int) -> str:
-    rows = [s for s in measured.placement.samples if s.socket == socket]
-    return rows[sample].where or f"{measured.name} socket {socket} sample {sample + 1}"
-
-
-def _moved(measured: Measurement, changes: Sequence[Change]) -> list[Finding]:
-    return [
-        Finding(
-            "error",
-            "moved",
-            _where(measured, change.socket, change.sample),
-            f"the base moved by {1e3 * change.jump:.1f} mm before sample {change.sample + 1} of "
-            f"socket {change.socket}",
-            "record it again, or keep both parts by --split-moved",
-        )
-        for change in changes
-    ]
-
-
-def _bad_floor(measured: Measurement, floor: float, others: Sequence[float]) -> list[Finding]:
+def _bad(model: RigidModel, measured: Measurement, floor: float, typical: float) -> list[Finding]:
     """Return a finding where a placement alone leaves much more than the others do."""
-    typical = float(np.median(others)) if len(others) > 1 else np.inf
     if floor <= BAD_FLOOR * typical:
         return []
+    columns = [f for f in column_findings(model, [measured]) if f.level == "error"]
+    if any(finding.code != "model" for finding in columns):
+        return columns
     return [
         Finding(
             "error",
             "floor",
-            str(measured.placement.path or measured.name),
+            where_of([measured]),
             f"fitted alone it leaves {1e3 * floor:.2f} mm, the others {1e3 * typical:.2f} mm",
             "no model explains it: record it again, or leave it out",
         )
     ]
-
-
-def _far(measured: Measurement, alone: Posterior, changes: Sequence[Change]) -> list[Finding]:
-    """Return samples whose ball is far from their own socket, or close to another one."""
-    data = alone.data
-    found: list[Finding] = []
-    for socket in measured.sockets:
-        index = measured.sockets.index(socket)
-        if any(change.socket == socket for change in changes):
-            continue  # told already
-        for sample, row in enumerate(np.flatnonzero(data.sockets == index).tolist()):
-            weight = float(alone.weights[row])
-            if weight >= FAR:
-                continue
-            away = np.linalg.norm(alone.points[row] - alone.centres, axis=1)
-            nearest = int(np.argmin(away))
-            where = _where(measured, socket, sample)
-            text = f"{1e3 * away[index]:.1f} mm from socket {socket}, weight {weight:.3f}"
-            if nearest != index and away[nearest] < 0.3 * away[index]:
-                other = measured.sockets[nearest]
-                advice = f"it lies in socket {other}: were the sockets mixed up?"
-                found.append(Finding("error", "mislabelled", where, text, advice))
-            else:
-                advice = "was the ball seated? It hardly counts; delete it if it was not"
-                found.append(Finding("warning", "far", where, text, advice))
-    return found
-
-
-def _duplicates(measured: Measurement) -> list[Finding]:
-    found: list[Finding] = []
-    for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
-        for i, j in combinations(range(len(rows)), 2):
-            if np.all(np.abs(rows[i] - rows[j]) < NEAR):
-                found.append(
-                    Finding(
-                        "warning",
-                        "duplicate",
-                        _where(measured, socket, j),
-                        f"nearly the configuration of sample {i + 1} of socket {socket}",
-                        "it adds little: guide the arm to other configurations",
-                    )
-                )
-    return found
-
-
-def _still(measured: Measurement, robot: Robot) -> list[Finding]:
-    found: list[Finding] = []
-    for k, joint in enumerate(robot.actuated):
-        travel = float(np.ptp(measured.positions[:, k]))
-        if travel < STILL:
-            how = (
-                "did not move at all"
-                if travel < 1e-9
-                else f"moved by {np.rad2deg(travel):.1f} deg only"
-            )
-            found.append(
-                Finding(
-                    "warning",
-                    "still",
-                    str(measured.placement.path or measured.name),
-                    f"joint {joint.name!r} {how}",
-                    "its parameters stay near nominal: move every joint by 60 deg or more",
-                )
-            )
-    return found

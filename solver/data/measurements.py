@@ -195,6 +195,11 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
         f"{lower[column]:.4g} to {upper[column]:.4g} {'m' if joint.type == 'prismatic' else 'rad'}"
     )
     if excess[row, column] > _FAR_OUTSIDE:
+        turned = -positions[:, column]
+        if np.all((lower[column] <= turned) & (turned <= upper[column])):
+            raise MeasurementError(
+                f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
+            )
         raise MeasurementError(
             f"{text}; angles are radians (are these degrees?), in the order of the chain's joints"
         )

@@ -35,7 +35,7 @@ class Joint:
     child: str
     origin: Origin
     axis: tuple[float, float, float]
-    """Unit vector in the joint's own frame."""
+    """Unit vector in the joint's own frame; means nothing where the joint is fixed."""
     lower: float = -math.inf
     """Lower limit [rad], [m] for a prismatic joint; minus infinity where there is none."""
     upper: float = math.inf
@@ -264,15 +264,22 @@ def _joint(joint: Any, origin: Origin, source: str) -> Joint:
         raise ModelError(f"{where} is {joint.type}, which a chain to calibrate cannot have")
     if joint.type != "fixed" and joint.mimic is not None:
         raise ModelError(f"{where} mimics {joint.mimic.joint!r}; a chain's joint must move freely")
-    axis = np.asarray(joint.axis, dtype=float)
-    length = float(np.linalg.norm(axis))
-    if axis.shape != (3,) or not math.isfinite(length) or length < 1e-9:
-        raise ModelError(f"{where}: axis {axis.tolist()} is no direction")
     lower, upper = _limits(joint)
     if not lower <= upper:
         raise ModelError(f"{where}: its limits {lower} to {upper} leave no room")
+    # A joint that does not move has no axis, whatever is written there.
+    axis = (1.0, 0.0, 0.0) if joint.type == "fixed" else _axis(joint.axis, where)
+    return Joint(joint.name, joint.type, joint.parent, joint.child, origin, axis, lower, upper)
+
+
+def _axis(written: Any, where: str) -> tuple[float, float, float]:
+    """Return the unit vector along a written axis."""
+    axis = np.asarray(written, dtype=float)
+    length = float(np.linalg.norm(axis))
+    if axis.shape != (3,) or not math.isfinite(length) or length < 1e-9:
+        raise ModelError(f"{where}: axis {axis.tolist()} is no direction")
     x, y, z = (axis / length).tolist()
-    return Joint(joint.name, joint.type, joint.parent, joint.child, origin, (x, y, z), lower, upper)
+    return x, y, z
 
 
 def _limits(joint: Any) -> tuple[float, float]:

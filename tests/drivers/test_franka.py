@@ -1,10 +1,11 @@
 """Franka: the versions, the handshake with what is no robot, and the state in words."""
 
+import struct
 import time
 
 import pytest
 from emulation import emulated
-from listeners import answering
+from listeners import answering, fci_robot
 
 from mukca.drivers import DriverError, JointState, Reason
 from mukca.drivers.franka import Franka
@@ -34,6 +35,15 @@ def test_a_version_can_be_demanded(tmp_path):
         with Franka(f"{emulation.address}?version=9") as driver:
             assert driver.read(5)
     assert caught.value.reason is Reason.PROTOCOL
+
+
+def test_a_later_version_is_refused_with_what_can_be_read():
+    refusal = struct.pack("<IIIBH", 0, 0, 15, 1, 11)
+    with answering(refusal) as address, pytest.raises(DriverError) as caught:
+        Franka(address)
+    assert str(caught.value).endswith(
+        "speaks version 11 of FCI and refused 5; versions 3 to 10 can be read here"
+    )
 
 
 @pytest.mark.parametrize("version", ["2", "11", "99999", "-1", "x"])
@@ -83,3 +93,25 @@ def test_the_status_and_a_silence_tell_the_mode(tmp_path):
             while True:
                 driver.read(0.3)
     assert caught.value.reason is Reason.SILENT
+
+
+@pytest.mark.parametrize("forged", [2**63, 2**64 - 1, 10**7, 10_000])
+def test_a_forged_number_costs_one_state(forged):
+    datagrams = [encode_state(5, number, STATE) for number in (5, 6, forged, 7, 8, 4, 10)]
+    with fci_robot(*datagrams) as address, Franka(address) as driver:
+        stamps = [round(driver.read(1).stamp * 1000) for _ in range(5)]
+        assert stamps == [5, 6, 7, 8, 10]
+        assert (driver.missed, driver.rejected) == (1, 2)
+        with pytest.raises(DriverError) as caught:
+            driver.read(0.1)
+    assert caught.value.reason is Reason.SILENT
+
+
+def test_a_connection_that_is_ended_is_told_as_that(tmp_path):
+    ended = pytest.raises(DriverError, match="took the connection, then ended it")
+    with emulated("franka", tmp_path, "--fault", "busy") as emulation, ended as caught:
+        Franka(emulation.address)
+    assert caught.value.reason is Reason.BUSY
+    with answering(b"\0\0\0") as address, pytest.raises(DriverError) as caught:
+        Franka(address)
+    assert "took the connection, then did not answer" in str(caught.value)

@@ -169,7 +169,8 @@ def test_rtde_changed(places, longer):
         return
     assert longer == 0
     assert message[0] == 1
-    assert_plausible(state.position, 4 * math.pi)
+    assert_plausible(state.position[:5], 4 * math.pi)
+    assert math.isfinite(state.position[5])  # wrist 3 of a UR3 turns without end
     assert math.isfinite(state.timestamp)
 
 
@@ -179,10 +180,18 @@ def test_rtde_recipes(noise):
     rejected(decode_recipe, noise, None)
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("place", range(7))
+def test_rtde_numbers_that_are_none(place, value):
+    numbers = [2.5, *Q[:6]]
+    numbers[place] = value
+    rejected(Recipe(1, effort=False).decode, struct.pack(">Bd6dii", 1, *numbers, 7, 1))
+
+
 def test_rtde_recipe_with_an_output_that_is_not_there():
     good = b"\x01DOUBLE,VECTOR6D,INT32,INT32"
     assert decode_recipe(good, None) == Recipe(1, effort=False)
-    with pytest.raises(ValueError, match="actual_torque is NOT_FOUND"):
+    with pytest.raises(ValueError, match="no output called actual_torque"):
         decode_recipe(good + b",NOT_FOUND", "actual_torque")
 
 

@@ -33,7 +33,7 @@ def test_a_replys_large_counters():
     assert reply == bytes.fromhex("0A 0D 08 81 80 0D 10 AC 02 18 FF FF FF FF 0F")
 
 
-@pytest.mark.parametrize("version", ["1.11", "1.15", "2.5", "2.7"])
+@pytest.mark.parametrize("version", ["1.11", "1.14", "1.15", "1.16", "2.5", "2.7"])
 def test_a_message(version):
     message = encode_message(version, (0x245142, 9, 8), (2, 1, 5, 3), STATE, 1_500_000_000)
     decoded = decode_message(message)
@@ -67,9 +67,11 @@ class Controller:
             free.bind((self.client, 0))
             self.port = free.getsockname()[1]
 
-    def send(self, sequence, session=2, multiplier=1, state=STATE):
+    def send(self, sequence, session=2, multiplier=1, state=STATE, stamp=None):
+        """The stamp is in ms, by default the sequence number."""
+        stamp = sequence if stamp is None else stamp
         message = encode_message(
-            "1.15", (0x245142, sequence, 0), (session, 3, 5, multiplier), state, sequence * 10**6
+            "1.15", (0x245142, sequence, 0), (session, 3, 5, multiplier), state, stamp * 10**6
         )
         self.socket.sendto(message, (self.client, self.port))
 
@@ -174,3 +176,41 @@ def test_a_session_without_joint_angles_is_told(controller, virtual_time):
     with pytest.raises(DriverError, match="idle, excellent and tells no joint angles") as caught:
         Kuka(f"{host}:{controller.port}?bind={controller.client}")
     assert caught.value.reason is Reason.WRONG_MODE
+
+
+@pytest.mark.parametrize("count", [1, 6, 8])
+def test_another_number_of_joints_in_mid_stream_is_refused(controller, driver, count):
+    other = JointState(0.0, (*Q, 0.8)[:count], (*TAU, 8.0)[:count])
+    controller.send(1)
+    controller.send(2, state=other)
+    controller.send(3)
+    assert read_all(driver) == [1, 3]
+    assert driver.rejected == 1
+
+
+@pytest.mark.parametrize("stamps", [(9, 8, 3, 10), (9, 9, 9, 10), (9, 2**62 // 10**6, 0, 10)])
+def test_stamps_that_do_not_grow_as_time_does_are_refused(controller, driver, stamps):
+    for sequence, stamp in enumerate(stamps, 1):
+        controller.send(sequence, stamp=stamp)
+    assert read_all(driver) == [9, 10]
+    assert driver.rejected == 2
+
+
+def monitoring(connection, stamp=b""):
+    """A message of FRI 1.15 by its connection info and its stamp."""
+    body = nested(1, numbers({1: 0x245142, 2: 7, 3: 0}))
+    body += nested(3, nested(1, b"\x0a" + varint(56) + struct.pack("<7d", *Q)) + stamp)
+    return body + nested(4, numbers(dict(enumerate(connection, 1))))
+
+
+def test_a_reply_that_would_never_be_due_is_refused():
+    assert decode_message(monitoring((2, 3, 5, 1000))).receive_multiplier == 1000
+    with pytest.raises(ValueError, match="wants a reply only to each 1099511627776th"):
+        decode_message(monitoring((2, 3, 5, 2**40)))
+
+
+@pytest.mark.parametrize(("seconds", "nanoseconds"), [(0, 2**62), (0, 10**9), (2**62, 0)])
+def test_a_stamp_that_is_no_time_is_refused(seconds, nanoseconds):
+    stamp = nested(15, numbers({1: seconds, 2: nanoseconds}))
+    with pytest.raises(ValueError, match="an FRI message with a stamp of"):
+        decode_message(monitoring((2, 3, 5, 1), stamp))

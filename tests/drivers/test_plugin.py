@@ -1,7 +1,9 @@
 """Arms of third parties: the example is used as its readme says, and broken ones are named."""
 
+import ast
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,9 +12,15 @@ from pathlib import Path
 
 import pytest
 
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
 pytestmark = pytest.mark.slow
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "plugin"
+PAGE = Path(__file__).parents[2] / "docs" / "new-arm.md"
 
 
 def run(*words, path, status=0):
@@ -59,7 +67,33 @@ def test_its_own_tests_pass(installed):
     """Among them the contract, which the package brings along."""
     options = ("-p", "no:cacheprovider", "-p", "no:xdist", "-q", "--rootdir", str(EXAMPLE))
     done = run("-m", "pytest", *options, str(EXAMPLE / "tests"), path=installed)
-    assert "21 passed" in done.stdout
+    assert "23 passed, 1 skipped" in done.stdout
+
+
+def test_the_page_shows_a_package_that_can_be_built():
+    """Its pyproject.toml says what the example's says, and has all that pip needs."""
+    (block,) = re.findall(r"```toml\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    shown, example = tomllib.loads(block), tomllib.loads((EXAMPLE / "pyproject.toml").read_text())
+    for part in ("build-system", "tool"):
+        assert shown[part] == example[part]
+    assert shown["project"].items() <= example["project"].items()
+    assert {"name", "version", "entry-points"} <= shown["project"].keys()
+
+
+def test_the_page_shows_the_example_s_class():
+    """But for types and comments, which the page leaves out."""
+    (block,) = re.findall(r"```python\n(class Heron\(.*?)```", PAGE.read_text(), re.DOTALL)
+    assert body_of(block) == body_of((EXAMPLE / "mukca_heron" / "driver.py").read_text())
+
+
+def body_of(code):
+    """Return what the class's methods that both have do, without types."""
+    (heron,) = [node for node in ast.parse(code).body if isinstance(node, ast.ClassDef)]
+    return {
+        method.name: [ast.dump(statement) for statement in method.body]
+        for method in heron.body
+        if isinstance(method, ast.FunctionDef) and method.name != "_greeting"
+    }
 
 
 BROKEN = {

@@ -47,7 +47,7 @@ def allowed_by_ur(channel, message):
         message = message[size:]
     return all(
         request in (b"V\0\2", b"v", b"S")
-        or re.fullmatch(rb"O.{8}timestamp,actual_q,robot_mode,safety_mode,", request, re.DOTALL)
+        or re.fullmatch(rb"O.{8}timestamp,actual_q,robot_mode,safety_mode", request, re.DOTALL)
         for request in requests
     )
 

@@ -130,7 +130,7 @@ def test_piper_sdk_parses_what_the_emulator_sent(tmp_path):
 
 
 def test_our_requests_are_those_of_ur_rtde(tmp_path):
-    """Byte by byte but for the names of the outputs."""
+    """Byte by byte but for the names of the outputs, and the comma that ur-rtde adds after them."""
     need("rtde_receive")
     from mukca.drivers.ur import Ur
 
@@ -142,7 +142,7 @@ def test_our_requests_are_those_of_ur_rtde(tmp_path):
             driver.read(5)
         ours = b"".join(message for _, message in emulation.received())
     names = b"timestamp,actual_q,target_moment,"
-    own_names = b"timestamp,actual_q,robot_mode,safety_mode,"
+    own_names = b"timestamp,actual_q,robot_mode,safety_mode"
     difference = len(own_names) - len(names)
     setup = theirs.index(names) - 11
     size = int.from_bytes(theirs[setup : setup + 2], "big") + difference

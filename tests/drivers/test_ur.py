@@ -1,11 +1,12 @@
 """Universal Robots: what is asked for, and a controller that does not play along."""
 
+import math
 import struct
 import time
 
 import pytest
 from emulation import emulated
-from listeners import saying
+from listeners import rtde_controller, saying
 
 from mukca.drivers import DriverError, Reason
 from mukca.drivers.rtde import encode_package, setup_payload, take_package
@@ -28,7 +29,7 @@ def test_what_is_no_package(stream):
 
 
 def test_the_request_for_outputs():
-    names = b"timestamp,actual_q,robot_mode,safety_mode,target_moment,"
+    names = b"timestamp,actual_q,robot_mode,safety_mode,target_moment"
     payload = setup_payload(500, "target_moment")
     assert payload == struct.pack(">d", 500.0) + names
     assert encode_package(ord("O"), payload)[:3] == struct.pack(">HB", 11 + len(names), ord("O"))
@@ -58,7 +59,7 @@ def test_efforts_are_none_unless_an_output_is_asked_for(tmp_path):
 
 
 def test_an_output_that_the_controller_has_not(tmp_path):
-    told = pytest.raises(DriverError, match="output actual_torque is NOT_FOUND")
+    told = pytest.raises(DriverError, match="no output called actual_torque")
     with emulated("ur", tmp_path) as emulation, told as caught:
         Ur(f"{emulation.address}?effort=actual_torque")
     assert caught.value.reason is Reason.PROTOCOL
@@ -82,3 +83,66 @@ def test_what_is_no_controller_is_told_in_time(texts, reason, monkeypatch):
         Ur(address)
     assert caught.value.reason is reason
     assert time.monotonic() - start < 15
+
+
+Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6)
+
+
+def data(stamp, q=Q):
+    """A data package; the stamps are 8 ms apart."""
+    return encode_package(ord("U"), struct.pack(">Bd6dii", 1, stamp, *q, 7, 1))
+
+
+def read_all(driver):
+    states = []
+    try:
+        while True:
+            states.append(driver.read(0.2))
+    except DriverError as error:
+        assert error.reason is Reason.SILENT
+    return states
+
+
+@pytest.mark.parametrize("turns", [-1000, 2.5, 3, 70_000])
+def test_wrist_3_turns_without_end(turns):
+    q = (*Q[:5], 2 * math.pi * turns)
+    with rtde_controller(data(1.0, q), data(1.008)) as address, Ur(address) as driver:
+        assert [state.position for state in read_all(driver)] == [q, Q]
+        assert driver.rejected == 0
+
+
+@pytest.mark.parametrize(
+    "bad", [(13.0, *Q[1:]), (*Q[:4], -13.0, 0.0), (math.nan, *Q[1:]), (*Q[:5], math.inf)]
+)
+def test_a_bad_package_costs_itself_and_not_the_connection(bad):
+    packages = data(1.0), data(1.008, bad), data(1.016)
+    with rtde_controller(*packages) as address, Ur(address) as driver:
+        assert [state.stamp for state in read_all(driver)] == [1.0, 1.016]
+        assert (driver.rejected, driver.missed) == (1, 1)
+
+
+def test_a_closed_connection_gives_no_state_that_had_come_before():
+    with rtde_controller(data(1.0), data(1.008)) as address, Ur(address) as driver:
+        driver.read(5)
+        driver.close()
+        with pytest.raises(DriverError, match="closed") as caught:
+            driver.read(5)
+    assert caught.value.reason is Reason.UNREACHABLE
+
+
+@pytest.mark.parametrize("bad", [(1e308, -1e308), (-1e308, 1e308), (1e300,), (1e9,), (math.nan,)])
+def test_stamps_that_no_clock_shows_are_thrown_away(bad):
+    packages = [data(stamp) for stamp in (1.0, *bad, 1.008)]
+    with rtde_controller(*packages) as address, Ur(address) as driver:
+        assert [state.stamp for state in read_all(driver)] == [1.0, 1.008]
+        assert (driver.rejected, driver.missed) == (len(bad), 0)
+
+
+def test_an_output_that_the_controller_has_not_is_named():
+    """Among those that every state needs, too."""
+    reply = encode_package(ord("O"), b"\1DOUBLE,VECTOR6D,NOT_FOUND,INT32")
+    texts = encode_package(ord("V"), b"\1"), encode_package(ord("v"), bytes(16)), reply
+    with saying(*texts, pause=1e-4) as address, pytest.raises(DriverError) as caught:
+        Ur(address)
+    assert "sends no output called robot_mode" in str(caught.value)
+    assert "NOT_FOUND" not in str(caught.value)

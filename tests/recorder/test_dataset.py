@@ -88,7 +88,11 @@ def test_a_wrong_number_of_joints_is_refused(tmp_path: Path) -> None:
         ("1,2,3\n4,5,nan\n", r":2: column 3 is nan, not a finite number"),
         ("1,2,3\ninf,5,6\n", r":2: column 1 is inf, not a finite"),
         ("1,x,3\n4,5,6\n", r":1: column 2 is 'x', not a number"),
-        ("1;2;3\n4;5;6\n", r"hole_0\.csv:2: column 1 is '4;5;6'"),
+        ("1;2;3\n4,5,6\n", r"hole_0\.csv:2: 1 columns where 3.*separate them all by commas"),
+        ("1|2|3\n4|5|6\n", r"hole_0\.csv:1: '1\|2\|3' is neither a number.*by commas"),
+        ("[1, 2, 3]\n[4, 5, 6]\n", r":1: column 1 is '\[1', not a number.*by commas"),
+        ("'1','2','3'\n'4','5','6'\n", r":1: \"'1'\" is neither a number nor the name"),
+        ("1rad,2rad,3rad\n1,2,3\n", r":1: '1rad' is neither a number nor the name of a joint"),
     ],
 )
 def test_bad_files_are_told_with_file_and_line(tmp_path: Path, text: str, told: str) -> None:
@@ -96,6 +100,32 @@ def test_bad_files_are_told_with_file_and_line(tmp_path: Path, text: str, told: 
     with pytest.raises(RecordingError, match=told) as caught:
         read_placement(folder)
     assert "hole_0.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "-1.5;2;3e-1\n4;5;6\n",
+        "-1,5;2;3e-1\n4,0;5;6\n",
+        "-1.5\t2\t0.3\n4\t5\t6\n",
+        "-1.5 ,2 ,0.3\n4 ,5 ,6\n",
+        "-1,5\t2,0\t,3\n4\t5\t6\n",
+        "-1.500e+00 2.0e+00 3.0e-01\n4 5 6\n",
+        "  -1,5  2,0  0,3\n4 5 6\n",
+        "j1;j2;j3\r\n-1,5;2;0,3\r\n4;5;6\r\n",
+    ],
+)
+def test_other_separators_and_decimal_commas_are_read(tmp_path: Path, text: str) -> None:
+    (tmp_path / "hole_0.csv").write_bytes(text.encode())
+    table = read_table(tmp_path / "hole_0.csv")
+    assert table.rows == ((-1.5, 2, 0.3), (4, 5, 6))
+    assert table.header == (NAMES if "j1" in text else None)
+
+
+def test_decimal_commas_between_commas_are_told(tmp_path: Path) -> None:
+    folder = placement(tmp_path, "1,5,2,5,3,5\n", "1,5,2,5,3,5\n")
+    with pytest.raises(RecordingError, match="look like decimal commas: separate by semicolons"):
+        read_placement(folder).for_joints(NAMES)
 
 
 def test_a_binary_file_is_refused(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ TWO_LINKS = b"""<robot name="two links">
 
 @pytest.fixture(scope="module")
 def arm() -> ArmModel:
-    _, robot = demo_arm()
+    _, robot = demo_arm(keep_size=False)
     return ArmModel(urdf_of(robot), robot.joint_names, robot.tip)
 
 
@@ -134,7 +134,7 @@ def test_nothing_but_the_bias_acts_on_the_null_space(arm: ArmModel, moving) -> N
 def test_energy_does_not_grow_in_free_motion() -> None:
     # No friction and no contact, the model true: kinetic energy and that of the springs can only
     # go into the dampers.
-    _, robot = demo_arm()
+    _, robot = demo_arm(keep_size=False)
     arm = ArmModel(urdf_of(robot), robot.joint_names, robot.tip)
     scene = Scene(robot, table=-1.0, friction=0.0)
     scene.reset(READY)
@@ -170,7 +170,7 @@ def test_the_compensator_integrates_the_spring_and_forgets(arm: ArmModel, moving
 
 @pytest.mark.slow
 def test_the_compensator_is_off_but_just_before_the_insertion() -> None:
-    _, robot = demo_arm()
+    _, robot = demo_arm(keep_size=False)
     (trial,) = insert_at_centre(build_cell(robot, urdf_of(robot), hole=0.0104), 1, seed=0)
     log = trial.log
     np.testing.assert_array_equal(log.offset[log.during("approach", "insert", "rest")], 0)

@@ -44,7 +44,7 @@ def calibrated(shared) -> str:
     """The URDF that a user gets: the arm recorded at four placements, and solved."""
 
     def make(folder: Path) -> None:
-        for placement in record_placements(demo_arm()[1], seed=0):
+        for placement in record_placements(demo_arm(keep_size=False)[1], seed=0):
             write_holes(placement, folder / "recordings" / placement.name)
         recordings, out = str(folder / "recordings"), str(folder / "out")
         assert main(["solve", recordings, "--robot", "panda", "--out", out]) == 0
@@ -85,7 +85,7 @@ def test_a_seed_repeats_recordings_calibration_and_trial(simulate, calibrated) -
 
 
 def test_the_model_is_the_arm_that_it_says() -> None:
-    nominal, arm = demo_arm()
+    nominal, arm = demo_arm(keep_size=False)
     q = np.array([0, -0.5, 0.2, -2.0, 0.1, 1.8, 0.3])
     poses = [
         ArmModel(text, arm.joint_names, arm.tip).pose(q).translation

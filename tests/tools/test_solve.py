@@ -79,7 +79,6 @@ def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path) -> None
     assert {file.name for file in out.iterdir()} == {
         "calibrated.urdf",
         "calibration.json",
-        "compensated.urdf",
         "report.html",
         "report.json",
     }

@@ -10,13 +10,12 @@ from ...solver.checks.inspection import inspect_all, next_placement
 from ...solver.data.measurements import Measurement, check_distinct, measure
 from ...solver.data.observations import KnownDistance
 from ...solver.fit import Fit, fit_by_auto, fit_by_paper
-from ...solver.paper.optimizers import NotConverged
 from ...solver.robot.parameters import Parameter, choose_parameters
 from ...solver.robot.urdf import Robot
 from ..documents.calibration import NextPlacement
 from ..usage import UsageError
 from .calibration import Calibration
-from .document import compose
+from .compose import compose
 from .settings import Settings
 from .task import Inspected, Task
 
@@ -101,10 +100,10 @@ def calibrate(
         repeatability_mm=repeatability_mm,
     ).settled()
     training, held_out, warnings = _measured(robot, train, test, settings)
-    training, inspected, said = _inspected(robot, training, held_out, settings)
+    training, inspected = _inspected(robot, training, held_out, settings)
     parameters = choose_parameters(robot, settings.free, settings.fix)
     fit = _fit(robot, parameters, training, settings, progress)
-    task = Task(robot, settings, tuple(training), tuple(held_out), (*warnings, *said), inspected)
+    task = Task(robot, settings, tuple(training), tuple(held_out), tuple(warnings), inspected)
     return Calibration(compose(task, fit), fit.calibrated)
 
 
@@ -137,28 +136,19 @@ def _as_list(placements: Placement | Sequence[Placement]) -> list[Placement]:
 
 def _inspected(
     robot: Robot, train: list[Measurement], test: list[Measurement], settings: Settings
-) -> tuple[list[Measurement], Inspected | None, list[str]]:
+) -> tuple[list[Measurement], Inspected]:
     """Look at all placements; what is held out is looked at here and never by the fit.
 
     Returns:
-        The placements to train on, split where a base moved if asked for; what was found, None
-        where the data could not be checked; and what to warn of.
+        The placements to train on, split where a base moved if asked for; and what was found.
     """
     parameters = choose_parameters(robot)
-    try:
-        inspections = inspect_all(robot, parameters, [*train, *test], settings.load)
-        alone = inspections
-        if settings.split_moved and test:
-            alone = inspect_all(robot, parameters, train, settings.load)
-    except NotConverged as error:
-        if settings.split_moved:
-            raise
-        return train, None, [f"the data could not be checked: {error}"]
+    survey = inspect_all(robot, parameters, [*train, *test])
     if settings.split_moved:
-        train = [split_at(one.measured, one.changes) for one in alone]
-    findings = tuple(finding for one in inspections for finding in one.findings)
-    hint = NextPlacement(text=next_placement(robot, inspections))
-    return train, Inspected(findings, hint), []
+        alone = inspect_all(robot, parameters, train) if test else survey
+        train = [split_at(one.measured, one.changes) for one in alone.placements]
+    hint = NextPlacement(text=next_placement(robot, survey))
+    return train, Inspected(survey.findings, hint)
 
 
 def _fit(

@@ -1,11 +1,19 @@
 """``mukca check``: look at recordings before they are fitted."""
 
 import argparse
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..arguments import add_load, add_robot, load_of, measure_all, robot_of
 from ..terminal import Terminal
 
+if TYPE_CHECKING:
+    from ...solver.checks.inspection import Finding, Inspection, Survey
+    from ...solver.data.measurements import Measurement
+
+_SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
 EXAMPLE = """example:
   mukca check recordings --robot panda
 
@@ -17,51 +25,92 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = EXAMPLE
     parser.add_argument("data", nargs="+", type=Path, metavar="DATA", help="placements")
     add_robot(parser)
+    parser.add_argument(
+        "--distance", type=float, metavar="M", help="distance of the sockets' centres in metres"
+    )
     add_load(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
+    from ...solver.checks.amount import lone_findings, predicted_error
     from ...solver.checks.inspection import inspect_all, next_placement
     from ...solver.data.measurements import check_distinct
     from ...solver.robot.parameters import choose_parameters
 
     robot = robot_of(arguments)
-    data = measure_all(arguments.data, robot, None, sockets=1)
+    data = measure_all(arguments.data, robot, arguments.distance, sockets=1)
     check_distinct(data)
     warnings = [line for measured in data for line in measured.warnings]
     for line in warnings:
         terminal.warn(line)
-    inspections = inspect_all(robot, choose_parameters(robot), data, load_of(arguments))
-    for one in inspections:
-        counts = "+".join(map(str, one.measured.counts))
-        terminal.say(
-            f"{one.measured.name}: {counts} samples; fitted alone it leaves "
-            f"{1e3 * one.floor:.3f} mm"
-        )
-        for finding in one.findings:
-            terminal.say(f"  {finding.level}: {finding}")
-    hint = next_placement(robot, inspections)
-    terminal.say(hint)
-    findings = [finding for one in inspections for finding in one.findings]
+    parameters = choose_parameters(robot)
+    survey = inspect_all(robot, parameters, data)
+    shared = (*survey.shared, *lone_findings(data))
+    findings = (*survey.findings, *lone_findings(data))
+    broken = any(finding.level == "error" for finding in findings)
+    predicted = None if broken else predicted_error(robot, parameters, data, load_of(arguments))
+    hint = next_placement(robot, survey)
+    for line in [*_seen(survey, shared), _amount(data, predicted, broken=broken), hint]:
+        terminal.say(line)
     if not findings:
         terminal.say("Nothing wrong was seen.")
     if arguments.json:
         terminal.emit(
             {
                 "robot": arguments.robot,
-                "placements": [
-                    {
-                        "name": one.measured.name,
-                        "samples": list(one.measured.counts),
-                        "floor": one.floor,
-                        "findings": [finding.as_dict() for finding in one.findings],
-                    }
-                    for one in inspections
-                ],
+                "findings": [finding.as_dict() for finding in shared],
+                "placements": [_row(one) for one in survey.placements],
+                "scale": None if survey.scale is None else asdict(survey.scale),
+                "predicted_distance_deviation": predicted,
                 "next_placement": {"text": hint},
                 "warnings": warnings,
             }
         )
-    return 1 if any(finding.level == "error" for finding in findings) else 0
+    return 1 if broken else 0
+
+
+def _row(one: "Inspection") -> dict[str, Any]:
+    """Return what one placement shows, for JSON."""
+    return {
+        "name": one.measured.name,
+        "samples": list(one.measured.counts),
+        "distance": one.measured.distance if one.measured.has_distance else None,
+        "distance_source": one.measured.distance_source,
+        "floor": one.floor,
+        "findings": [finding.as_dict() for finding in one.findings],
+    }
+
+
+def _seen(survey: "Survey", shared: "Sequence[Finding]") -> list[str]:
+    """Return what was seen, a line each."""
+    lines = [f"{finding.level}: {finding}" for finding in shared]
+    for one in survey.placements:
+        measured = one.measured
+        counts = "+".join(map(str, measured.counts))
+        distance = (
+            f"; sockets {1e3 * measured.distance:g} mm apart ({_SOURCES[measured.distance_source]})"
+            if measured.has_distance
+            else ""
+        )
+        lines.append(
+            f"{measured.name}: {counts} samples{distance}; fitted alone it leaves "
+            f"{1e3 * one.floor:.3f} mm"
+        )
+        lines += [f"  {finding.level}: {finding}" for finding in one.findings]
+    return lines
+
+
+def _amount(data: "Sequence[Measurement]", predicted: float | None, *, broken: bool) -> str:
+    """Return how much there is, and what a calibration would know by it."""
+    total = sum(sum(measured.counts) for measured in data)
+    places = f"{len(data)} placement{'s' * (len(data) > 1)}"
+    text = f"In all {total} samples in {places}"
+    if predicted is not None:
+        return (
+            f"{text}: calibrated on them, distances in the workspace would be known to "
+            f"{1e3 * predicted:.2f} mm (1 sigma, median)."
+        )
+    why = "mend the errors first" if broken else "a fit to them does not settle"
+    return f"{text}; what a calibration would know by them cannot be told: {why}."

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
     from ...solver.crossval import Job, Plan
     from ...solver.data.metrics import Metrics
 
+WORTH = 0.05
+"""Part of the error that must be gained for more placements to be worth it."""
+_NOTHING = {"mean_absolute_error": None, "max_error": None, "distance_error": None}
 EXAMPLE = """example:
   mukca crossval recordings --robot panda"""
 
@@ -43,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
+    from ...solver.checks.inspection import inspect_all
     from ...solver.crossval import Plan, jobs
     from ...solver.data.measurements import check_distinct
     from ...solver.robot.parameters import choose_parameters
@@ -54,13 +59,11 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         raise UsageError("crossval needs two placements or more; there is one")
     if arguments.bootstrap == 1 or arguments.bootstrap < 0:
         raise UsageError(f"--bootstrap {arguments.bootstrap}: a spread needs 2 fits or more")
-    plan = Plan(
-        robot,
-        choose_parameters(robot),
-        tuple(data),
-        arguments.method,
-        load_of(arguments),
-    )
+    parameters = choose_parameters(robot)
+    survey = inspect_all(robot, parameters, data)
+    for finding in survey.findings:
+        terminal.warn(str(finding))
+    plan = Plan(robot, parameters, tuple(data), arguments.method, load_of(arguments))
     work = jobs(len(data), arguments.bootstrap)
     metrics = run_all(plan, work, max(1, arguments.processes), terminal)
     result = {
@@ -68,6 +71,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         "method": arguments.method,
         **summary([m.name for m in data], work, metrics),
     }
+    wrong = [one.measured.name for one in survey.placements if not one.sound]
+    result["advice"] = advice(result, wrong)
     show(result, terminal)
     if arguments.json:
         terminal.emit(result)
@@ -76,11 +81,11 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 def run_all(
     plan: "Plan", work: "list[Job]", processes: int, terminal: Terminal
-) -> "list[list[Metrics]]":
-    """Run fits over several processes, in order, with a progress bar."""
+) -> "list[list[Metrics] | None]":
+    """Run fits over several processes, in order, with a progress bar; None where one failed."""
     from ...solver.crossval import run_job
 
-    results: list[list[Metrics]] = []
+    results: list[list[Metrics] | None] = []
     with (
         terminal.progress(len(work)) as progress,
         ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool,
@@ -92,30 +97,72 @@ def run_all(
     return results
 
 
-def summary(names: list[str], work: "list[Job]", metrics: "list[list[Metrics]]") -> dict[str, Any]:
-    """Return errors with each placement left out, the matrix, and the bootstrap's spread."""
+def summary(
+    names: list[str], work: "list[Job]", metrics: "list[list[Metrics] | None]"
+) -> dict[str, Any]:
+    """Return errors with each placement left out, the matrix, and the bootstrap's spread.
+
+    A fit that did not settle leaves None: in the matrix for a whole row, and in ``left_out`` for
+    the figures of a placement.
+    """
     from ...solver.crossval import spread
     from ...solver.data.metrics import mean_metrics
 
-    by_kind: dict[str, list[list[Metrics]]] = {}
+    by_kind: dict[str, list[list[Metrics] | None]] = {}
     for job, row in zip(work, metrics, strict=True):
         by_kind.setdefault(job.kind, []).append(row)
-    left_out = [row[i] for i, row in enumerate(by_kind["left_out"])]
-    matrix = [[m.mean_absolute_error for m in row] for row in by_kind["alone"]]
+    left_out = [None if row is None else row[i] for i, row in enumerate(by_kind["left_out"])]
+    told = [m for m in left_out if m is not None]
+    matrix = [row and [m.mean_absolute_error for m in row] for row in by_kind["alone"]]
     result: dict[str, Any] = {
         "left_out": [
-            {"name": name, **m.as_dict()} for name, m in zip(names, left_out, strict=True)
+            {"name": name, **(_NOTHING if m is None else m.as_dict())}
+            for name, m in zip(names, left_out, strict=True)
         ],
-        "summary": mean_metrics(left_out).as_dict(),
+        "summary": mean_metrics(told).as_dict() if told else _NOTHING,
         "cross_placement": {"names": names, "matrix": matrix},
     }
-    if "bootstrap" in by_kind:
-        errors = [[m.mean_absolute_error for m in row] for row in by_kind["bootstrap"]]
+    drawn = [row for row in by_kind.get("bootstrap", []) if row is not None]
+    if len(drawn) > 1:
+        errors = [[m.mean_absolute_error for m in row] for row in drawn]
         result["bootstrap"] = [
             {"name": name, "standard_deviation": s}
             for name, s in zip(names, spread(errors), strict=True)
         ]
     return result
+
+
+def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:
+    """Return in one sentence what to do.
+
+    Args:
+        result: As :func:`summary` returns it.
+        wrong: Names of the placements in which the checks found errors.
+    """
+    names, matrix = result["cross_placement"]["names"], result["cross_placement"]["matrix"]
+    unsettled = [name for name, row in zip(names, matrix, strict=True) if row is None]
+    wrong = [name for name in names if name in (*wrong, *unsettled)]
+    if wrong:
+        return (
+            f"Mend or leave out {' and '.join(wrong)} and run this again: nothing trained or "
+            "measured there is to be trusted."
+        )
+    error = result["summary"]["mean_absolute_error"]
+    if error is None:
+        return "No fit settled: see mukca check on what the data lack."
+    others = [[v for j, v in enumerate(row) if j != i] for i, row in enumerate(matrix)]
+    means = [sum(row) / len(row) for row in others]
+    best = min(range(len(means)), key=means.__getitem__)
+    gain = 1 - error / means[best]
+    if gain > WORTH:
+        return (
+            f"Train on all: one left out is then off by {1e3 * error:.3f} mm, {100 * gain:.0f} % "
+            f"less than by the best alone, {names[best]} ({1e3 * means[best]:.3f} mm)."
+        )
+    return (
+        f"More placements would bring little: {names[best]} alone leaves {1e3 * means[best]:.3f} "
+        f"mm in the others, all but one together {1e3 * error:.3f} mm."
+    )
 
 
 def show(result: dict[str, Any], terminal: Terminal) -> None:
@@ -124,3 +171,4 @@ def show(result: dict[str, Any], terminal: Terminal) -> None:
 
     terminal.console.print(left_out_table(result))
     terminal.console.print(matrix_table(result["cross_placement"]))
+    terminal.say(result["advice"])

@@ -68,15 +68,22 @@ def record_words(folder: Path, out: Path) -> list[str]:
     return [*words, "--keys", str(out / KEYS)]
 
 
-def demo_arm(seed: int = DEMO_SEED) -> "tuple[Robot, Robot]":
-    """Return the nominal Panda, and the demo arm as it truly is; or another, drawn like it."""
+def demo_arm(seed: int = DEMO_SEED, *, keep_size: bool = True) -> "tuple[Robot, Robot]":
+    """Return the nominal Panda, and the demo arm as it truly is; or another, drawn like it.
+
+    Args:
+        seed: Of the draw.
+        keep_size: Whether it is as large as the nominal arm, as real arms are.
+    """
     import numpy as np
 
     from ...solver.robot.urdf import load_robot
     from ..simulated_arms import perturb
 
     nominal = load_robot("panda")
-    return nominal, perturb(nominal, np.random.default_rng(seed), *ORIGIN_DEVIATION)
+    return nominal, perturb(
+        nominal, np.random.default_rng(seed), *ORIGIN_DEVIATION, keep_size=keep_size
+    )
 
 
 def demo_bases() -> "list[Base]":

@@ -138,7 +138,7 @@ def attempts(
     from ..experiments.models import model_urdf
 
     settings = _settings(arguments)
-    nominal, arm = demo_arm(arguments.arm)
+    nominal, arm = demo_arm(arguments.arm, keep_size=False)
     with terminal.progress(settings.count * len(words)) as progress:
         return [
             attempt(settings, arm, word, model_urdf(word, nominal, arm, arguments.seed), progress)

@@ -24,15 +24,13 @@ class Journal:
 
     def __init__(self, path: Path | None) -> None:
         try:
-            self._stream = path.open("w", encoding="utf-8") if path else None
+            self._stream = path.open("w", 1, encoding="utf-8") if path else None  # line by line
         except OSError as error:
             raise MukcaError(f"{path}: cannot be written: {error.strerror}") from None
 
     def received(self, channel: str, message: bytes) -> None:
         """Note a message that came in."""
         self._write({"channel": channel, "received": message.hex()})
-        if self._stream:
-            self._stream.flush()
 
     def sent(self, number: int, state: JointState) -> None:
         """Note a state that went out."""

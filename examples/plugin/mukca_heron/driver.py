@@ -5,7 +5,7 @@
     HERON 4                                                          how many joints it has
     STATE <number> <seconds> <4 angles, degrees> <4 torques, N m>    from then on
 
-Torques are what each joint exerts on the arm beyond it.
+Torques are what each joint exerts on the links beyond it.
 
 Address: ``HOST[:PORT]``.
 """
@@ -14,92 +14,48 @@ import math
 import time
 from collections.abc import Sequence
 
-from mukca.drivers import Driver, DriverError, JointState, Reason, match_joints
-from mukca.drivers.address import open_tcp, parse_endpoint
+from mukca.drivers import DriverError, JointState, Reason, match_joints
+from mukca.drivers.address import parse_endpoint
+from mukca.drivers.checked import CheckedDriver
+from mukca.drivers.tcp import TcpStream
 
 PORT = 5005
+PERIOD = 0.005  # s between two states
 GREETING_SECONDS = 2.0
-LONGEST_LINE = 400
 
 
-def decode_line(line: bytes, joints: int) -> tuple[int, JointState]:
-    """Return a line's number and state.
+def decode_line(line: bytes, joints: int) -> JointState:
+    """Return the state in a line.
 
     Raises:
         ValueError: It is no such line, or a number in it is none.
     """
-    word, number, *numbers = line.decode("ascii").split()
-    values = [float(text) for text in numbers]
-    if word != "STATE" or len(values) != 1 + 2 * joints or not all(map(math.isfinite, values)):
+    word, _, *numbers = line.decode("ascii").split()
+    seconds, *values = [float(text) for text in numbers]
+    if word != "STATE" or len(values) != 2 * joints:
         raise ValueError("no line with a state")
-    position = tuple(math.radians(degrees) for degrees in values[1 : 1 + joints])
-    return int(number), JointState(values[0], position, tuple(values[1 + joints :]))
+    position = tuple(math.radians(degrees) for degrees in values[:joints])
+    return JointState(seconds, position, tuple(values[joints:]))
 
 
-class Heron(Driver):
+class Heron(CheckedDriver):
     """A Heron that streams its state."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         endpoint = parse_endpoint(address, PORT)
-        self._where = str(endpoint)
-        self._buffer = b""
-        self._last: int | None = None
-        self._tcp = open_tcp(endpoint, "is the Heron switched on?")
-        try:
-            self._joints = self._greeting()
-            self._joint_names = match_joints(joint_names, self._joints, "the Heron")
-        except BaseException:
-            self.close()  # a constructor that fails leaves nothing open
-            raise
+        super().__init__(f"the Heron at {endpoint}", PERIOD)
+        self._tcp = TcpStream(endpoint, "is the Heron switched on?")
+        with self._closed_on_error():  # a constructor that fails leaves nothing open
+            self._joint_names = match_joints(joint_names, self._greeting(), "the Heron")
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints, from base to flange."""
-        return self._joint_names
+    def _receive(self, deadline: float) -> JointState:
+        return decode_line(self._tcp.take_line(deadline), len(self._joint_names))
 
-    def read(self, timeout: float) -> JointState:
-        """Return the next state."""
-        deadline = time.monotonic() + timeout
-        while True:
-            try:
-                number, state = decode_line(self._line(deadline), self._joints)
-            except ValueError:
-                self.rejected += 1
-                continue
-            if self._last is not None:
-                self.missed += number - self._last - 1
-            self._last = number
-            return state
-
-    def close(self) -> None:
-        """End the connection."""
+    def _disconnect(self) -> None:
         self._tcp.close()
 
     def _greeting(self) -> int:
-        words = self._line(time.monotonic() + GREETING_SECONDS).split()
+        words = self._tcp.take_line(time.monotonic() + GREETING_SECONDS).split()
         if len(words) != 2 or words[0] != b"HERON" or not words[1].isdigit():
-            raise DriverError(Reason.PROTOCOL, f"what listens at {self._where} is no Heron")
+            raise DriverError(Reason.PROTOCOL, f"what answers is no Heron: {words}")
         return int(words[1])
-
-    def _line(self, deadline: float) -> bytes:
-        """Return the next line without its end, waiting for it."""
-        while b"\n" not in self._buffer:
-            if len(self._buffer) > LONGEST_LINE:
-                self.close()
-                raise DriverError(Reason.PROTOCOL, f"the Heron at {self._where} sends no lines")
-            try:
-                self._tcp.settimeout(max(0.0, deadline - time.monotonic()))
-                received = self._tcp.recv(4096)
-            except (TimeoutError, BlockingIOError):
-                raise DriverError(
-                    Reason.SILENT, f"no state from the Heron at {self._where}"
-                ) from None
-            except OSError:
-                received = b""
-            if not received:
-                raise DriverError(
-                    Reason.UNREACHABLE, f"the connection to the Heron at {self._where} has ended"
-                )
-            self._buffer += received
-        line, _, self._buffer = self._buffer.partition(b"\n")
-        return line

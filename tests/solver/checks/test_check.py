@@ -6,9 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import Placement, find_placements, read_placement
+from mukca.recorder.dataset import find_placements, read_placement
 from mukca.solver.checks.changes import split_at
-from mukca.solver.checks.inspection import Inspection, inspect_all, next_placement
+from mukca.solver.checks.inspection import (
+    Finding,
+    Survey,
+    fitted_alone,
+    inspect_all,
+    next_placement,
+)
 from mukca.solver.data.measurements import measure
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
@@ -17,32 +23,17 @@ from mukca.tools.simulated_arms import Base, record
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
 
-@pytest.fixture(scope="module")
-def placements(true_panda) -> list[Placement]:
-    generator = np.random.default_rng(0)
-    places = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0.4, 0.1)}
-    return [
-        record(true_panda, Base(name, np.array(at), ALONG_Y), generator, samples=20, noise=1e-4)
-        for name, at in places.items()
-    ]
+def codes(seen: Survey) -> list[str]:
+    return [finding.code for finding in seen.findings]
 
 
-def look(panda, placements: list[Placement]) -> list[Inspection]:
-    measured = [measure(p, panda) for p in placements]
-    return inspect_all(panda, choose_parameters(panda), measured)
-
-
-def codes(seen: list[Inspection]) -> list[str]:
-    return [finding.code for one in seen for finding in one.findings]
-
-
-def test_good_data_raise_no_alarm(panda, placements) -> None:
-    seen = look(panda, placements)
+def test_good_data_raise_no_alarm(look, placements) -> None:
+    seen = look(placements)
     assert codes(seen) == []
-    assert all(5e-5 < one.floor < 2e-4 for one in seen)
+    assert all(5e-5 < one.floor < 2e-4 for one in seen.placements)
 
 
-def test_a_base_that_moved_is_found_and_can_be_split(panda, true_panda, placements) -> None:
+def test_a_base_that_moved_is_found_and_can_be_split(look, true_panda, placements) -> None:
     generator = np.random.default_rng(1)
     moved = Base("front", np.array([0.5012, 0.0009, 0.1]), ALONG_Y)
     after = record(true_panda, moved, generator, samples=20, noise=1e-4)
@@ -51,58 +42,60 @@ def test_a_base_that_moved_is_found_and_can_be_split(panda, true_panda, placemen
     samples = list(front.samples)
     for i in ones:
         samples[i] = after.samples[i]
-    seen = look(panda, [replace(front, samples=tuple(samples)), *placements[1:]])
-    (change,) = seen[0].changes
+    seen = look([replace(front, samples=tuple(samples)), *placements[1:]])
+    (change,) = seen.placements[0].changes
     assert (change.socket, change.sample) == (1, 8)
     assert change.jump == pytest.approx(1.5e-3, rel=0.2)
     assert codes(seen) == ["moved"]
-    assert split_at(seen[0].measured, seen[0].changes).counts == (20, 8, 12)
-    assert split_at(seen[1].measured, seen[1].changes).counts == (20, 20)
+    assert split_at(seen.placements[0].measured, seen.placements[0].changes).counts == (20, 8, 12)
+    assert split_at(seen.placements[1].measured, seen.placements[1].changes).counts == (20, 20)
 
 
-def test_samples_in_the_wrong_socket_or_far_away_are_told(panda, placements) -> None:
+def test_samples_in_the_wrong_socket_or_far_away_are_told(look, placements) -> None:
     front = placements[0]
     samples = list(front.samples)
     samples[3] = replace(samples[3], socket=1)
     q = np.array(samples[7].position)
     q[1] += 0.03
     samples[7] = replace(samples[7], position=tuple(q.tolist()))
-    seen = look(panda, [replace(front, samples=tuple(samples)), *placements[1:]])
+    seen = look([replace(front, samples=tuple(samples)), *placements[1:]])
     assert sorted(codes(seen)) == ["far", "mislabelled"]
-    assert "weight 0.0" in str(seen[0].findings[0])
+    assert "weight 0.0" in str(seen.placements[0].findings[0])
 
 
-def test_duplicates_and_stuck_joints_are_told(panda, placements) -> None:
+def test_duplicates_and_stuck_joints_are_told(look, placements) -> None:
     front = placements[0]
     samples = list(front.samples)
     samples[1] = replace(samples[0], position=tuple(np.array(samples[0].position) + 1e-5))
-    assert codes(look(panda, [replace(front, samples=tuple(samples)), *placements[1:]])) == [
-        "duplicate"
-    ]
+    assert codes(look([replace(front, samples=tuple(samples)), *placements[1:]])) == ["duplicate"]
     stuck = [replace(s, position=(*s.position[:6], 0.1)) for s in front.samples]
-    found = [
-        f
-        for one in look(panda, [replace(front, samples=tuple(stuck))])
-        for f in one.findings
-        if f.code == "still"
-    ]
+    found = [f for f in look([replace(front, samples=tuple(stuck))]).findings if f.code == "still"]
     assert "panda_joint7" in found[0].text and "did not move at all" in found[0].text
 
 
-def test_a_placement_that_no_model_explains_is_told(panda, placements) -> None:
+def test_a_placement_that_no_model_explains_is_told(look, placements) -> None:
     generator = np.random.default_rng(2)
     loose = [
         replace(s, position=tuple((np.array(s.position) + generator.normal(0, 2e-3, 7)).tolist()))
         for s in placements[0].samples
     ]
-    seen = look(panda, [replace(placements[0], samples=tuple(loose)), *placements[1:]])
-    assert "floor" in [finding.code for finding in seen[0].findings]
+    seen = look([replace(placements[0], samples=tuple(loose)), *placements[1:]])
+    assert "floor" in [finding.code for finding in seen.placements[0].findings]
 
 
-def test_the_next_placement_is_away_from_those_there_are(panda, placements) -> None:
-    seen = look(panda, placements[:2])
+def test_the_next_placement_is_away_from_those_there_are(panda, look, placements) -> None:
+    seen = look(placements[:2])
     assert "to its right" in next_placement(panda, seen)
     assert "front" in next_placement(panda, seen) and "left" in next_placement(panda, seen)
+    moved = replace(seen.placements[1], findings=(Finding("error", "x", "there", "bad", "mend"),))
+    hint = next_placement(panda, replace(seen, placements=(seen.placements[0], moved)))
+    assert "First mend left" in hint and "serve best" not in hint
+
+
+def test_a_placement_alone_leaves_the_same_everywhere(panda, look, placements) -> None:
+    seen = look(placements)
+    measured = seen.placements[1].measured
+    assert fitted_alone(panda, measured) == seen.placements[1].floor
 
 
 @pytest.mark.slow
@@ -111,7 +104,7 @@ def test_the_drop_in_a_real_recording_is_found(recordings: Path) -> None:
     for arm in ("panda_3", "kuka_14", "dinova_2"):
         robot = load_robot(str(recordings / arm / "nominal.urdf"))
         measured = [measure(read_placement(p), robot) for p in find_placements([recordings / arm])]
-        for one in inspect_all(robot, choose_parameters(robot), measured):
+        for one in inspect_all(robot, choose_parameters(robot), measured).placements:
             found |= {(one.measured.name, c.socket, c.sample + 1): c.jump for c in one.changes}
     assert found["dinova_2/front_rotated", 1, 12] == pytest.approx(4e-3, abs=5e-4)
     assert not [name for name, _, _ in found if not name.startswith("dinova_2")]

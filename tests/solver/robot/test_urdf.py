@@ -60,6 +60,20 @@ def test_the_chain_is_found_by_names(odd: Path) -> None:
     assert load_robot(str(odd), base="b").joint_names == ("slide", "endless")
 
 
+def test_the_axis_of_a_fixed_joint_means_nothing(odd: Path) -> None:
+    nominal = load_robot(str(odd))
+    odd.write_text(
+        ODD_ARM.replace(
+            '<joint name="still" type="fixed">',
+            '<joint name="still" type="fixed"><axis xyz="0 0 0"/>',
+        )
+    )
+    robot = load_robot(str(odd))
+    q = np.full((1, 3), 0.3)
+    points = [BallModel(r, []).points(np.empty(0), q) for r in (nominal, robot)]
+    assert np.array_equal(*points)
+
+
 @pytest.mark.parametrize("base", ["world", "b"])
 def test_forward_kinematics_agree_with_yourdfpy(odd: Path, base: str) -> None:
     # yourdfpy wants unit axes, so the comparison file is given them.

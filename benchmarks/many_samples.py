@@ -1,0 +1,107 @@
+"""How time and memory grow with the number of samples, and of placements, by both methods.
+
+    python benchmarks/many_samples.py [--most 100000]
+
+Each figure comes from a process of its own. Time is stated per sample, and as a ratio to that of
+the smallest recording in the same run: where it stays near 1 or below, time is linear.
+"""
+
+import argparse
+import resource
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from mukca.recorder.dataset import Placement, Sample
+from mukca.solver.data.measurements import Measurement, measure
+from mukca.solver.fit import fit_by_auto, fit_by_paper
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.tools.commands.demo import demo_arm, demo_bases
+from mukca.tools.simulated_arms import reachable_bases, record
+
+GUIDED = 500
+"""Configurations that are truly guided to in each socket; more are made beside them."""
+SEAT_NOISE = 5e-5
+
+
+def one_placement(count: int) -> list[Measurement]:
+    """Return a placement with so many samples in each of its two sockets."""
+    nominal, arm = demo_arm()
+    generator = np.random.default_rng(0)
+    guided = record(arm, demo_bases()[0], generator, samples=min(count, GUIDED), noise=SEAT_NOISE)
+    return [measure(_again(guided, count, generator), nominal)]
+
+
+def _again(placement: Placement, count: int, generator: np.random.Generator) -> Placement:
+    """Return a placement whose samples are its own, again and again, a hundredth of a mm off."""
+    samples: list[Sample] = []
+    for socket in (0, 1):
+        own = [s for s in placement.samples if s.socket == socket]
+        shifts = generator.normal(0, 1e-5, (count, len(own[0].position)))
+        for i in range(count):
+            position = np.array(own[i % len(own)].position) + shifts[i]
+            samples.append(Sample(tuple(position.tolist()), socket))
+    return replace(placement, samples=tuple(samples))
+
+
+def many_placements(count: int) -> list[Measurement]:
+    """Return so many placements of 2 x 30 samples, at four places in turn."""
+    nominal, arm = demo_arm()
+    generator = np.random.default_rng(0)
+    bases = reachable_bases(arm, generator, 4)
+    placements = [
+        record(arm, replace(bases[i % 4], name=f"placement_{i}"), generator, noise=SEAT_NOISE)
+        for i in range(count)
+    ]
+    return [measure(placement, nominal) for placement in placements]
+
+
+def fit(method: str, samples: int, placements: int) -> None:
+    """Print time [s] and peak memory [MB] of a fit; run in a process of its own."""
+    train = one_placement(samples) if samples else many_placements(placements)
+    robot, _ = demo_arm()
+    begin = time.perf_counter()
+    solve = fit_by_paper if method == "paper" else fit_by_auto
+    result = solve(robot, choose_parameters(robot), train)
+    seconds = time.perf_counter() - begin
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(seconds, memory, sum(len(m.positions) for m in train), result.iterations)
+
+
+def table(method: str, option: str, counts: list[int]) -> None:
+    baseline = 0.0
+    for count in counts:
+        words = [sys.executable, __file__, "--method", method, option, str(count)]
+        out = subprocess.run(words, check=True, capture_output=True, text=True).stdout
+        seconds, memory, total, iterations = map(float, out.split())
+        per_sample = seconds / total
+        baseline = baseline or per_sample
+        print(
+            f"{method:5s} {option[2:]:10s} {count:6d}: {seconds:7.2f} s, {iterations:3.0f} "
+            f"iterations, {1e6 * per_sample:7.1f} us a sample ({per_sample / baseline:.2f} x), "
+            f"peak memory {memory:.0f} MB",
+            flush=True,
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--most", type=int, default=100_000, help="samples in each socket")
+    parser.add_argument("--method", choices=("auto", "paper"), help=argparse.SUPPRESS)
+    parser.add_argument("--samples", type=int, default=0, help=argparse.SUPPRESS)
+    parser.add_argument("--placements", type=int, default=0, help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.method:
+        fit(arguments.method, arguments.samples, arguments.placements)
+        return
+    counts = [c for c in (30, 300, 3_000, 30_000, 100_000) if c <= arguments.most]
+    for method in ("paper", "auto"):
+        table(method, "--samples", counts)
+        table(method, "--placements", [4, 25, 100])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,136 @@
+"""How often the verdict is wrong: sound recordings that do not pass, spoilt ones that do.
+
+    python benchmarks/verdicts.py [--good 60] [--bad 60]
+
+Sound: simulated arms of all shipped robots, 2 x 30 samples at two placements, one of them held
+out, each with so much noise as its repeatability suggests. Spoilt: the same recordings after one
+mistake, taken in turn from the list below. For each the status of the verdict is counted.
+"""
+
+import argparse
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+import mukca
+from mukca.recorder.dataset import Placement
+from mukca.solver.robot.urdf import shipped_robots
+
+NOISE = {"gen3_lite": 3e-4}
+"""Of the ball's place, per axis [m]; 5e-5 for arms that repeat to 0.15 mm and better."""
+
+
+def positions(placement: Placement, change: Callable[[np.ndarray], np.ndarray]) -> Placement:
+    rows = change(placement.positions.copy()).tolist()
+    samples = zip(placement.samples, rows, strict=True)
+    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in samples))
+
+
+def flipped(joint: int) -> Callable[[Placement], Placement]:
+    def change(q: np.ndarray) -> np.ndarray:
+        q[:, joint] *= -1
+        return q
+
+    return lambda p: positions(p, change)
+
+
+def swapped(p: Placement) -> Placement:
+    return positions(p, lambda q: q[:, [0, 1, 2, 4, 3, *range(5, q.shape[1])]])
+
+
+def zero_off(p: Placement) -> Placement:
+    return positions(p, lambda q: q + np.eye(q.shape[1])[2] * 0.5)
+
+
+def few(p: Placement) -> Placement:
+    return replace(p, samples=tuple(p.samples[i] for i in (0, 1, 2, 3, 4, 30, 31, 32, 33, 34)))
+
+
+def alike(p: Placement) -> Placement:
+    """The twelve samples of each socket that are most alike."""
+    kept: list[int] = []
+    for begin in (0, 30):
+        q = p.positions[begin : begin + 30]
+        order = np.argsort(np.abs(q - np.median(q, axis=0)).max(axis=1))
+        kept += sorted((begin + order[:12]).tolist())
+    return replace(p, samples=tuple(p.samples[i] for i in kept))
+
+
+def copied(p: Placement) -> Placement:
+    first = [s for s in p.samples if s.socket == 0]
+    return replace(p, samples=(*first, *(replace(s, socket=1) for s in first)))
+
+
+def half_in_the_other(p: Placement) -> Placement:
+    samples = [
+        replace(s, socket=1 - s.socket) if i % 4 == 0 else s for i, s in enumerate(p.samples)
+    ]
+    return replace(p, samples=tuple(samples))
+
+
+MISTAKES: dict[str, tuple[Callable[[Placement], Placement], dict[str, float]]] = {
+    "distance 2 % too long": (lambda p: p, {"distance": 0.051}),
+    "distance 4 % too short": (lambda p: p, {"distance": 0.048}),
+    "distance of another base": (lambda p: p, {"distance": 0.12}),
+    "joint 2's sign": (flipped(1), {}),
+    "joint 4's sign": (flipped(3), {}),
+    "last joint's sign": (flipped(-1), {}),
+    "two columns swapped": (swapped, {}),
+    "a zero off by 0.5 rad": (zero_off, {}),
+    "five samples a socket": (few, {}),
+    "the twelve most alike": (alike, {}),
+    "one socket's file copied": (copied, {}),
+    "every fourth in the other socket": (half_in_the_other, {}),
+}
+
+
+def status(robot: mukca.Robot, placements: list[Placement], **settings: float) -> str:
+    """Return the verdict's status; ``refused`` where one line says why there is none."""
+    train, test = placements
+    try:
+        calibration = mukca.calibrate(robot, train, test=test, **settings)  # pyright: ignore
+    except mukca.MukcaError:
+        return "refused"
+    return (
+        "distorted" if calibration.document.distorted else calibration.report.figures.verdict.status
+    )
+
+
+def recordings(i: int) -> tuple[mukca.Robot, list[Placement]]:
+    names = list(shipped_robots())
+    name = names[i % len(names)]
+    robot = mukca.load_robot(name)
+    noise = NOISE.get(name, 5e-5)
+    _, placements = mukca.simulate_recordings(robot, 2, seed=100 + i, noise=noise)
+    return robot, placements
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--good", type=int, default=60)
+    parser.add_argument("--bad", type=int, default=60)
+    arguments = parser.parse_args()
+    sound: Counter[str] = Counter()
+    for i in range(arguments.good):
+        robot, placements = recordings(i)
+        found = status(robot, placements)
+        sound[found] += 1
+        if found != "pass":
+            print(f"sound {i} ({robot.name}): {found}", flush=True)
+    print(f"sound recordings: {dict(sound)}", flush=True)
+    spoilt: Counter[str] = Counter()
+    for i in range(arguments.bad):
+        mistake = list(MISTAKES)[i % len(MISTAKES)]
+        spoil, settings = MISTAKES[mistake]
+        robot, placements = recordings(i)
+        found = status(robot, [spoil(p) for p in placements], **settings)
+        spoilt[found] += 1
+        if found == "pass":
+            print(f"PASS {i} ({robot.name}): {mistake}", flush=True)
+    print(f"spoilt recordings: {dict(spoilt)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""How much there is in recordings, what a calibration on them would know, and what is missing."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..auto.estimation import estimate
+from ..auto.extended_model import extend
+from ..auto.uncertainty import workspace_deviation
+from ..data.measurements import Measurement
+from ..data.observations import Load, observe
+from ..paper.optimizers import NotConverged
+from ..robot.parameters import Parameter
+from ..robot.urdf import Robot
+from .finding import Finding, where_of
+
+__all__ = ["ADVISED", "few_findings", "lone_findings", "predicted_error"]
+
+FEWEST, ADVISED = 10, 30
+"""Samples in a socket below which it tells little, and that are advised."""
+
+
+def few_findings(measured: Measurement) -> list[Finding]:
+    """Return sockets of a placement with too few samples."""
+    return [
+        Finding(
+            "warning",
+            "few",
+            where_of([measured]),
+            f"{count} samples in socket {socket}",
+            f"record {ADVISED - count} more: {ADVISED} are advised, {FEWEST} are the least",
+        )
+        for socket, count in zip(measured.sockets, measured.counts, strict=True)
+        if count < FEWEST
+    ]
+
+
+def lone_findings(measurements: Sequence[Measurement]) -> list[Finding]:
+    """Return placements with one socket, which nothing ties to a length."""
+    return [
+        Finding(
+            "error",
+            "lone",
+            where_of([m]),
+            f"only socket {m.sockets[0]} has samples, so solve refuses it",
+            "record the other socket too, or tie it by a known distance, solve --known",
+        )
+        for m in measurements
+        if not m.has_distance
+    ]
+
+
+def predicted_error(
+    robot: Robot,
+    parameters: Sequence[Parameter],
+    measurements: Sequence[Measurement],
+    load: Load | None = None,
+) -> float | None:
+    """Return the error of distances in the workspace that a calibration would have [m].
+
+    The median over random poses, one standard deviation; None where it cannot be told.
+    """
+    tied = [m for m in measurements if m.has_distance]
+    if not tied:
+        return None
+    load = load or Load()
+    try:
+        found = estimate(extend(robot, parameters), observe(tied, robot, load=load))
+    except NotConverged:
+        return None
+    median = workspace_deviation(found, load)[0]
+    return median if np.isfinite(median) else None

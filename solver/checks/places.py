@@ -1,0 +1,139 @@
+"""Samples that lie elsewhere than in their socket, known for what they are."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..data.measurements import Measurement
+from .changes import Change, Part
+from .finding import Finding, row_of
+from .rigid import RigidFit
+
+__all__ = ["Sockets", "elsewhere", "far_samples"]
+
+FAR = 0.06
+"""Robust weight below which a sample is far from its socket, about 9 deviations."""
+SEATED = 0.03
+"""A ball that lies farther from its socket than this [m] is not just badly seated."""
+LISTED = 20
+"""Samples of a placement that are named one by one."""
+NEAR = 3e-3
+"""Centres nearer than this [m], or ten deviations, may be those of one socket."""
+
+
+@dataclass(frozen=True)
+class Sockets:
+    """The sockets of all placements, in order, and where a fit has them."""
+
+    labels: tuple[tuple[str, int], ...]
+    """Placement and number of each."""
+    centres: np.ndarray
+    """Shape (S, 3) [m]."""
+    noise: float
+    """Of a sample [m]."""
+
+    def at(self, place: np.ndarray, but: int) -> int | None:
+        """Return the socket at a place, other than one; None where there is none."""
+        away = np.linalg.norm(self.centres - place, axis=1)
+        away[but] = np.inf
+        nearest = int(np.argmin(away))
+        return nearest if away[nearest] < max(NEAR, 10 * self.noise) else None
+
+
+def elsewhere(
+    measured: Measurement, parts: Sequence[Part], fit: RigidFit, sockets: Sockets
+) -> tuple[list[Finding], tuple[Change, ...]]:
+    """Return what the parts of a placement's sockets are, and where its base moved.
+
+    Args:
+        measured: The placement.
+        parts: All parts; see :func:`~mukca.solver.checks.changes.find_parts`.
+        fit: To them.
+        sockets: The sockets' own parts.
+    """
+    findings: list[Finding] = []
+    changes: list[Change] = []
+    for index in range(len(sockets.labels), len(parts)):
+        part = parts[index]
+        name, socket = sockets.labels[part.socket]
+        if name != measured.name:
+            continue
+        own, place = sockets.centres[part.socket], fit.centres[index]
+        jump = float(np.linalg.norm(place - own))
+        if jump < max(NEAR / 4, sockets.noise):
+            continue  # the base is back where it was
+        other = sockets.at(place, but=part.socket)
+        if other is not None and jump > 2 * NEAR:
+            findings.append(_other_socket(measured, part, socket, sockets.labels[other], jump))
+            continue
+        before = part.end <= parts[part.socket].begin
+        change = Change(socket, part.end if before else part.begin, jump)
+        changes.append(change)
+        findings.append(_moved(measured, change))
+    return findings, tuple(sorted(changes, key=lambda change: (change.socket, change.sample)))
+
+
+def _moved(measured: Measurement, change: Change) -> Finding:
+    return Finding(
+        "error",
+        "moved",
+        row_of(measured, change.socket, change.sample),
+        f"the base moved by {1e3 * change.jump:.1f} mm before sample {change.sample + 1} of "
+        f"socket {change.socket}",
+        "record it again, or keep both parts by --split-moved",
+    )
+
+
+def _other_socket(
+    measured: Measurement, part: Part, socket: int, label: tuple[str, int], jump: float
+) -> Finding:
+    where = row_of(measured, socket, part.begin)
+    samples = f"samples {part.begin + 1} to {part.end} of socket {socket}"
+    name, number = label
+    if name == measured.name:
+        text = f"{samples} lie in socket {number}, {1e3 * jump:.1f} mm from the others"
+        advice = "a wrong socket number: mend it, or delete them"
+    else:
+        text = f"{samples} lie in socket {number} of {name}, {1e3 * jump:.1f} mm from the others"
+        advice = "they were recorded with the base there: move them, or delete them"
+    return Finding("error", "mislabelled", where, text, advice)
+
+
+def far_samples(
+    measured: Measurement, parts: Sequence[Part], alone: RigidFit, together: Sockets
+) -> list[Finding]:
+    """Return samples that lie far from the others of their socket.
+
+    Args:
+        measured: The placement.
+        parts: Its own parts.
+        alone: The fit to them alone.
+        together: The sockets of all placements, for the scale of the noise.
+    """
+    own = Sockets(
+        tuple((measured.name, socket) for socket in measured.sockets),
+        alone.centres[: len(measured.sockets)],
+        max(alone.noise, together.noise),
+    )
+    found: list[Finding] = []
+    for row in np.flatnonzero(alone.weights < FAR)[:LISTED].tolist():
+        part = parts[int(alone.samples.sockets[row])]
+        sample = row - measured.slices[part.socket].start
+        socket = measured.sockets[part.socket]
+        where = row_of(measured, socket, sample)
+        error = float(alone.errors[row])
+        text = f"{1e3 * error:.1f} mm from socket {socket}, weight {alone.weights[row]:.3f}"
+        away = np.linalg.norm(alone.points[row] - own.centres, axis=1)
+        nearest = int(np.argmin(away))
+        if nearest != part.socket and away[nearest] < 0.3 * error:
+            other = measured.sockets[nearest]
+            advice = f"it lies in socket {other}: a wrong socket number"
+            found.append(Finding("error", "mislabelled", where, text, advice))
+        elif error > SEATED:
+            advice = "it was recorded elsewhere: another base position, or another arm; delete it"
+            found.append(Finding("error", "elsewhere", where, text, advice))
+        else:
+            advice = "was the ball seated? It hardly counts; delete it if it was not"
+            found.append(Finding("warning", "far", where, text, advice))
+    return found

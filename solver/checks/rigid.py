@@ -1,0 +1,205 @@
+"""A quick, robust fit of a rigid arm to samples, which always ends, and believes no distance.
+
+It is a look at the data, not a calibration: Gauss-Newton steps for the joint origins, held near
+nominal by priors of fixed width, with Student's noise, so that samples far from their socket weigh
+little. The sockets' centres are the weighted means of the samples in them. The arm's scale is held
+at nominal: what the sockets' distances come out as is then what the model says they should be.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import log
+
+import numpy as np
+
+from ..auto.extended_model import extend
+from ..auto.noise import NU
+from ..data.measurements import Measurement
+from ..robot.kinematics import BallModel
+from ..robot.parameters import Parameter, all_parameters
+from ..robot.urdf import Robot
+
+__all__ = ["RigidFit", "RigidModel", "Samples", "samples_of"]
+
+TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
+"""Widths of the priors [m], [rad]: as far as arms are from their models."""
+SCALE = 1e-5
+"""So closely is the scale held at nominal."""
+ITERATIONS = 40
+GLANCES = 6
+"""Iterations for the ball's place alone."""
+SETTLED = 1e-2
+"""Relative change of the noise, and change of the unknowns in widths, at which a fit ends."""
+LARGEST_STEP = 0.2
+"""Of any unknown in an iteration [m], [rad]."""
+SMALLEST = 1e-7
+"""Noise is never taken for less [m]."""
+ENOUGH, LEAST = 4000, 20
+"""Samples in all that a fit looks at, and of a socket; more tell it little."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Joint positions, and the socket of each."""
+
+    positions: np.ndarray
+    """Shape (N, m)."""
+    sockets: np.ndarray
+    """Index of each sample's socket, shape (N,)."""
+
+    @property
+    def count(self) -> int:
+        """Number of sockets."""
+        return int(self.sockets.max()) + 1
+
+    def thinned(self, enough: int) -> "Samples":
+        """Return some of the samples, evenly from each socket."""
+        rows = [np.flatnonzero(self.sockets == k) for k in range(self.count)]
+        kept = [r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in rows]
+        few = np.concatenate(kept)
+        return Samples(self.positions[few], self.sockets[few])
+
+
+def samples_of(measurements: Sequence[Measurement]) -> Samples:
+    """Return the samples of placements, socket after socket."""
+    counts = [count for m in measurements for count in m.counts]
+    return Samples(
+        np.concatenate([m.positions for m in measurements]),
+        np.repeat(np.arange(len(counts)), counts),
+    )
+
+
+@dataclass(frozen=True)
+class RigidFit:
+    """Where a fit arrived."""
+
+    samples: Samples
+    points: np.ndarray
+    """Ball centres of the samples, shape (N, 3) [m]."""
+    centres: np.ndarray
+    """Those of the sockets, shape (S, 3) [m]."""
+    weights: np.ndarray
+    """Of each sample, shape (N,): near 1, and towards 0 far from its socket."""
+    noise: float
+    """Scale of the noise per axis [m], what the fit absorbed of it put back."""
+    x: np.ndarray
+    """Change of the parameters from nominal, shape (n,) [m, rad]."""
+    covariance: np.ndarray
+    """Of x, shape (n, n)."""
+    jacobian: np.ndarray
+    """Derivatives of the sockets' centres by x, shape (S, 3, n)."""
+    spread: np.ndarray
+    """Variance of the sockets' centres by the samples' noise alone, per axis, shape (S,) [m^2]."""
+
+    @cached_property
+    def errors(self) -> np.ndarray:
+        """How far each sample is from its socket's centre, shape (N,) [m]."""
+        return np.linalg.norm(self.points - self.centres[self.samples.sockets], axis=1)
+
+    @property
+    def error(self) -> float:
+        """Their mean, each by its weight [m]."""
+        return float(np.average(self.errors, weights=self.weights))
+
+
+class RigidModel:
+    """An arm whose joint origins are free.
+
+    Args:
+        robot: The nominal robot.
+        parameters: What of its geometry is free.
+    """
+
+    def __init__(self, robot: Robot, parameters: Sequence[Parameter]) -> None:
+        model = extend(robot, parameters)
+        self.robot = robot
+        self.ball: BallModel = model.ball
+        self.widths = np.array(
+            [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
+        )
+        of_place = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
+        self._place = BallModel(robot, of_place)
+        by_scale = model.by_scale()
+        self._prior = np.diag(self.widths**-2) + np.outer(by_scale, by_scale) / SCALE**2
+
+    def nominal_error(self, samples: Samples) -> float:
+        """Return the error [m] of the model as it is, with the best place of the ball.
+
+        It is the mean distance of samples from their socket, each by its weight.
+        """
+        linear = self._place.linearise(self._place.nominal, samples.positions)
+        points, D = linear.points, linear.by_parameters
+        e = points - _medians(points, samples)[samples.sockets]
+        noise = _typical(e)
+        for _ in range(GLANCES):
+            noise = _typical(e)
+            weights = _weights(e, noise)
+            e = points - _means(points, samples, weights)[samples.sockets]
+            centred = D - _means(D, samples, weights)[samples.sockets]
+            A = (centred * weights[:, None, None]).reshape(-1, 3)
+            H = A.T @ centred.reshape(-1, 3) + np.eye(3) * (noise / BALL) ** 2
+            e = e - centred @ np.linalg.solve(H, A.T @ e.ravel())
+        errors = np.linalg.norm(e, axis=1)
+        return float(np.average(errors, weights=_weights(e, noise)))
+
+    def fit(self, samples: Samples) -> RigidFit:
+        """Return the fit to some samples, at least one in each socket."""
+        few = samples.thinned(max(ENOUGH // samples.count, LEAST))
+        P, widths = self._prior, self.widths
+        x = np.zeros(len(widths))
+        points = self.ball.points(self.ball.nominal, few.positions)
+        centres = _medians(points, few)
+        noise = _typical(points - centres[few.sockets])
+        covariance, slopes = np.linalg.inv(P), np.zeros((few.count, 3, len(widths)))
+        for _ in range(ITERATIONS):
+            linear = self.ball.linearise(self.ball.nominal + x, few.positions)
+            weights = _weights(linear.points - centres[few.sockets], noise)
+            centres = _means(linear.points, few, weights)
+            e = linear.points - centres[few.sockets]
+            slopes = _means(linear.by_parameters, few, weights)
+            D = linear.by_parameters - slopes[few.sockets]
+            A = (D * weights[:, None, None] / noise**2).reshape(-1, len(widths))
+            H = A.T @ D.reshape(-1, len(widths)) + P
+            covariance = np.linalg.inv(H)
+            step = -covariance @ (A.T @ e.ravel() + P @ x)
+            step *= min(1.0, LARGEST_STEP / float(np.abs(step).max()))
+            x += step
+            centres = centres + slopes @ step
+            left: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
+            fitted = 3 * few.count + len(widths) - float(np.sum(covariance * P))
+            variance = float(weights @ left) / max(3 * len(e) - fitted, 1.0)
+            before, noise = noise, max(variance, SMALLEST**2) ** 0.5
+            change = max(abs(log(noise / before)), float(np.abs(step / widths).max()))
+            if change < SETTLED:
+                break
+        points = self.ball.points(self.ball.nominal + x, samples.positions)
+        centres = _means(points, samples, _weights(points - centres[samples.sockets], noise))
+        weights = _weights(points - centres[samples.sockets], noise)
+        spread = noise**2 / np.bincount(samples.sockets, weights, samples.count)
+        return RigidFit(
+            samples, points, centres, weights * NU / (NU + 3), noise, x, covariance, slopes, spread
+        )
+
+
+def _medians(points: np.ndarray, samples: Samples) -> np.ndarray:
+    return np.array([np.median(points[samples.sockets == k], axis=0) for k in range(samples.count)])
+
+
+def _means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
+    """Return the weighted mean in each socket of values of shape (N, ...)."""
+    columns = (weights[:, None] * values.reshape(len(values), -1)).T
+    sums = np.array([np.bincount(samples.sockets, column, samples.count) for column in columns])
+    totals = np.bincount(samples.sockets, weights, samples.count)
+    return (sums / totals).T.reshape(-1, *values.shape[1:])
+
+
+def _typical(errors: np.ndarray) -> float:
+    """Return the scale of errors per axis by their median [m]."""
+    square = float(np.median(np.sum(errors**2, axis=1)))
+    return max(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
+
+
+def _weights(errors: np.ndarray, noise: float) -> np.ndarray:
+    """Return the robust weight of each error, (nu + 3) / (nu + e^2 / s^2)."""
+    return (NU + 3) / (NU + np.sum(errors**2, axis=1) / noise**2)

@@ -1,0 +1,56 @@
+"""Messages taken off a TCP connection."""
+
+import time
+
+import pytest
+from listeners import saying
+
+from mukca.drivers import DriverError, Reason
+from mukca.drivers.address import parse_endpoint
+from mukca.drivers.tcp import TcpStream
+
+
+@pytest.fixture
+def stream():
+    opened = []
+
+    def open_stream(address):
+        opened.append(TcpStream(parse_endpoint(address, 1), "is it on?"))
+        return opened[-1]
+
+    yield open_stream
+    for stream in opened:
+        stream.close()
+
+
+def soon():
+    return time.monotonic() + 5
+
+
+def test_lines_are_taken_one_by_one_however_they_come(stream):
+    with saying(b"one\ntw", b"o\n\nthree\n", pause=0.01) as address:
+        lines = stream(address)
+        assert [lines.take_line(soon()) for _ in range(4)] == [b"one", b"two", b"", b"three"]
+
+
+def test_bytes_without_a_line_break_are_no_lines(stream):
+    with saying(bytes(100), pause=1e-3) as address, pytest.raises(DriverError) as caught:
+        stream(address).take_line(soon())
+    assert caught.value.reason is Reason.PROTOCOL
+    assert "4096 bytes without a line break" in str(caught.value)
+
+
+def test_a_message_that_does_not_come_is_told(stream):
+    with saying() as address, pytest.raises(DriverError) as caught:
+        stream(address).take_line(time.monotonic() + 0.05)
+    assert caught.value.reason is Reason.SILENT
+
+
+def test_a_closed_connection_is_told(stream):
+    with saying() as address:
+        closed = stream(address)
+        closed.close()
+        for use in (lambda: closed.take_line(soon()), lambda: closed.send(b"x")):
+            with pytest.raises(DriverError) as caught:
+                use()
+            assert caught.value.reason is Reason.UNREACHABLE

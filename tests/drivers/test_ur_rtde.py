@@ -1,0 +1,115 @@
+"""Universal Robots through ur-rtde: in real time, against an emulator in a program of its own."""
+
+import re
+import sys
+from importlib.util import find_spec
+from types import SimpleNamespace
+
+import pytest
+from emulation import emulated_program
+
+from mukca.drivers import DriverError, Reason
+from mukca.drivers.registry import open_driver
+from mukca.drivers.ur_rtde import UrRtde
+
+needs_ur_rtde = pytest.mark.skipif(
+    find_spec("rtde_receive") is None,
+    reason=f"ur-rtde has no wheel for this Python {sys.version_info[:2]}",
+)
+pytestmark = pytest.mark.slow
+REQUESTS = re.compile(
+    rb"(\x00\x05V\x00\x02|\x00\x03v|\x00.O.{8}timestamp,actual_q,robot_mode,safety_mode,|\x00\x03[SP])+",
+    re.DOTALL,
+)
+
+
+@needs_ur_rtde
+@pytest.mark.parametrize(("version", "period"), [("3.15", 0.008), ("5.11", 0.002)])
+def test_the_controller_s_rate_counts_what_was_missed(version, period, tmp_path):
+    with emulated_program("ur", tmp_path, "--version", version) as emulation:
+        with open_driver(f"ur-rtde:{emulation.host}") as driver:
+            states = [driver.read(5)]
+            missed = -driver.missed
+            states += [driver.read(5) for _ in range(100)]
+            missed += driver.missed
+            assert driver.status == "running, normal"
+        emulation.stop()
+        sent, received = emulation.sent(), [message for _, message in emulation.received()]
+    for state in states:
+        assert state.position == tuple(sent[round(state.stamp / period)]["position"])
+    assert missed == round((states[-1].stamp - states[0].stamp) / period) + 1 - len(states)
+    assert all(REQUESTS.fullmatch(message) for message in received), "more than outputs was sent"
+    assert received
+
+
+@needs_ur_rtde
+def test_the_end_of_the_connection_is_told(tmp_path):
+    with (
+        emulated_program("ur", tmp_path, "--fault", "hangup@1+60") as emulation,
+        UrRtde(emulation.host) as driver,
+        pytest.raises(DriverError) as caught,
+    ):
+        while True:
+            driver.read(5)
+    assert caught.value.reason is Reason.UNREACHABLE
+
+
+@needs_ur_rtde
+def test_a_silence_is_told(tmp_path):
+    with (
+        emulated_program("ur", tmp_path, "--fault", "silent@1+60") as emulation,
+        UrRtde(emulation.host) as driver,
+        pytest.raises(DriverError) as caught,
+    ):
+        while True:
+            driver.read(0.5)
+    assert caught.value.reason is Reason.SILENT
+
+
+def test_stamp_and_angles_are_of_one_state(monkeypatch):
+    """The interface may take in a state between two questions."""
+
+    class Robot:
+        def __init__(self, *settings):
+            self.number = 1
+            self.asked = 0
+
+        def getTimestamp(self):
+            return 0.002 * self.number
+
+        def getActualQ(self):
+            self.asked += 1
+            self.number += self.asked % 3 > 0  # in two cases of three, after the stamp was asked
+            return [0.001 * self.number] * 6
+
+        def getRobotMode(self):
+            return 7
+
+        def getSafetyMode(self):
+            return 1
+
+        def isConnected(self):
+            return True
+
+        def disconnect(self):
+            pass
+
+    monkeypatch.setitem(sys.modules, "rtde_receive", SimpleNamespace(RTDEReceiveInterface=Robot))
+    monkeypatch.setattr("mukca.drivers.ur_rtde.open_tcp", lambda *_: SimpleNamespace(close=int))
+    with UrRtde("127.0.0.1") as driver:
+        for state in [driver.read(1.0) for _ in range(20)]:
+            assert state.position == pytest.approx([state.stamp / 2] * 6)
+
+
+def test_a_package_that_is_not_there_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "rtde_receive", None)
+    with pytest.raises(DriverError, match=r"pip install ur-rtde.*--driver ur") as caught:
+        UrRtde("127.0.0.1")
+    assert caught.value.reason is Reason.MISSING_PACKAGE
+
+
+@needs_ur_rtde
+def test_another_port_is_refused():
+    with pytest.raises(DriverError, match="port 30004 alone") as caught:
+        UrRtde("127.0.0.1:40004")
+    assert caught.value.reason is Reason.BAD_ADDRESS

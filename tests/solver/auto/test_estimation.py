@@ -1,0 +1,120 @@
+"""The estimation where it is stretched: with hardly any samples, and with thousands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import Placement
+from mukca.solver.auto.estimation import estimate
+from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.noise import INFORMATION
+from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
+from mukca.solver.auto.objective import build_objective, linearise, start
+from mukca.solver.auto.uncertainty import workspace_deviation
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.observations import Load, Observations, observe
+from mukca.solver.robot.kinematics import BallModel
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.tools.simulated_arms import perturb, reachable_bases, record
+
+
+def misread(placement: Placement, generator: np.random.Generator, angle: float) -> Placement:
+    """A placement whose joints were read with so much noise [rad]."""
+    shifts = generator.normal(0, angle, placement.positions.shape)
+    samples = tuple(
+        replace(sample, position=tuple((np.array(sample.position) + shift).tolist()))
+        for sample, shift in zip(placement.samples, shifts, strict=True)
+    )
+    return replace(placement, samples=samples)
+
+
+@pytest.mark.parametrize("seed", [7, 10])
+def test_no_variance_is_negative_where_a_width_collapses(seed: int) -> None:
+    """Five samples a socket of a gear with 5 mrad of noise."""
+    generator = np.random.default_rng(seed)
+    robot = load_robot("gen3_lite")
+    arm = perturb(robot, generator, 2e-3, 5e-3)
+    (base,) = reachable_bases(arm, generator, 1)
+    placement = misread(record(arm, base, generator, samples=5, noise=1e-4), generator, 5e-3)
+    data = observe([measure(placement, robot)], robot)
+    posterior = estimate(extend(robot, choose_parameters(robot)), data)
+    assert np.isfinite(posterior.covariance).all()
+    assert np.linalg.eigvalsh(posterior.covariance).min() > -1e-12
+    assert np.isfinite(workspace_deviation(posterior, Load())).all()
+
+
+def again(data: Observations, times: int) -> Observations:
+    """Every sample many times, a hundredth of a millimetre off."""
+    order = np.argsort(np.tile(data.sockets, times), kind="stable")
+    shifts = np.random.default_rng(0).normal(0, 1e-5, (times * len(data.positions), 7))
+    return replace(
+        data,
+        positions=(np.tile(data.positions, (times, 1)) + shifts)[order],
+        torques=np.tile(data.torques, (times, 1))[order],
+        sockets=np.tile(data.sockets, times)[order],
+    )
+
+
+@pytest.fixture(scope="module")
+def front(session, panda: Robot, true_panda: Robot) -> tuple[Observations, Robot]:
+    generator = np.random.default_rng(3)
+    (base,) = reachable_bases(true_panda, generator, 1)
+    placement = record(true_panda, base, generator, samples=120, noise=1e-4)
+    return observe([measure(placement, panda)], panda), panda
+
+
+@pytest.mark.slow
+def test_thousands_of_samples_do_not_blow_the_robot_up(front) -> None:
+    data, panda = front
+    model = extend(panda, choose_parameters(panda))
+    few, many = (estimate(model, d) for d in (data, again(data, 70)))
+    assert many.noise.space == pytest.approx(few.noise.space, rel=0.1)
+    assert abs(model.by_scale() @ (many.x - few.x)) < 2e-3
+    errors = [float(np.median(np.linalg.norm(p.residuals, axis=1))) for p in (few, many)]
+    assert errors[1] == pytest.approx(errors[0], rel=0.1)
+
+
+def test_the_volume_of_the_swept_ball_is_that_of_its_jacobian(panda: Robot) -> None:
+    """At random poses, against determinants; its slopes against finite differences."""
+    model = BallModel(panda, [p.index for p in choose_parameters(panda)])
+    q = np.random.default_rng(0).uniform(-1, 1, (5, 7))
+    value, slope = model.log_volume(model.nominal, q)
+    J = model.linearise(model.nominal, q).by_joints
+    assert value == pytest.approx(np.mean(0.5 * np.log(np.linalg.det(J @ J.transpose(0, 2, 1)))))
+    for i in range(len(slope)):
+        step = np.zeros(len(slope))
+        step[i] = 1e-6
+        ahead, behind = (model.log_volume(model.nominal + s, q)[0] for s in (step, -step))
+        assert slope[i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-6)
+
+
+def test_normal_equations_are_those_of_the_whole_jacobian(front) -> None:
+    """Put together socket by socket, they equal what one large Jacobian gives."""
+    data, panda = front
+    model = extend(panda, choose_parameters(panda), ("compliance",))
+    objective = build_objective(model, data)
+    state = start(objective, joint_noise=True)
+    normal = normal_equations(objective, state)
+    by_centres = np.zeros((len(data.sockets), 3, 3 * data.socket_count))
+    for axis in range(3):
+        by_centres[np.arange(len(by_centres)), axis, 3 * data.sockets + axis] = -1
+    whole = np.concatenate([state.linear.by_unknowns, by_centres], axis=2)
+    weights = normal.weights[:, None, None] * normal.inverse_scales
+    samples = np.einsum("nia,nij,njb->ab", whole, weights, whole)
+    slope = np.einsum("nia,nij,nj->a", whole, weights, state.linear.errors)
+    size = model.size
+    expected = INFORMATION * samples[:size]
+    assert normal.information[:size] == pytest.approx(expected, rel=1e-9, abs=1e-3)
+    assert normal.gradient[:size] == pytest.approx(slope[:size], rel=1e-9)
+    generator = np.random.default_rng(1)
+    root = generator.normal(0, 1, (objective.size, objective.size))
+    covariance = root @ root.T
+    expected = whole @ covariance @ whole.transpose(0, 2, 1)
+    assert leverage(objective, state, covariance) == pytest.approx(expected, rel=1e-9)
+    change = generator.normal(0, 1e-6, objective.size)
+    moved = linearise(
+        objective, state.x + change[:size], state.centres + change[size:].reshape(-1, 3)
+    )
+    assert predicted_errors(objective, state, change) == pytest.approx(moved.errors, abs=1e-9)

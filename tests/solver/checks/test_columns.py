@@ -1,0 +1,72 @@
+"""Signs, swaps and zeros of the columns are found, and never seen in a right recording."""
+
+import numpy as np
+import pytest
+
+from mukca.solver.checks.inspection import inspect_all
+from mukca.solver.data.measurements import MeasurementError, measure
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.simulated_arms import perturb, reachable_bases, record
+
+
+def flipped(joint: int):
+    return lambda q: np.where(np.arange(len(q)) == joint, -q, q)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "code", "words"),
+    [
+        (flipped(1), "sign", "joint 2 (panda_joint2) looks sign-flipped: with -q the error falls"),
+        (flipped(4), "sign", "joint 5 (panda_joint5) looks sign-flipped"),
+        (flipped(6), "sign", "joint 7 (panda_joint7) looks sign-flipped"),
+        (lambda q: q[[2, 1, 0, 3, 4, 5, 6]], "swap", "joints 1 and 3 (panda_joint1, panda_joint3)"),
+        (lambda q: q + 0.35 * np.eye(7)[2], "zero", "joint 3 (panda_joint3) looks off by +"),
+    ],
+)
+def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code, words) -> None:
+    seen = look([change(placement, mistake) for placement in placements])
+    (finding,) = [f for f in seen.findings if f.level == "error"]
+    assert (finding.code, finding.where) == (code, "all placements")
+    assert words in finding.text, finding.text
+
+
+def test_a_mistake_in_one_placement_is_found_there(look, change, placements) -> None:
+    seen = look([placements[0], change(placements[1], flipped(4)), placements[2]])
+    (finding,) = seen.findings
+    assert finding.code == "sign" and finding in seen.placements[1].findings
+    seen = look([placements[0], change(placements[1], flipped(4))])
+    assert [f.code for f in seen.placements[1].findings] == ["sign"]
+    assert seen.placements[0].sound and not seen.shared
+
+
+def test_what_no_single_mistake_explains_is_told(look, change, placements) -> None:
+    generator = np.random.default_rng(0)
+    wild = [change(p, lambda q: q + generator.normal(0, 0.2, 7)) for p in placements]
+    (finding,) = [f for f in look(wild).findings if f.level == "error"]
+    assert finding.code == "model" and "is it this robot's model" in finding.advice
+
+
+def test_a_sign_that_leaves_the_limits_is_told(look, change, placements) -> None:
+    with pytest.raises(MeasurementError, match=r"panda_joint4.*is it sign-flipped"):
+        look([change(placement, flipped(3)) for placement in placements])
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "ur5e", "gen3_lite"])
+def test_only_a_flipped_last_joint_looks_flipped(name: str, change) -> None:
+    """Its ball is near its axis, so it sees the mistake weakly."""
+    robot = load_robot(name)
+    generator = np.random.default_rng(5)
+    arm = perturb(robot, generator, 1e-3, 5e-3)
+    last = len(robot.actuated) - 1
+    data = [
+        record(arm, base, generator, samples=20, noise=1e-4)
+        for base in reachable_bases(robot, generator, 2)
+    ]
+    for placements, codes in (
+        (data, []),
+        ([change(p, flipped(last)) for p in data], ["sign"]),
+    ):
+        measured = [measure(p, robot) for p in placements]
+        found = inspect_all(robot, choose_parameters(robot), measured).findings
+        assert [f.code for f in found] == codes

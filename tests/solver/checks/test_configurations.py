@@ -1,0 +1,28 @@
+"""Near-duplicates: as comparing all pairs finds them, and without doing so."""
+
+import numpy as np
+
+from mukca.solver.checks.configurations import NEAR, near_duplicates
+
+
+def test_near_duplicates_are_those_of_all_pairs() -> None:
+    generator = np.random.default_rng(0)
+    rows = generator.uniform(-1, 1, (300, 6))
+    rows[200:] = rows[generator.integers(200, size=100)] + generator.uniform(-1, 1, (100, 6)) * 0.03
+    kept: list[int] = []
+    expected: dict[int, int] = {}
+    for i, row in enumerate(rows):
+        near = [k for k in kept if np.abs(rows[k] - row).max() < NEAR]
+        if near:
+            expected[i] = near[0]
+        else:
+            kept.append(i)
+    assert near_duplicates(rows) == expected
+    assert 1 < len(expected) < 100
+
+
+def test_a_hundred_thousand_samples_are_compared() -> None:
+    rows = np.random.default_rng(0).uniform(-2, 2, (100_000, 7))
+    rows[70_000] = rows[30_000]
+    assert near_duplicates(rows)[70_000] == 30_000
+    assert near_duplicates(np.zeros((3, 1))) == {1: 0, 2: 0}

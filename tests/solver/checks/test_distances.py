@@ -1,0 +1,75 @@
+"""A wrong distance between the sockets is found before any fit believes it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mukca.solver.auto.estimation import estimate
+from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.uncertainty import scale
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.observations import observe
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.tools.simulated_arms import Base, record
+
+ALONG_Y = np.array([0.0, 1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("given", "level", "words"),
+    [
+        (0.051, "error", "2.0 % longer"),
+        (0.0503, "warning", "0.6 % longer"),
+        (0.048, "error", "4.0 % shorter"),
+        (0.12, "error", "140.0 % longer"),
+    ],
+)
+def test_a_wrong_distance_is_found(look, placements, given, level, words) -> None:
+    seen = look(placements, given)
+    (finding,) = seen.findings
+    assert (finding.level, finding.code, finding.where) == (level, "scale", "all placements")
+    assert words in finding.text, finding.text
+    assert f"more likely the sockets are 50.0 mm apart than {1e3 * given:.1f}" in finding.text
+    assert "as given" in finding.advice and "--distance" in finding.advice
+    assert seen.scale is not None
+    assert abs(seen.scale.value - (given / 0.05 - 1)) < 4 * seen.scale.deviation
+
+
+def test_a_forgotten_distance_is_found(look, true_panda) -> None:
+    base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y, distance=0.12)
+    long = record(true_panda, base, np.random.default_rng(3), samples=20, noise=1e-4)
+    assert look([long]).findings == ()
+    (finding,) = look([replace(long, distance=None)]).findings
+    assert finding.level == "error" and "more likely the sockets are 12" in finding.text
+    assert "nothing but the default" in finding.advice
+
+
+def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(
+    look, true_panda, placements
+) -> None:
+    away = Base("front", np.array([0.5, 0.3, 0.1]), ALONG_Y)
+    after = record(true_panda, away, np.random.default_rng(3), samples=20, noise=1e-4)
+    samples = (*placements[0].samples[:20], *after.samples[20:])
+    seen = look([replace(placements[0], samples=samples), *placements[1:]])
+    (finding,) = seen.findings
+    assert finding.code == "distance" and finding in seen.placements[0].findings
+    assert "350." in finding.text and "mm apart by the model, not 50.0" in finding.text
+
+
+def test_both_sockets_recorded_in_one_are_told(look, true_panda, placements) -> None:
+    base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y)
+    again = record(true_panda, base, np.random.default_rng(4), samples=20, noise=1e-4)
+    twice = [replace(s, socket=1) for s in again.samples[:20]]
+    samples = (*placements[0].samples[:20], *twice)
+    for others in ([], placements[1:]):
+        codes = [f.code for f in look([replace(placements[0], samples=samples), *others]).findings]
+        assert codes == ["one-socket"]
+
+
+def test_the_scale_of_a_fit_is_that_of_the_distance(panda, placements) -> None:
+    """A distance 0.4 % too long, as far as the prior lets the arm follow."""
+    data = observe([measure(p, panda, 0.0502) for p in placements], panda)
+    value, deviation = scale(estimate(extend(panda, choose_parameters(panda)), data))
+    assert 0.002 < value < 0.0045
+    assert 2e-4 < deviation < 1e-3

@@ -1,0 +1,68 @@
+"""Samples of another place are known for what they are, and named by the right row."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import Placement
+from mukca.tools.simulated_arms import Base, record
+
+ALONG_Y = np.array([0.0, 1.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def elsewhere(true_panda) -> Placement:
+    """The front placement with its base 371 mm away, half of it to the left."""
+    base = Base("front", np.array([0.5 - 0.321, 0.186, 0.1]), ALONG_Y)
+    return record(true_panda, base, np.random.default_rng(1), samples=20, noise=1e-4)
+
+
+@pytest.mark.parametrize("first", [3, 7, 10, 14, 17])
+def test_a_base_that_moved_far_is_told_by_the_first_row(
+    look, placements, elsewhere, first: int
+) -> None:
+    front = placements[0]
+    samples = (*front.samples[: 20 + first], *elsewhere.samples[20 + first :])
+    seen = look([replace(front, samples=samples), *placements[1:]])
+    (finding,) = seen.findings
+    assert finding.code == "moved" and f"before sample {first + 1} of socket 1" in finding.text
+    (change,) = seen.placements[0].changes
+    assert change.jump == pytest.approx(0.371, abs=1e-3)
+
+
+@pytest.mark.parametrize("many", [1, 2, 5, 9])
+@pytest.mark.parametrize("begin", [0, 6])
+def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begin, many) -> None:
+    base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y)
+    more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)
+    samples = list(placements[0].samples)
+    for i in range(20 + begin, 20 + begin + many):
+        samples[i] = replace(more.samples[i - 20], socket=1)
+    seen = look([replace(placements[0], samples=tuple(samples)), *placements[1:]])
+    assert {f.code for f in seen.findings} == {"mislabelled"}
+    told = " ".join(map(str, seen.findings))
+    assert "wrong socket number" in told
+    if len(seen.findings) == 1:
+        assert f"samples {begin + 1} to {begin + many} of socket 1 lie in socket 0" in told or (
+            many == 1 and f"socket 1 sample {begin + 1}:" in told
+        )
+    else:
+        assert len(seen.findings) == many
+        assert all(f"socket 1 sample {begin + k + 1}:" in told for k in range(many))
+
+
+def test_samples_of_another_placement_are_told(look, true_panda, placements) -> None:
+    base = Base("right", np.array([0.35, -0.4, 0.1]), ALONG_Y)
+    more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)
+    samples = (*placements[0].samples[:33], *more.samples[33:])
+    (finding,) = look([replace(placements[0], samples=samples), *placements[1:]]).findings
+    assert "samples 14 to 20 of socket 1 lie in socket 1 of right" in finding.text
+
+
+def test_one_sample_from_elsewhere_was_not_badly_seated(look, placements, elsewhere) -> None:
+    samples = list(placements[0].samples)
+    samples[31] = elsewhere.samples[31]
+    (finding,) = look([replace(placements[0], samples=tuple(samples)), *placements[1:]]).findings
+    assert finding.code == "elsewhere"
+    assert finding.where.endswith("sample 12") and "another base position" in finding.advice

@@ -1,0 +1,96 @@
+"""``mukca check`` and ``mukca crossval``: what they say, and never a circle."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from shutil import copytree
+
+import numpy as np
+import pytest
+
+from mukca.recorder.convert import write_holes
+from mukca.recorder.dataset import read_placement
+from mukca.tools.cli import main
+
+
+def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
+    status = main([*words])
+    told = capsys.readouterr()
+    return status, told.out + told.err
+
+
+@pytest.fixture
+def copy(session: Path, tmp_path: Path) -> Path:
+    return copytree(session, tmp_path / "session")
+
+
+def thinned(folder: Path, *counts: int) -> None:
+    for socket, count in enumerate(counts):
+        file = folder / f"hole_{socket}.csv"
+        lines = file.read_text().splitlines()[:count]
+        file.write_text("\n".join(lines) + "\n") if lines else file.unlink()
+
+
+def test_good_recordings_are_told_by_what_they_would_bring(
+    session: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, told = run(capsys, "check", str(session), "--robot", "panda")
+    assert status == 0 and "Nothing wrong was seen" in told
+    assert "In all 72 samples in 3 placements: calibrated on them, distances" in told
+    assert "sockets 50 mm apart (the default)" in told
+
+
+def test_a_wrong_distance_is_told_before_the_fit(
+    session: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["check", str(session), "--robot", "panda", "--distance", "0.12"]
+    status, told = run(capsys, *words)
+    assert status == 1 and "more likely the sockets are 50.0 mm apart than 120.0" in told
+    assert main([*words, "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["findings"][0]["code"] == "scale"
+    assert found["scale"]["value"] == pytest.approx(1.4, abs=0.02)
+    assert found["placements"][0]["distance_source"] == "given"
+
+
+@pytest.mark.parametrize(
+    ("counts", "status", "words"),
+    [
+        ((3, 3), 0, "3 samples in socket 0; record 27 more"),
+        ((12, 3), 0, "3 samples in socket 1; record 27 more"),
+        ((12, 0), 1, "only socket 0 has samples, so solve refuses it"),
+    ],
+)
+def test_too_little_is_told(
+    copy: Path, capsys: pytest.CaptureFixture[str], counts: tuple[int, int], status: int, words: str
+) -> None:
+    thinned(copy / "front", *counts)
+    got, told = run(capsys, "check", str(copy / "front"), "--robot", "panda")
+    assert got == status, told
+    assert words in told and "Nothing wrong" not in told and "mukca check" not in told
+
+
+@pytest.mark.parametrize("method", ["auto", "paper"])
+def test_crossval_names_a_bad_placement_and_goes_on(
+    copy: Path, capsys: pytest.CaptureFixture[str], method: str
+) -> None:
+    generator = np.random.default_rng(0)
+    left = read_placement(copy / "left")
+    wild = [
+        replace(s, position=tuple((np.array(s.position) + generator.normal(0, 0.1, 7)).tolist()))
+        for s in left.samples
+    ]
+    write_holes(replace(left, samples=tuple(wild)), copy / "left")
+    words = ["crossval", str(copy), "--robot", "panda", "--method", method, "--processes", "1"]
+    status, told = run(capsys, *words)
+    assert status == 0, told
+    assert "MAE in mm: trained on the row's placement alone" in told
+    assert "Mend or leave out session/left and run this again" in told
+
+
+def test_crossval_ends_with_advice(session: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["crossval", str(session), "--robot", "panda", "--method", "paper", "--processes", "1"]
+    status, told = run(capsys, *words)
+    assert status == 0
+    last = told.strip().splitlines()[-1]
+    assert last.startswith(("Train on all", "More placements would bring little")), told
