@@ -321,3 +321,26 @@ def test_validate_says_which_joint_drifted(run, session, tmp_path) -> None:
     assert status == 1 and "nearest cause panda_joint4" in " ".join(err.split())
     assert verdict["nearest_cause"]["offset"] == pytest.approx(-0.02, abs=1e-3)
     assert run(*words, str(tmp_path / "later"), "--repeatability-mm", "9")[0] == 0
+
+
+def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr("mukca.tools.calibration.calibrate.fit_by_auto", broken)
+    status, out, err = run("solve", "front", "--robot", "panda", "--json")
+    assert (status, out) == (1, "") and len(err.strip().splitlines()) == 1
+    assert "did not settle" in err
+
+
+def test_an_uncertainty_that_is_no_number_fails_and_is_not_written(
+    run, monkeypatch, tmp_path
+) -> None:
+    monkeypatch.setattr("mukca.tools.calibration.compose._is_finite", lambda _: False)
+    out = ("--out", str(tmp_path / "c"))
+    status, _, err = run("solve", "front", "--test", "left", "--robot", "panda", "--json", *out)
+    assert status == 1 and "could not be computed" in err and "FAIL" in err
+    text = (tmp_path / "c/calibration.json").read_text() + (tmp_path / "c/report.json").read_text()
+    assert "NaN" not in text and "uncertainty" not in json.loads(
+        (tmp_path / "c/calibration.json").read_text()
+    )
