@@ -10,6 +10,7 @@ from ...solver.checks.inspection import inspect_all, next_placement
 from ...solver.data.measurements import Measurement, check_distinct, measure
 from ...solver.data.observations import KnownDistance
 from ...solver.fit import Fit, fit_by_auto, fit_by_paper
+from ...solver.paper.optimizers import NotConverged
 from ...solver.robot.parameters import Parameter, choose_parameters
 from ...solver.robot.urdf import Robot
 from ..documents.calibration import NextPlacement
