@@ -13,6 +13,7 @@ from math import log
 import numpy as np
 
 from ..data.observations import Observations
+from ..paper.optimizers import NotConverged
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
 from .deflection import COMPLIANCE, TRANSMISSION
@@ -61,7 +62,7 @@ def select_model(
         progress: Called with a word for each model that is fitted.
 
     Raises:
-        NotConverged: A fit did not settle.
+        NotConverged: The fit of the geometry did not settle.
     """
 
     def fit(extensions: Sequence[str], observed: Observations) -> Posterior:
@@ -75,15 +76,23 @@ def select_model(
     for stage in (name for name in STAGES if name in stages):
         progress(stage)
         extensions = (*best.model.extensions, *STAGES[stage])
-        candidate = fit(extensions, data)
+        try:
+            candidate = fit(extensions, data)
+        except NotConverged:
+            notes.append(f"{stage}: not supported by the data (with it, the fit does not settle)")
+            continue
         gain = candidate.log_evidence - best.log_evidence
         if _active(candidate) == _active(best) or gain < GAIN:
             notes.append(f"{stage}: not supported by the data (log evidence {gain:+.1f})")
             continue
         if len(placements) >= ENOUGH_PLACEMENTS:
-            if errors is None:
-                errors = _left_out(fit, best.model.extensions, data, placements)
-            with_it = _left_out(fit, extensions, data, placements)
+            try:
+                if errors is None:
+                    errors = _left_out(fit, best.model.extensions, data, placements)
+                with_it = _left_out(fit, extensions, data, placements)
+            except NotConverged:
+                notes.append(f"{stage}: dropped, the fit does not settle without each placement")
+                continue
             helps, spread = _paired(errors, with_it)
             line = f"by {1e3 * helps:+.4f} +- {1e3 * spread:.4f} mm where one placement is left out"
             if helps <= spread:

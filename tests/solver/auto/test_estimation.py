@@ -11,9 +11,11 @@ from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.noise import INFORMATION
 from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
 from mukca.solver.auto.objective import build_objective, linearise, start
+from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import workspace_deviation
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observations import Load, Observations, observe
+from mukca.solver.paper.optimizers import NotConverged
 from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot
@@ -118,3 +120,17 @@ def test_normal_equations_are_those_of_the_whole_jacobian(front) -> None:
         objective, state.x + change[:size], state.centres + change[size:].reshape(-1, 3)
     )
     assert predicted_errors(objective, state, change) == pytest.approx(moved.errors, abs=1e-9)
+
+
+def test_an_extension_whose_fit_does_not_settle_is_left_out(front, monkeypatch) -> None:
+    data, panda = front
+
+    def unsettled(model, observed, *, joint_noise=True):
+        if model.extensions:
+            raise NotConverged("auto did not settle in 150 iterations")
+        return estimate(model, observed, joint_noise=joint_noise)
+
+    monkeypatch.setattr("mukca.solver.auto.selection.estimate", unsettled)
+    selection = select_model(panda, choose_parameters(panda), data)
+    assert selection.full is selection.geometric
+    assert all("does not settle" in note for note in selection.notes) and len(selection.notes) == 2
