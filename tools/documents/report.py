@@ -86,7 +86,7 @@ class ReportDocument(Document, kw_only=True, frozen=True):
     groups: tuple[PriorWidth, ...] | None = None
     log_evidence: float | None = None
     scale: Scale | None = None
-    distance_text: str
+    distance_text: str = ""
     """The distances between sockets that were used, and where each is from."""
     next_placement: NextPlacement | None = None
     noise: NoiseScale | None = None
@@ -96,7 +96,7 @@ class ReportDocument(Document, kw_only=True, frozen=True):
     command: str
     """What makes the calibration again."""
     verdict: Verdict
-    todo: tuple[Step, ...]
+    todo: tuple[Step, ...] = ()
     """What to do next, the most useful first; empty where the verdict is PASS."""
     answers: Answers
     arm: ArmDrawing

@@ -18,6 +18,8 @@ from mukca.tools.report.page.plots import use
 
 OPTIONAL = {
     "deviation",
+    "distance_text",
+    "todo",
     "distance_source",
     "full",
     "full_status",
@@ -194,6 +196,14 @@ def test_each_key_that_a_report_lacks_is_named(calibrated) -> None:
         del at(damaged, path[:-1])[path[-1]]
         with pytest.raises(DocumentError, match=f"`{path[-1]}`"):
             decode(json.dumps(damaged).encode(), ReportDocument, REPORT, "")
+
+
+def test_a_report_without_what_later_versions_added_is_read(calibrated) -> None:
+    report = json.loads((calibrated / "report.json").read_text())
+    for key in ("todo", "distance_text", "scale"):
+        report.pop(key, None)
+    read_again = decode(json.dumps(report).encode(), ReportDocument, REPORT, "")
+    assert (read_again.todo, read_again.distance_text) == ((), "")
 
 
 def test_a_folder_whose_name_is_not_utf_8_does_not_hurt(document) -> None:
