@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .. import MukcaError
 from .auto.deflection import Deflection
 from .data.observations import Load
-from .robot.kinematics import BallModel, gravity_torques
+from .robot.kinematics import BallModel
 from .robot.parameters import Parameter
 from .robot.urdf import Robot
 from .robot.urdf_text import Origin, relocate_meshes, scan, set_origins
@@ -67,12 +67,9 @@ class CalibratedRobot:
         positions = self._rows(q, "joint positions")
         if not self.deflection.extensions:
             return self._points(self.values, positions, q)
-        if effort is None:
-            load = self.load
-            torque = gravity_torques(self.robot, positions, load.gravity, load.payload)
-        else:
-            torque = self._rows(effort, "joint efforts")
-        true = self.deflection.true_positions(positions, torque)
+        efforts = None if effort is None else self._rows(effort, "joint efforts")
+        moments = self.load.moments(self.robot, positions, efforts)
+        true = self.deflection.true_positions(positions, moments)
         return self._points(self.values, true, q)
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:

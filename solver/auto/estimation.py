@@ -18,7 +18,7 @@ import numpy as np
 
 from ..data.observations import Observations
 from ..paper.optimizers import NotConverged
-from .deflection import COMPLIANCE, EXTENSIONS
+from .deflection import ELASTICITY, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, Noise
@@ -72,7 +72,7 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
     objective = build_objective(model, data)
     state: State = start(objective, joint_noise)
     iterates: list[np.ndarray] = [state.x]
-    compliances_may_return = True
+    held_may_return = True
     try:
         for _ in range(MAX_ITERATIONS):
             step = _gauss_newton(objective, state)
@@ -83,9 +83,9 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
             pruned = _without_negligible(state)
             if pruned is not state:
                 state = pruned
-            elif compliances_may_return and _held_compliances(state).any():
-                state = replace(state, at_zero=state.at_zero & ~_held_compliances(state))
-                compliances_may_return = False
+            elif held_may_return and _held_elasticity(state).any():
+                state = replace(state, at_zero=state.at_zero & ~_held_elasticity(state))
+                held_may_return = False
             else:
                 return posterior(objective, state, iterates)
     except np.linalg.LinAlgError:
@@ -138,7 +138,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
     """Return the state after a step, halved as often as L would rise, and the step taken.
 
-    Where it still rises after that, it is for the compliances that were held at zero.
+    Where it still rises after that, it is for the elasticity that was held at zero.
     """
     before = value(objective, state, step.volume)
     for _ in range(HALVINGS):
@@ -156,7 +156,7 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
     size = objective.model.size
     x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
-        if group.name == COMPLIANCE:
+        if group.name in ELASTICITY:
             below = group.members[x[group.members] < 0]
             x[below] = 0.0
             at_zero[below] = True
@@ -231,10 +231,10 @@ def _without_negligible(state: State) -> State:
     return replace(state, x=x, at_zero=at_zero, groups=groups, noise=noise)
 
 
-def _held_compliances(state: State) -> np.ndarray:
-    """Return which unknowns are compliances held at zero, though their group has a width."""
+def _held_elasticity(state: State) -> np.ndarray:
+    """Return which unknowns are elasticity held at zero, though their group has a width."""
     held = np.zeros_like(state.at_zero)
     for group in state.groups:
-        if group.name == COMPLIANCE and group.learned:
+        if group.name in ELASTICITY and group.learned:
             held[group.members] = state.at_zero[group.members]
     return held

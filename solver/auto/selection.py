@@ -16,14 +16,18 @@ from ..data.observations import Observations
 from ..paper.optimizers import NotConverged
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
-from .deflection import COMPLIANCE, TRANSMISSION
+from .deflection import COMPLIANCE, TILT, TRANSMISSION
 from .estimation import estimate
 from .extended_model import extend
 from .posterior import Posterior
 
 __all__ = ["STAGES", "Selection", "held_out_error", "select_model"]
 
-STAGES: dict[str, tuple[str, ...]] = {"compliance": (COMPLIANCE,), "transmission": TRANSMISSION}
+STAGES: dict[str, tuple[str, ...]] = {
+    "compliance": (COMPLIANCE,),
+    "tilt": (TILT,),
+    "transmission": TRANSMISSION,
+}
 """What is tried, in this order: name, and its extensions."""
 GAIN = log(20)
 """By how much an extension must raise the logarithm of the evidence."""

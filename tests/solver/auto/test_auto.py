@@ -13,8 +13,7 @@ from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import deviations
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.metrics import evaluate
-from mukca.solver.data.observations import observe
-from mukca.solver.robot.kinematics import gravity_torques
+from mukca.solver.data.observations import Load, observe
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
@@ -43,9 +42,7 @@ class Session:
 
     def error(self, found, placement: Placement) -> float:
         measured = measure(placement, self.robot)
-        torques = measured.efforts
-        if torques is None:
-            torques = gravity_torques(self.robot, measured.positions)
+        torques = Load().torques(self.robot, measured)
         return evaluate(found.predict(measured.positions, torques), measured).mean_absolute_error
 
 
