@@ -27,7 +27,7 @@ class CalibratedRobot:
     """A robot with calibrated joint origins and, where the data support it, joint deflections.
 
     It predicts the ball's centre as Phi(Theta, q'): the forward kinematics Phi with the calibrated
-    origins Theta, at joint positions q' that are corrected for compliance and transmission error,
+    origins Theta, at joint positions q' that are corrected for elasticity and transmission error,
     see :mod:`mukca.solver.auto.deflection`.
     """
 
@@ -38,7 +38,7 @@ class CalibratedRobot:
     values: np.ndarray
     """The calibrated parameters, shape (n,) [m, rad]."""
     deflection: Deflection = field(default_factory=Deflection)
-    """Compliance and transmission error, by which joint positions are corrected first."""
+    """Elasticity and transmission error, by which joint positions are corrected first."""
     load: Load = field(default_factory=Load)
     """Gravity and payload, for joint torques where no effort is measured."""
     exported: np.ndarray | None = None

@@ -18,9 +18,10 @@ import numpy as np
 
 from ..data.observations import Observations
 from ..paper.optimizers import NotConverged
+from .bounded import bounded_step
 from .deflection import ELASTICITY, EXTENSIONS
 from .extended_model import ExtendedModel
-from .laplace import inverse, posterior
+from .laplace import posterior
 from .noise import INFORMATION, NEGLIGIBLE, Noise
 from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
 from .objective import (
@@ -40,6 +41,9 @@ __all__ = ["estimate"]
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
+RELEASES = 40
+"""For so many iterations, elasticity that is held at zero may leave it. One that gains nothing
+could otherwise come and go forever."""
 HALVINGS = 6
 RISE = 1e-9
 """Relative rise of the objective in a step that is rounding alone."""
@@ -58,24 +62,31 @@ class Step:
     """How much of the volume's slope was counted, 0 to 1."""
 
 
-def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
+def estimate(
+    model: ExtendedModel,
+    data: Observations,
+    *,
+    joint_noise: bool = True,
+    near: Posterior | None = None,
+) -> Posterior:
     """Find the most plausible unknowns of a model, starting at the nominal robot.
 
     Args:
         model: What is unknown.
         data: What was measured.
         joint_noise: Whether the joint angles' noise may be other than zero.
+        near: A result to start from instead, of the same robot, see
+            :func:`~mukca.solver.auto.objective.start`.
 
     Raises:
         NotConverged: The widths and the noise did not settle.
     """
     objective = build_objective(model, data)
-    state: State = start(objective, joint_noise)
+    state: State = start(objective, joint_noise, near)
     iterates: list[np.ndarray] = [state.x]
-    held_may_return = True
     try:
-        for _ in range(MAX_ITERATIONS):
-            step = _gauss_newton(objective, state)
+        for iteration in range(MAX_ITERATIONS):
+            step = _gauss_newton(objective, state, release=iteration < RELEASES)
             state, change = _advance(objective, state, step)
             iterates.append(state.x)
             if change >= SETTLED:
@@ -83,9 +94,6 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
             pruned = _without_negligible(state)
             if pruned is not state:
                 state = pruned
-            elif held_may_return and _held_elasticity(state).any():
-                state = replace(state, at_zero=state.at_zero & ~_held_elasticity(state))
-                held_may_return = False
             else:
                 return posterior(objective, state, iterates)
     except np.linalg.LinAlgError:
@@ -93,7 +101,7 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
     raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
 
 
-def _gauss_newton(objective: Objective, state: State) -> Step:
+def _gauss_newton(objective: Objective, state: State, *, release: bool) -> Step:
     """Return the step to the minimum of L's quadratic approximation.
 
         H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (A3)
@@ -101,12 +109,18 @@ def _gauss_newton(objective: Objective, state: State) -> Step:
     See :func:`~mukca.solver.auto.normal_equations.normal_equations` for the data's part.
     """
     normal = normal_equations(objective, state)
-    prior = prior_precision(objective, state)
+    bounded = np.zeros(objective.size, dtype=bool)
+    for group in state.groups:
+        bounded[group.members] = group.name in ELASTICITY and group.width > 0
+    held = state.at_zero & ~(release & bounded[: objective.model.size])
+    released = replace(state, at_zero=held)
+    prior = prior_precision(objective, released)
     x = np.concatenate([state.x, np.zeros(state.centres.size)])
     volume = _volume_weight(objective, state, normal)
     gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
-    covariance = inverse(normal.information + prior, free_unknowns(objective, state))
-    return Step(-covariance @ gradient, covariance, normal, volume)
+    free = free_unknowns(objective, released)
+    change, covariance = bounded_step(normal.information + prior, gradient, x, free, bounded & free)
+    return Step(change, covariance, normal, volume)
 
 
 def _volume_weight(objective: Objective, state: State, normal: NormalEquations) -> float:
@@ -136,10 +150,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
 
 
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
-    """Return the state after a step, halved as often as L would rise, and the step taken.
-
-    Where it still rises after that, it is for the elasticity that was held at zero.
-    """
+    """Return the state after a step, halved as often as L would rise, and the step taken."""
     before = value(objective, state, step.volume)
     for _ in range(HALVINGS):
         moved = _moved(objective, state, step.change)
@@ -157,9 +168,7 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
     x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
         if group.name in ELASTICITY:
-            below = group.members[x[group.members] < 0]
-            x[below] = 0.0
-            at_zero[below] = True
+            at_zero[group.members] = x[group.members] <= 0
     centres = state.centres + change[size:].reshape(-1, 3)
     linear = linearise(objective, x, centres)
     return replace(state, x=x, centres=centres, at_zero=at_zero, linear=linear)
@@ -229,12 +238,3 @@ def _without_negligible(state: State) -> State:
         for g in state.groups
     )
     return replace(state, x=x, at_zero=at_zero, groups=groups, noise=noise)
-
-
-def _held_elasticity(state: State) -> np.ndarray:
-    """Return which unknowns are elasticity held at zero, though their group has a width."""
-    held = np.zeros_like(state.at_zero)
-    for group in state.groups:
-        if group.name in ELASTICITY and group.learned:
-            held[group.members] = state.at_zero[group.members]
-    return held

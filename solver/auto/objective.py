@@ -36,6 +36,7 @@ import numpy as np
 from ..data.observations import Observations
 from .extended_model import ExtendedModel
 from .noise import Noise
+from .posterior import Posterior
 from .priors import PriorGroup, prior_groups
 
 __all__ = [
@@ -112,26 +113,42 @@ def build_objective(model: ExtendedModel, data: Observations) -> Objective:
     return Objective(model, data, log_volume, whiten)
 
 
-def start(objective: Objective, joint_noise: bool) -> State:
+def start(objective: Objective, joint_noise: bool, near: Posterior | None = None) -> State:
     """Return the first state: the nominal robot, each socket at the median of its balls.
 
     Args:
         objective: What will be minimised.
         joint_noise: Whether the joint angles may be noisy.
+        near: A result that is much like the one sought, of fewer extensions or of somewhat
+            different data. The search then starts there, and is over sooner.
     """
     model, data = objective.model, objective.data
-    x = np.zeros(model.size)
-    nominal = linearise(objective, x, np.zeros((data.socket_count, 3)))
+    groups = prior_groups(model, data)
+    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    if near is not None:
+        there = {name: i for i, name in enumerate(near.model.names)}
+        common = [i for i, name in enumerate(model.names) if name in there]
+        x[common] = near.x[[there[model.names[i]] for i in common]]
+        at_zero[common] = x[common] == 0
+        found = {group.name: group for group in near.groups}
+        groups = tuple(
+            replace(found[g.name], members=g.members) if g.name in found else g for g in groups
+        )
+    linear = linearise(objective, x, np.zeros((data.socket_count, 3)))
     centres = np.array(
-        [np.median(nominal.points[data.sockets == k], axis=0) for k in range(data.socket_count)]
+        [np.median(linear.points[data.sockets == k], axis=0) for k in range(data.socket_count)]
     )
-    linear = replace(nominal, errors=nominal.points - centres[data.sockets])
+    linear = replace(linear, errors=linear.points - centres[data.sockets])
+    noise = _first_noise(linear, joint_noise) if near is None else near.noise
+    return State(x, centres, groups, noise, at_zero, linear)
+
+
+def _first_noise(linear: Linear, joint_noise: bool) -> Noise:
+    """Return noise as large as the errors of the nominal robot."""
     typical = float(np.median(np.linalg.norm(linear.errors, axis=1))) / 1.54
     squares: np.ndarray = np.sum(linear.by_joints**2, axis=(1, 2)) / 3
     reach = float(np.mean(squares)) ** 0.5
-    noise = Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
-    groups = prior_groups(model, data)
-    return State(x, centres, groups, noise, np.zeros(model.size, dtype=bool), linear)
+    return Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
 
 
 def linearise(objective: Objective, x: np.ndarray, centres: np.ndarray) -> Linear:

@@ -1,6 +1,6 @@
 """Decides by the data which extensions of the geometry to keep.
 
-The geometry is fitted first. Then joint compliance is added, then transmission error, each to
+The geometry is fitted first. Then compliance is added, then tilt, then transmission error, each to
 what was kept before. An extension is kept if it makes the evidence (see docs/model.md) at least 20
 times as large. With three placements or more it must also prove itself: each placement is left out
 of the fit once, and the errors there must fall by more than the standard error of that fall.
@@ -69,19 +69,20 @@ def select_model(
         NotConverged: The fit of the geometry did not settle.
     """
 
-    def fit(extensions: Sequence[str], observed: Observations) -> Posterior:
-        return estimate(extend(robot, parameters, extensions), observed, joint_noise=joint_noise)
+    def fit(near: Posterior | None, extensions: Sequence[str], observed: Observations) -> Posterior:
+        model = extend(robot, parameters, extensions)
+        return estimate(model, observed, joint_noise=joint_noise, near=near)
 
     placements = list(dict.fromkeys(name for name, _ in data.labels))
     progress("geometry")
-    geometric = best = fit((), data)
+    geometric = best = fit(None, (), data)
     notes: list[str] = []
     errors: np.ndarray | None = None
     for stage in (name for name in STAGES if name in stages):
         progress(stage)
         extensions = (*best.model.extensions, *STAGES[stage])
         try:
-            candidate = fit(extensions, data)
+            candidate = fit(best, extensions, data)
         except NotConverged:
             notes.append(f"{stage}: not supported by the data (with it, the fit does not settle)")
             continue
@@ -92,8 +93,8 @@ def select_model(
         if len(placements) >= ENOUGH_PLACEMENTS:
             try:
                 if errors is None:
-                    errors = _left_out(fit, best.model.extensions, data, placements)
-                with_it = _left_out(fit, extensions, data, placements)
+                    errors = _left_out(fit, best, placements)
+                with_it = _left_out(fit, candidate, placements)
             except NotConverged:
                 notes.append(f"{stage}: dropped, the fit does not settle without each placement")
                 continue
@@ -115,14 +116,23 @@ def _active(found: Posterior) -> tuple[str, ...]:
 
 
 def _left_out(
-    fit: Callable[[Sequence[str], Observations], Posterior],
-    extensions: Sequence[str],
-    data: Observations,
+    fit: Callable[[Posterior, Sequence[str], Observations], Posterior],
+    whole: Posterior,
     placements: Sequence[str],
 ) -> np.ndarray:
-    """Return the mean error in each placement, of a model fitted to all others, shape (P,) [m]."""
+    """Return the mean error in each placement, of a model fitted to all others, shape (P,) [m].
+
+    Args:
+        fit: How models are fitted: near a result, with some extensions, to some data.
+        whole: The model, fitted to all placements.
+        placements: Their names.
+    """
+    data, extensions = whole.data, whole.model.extensions
     return np.array(
-        [held_out_error(fit(extensions, data.without(name)), data, name) for name in placements]
+        [
+            held_out_error(fit(whole, extensions, data.without(name)), data, name)
+            for name in placements
+        ]
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.deflection import COMPLIANCE, Deflection
+from mukca.solver.auto.deflection import COMPLIANCE, TILT, Deflection, coefficient_names
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.selection import select_model
@@ -75,6 +75,21 @@ def test_compliance_is_found_within_its_intervals() -> None:
     assert session.error(fit.full, held_out) < 0.9 * session.error(fit.geometric, held_out)
 
 
+def test_tilt_is_found_within_its_intervals() -> None:
+    tilts = np.array([25e-6, 20e-6, 16e-6, 15e-6, 0, 0, 0, 15e-6, 5e-6, 21e-6, 10e-6, 0, 0, 0])
+    how = Imperfection(noise=5e-5, deflection=Deflection((TILT,), (tilts,)))
+    session = Session("panda", 2, 2, how)
+    fit = select_model(session.robot, session.parameters, session.observe(session.placements[:1]))
+    assert TILT in fit.full.model.extensions
+    names = fit.full.model.names
+    own = [names.index(name) for name in coefficient_names(TILT, session.robot.joint_names)]
+    found, deviation = fit.full.x[own], deviations(fit.full)[own]
+    assert np.all(found >= 0)
+    assert np.abs(found - tilts)[deviation > 0] == pytest.approx(0, abs=float(3 * deviation.max()))
+    held_out = session.placements[1]
+    assert session.error(fit.full, held_out) < 0.9 * session.error(fit.geometric, held_out)
+
+
 def test_transmission_error_is_found() -> None:
     generator = np.random.default_rng(0)
     waves = tuple(generator.normal(0, 4e-4, 14) for _ in range(2))
@@ -139,7 +154,7 @@ def _with_outliers(session: Session, placement: Placement, generator) -> Placeme
 def test_leaving_one_out_drops_what_does_not_help() -> None:
     session = Session("ur5e", 7, 3, Imperfection(noise=1e-4))
     fit = select_model(session.robot, session.parameters, session.observe(session.placements))
-    assert [note.split(":")[0] for note in fit.notes] == ["compliance", "transmission"]
+    assert [note.split(":")[0] for note in fit.notes] == ["compliance", "tilt", "transmission"]
     assert fit.full.model.extensions == ()
 
 
