@@ -13,13 +13,14 @@ with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from .urdf import Body, Joint, Robot
+from .chain import Body, Joint
+from .urdf import Robot
 
 __all__ = [
     "BallModel",
@@ -103,17 +104,7 @@ class BallModel:
         self.robot = robot
         self.free = np.array(free, dtype=int)
         self.nominal: np.ndarray = robot.origins.ravel()[self.free]
-        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(robot.actuated))
-        origins = ca.SX(robot.origins.ravel())
-        origins[self.free.tolist()] = x
-        p = ball_position(robot.joints, origins, q)
-        self.function = ca.Function("ball", [x, q], [p], ["x", "q"], ["p"])
-        self._linear = ca.Function(
-            "ball_linear",
-            [x, q],
-            [p, ca.densify(ca.jacobian(p, x)), ca.densify(ca.jacobian(p, q))],
-            {"cse": True},
-        )
+        self.function, self._linear = _ball_functions(robot.joints, tuple(self.free.tolist()))
         self._mapped: dict[tuple[str, int], Any] = {}
 
     def origins(self, parameters: np.ndarray) -> np.ndarray:
@@ -164,13 +155,9 @@ class BallModel:
         value, slope = self._map(self._volume, len(positions))(parameters, positions.T)
         return float(value.full().mean()), slope.full().mean(axis=1)
 
-    @cached_property
+    @property
     def _volume(self) -> Any:
-        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(self.robot.actuated))
-        J = ca.jacobian(self.function(x, q), q)
-        value = 0.5 * ca.log(ca.det(J @ J.T))
-        slope = ca.densify(ca.gradient(value, x))
-        return ca.Function("volume", [x, q], [value, slope], {"cse": True})
+        return _volume_function(self.robot.joints, tuple(self.free.tolist()))
 
     def _map(self, function: Any, N: int) -> Any:
         """Return a function mapped over N samples, built once for each N."""
@@ -178,6 +165,29 @@ class BallModel:
         if key not in self._mapped:
             self._mapped[key] = function.map(N)
         return self._mapped[key]
+
+
+@lru_cache(maxsize=32)  # one calibration asks for the same few again and again
+def _ball_functions(joints: tuple[Joint, ...], free: tuple[int, ...]) -> tuple[Any, Any]:
+    """Return the ball's position as a function, and the same with its two Jacobians."""
+    x, q = ca.SX.sym("x", len(free)), ca.SX.sym("q", sum(joint.actuated for joint in joints))
+    origins = ca.SX([value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)])
+    origins[list(free)] = x
+    p = ball_position(joints, origins, q)
+    by_x, by_q = (ca.densify(ca.jacobian(p, symbols)) for symbols in (x, q))
+    return (
+        ca.Function("ball", [x, q], [p], ["x", "q"], ["p"]),
+        ca.Function("ball_linear", [x, q], [p, by_x, by_q], {"cse": True}),
+    )
+
+
+@lru_cache(maxsize=32)
+def _volume_function(joints: tuple[Joint, ...], free: tuple[int, ...]) -> Any:
+    x, q = ca.SX.sym("x", len(free)), ca.SX.sym("q", sum(joint.actuated for joint in joints))
+    J = ca.jacobian(_ball_functions(joints, free)[0](x, q), q)
+    value = 0.5 * ca.log(ca.det(J @ J.T))
+    slope = ca.densify(ca.gradient(value, x))
+    return ca.Function("volume", [x, q], [value, slope], {"cse": True})
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
