@@ -123,17 +123,16 @@ class BallModel:
         Returns:
             Shape (N, 3) [m].
         """
-        result = self._map(self.function, len(positions))(parameters, positions.T)
-        return result.full().T
+        return self._evaluate(self.function, parameters, positions)[0]
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
         N, n, m = len(positions), len(self.free), positions.shape[1]
-        p, by_x, by_q = self._map(self._linear, N)(parameters, positions.T)
+        p, by_x, by_q = self._evaluate(self._linear, parameters, positions)
         return Linearisation(
-            p.full().T,
-            by_x.full().T.reshape(N, n, 3).transpose(0, 2, 1),
-            by_q.full().T.reshape(N, m, 3).transpose(0, 2, 1),
+            p,
+            by_x.reshape(N, n, 3).transpose(0, 2, 1),
+            by_q.reshape(N, m, 3).transpose(0, 2, 1),
         )
 
     def log_volume(self, parameters: np.ndarray, positions: np.ndarray) -> tuple[float, np.ndarray]:
@@ -152,19 +151,36 @@ class BallModel:
         """
         if positions.shape[1] < 3:
             return 0.0, np.zeros(len(self.free))
-        value, slope = self._map(self._volume, len(positions))(parameters, positions.T)
-        return float(value.full().mean()), slope.full().mean(axis=1)
+        value, slope = self._evaluate(self._volume, parameters, positions)
+        return float(value.mean()), slope.mean(axis=0)
 
     @property
     def _volume(self) -> Any:
         return _volume_function(self.robot.joints, tuple(self.free.tolist()))
 
-    def _map(self, function: Any, N: int) -> Any:
-        """Return a function mapped over N samples, built once for each N."""
+    def _evaluate(
+        self, function: Any, parameters: np.ndarray, positions: np.ndarray
+    ) -> list[np.ndarray]:
+        """Return a function's results for each row of joint positions, one row or more a sample.
+
+        CasADi's matrices lie in memory column by column and NumPy's row by row, so a result is
+        its own transpose, and nothing is copied.
+        """
+        N = len(positions)
         key = (function.name(), N)
         if key not in self._mapped:
             self._mapped[key] = function.map(N)
-        return self._mapped[key]
+        mapped = self._mapped[key]
+        x = np.tile(np.asarray(parameters, dtype=float), N)
+        q = np.ascontiguousarray(positions, dtype=float)
+        results = [np.empty(mapped.size_out(i)[::-1]) for i in range(mapped.n_out())]
+        buffer, trigger = mapped.buffer()
+        for i, values in enumerate((x, q.ravel())):
+            buffer.set_arg(i, memoryview(values))
+        for i, values in enumerate(results):
+            buffer.set_res(i, memoryview(values.ravel()))
+        trigger()
+        return results
 
 
 @lru_cache(maxsize=32)  # one calibration asks for the same few again and again
@@ -173,7 +189,7 @@ def _ball_functions(joints: tuple[Joint, ...], free: tuple[int, ...]) -> tuple[A
     x, q = ca.SX.sym("x", len(free)), ca.SX.sym("q", sum(joint.actuated for joint in joints))
     origins = ca.SX([value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)])
     origins[list(free)] = x
-    p = ball_position(joints, origins, q)
+    p = ca.densify(ball_position(joints, origins, q))
     by_x, by_q = (ca.densify(ca.jacobian(p, symbols)) for symbols in (x, q))
     return (
         ca.Function("ball", [x, q], [p], ["x", "q"], ["p"]),
@@ -185,7 +201,7 @@ def _ball_functions(joints: tuple[Joint, ...], free: tuple[int, ...]) -> tuple[A
 def _volume_function(joints: tuple[Joint, ...], free: tuple[int, ...]) -> Any:
     x, q = ca.SX.sym("x", len(free)), ca.SX.sym("q", sum(joint.actuated for joint in joints))
     J = ca.jacobian(_ball_functions(joints, free)[0](x, q), q)
-    value = 0.5 * ca.log(ca.det(J @ J.T))
+    value = ca.densify(0.5 * ca.log(ca.det(J @ J.T)))
     slope = ca.densify(ca.gradient(value, x))
     return ca.Function("volume", [x, q], [value, slope], {"cse": True})
 
