@@ -13,7 +13,7 @@ with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -104,8 +104,8 @@ class BallModel:
         self.robot = robot
         self.free = np.array(free, dtype=int)
         self.nominal: np.ndarray = robot.origins.ravel()[self.free]
-        self.function, self._linear = _ball_functions(robot.joints, tuple(self.free.tolist()))
-        self._mapped: dict[tuple[str, int], Any] = {}
+        self._functions = _ball_functions(robot.joints, tuple(self.free.tolist()))
+        self.function = self._functions.ball
 
     def origins(self, parameters: np.ndarray) -> np.ndarray:
         """Return the origins of all joints for values of the free numbers, shape (joints, 6)."""
@@ -123,12 +123,12 @@ class BallModel:
         Returns:
             Shape (N, 3) [m].
         """
-        return self._evaluate(self.function, parameters, positions)[0]
+        return self._functions.evaluate("ball", parameters, positions)[0]
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
         N, n, m = len(positions), len(self.free), positions.shape[1]
-        p, by_x, by_q = self._evaluate(self._linear, parameters, positions)
+        p, by_x, by_q = self._functions.evaluate("linear", parameters, positions)
         return Linearisation(
             p,
             by_x.reshape(N, n, 3).transpose(0, 2, 1),
@@ -151,31 +151,52 @@ class BallModel:
         """
         if positions.shape[1] < 3:
             return 0.0, np.zeros(len(self.free))
-        value, slope = self._evaluate(self._volume, parameters, positions)
+        value, slope = self._functions.evaluate("volume", parameters, positions)
         return float(value.mean()), slope.mean(axis=0)
 
-    @property
-    def _volume(self) -> Any:
-        return _volume_function(self.robot.joints, tuple(self.free.tolist()))
 
-    def _evaluate(
-        self, function: Any, parameters: np.ndarray, positions: np.ndarray
+class _BallFunctions:
+    """The ball's position, its derivatives and its volume as CasADi functions of x and q."""
+
+    def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...]) -> None:
+        numbers = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
+        self._x = ca.SX.sym("x", len(free))
+        self._q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
+        origins = ca.SX(numbers)
+        origins[list(free)] = self._x
+        self._p = ca.densify(ball_position(joints, origins, self._q))
+        self.ball = ca.Function("ball", [self._x, self._q], [self._p], ["x", "q"], ["p"])
+        self._mapped: dict[tuple[str, int], Any] = {}
+
+    @cached_property
+    def linear(self) -> Any:
+        slopes = [ca.densify(ca.jacobian(self._p, by)) for by in (self._x, self._q)]
+        return ca.Function("linear", [self._x, self._q], [self._p, *slopes], {"cse": True})
+
+    @cached_property
+    def volume(self) -> Any:
+        J = ca.jacobian(self._p, self._q)
+        value = ca.densify(0.5 * ca.log(ca.det(J @ J.T)))
+        slope = ca.densify(ca.gradient(value, self._x))
+        return ca.Function("volume", [self._x, self._q], [value, slope], {"cse": True})
+
+    def evaluate(
+        self, name: str, parameters: np.ndarray, positions: np.ndarray
     ) -> list[np.ndarray]:
-        """Return a function's results for each row of joint positions, one row or more a sample.
+        """Return a function's results for each row of joint positions, in rows too.
 
-        CasADi's matrices lie in memory column by column and NumPy's row by row, so a result is
+        CasADi's matrices lie in memory column by column and NumPy's row by row, so each result is
         its own transpose, and nothing is copied.
         """
         N = len(positions)
-        key = (function.name(), N)
-        if key not in self._mapped:
-            self._mapped[key] = function.map(N)
-        mapped = self._mapped[key]
+        if (name, N) not in self._mapped:
+            self._mapped[name, N] = getattr(self, name).map(N)
+        mapped = self._mapped[name, N]
         x = np.tile(np.asarray(parameters, dtype=float), N)
-        q = np.ascontiguousarray(positions, dtype=float)
+        q = np.ascontiguousarray(positions, dtype=float).ravel()
         results = [np.empty(mapped.size_out(i)[::-1]) for i in range(mapped.n_out())]
         buffer, trigger = mapped.buffer()
-        for i, values in enumerate((x, q.ravel())):
+        for i, values in enumerate((x, q)):
             buffer.set_arg(i, memoryview(values))
         for i, values in enumerate(results):
             buffer.set_res(i, memoryview(values.ravel()))
@@ -183,27 +204,10 @@ class BallModel:
         return results
 
 
-@lru_cache(maxsize=32)  # one calibration asks for the same few again and again
-def _ball_functions(joints: tuple[Joint, ...], free: tuple[int, ...]) -> tuple[Any, Any]:
-    """Return the ball's position as a function, and the same with its two Jacobians."""
-    x, q = ca.SX.sym("x", len(free)), ca.SX.sym("q", sum(joint.actuated for joint in joints))
-    origins = ca.SX([value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)])
-    origins[list(free)] = x
-    p = ca.densify(ball_position(joints, origins, q))
-    by_x, by_q = (ca.densify(ca.jacobian(p, symbols)) for symbols in (x, q))
-    return (
-        ca.Function("ball", [x, q], [p], ["x", "q"], ["p"]),
-        ca.Function("ball_linear", [x, q], [p, by_x, by_q], {"cse": True}),
-    )
-
-
-@lru_cache(maxsize=32)
-def _volume_function(joints: tuple[Joint, ...], free: tuple[int, ...]) -> Any:
-    x, q = ca.SX.sym("x", len(free)), ca.SX.sym("q", sum(joint.actuated for joint in joints))
-    J = ca.jacobian(_ball_functions(joints, free)[0](x, q), q)
-    value = ca.densify(0.5 * ca.log(ca.det(J @ J.T)))
-    slope = ca.densify(ca.gradient(value, x))
-    return ca.Function("volume", [x, q], [value, slope], {"cse": True})
+@lru_cache(maxsize=64)
+def _ball_functions(joints: tuple[Joint, ...], free: tuple[int, ...]) -> _BallFunctions:
+    """Return the functions of a chain; to build them takes longer than most of their calls."""
+    return _BallFunctions(joints, free)
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
