@@ -253,7 +253,7 @@ STS = bytes.fromhex("ffff0104000008f2")
 X = bytes.fromhex("fffffd000108005500000800001c38")
 
 
-@hostile
+@settings(max_examples=200)
 @given(st.sampled_from([(feetech, STS), (dynamixel, X)]), changes, st.integers(-4, 4))
 def test_servos_changed(make_and_message, places, longer):
     make, good = make_and_message
@@ -269,7 +269,7 @@ def test_servos_changed(make_and_message, places, longer):
     assert answer.servo < 0xFE
 
 
-@hostile
+@settings(max_examples=100)
 @given(st.binary(max_size=60))
 def test_servos_take_no_stray_bytes(noise):
     for make in (feetech, dynamixel):
