@@ -18,13 +18,14 @@ positions, or of 3 m numbers: the positions, all tilts about b, all tilts about 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from .urdf import Body, Joint, Robot
+from .chain import Body, Joint
+from .urdf import Robot
 
 __all__ = [
     "BallModel",
@@ -35,6 +36,7 @@ __all__ = [
     "gravity_moments",
     "gravity_torques",
     "link_frames",
+    "moments_function",
     "workspace",
 ]
 
@@ -128,12 +130,10 @@ class BallModel:
         self.robot = robot
         self.free = np.array(free, dtype=int)
         self.nominal: np.ndarray = robot.origins.ravel()[self.free]
-        self._key = (robot.joints, tuple(self.free.tolist()))
-
-    @property
-    def function(self) -> Any:
-        """The ball's centre as a CasADi function of the free numbers and the joint positions."""
-        return _ball(*self._key, len(self.robot.actuated))
+        chain = (robot.joints, tuple(self.free.tolist()))
+        self._functions = _ball_functions(*chain, len(robot.actuated))
+        self._tilted = partial(_ball_functions, *chain, 3 * len(robot.actuated))
+        self.function = self._functions.ball
 
     def origins(self, parameters: np.ndarray) -> np.ndarray:
         """Return the origins of all joints for values of the free numbers, shape (joints, 6)."""
@@ -151,13 +151,12 @@ class BallModel:
         Returns:
             Shape (N, 3) [m].
         """
-        (points,) = _evaluate(_ball(*self._key, positions.shape[1]), parameters, positions)
-        return points
+        return self._of(positions).evaluate("ball", parameters, positions)[0]
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
         N, n, m = len(positions), len(self.free), positions.shape[1]
-        p, by_x, by_q = _evaluate(_linear(*self._key, m), parameters, positions)
+        p, by_x, by_q = self._of(positions).evaluate("linear", parameters, positions)
         return Linearisation(
             p,
             by_x.reshape(N, n, 3).transpose(0, 2, 1),
@@ -180,63 +179,70 @@ class BallModel:
         """
         if positions.shape[1] < 3:
             return 0.0, np.zeros(len(self.free))
-        value, slope = _evaluate(_volume(*self._key), parameters, positions)
+        value, slope = self._functions.evaluate("volume", parameters, positions)
         return float(value.mean()), slope.mean(axis=0)
 
+    def _of(self, positions: np.ndarray) -> "_BallFunctions":
+        """Return the functions for joint positions without or with tilts."""
+        rigid = positions.shape[1] == len(self.robot.actuated)
+        return self._functions if rigid else self._tilted()
+
+
+class _BallFunctions:
+    """The ball's position, its derivatives and its volume as CasADi functions of x and q."""
+
+    def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int) -> None:
+        numbers = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
+        self._x = ca.SX.sym("x", len(free))
+        self._q = ca.SX.sym("q", columns)
+        origins = ca.SX(numbers)
+        origins[list(free)] = self._x
+        self._p = ca.densify(ball_position(joints, origins, self._q))
+        self.ball = ca.Function("ball", [self._x, self._q], [self._p], ["x", "q"], ["p"])
+        self._mapped: dict[tuple[str, int], Any] = {}
+
+    @cached_property
+    def linear(self) -> Any:
+        slopes = [ca.densify(ca.jacobian(self._p, by)) for by in (self._x, self._q)]
+        return ca.Function("linear", [self._x, self._q], [self._p, *slopes], {"cse": True})
+
+    @cached_property
+    def volume(self) -> Any:
+        J = ca.jacobian(self._p, self._q)
+        value = ca.densify(0.5 * ca.log(ca.det(J @ J.T)))
+        slope = ca.densify(ca.gradient(value, self._x))
+        return ca.Function("volume", [self._x, self._q], [value, slope], {"cse": True})
+
+    def evaluate(
+        self, name: str, parameters: np.ndarray, positions: np.ndarray
+    ) -> list[np.ndarray]:
+        """Return a function's results for each row of joint positions, in rows too.
+
+        CasADi's matrices lie in memory column by column and NumPy's row by row, so each result is
+        its own transpose, and nothing is copied.
+        """
+        N = len(positions)
+        if (name, N) not in self._mapped:
+            self._mapped[name, N] = getattr(self, name).map(N)
+        mapped = self._mapped[name, N]
+        x = np.tile(np.asarray(parameters, dtype=float), N)
+        q = np.ascontiguousarray(positions, dtype=float).ravel()
+        results = [np.empty(mapped.size_out(i)[::-1]) for i in range(mapped.n_out())]
+        buffer, trigger = mapped.buffer()
+        for i, values in enumerate((x, q)):
+            buffer.set_arg(i, memoryview(values))
+        for i, values in enumerate(results):
+            buffer.set_res(i, memoryview(values.ravel()))
+        trigger()
+        return results
+
 
 @lru_cache(maxsize=64)
-def _ball(joints: tuple[Joint, ...], free: tuple[int, ...], columns: int) -> Any:
-    """Return the ball's centre as a function of the free numbers and a configuration."""
-    x, q = ca.SX.sym("x", len(free)), ca.SX.sym("q", columns)
-    origins = ca.SX([value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)])
-    origins[list(free)] = x
-    return ca.Function("ball", [x, q], [ball_position(joints, origins, q)], ["x", "q"], ["p"])
-
-
-@lru_cache(maxsize=64)
-def _linear(joints: tuple[Joint, ...], free: tuple[int, ...], columns: int) -> Any:
-    """Return the ball's centre and its derivatives by both arguments."""
-    x, q = ca.SX.sym("x", len(free)), ca.SX.sym("q", columns)
-    p = _ball(joints, free, columns)(x, q)
-    slopes = [ca.densify(ca.jacobian(p, by)) for by in (x, q)]
-    return ca.Function("ball_linear", [x, q], [ca.densify(p), *slopes], {"cse": True})
-
-
-@lru_cache(maxsize=64)
-def _volume(joints: tuple[Joint, ...], free: tuple[int, ...]) -> Any:
-    """Return the logarithm of the volume that the ball sweeps, and its slope."""
-    columns = sum(joint.actuated for joint in joints)
-    x, q = ca.SX.sym("x", len(free)), ca.SX.sym("q", columns)
-    J = ca.jacobian(_ball(joints, free, columns)(x, q), q)
-    value = 0.5 * ca.log(ca.det(J @ J.T))
-    slope = ca.densify(ca.gradient(value, x))
-    return ca.Function("volume", [x, q], [value, slope], {"cse": True})
-
-
-@lru_cache(maxsize=256)
-def _mapped(function: Any, rows: int) -> Any:
-    return function.map("mapped", "serial", rows, [0], [])
-
-
-def _evaluate(function: Any, parameters: np.ndarray, rows: np.ndarray) -> list[np.ndarray]:
-    """Evaluate a function of the parameters and one configuration at many configurations.
-
-    It writes straight into arrays, which takes a third of the time of CasADi's own matrices.
-
-    Returns:
-        For each output, its numbers column by column, shape (N, numbers).
-    """
-    call, evaluate = _mapped(function, len(rows)).buffer()
-    results = [
-        np.empty((len(rows), function.numel_out(i)), dtype=float) for i in range(function.n_out())
-    ]
-    given = [np.array(values, dtype=float, order="C") for values in (parameters, rows)]
-    for i, values in enumerate(given):
-        call.set_arg(i, memoryview(values))
-    for i, values in enumerate(results):
-        call.set_res(i, memoryview(values))
-    evaluate()
-    return results
+def _ball_functions(
+    joints: tuple[Joint, ...], free: tuple[int, ...], columns: int
+) -> _BallFunctions:
+    """Return the functions of a chain; to build them takes longer than most of their calls."""
+    return _BallFunctions(joints, free, columns)
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
@@ -286,31 +292,39 @@ def gravity_moments(
         Moments [N m], shape (N, 3 m): the torques about the joints' own axes, then the moments
         about the first axis :func:`across` each, then about the second.
     """
-    moments = _gravity_function(robot.joints, robot.bodies, tuple(gravity), payload)
-    upright = np.pad(positions, ((0, 0), (0, 2 * positions.shape[1])))
-    return moments.map(len(positions))(upright.T).full().T
+    moments = moments_function(robot, gravity, payload)
+    return moments.map(len(positions))(positions.T).full().T
 
 
 def gravity_function(
     robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
 ) -> Any:
     """Return :func:`gravity_torques` as a CasADi function of one configuration."""
-    moments = _gravity_function(robot.joints, robot.bodies, tuple(gravity), payload)
-    m = len(robot.actuated)
-    q = ca.SX.sym("q", m)
-    return ca.Function("gravity", [q], [moments(ca.vertcat(q, ca.DM.zeros(2 * m)))[:m]])
+    q = ca.SX.sym("q", len(robot.actuated))
+    torques = moments_function(robot, gravity, payload)(q)[: len(robot.actuated)]
+    return ca.Function("gravity", [q], [torques])
+
+
+def moments_function(
+    robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
+) -> Any:
+    """Return :func:`gravity_moments` as a CasADi function of one configuration."""
+    return _moments_function(robot.joints, robot.bodies, tuple(gravity), payload)
 
 
 @lru_cache(maxsize=16)
-def _gravity_function(
+def _moments_function(
     joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
 ) -> Any:
-    """Return dU/dq of a configuration with tilts: what holds it, by virtual work."""
-    q = ca.SX.sym("q", 3 * sum(joint.actuated for joint in joints))
+    m = sum(joint.actuated for joint in joints)
+    q, tilts = ca.SX.sym("q", m), ca.SX.sym("tilts", 2 * m)
     origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
-    frames = link_frames(joints, ca.DM(origins), q)
+    frames = link_frames(joints, ca.DM(origins), ca.vertcat(q, tilts))
     energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]
         energy -= body.mass * ca.dot(ca.DM(gravity), p + R @ ca.DM(body.centre))
-    return ca.Function("gravity", [q], [ca.densify(ca.gradient(ca.SX(energy), q))])
+    # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
+    slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
+    upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
+    return ca.Function("moments", [q], [upright], {"cse": True})
