@@ -117,10 +117,10 @@ def _volume_weight(state: State, normal: NormalEquations, spread: np.ndarray) ->
     """Return by how much to multiply the volume's slope in a step.
 
     It balances what the errors gain by shrinking, so to the squares of the errors, relative to the
-    noise, belongs the same share of it: all of it where they sum to what a fit leaves of such noise.
-    While the noise is still too large or too small, the whole slope would change the robot's size,
-    and with thousands of samples faster than the noise follows: both would run away. At the nominal
-    robot the errors are no noise.
+    noise, belongs the same share of it: all of it where they sum to what a fit leaves of such
+    noise. While the noise is still too large or too small, the whole slope would change the
+    robot's size, and with thousands of samples faster than the noise follows: both would run away.
+    At the nominal robot the errors are no noise.
     """
     if not state.x.any():
         return 0.0
