@@ -5,6 +5,7 @@ configurations within its limits, its last link tilted away from the vertical by
 printed socket allows. What is written down are the joint positions that put the *true* ball there.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -132,10 +133,10 @@ def perturb(
         for joint, free in zip(robot.joints, moved, strict=True)
     )
     arm = replace(robot, joints=joints)
-    for _ in range(
-        4 if keep_size else 0
-    ):  # fixed joints keep their lengths, so the others take their part
-        ratio = _size(robot) / _size(arm)
+    size = _size_of_origins(robot)
+    # Fixed joints keep their lengths, so the others take their part.
+    for _ in range(4 if keep_size else 0):
+        ratio = size(robot.origins) / size(arm.origins)
         joints = tuple(
             replace(joint, origin=_scaled(joint.origin, ratio)) if free else joint
             for joint, free in zip(arm.joints, moved, strict=True)
@@ -144,10 +145,16 @@ def perturb(
     return arm
 
 
-def _size(robot: Robot) -> float:
-    """Return the size of the cloud of ball positions in the workspace [m]."""
-    points = BallModel(robot, []).points(np.empty(0), workspace(robot, 200))
-    return float(np.linalg.norm(points - points.mean(axis=0)))
+def _size_of_origins(robot: Robot) -> Callable[[np.ndarray], float]:
+    """Return how the size of the cloud of ball positions [m] follows from a robot's origins."""
+    model = BallModel(robot, range(robot.origins.size))
+    q = workspace(robot, 200)
+
+    def size(origins: np.ndarray) -> float:
+        points = model.points(origins.ravel(), q)
+        return float(np.linalg.norm(points - points.mean(axis=0)))
+
+    return size
 
 
 def _scaled(origin: Origin, ratio: float) -> Origin:

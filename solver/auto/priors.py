@@ -66,7 +66,9 @@ class PriorGroup:
             members: Indices of those that count.
             width: s, in the unit of the group.
         """
-        t = self._common[np.isin(self.members, members)]
+        t = self._common
+        if len(members) < len(t):
+            t = t[np.isin(self.members, members)]
         return (np.eye(len(t)) - np.outer(t, t) / (width**2 + t @ t)) / width**2
 
     @property

@@ -19,7 +19,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .urdf import Body, Joint, Robot
+from .chain import Body, Joint
+from .urdf import Robot
 
 __all__ = [
     "BallModel",
@@ -32,6 +33,8 @@ __all__ = [
 ]
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
+BATCH = 200
+"""Rows that are computed at once: the results of more no longer fit into a processor's cache."""
 
 
 def rotation(axis: Sequence[float], angle: Any) -> Any:
@@ -103,18 +106,8 @@ class BallModel:
         self.robot = robot
         self.free = np.array(free, dtype=int)
         self.nominal: np.ndarray = robot.origins.ravel()[self.free]
-        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(robot.actuated))
-        origins = ca.SX(robot.origins.ravel())
-        origins[self.free.tolist()] = x
-        p = ball_position(robot.joints, origins, q)
-        self.function = ca.Function("ball", [x, q], [p], ["x", "q"], ["p"])
-        self._linear = ca.Function(
-            "ball_linear",
-            [x, q],
-            [p, ca.densify(ca.jacobian(p, x)), ca.densify(ca.jacobian(p, q))],
-            {"cse": True},
-        )
-        self._mapped: dict[tuple[str, int], Any] = {}
+        self._functions = _ball_functions(robot.joints, tuple(self.free.tolist()))
+        self.function = self._functions.ball
 
     def origins(self, parameters: np.ndarray) -> np.ndarray:
         """Return the origins of all joints for values of the free numbers, shape (joints, 6)."""
@@ -132,17 +125,16 @@ class BallModel:
         Returns:
             Shape (N, 3) [m].
         """
-        result = self._map(self.function, len(positions))(parameters, positions.T)
-        return result.full().T
+        return self._functions.evaluate("ball", parameters, positions)[0]
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
         N, n, m = len(positions), len(self.free), positions.shape[1]
-        p, by_x, by_q = self._map(self._linear, N)(parameters, positions.T)
+        p, by_x, by_q = self._functions.evaluate("linear", parameters, positions)
         return Linearisation(
-            p.full().T,
-            by_x.full().T.reshape(N, n, 3).transpose(0, 2, 1),
-            by_q.full().T.reshape(N, m, 3).transpose(0, 2, 1),
+            p,
+            by_x.reshape(N, n, 3).transpose(0, 2, 1),
+            by_q.reshape(N, m, 3).transpose(0, 2, 1),
         )
 
     def log_volume(self, parameters: np.ndarray, positions: np.ndarray) -> tuple[float, np.ndarray]:
@@ -161,23 +153,69 @@ class BallModel:
         """
         if positions.shape[1] < 3:
             return 0.0, np.zeros(len(self.free))
-        value, slope = self._map(self._volume, len(positions))(parameters, positions.T)
-        return float(value.full().mean()), slope.full().mean(axis=1)
+        value, slope = self._functions.evaluate("volume", parameters, positions)
+        return float(value.mean()), slope.mean(axis=0)
+
+
+class _BallFunctions:
+    """The ball's position, its derivatives and its volume as CasADi functions of x and q."""
+
+    def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...]) -> None:
+        numbers = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
+        self._x = ca.SX.sym("x", len(free))
+        self._q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
+        origins = ca.SX(numbers)
+        origins[list(free)] = self._x
+        self._p = ca.densify(ball_position(joints, origins, self._q))
+        self.ball = ca.Function("ball", [self._x, self._q], [self._p], ["x", "q"], ["p"])
+        self._mapped: dict[tuple[str, int], Any] = {}
 
     @cached_property
-    def _volume(self) -> Any:
-        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(self.robot.actuated))
-        J = ca.jacobian(self.function(x, q), q)
-        value = 0.5 * ca.log(ca.det(J @ J.T))
-        slope = ca.densify(ca.gradient(value, x))
-        return ca.Function("volume", [x, q], [value, slope], {"cse": True})
+    def linear(self) -> Any:
+        slopes = [ca.densify(ca.jacobian(self._p, by)) for by in (self._x, self._q)]
+        return ca.Function("linear", [self._x, self._q], [self._p, *slopes], {"cse": True})
 
-    def _map(self, function: Any, N: int) -> Any:
-        """Return a function mapped over N samples, built once for each N."""
-        key = (function.name(), N)
-        if key not in self._mapped:
-            self._mapped[key] = function.map(N)
-        return self._mapped[key]
+    @cached_property
+    def volume(self) -> Any:
+        J = ca.jacobian(self._p, self._q)
+        value = ca.densify(0.5 * ca.log(ca.det(J @ J.T)))
+        slope = ca.densify(ca.gradient(value, self._x))
+        return ca.Function("volume", [self._x, self._q], [value, slope], {"cse": True})
+
+    def evaluate(
+        self, name: str, parameters: np.ndarray, positions: np.ndarray
+    ) -> list[np.ndarray]:
+        """Return a function's results for each row of joint positions, in rows too.
+
+        CasADi's matrices lie in memory column by column and NumPy's row by row, so each result is
+        its own transpose, and nothing is copied.
+        """
+        function = getattr(self, name)
+        shapes = [function.size_out(i) for i in range(function.n_out())]
+        results = [np.empty((len(positions), columns, rows)) for rows, columns in shapes]
+        for begin in range(0, len(positions), BATCH):
+            batch = slice(begin, begin + BATCH)
+            q = np.ascontiguousarray(positions[batch], dtype=float).ravel()
+            x = np.tile(np.asarray(parameters, dtype=float), len(positions[batch]))
+            buffer, trigger = self._over(name, len(positions[batch])).buffer()
+            for i, values in enumerate((x, q)):
+                buffer.set_arg(i, values.data)
+            for i, values in enumerate(results):
+                buffer.set_res(i, values[batch].ravel().data)
+            trigger()
+        return [values.reshape(-1, values.shape[2]) for values in results]
+
+    def _over(self, name: str, rows: int) -> Any:
+        """Return a function mapped over so many rows, built once for each number."""
+        if (name, rows) not in self._mapped:
+            self._mapped[name, rows] = getattr(self, name).map(rows)
+        return self._mapped[name, rows]
+
+
+@lru_cache(maxsize=64)
+def _ball_functions(joints: tuple[Joint, ...], free: tuple[int, ...]) -> _BallFunctions:
+    """Return the functions of a chain; to build them takes longer than most of their calls."""
+    return _BallFunctions(joints, free)
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:

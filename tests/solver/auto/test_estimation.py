@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.estimation import estimate, gauss_newton
+from mukca.solver.auto.estimation import estimate, estimate_all, gauss_newton
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.noise import INFORMATION
 from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
@@ -90,7 +90,7 @@ def test_a_noise_that_does_not_fit_yet_leaves_the_size_alone(front) -> None:
     state = replace(state, x=found.x, centres=found.centres, groups=found.groups, linear=linear)
     by_scale = model.by_scale()
     steps = [
-        gauss_newton(objective, replace(state, noise=replace(state.noise, space=space)))
+        gauss_newton(objective, replace(state, noises=(replace(state.noises[0], space=space),)))
         for space in (0.9 * found.noise.space, 1.1 * found.noise.space)
     ]
     sizes = [float(by_scale @ step.change[: model.size]) for step in steps]
@@ -146,11 +146,11 @@ def test_an_extension_whose_fit_does_not_settle_is_left_out(front, monkeypatch) 
     data, panda = front
 
     def unsettled(model, observed, *, joint_noise=True):
-        if model.extensions:
+        if model.models[0].extensions:
             raise NotConverged("auto did not settle in 150 iterations")
-        return estimate(model, observed, joint_noise=joint_noise)
+        return estimate_all(model, observed, joint_noise=joint_noise)
 
-    monkeypatch.setattr("mukca.solver.auto.selection.estimate", unsettled)
+    monkeypatch.setattr("mukca.solver.auto.selection.estimate_all", unsettled)
     selection = select_model(panda, choose_parameters(panda), data)
     assert selection.full is selection.geometric
     assert all("does not settle" in note for note in selection.notes) and len(selection.notes) == 2
