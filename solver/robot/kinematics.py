@@ -33,6 +33,8 @@ __all__ = [
 ]
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
+BATCH = 200
+"""Rows that are computed at once: the results of more no longer fit into a processor's cache."""
 
 
 def rotation(axis: Sequence[float], angle: Any) -> Any:
@@ -188,20 +190,26 @@ class _BallFunctions:
         CasADi's matrices lie in memory column by column and NumPy's row by row, so each result is
         its own transpose, and nothing is copied.
         """
-        N = len(positions)
-        if (name, N) not in self._mapped:
-            self._mapped[name, N] = getattr(self, name).map(N)
-        mapped = self._mapped[name, N]
-        x = np.tile(np.asarray(parameters, dtype=float), N)
-        q = np.ascontiguousarray(positions, dtype=float).ravel()
-        results = [np.empty(mapped.size_out(i)[::-1]) for i in range(mapped.n_out())]
-        buffer, trigger = mapped.buffer()
-        for i, values in enumerate((x, q)):
-            buffer.set_arg(i, memoryview(values))
-        for i, values in enumerate(results):
-            buffer.set_res(i, memoryview(values.ravel()))
-        trigger()
-        return results
+        function = getattr(self, name)
+        shapes = [function.size_out(i) for i in range(function.n_out())]
+        results = [np.empty((len(positions), columns, rows)) for rows, columns in shapes]
+        for begin in range(0, len(positions), BATCH):
+            batch = slice(begin, begin + BATCH)
+            q = np.ascontiguousarray(positions[batch], dtype=float).ravel()
+            x = np.tile(np.asarray(parameters, dtype=float), len(positions[batch]))
+            buffer, trigger = self._over(name, len(positions[batch])).buffer()
+            for i, values in enumerate((x, q)):
+                buffer.set_arg(i, values.data)
+            for i, values in enumerate(results):
+                buffer.set_res(i, values[batch].ravel().data)
+            trigger()
+        return [values.reshape(-1, values.shape[2]) for values in results]
+
+    def _over(self, name: str, rows: int) -> Any:
+        """Return a function mapped over so many rows, built once for each number."""
+        if (name, rows) not in self._mapped:
+            self._mapped[name, rows] = getattr(self, name).map(rows)
+        return self._mapped[name, rows]
 
 
 @lru_cache(maxsize=64)
