@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from .....solver.checks.finding import EVERYWHERE
 from .....solver.checks.inspection import Finding, standing_out
 from ....documents.report_errors import PlacementReport, SampleErrors
 from ....documents.report_verdict import DataAnswer, LoneFit, WorstSample
@@ -72,12 +73,13 @@ def placements_with_errors(
     placements: Sequence[PlacementReport], checks: Sequence[Finding] | None
 ) -> dict[str, str]:
     """Return short names and roles of the placements in which the checks found errors."""
-    places = [f"/{check.where}/" for check in checks or () if check.level == "error"]
+    wheres = [check.where for check in checks or () if check.level == "error"]
+    places = [f"/{where}/" for where in wheres]
     names = short_names([row.name for row in placements])
     return {
         name: row.role
         for name, row in zip(names, placements, strict=True)
-        if any(f"/{row.name}/" in place for place in places)
+        if EVERYWHERE in wheres or any(f"/{row.name}/" in place for place in places)
     }
 
 
