@@ -138,7 +138,6 @@ def linearise(objective: Objective, x: np.ndarray, centres: np.ndarray) -> Linea
     """Return the samples' errors and their derivatives at some unknowns."""
     model, data = objective.model, objective.data
     points, by_x, by_joints = model.linearise(x, data.positions, data.torques)
-    by_x, by_joints = np.ascontiguousarray(by_x), np.ascontiguousarray(by_joints)  # far faster
     log_volume, slope = model.ball.log_volume(model.values(x), data.positions)
     count = len(points) - data.socket_count
     by_volume = np.zeros(objective.size)

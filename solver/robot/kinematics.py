@@ -19,6 +19,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from .row_function import RowFunction
 from .urdf import Body, Joint, Robot
 
 __all__ = [
@@ -122,18 +123,13 @@ class BallModel:
         Returns:
             Shape (N, 3) [m].
         """
-        result = self._functions.mapped("ball", len(positions))(parameters, positions.T)
-        return result.full().T
+        return self._functions.points(positions, parameters)[0]
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
-        N, n, m = len(positions), len(self.free), positions.shape[1]
-        p, by_x, by_q = self._functions.mapped("linear", N)(parameters, positions.T)
-        return Linearisation(
-            p.full().T,
-            by_x.full().T.reshape(N, n, 3).transpose(0, 2, 1),
-            by_q.full().T.reshape(N, m, 3).transpose(0, 2, 1),
-        )
+        points, by_x, by_q = self._functions.linear(positions, parameters)
+        (N, m), n = positions.shape, len(self.free)
+        return Linearisation(points, by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
 
     def log_volume(self, parameters: np.ndarray, positions: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
@@ -151,40 +147,32 @@ class BallModel:
         """
         if positions.shape[1] < 3:
             return 0.0, np.zeros(len(self.free))
-        value, slope = self._functions.mapped("volume", len(positions))(parameters, positions.T)
-        return float(value.full().mean()), slope.full().mean(axis=1)
+        value, slope = self._functions.volume(positions, parameters)
+        return float(value.mean()), slope.mean(axis=0)
 
 
 class _BallFunctions:
-    """The ball's position, its derivatives and its volume as CasADi functions of x and q."""
+    """The ball's position, its derivatives and its volume as functions of x and rows q."""
 
     def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...]) -> None:
-        numbers = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
         self._x = ca.SX.sym("x", len(free))
         self._q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
-        origins = ca.SX(numbers)
+        origins = ca.SX(_origin_numbers(joints))
         origins[list(free)] = self._x
         self._p = ball_position(joints, origins, self._q)
         self.ball = ca.Function("ball", [self._x, self._q], [self._p], ["x", "q"], ["p"])
-        self._mapped: dict[tuple[str, int], Any] = {}
+        self.points = RowFunction("points", [self._x, self._q], [self._p])
 
     @cached_property
-    def linear(self) -> Any:
-        slopes = [ca.densify(ca.jacobian(self._p, by)) for by in (self._x, self._q)]
-        return ca.Function("linear", [self._x, self._q], [self._p, *slopes], {"cse": True})
+    def linear(self) -> RowFunction:
+        slopes = [ca.jacobian(self._p, by) for by in (self._x, self._q)]
+        return RowFunction("linear", [self._x, self._q], [self._p, *slopes])
 
     @cached_property
-    def volume(self) -> Any:
+    def volume(self) -> RowFunction:
         J = ca.jacobian(self._p, self._q)
         value = 0.5 * ca.log(ca.det(J @ J.T))
-        slope = ca.densify(ca.gradient(value, self._x))
-        return ca.Function("volume", [self._x, self._q], [value, slope], {"cse": True})
-
-    def mapped(self, name: str, N: int) -> Any:
-        """Return one of the functions mapped over N samples, built once for each N."""
-        if (name, N) not in self._mapped:
-            self._mapped[name, N] = getattr(self, name).map(N)
-        return self._mapped[name, N]
+        return RowFunction("volume", [self._x, self._q], [value, ca.gradient(value, self._x)])
 
 
 @lru_cache(maxsize=64)
@@ -223,8 +211,8 @@ def gravity_torques(
     Returns:
         Torques [N m] ([N] for a prismatic joint), shape (N, m).
     """
-    torque = gravity_function(robot, gravity, payload)
-    return torque.map(len(positions))(positions.T).full().T
+    rows = _gravity_of_rows(robot.joints, robot.bodies, tuple(gravity), payload)
+    return rows(positions)[0]
 
 
 def gravity_function(
@@ -239,10 +227,23 @@ def _gravity_function(
     joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
 ) -> Any:
     q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
-    origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
-    frames = link_frames(joints, ca.DM(origins), q)
+    frames = link_frames(joints, ca.DM(_origin_numbers(joints)), q)
     energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]
         energy -= body.mass * ca.dot(ca.DM(gravity), p + R @ ca.DM(body.centre))
     return ca.Function("gravity", [q], [ca.densify(ca.gradient(ca.SX(energy), q))])
+
+
+@lru_cache(maxsize=16)
+def _gravity_of_rows(
+    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
+) -> RowFunction:
+    function = _gravity_function(joints, bodies, gravity, payload)
+    q = ca.SX.sym("q", function.numel_in(0))
+    return RowFunction("gravity", [q], [function(q)])
+
+
+def _origin_numbers(joints: Sequence[Joint]) -> list[float]:
+    """Return x y z [m] roll pitch yaw [rad] of all origins, one after the other."""
+    return [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
