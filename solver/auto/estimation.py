@@ -16,8 +16,9 @@ from math import log
 
 import numpy as np
 
-from ..data.observations import Observations
+from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
+from .arms import Arms, as_arms, as_scene
 from .deflection import COMPLIANCE, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
@@ -32,10 +33,10 @@ from .objective import (
     prior_precision,
     start,
 )
-from .posterior import Posterior
+from .posterior import Posterior, World
 from .priors import PriorGroup
 
-__all__ = ["estimate"]
+__all__ = ["estimate", "estimate_all"]
 
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
@@ -68,7 +69,13 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
 
     Raises:
         NotConverged: The widths and the noise did not settle.
+        FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
+    return estimate_all(as_arms(model), as_scene(data), joint_noise=joint_noise).arms[0]
+
+
+def estimate_all(model: Arms, data: Scene, *, joint_noise: bool = True) -> World:
+    """Find the most plausible unknowns of several robots together; see :func:`estimate`."""
     objective = build_objective(model, data)
     state: State = start(objective, joint_noise)
     iterates: list[np.ndarray] = [state.x]
@@ -80,7 +87,7 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
             iterates.append(state.x)
             if change >= SETTLED:
                 continue
-            pruned = _without_negligible(state)
+            pruned = _without_negligible(objective, state)
             if pruned is not state:
                 state = pruned
             elif compliances_may_return and _held_compliances(state).any():
@@ -102,7 +109,7 @@ def _gauss_newton(objective: Objective, state: State) -> Step:
     """
     normal = normal_equations(objective, state)
     prior = prior_precision(objective, state)
-    x = np.concatenate([state.x, np.zeros(state.centres.size)])
+    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
     volume = _volume_weight(objective, state, normal)
     gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
     covariance = inverse(normal.information + prior, free_unknowns(objective, state))
@@ -127,12 +134,12 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     moved, step = _downhill(objective, state, step)
     linear = moved.linear
     groups, change = _updated_groups(moved, step)
-    noise = _updated_noise(objective, state, moved, step)
-    before = state.noise
-    change = max(change, abs(log(noise.space / before.space)))
-    if before.joint_effect(linear.by_joints) > NEGLIGIBLE:
-        change = max(change, abs(log(noise.joint / before.joint)))
-    return replace(moved, groups=groups, noise=noise), change
+    noises = _updated_noises(objective, state, moved, step)
+    for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
+        change = max(change, abs(log(noise.space / before.space)))
+        if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
+            change = max(change, abs(log(noise.joint / before.joint)))
+    return replace(moved, groups=groups, noises=noises), change
 
 
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
@@ -160,9 +167,12 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
             below = group.members[x[group.members] < 0]
             x[below] = 0.0
             at_zero[below] = True
-    centres = state.centres + change[size:].reshape(-1, 3)
-    linear = linearise(objective, x, centres)
-    return replace(state, x=x, centres=centres, at_zero=at_zero, linear=linear)
+    dense = objective.dense
+    turns = change[size:dense].reshape(-1, 6)
+    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
+    centres = state.centres + change[dense:].reshape(-1, 3)
+    linear = linearise(objective, x, centres, frames)
+    return replace(state, x=x, centres=centres, frames=frames, at_zero=at_zero, linear=linear)
 
 
 def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:
@@ -185,28 +195,36 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
     return tuple(groups), change
 
 
-def _updated_noise(objective: Objective, state: State, moved: State, step: Step) -> Noise:
-    """Return the noise after a step of its scales (A5), see :class:`Noise`."""
-    weights = step.normal.weights
+def _updated_noises(
+    objective: Objective, state: State, moved: State, step: Step
+) -> tuple[Noise, ...]:
+    """Return the noises after a step of their scales (A5), see :class:`Noise`."""
+    weights, by_joints = step.normal.weights, state.linear.by_joints
     spread = leverage(objective, state, step.covariance)
-    squares = state.noise.fisher_step(
-        step.normal.inverse_scales,
-        weights,
-        predicted_errors(objective, state, step.change),
-        INFORMATION * weights[:, None, None] * spread,
-        state.linear.by_joints,
-    )
-    return state.noise.updated(squares, state.noise.joint_effect(moved.linear.by_joints))
+    errors = predicted_errors(objective, state, step.change)
+    noises: list[Noise] = []
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        squares = noise.fisher_step(
+            step.normal.inverse_scales[source],
+            weights[source],
+            errors[source],
+            INFORMATION * weights[source][:, None, None] * spread[source],
+            by_joints[source],
+        )
+        effect = noise.joint_effect(moved.linear.by_joints[source])
+        noises.append(noise.updated(squares, effect))
+    return tuple(noises)
 
 
 def _effect(state: State, group: PriorGroup) -> float:
     """Return how far a group's width moves the ball, relative to the noise."""
     members = group.members[~state.at_zero[group.members]]
     squares: np.ndarray = np.sum(state.linear.by_unknowns[:, :, members] ** 2, axis=(1, 2)) / 3
-    return group.width * float(np.mean(squares)) ** 0.5 / state.noise.space
+    least = min(noise.space for noise in state.noises)
+    return group.width * float(np.mean(squares)) ** 0.5 / least
 
 
-def _without_negligible(state: State) -> State:
+def _without_negligible(objective: Objective, state: State) -> State:
     """Return the state without extensions and joint noise that do hardly anything.
 
     The very same state where there are none.
@@ -216,10 +234,13 @@ def _without_negligible(state: State) -> State:
         for group in state.groups
         if group.name in EXTENSIONS and group.width and _effect(state, group) < NEGLIGIBLE
     ]
-    noise = state.noise
-    if noise.joint and noise.joint_effect(state.linear.by_joints) < NEGLIGIBLE:
-        noise = replace(noise, joint=0.0)
-    if not gone and noise is state.noise:
+    noises = tuple(
+        replace(noise, joint=0.0)
+        if noise.joint and noise.joint_effect(state.linear.by_joints[source]) < NEGLIGIBLE
+        else noise
+        for source, noise in zip(objective.rows.sources, state.noises, strict=True)
+    )
+    if not gone and noises == state.noises:
         return state
     x, at_zero = state.x.copy(), state.at_zero.copy()
     for group in gone:
@@ -228,7 +249,7 @@ def _without_negligible(state: State) -> State:
         replace(g, width=0.0, effective=0.0, learned=False) if g in gone else g
         for g in state.groups
     )
-    return replace(state, x=x, at_zero=at_zero, groups=groups, noise=noise)
+    return replace(state, x=x, at_zero=at_zero, groups=groups, noises=noises)
 
 
 def _held_compliances(state: State) -> np.ndarray:

@@ -19,8 +19,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from .chain import Body, Joint
 from .row_function import RowFunction
-from .urdf import Body, Joint, Robot
+from .urdf import Robot
 
 __all__ = [
     "BallModel",
@@ -159,7 +160,7 @@ class _BallFunctions:
         self._q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
         origins = ca.SX(_origin_numbers(joints))
         origins[list(free)] = self._x
-        self._p = ball_position(joints, origins, self._q)
+        self._p = ca.densify(ball_position(joints, origins, self._q))
         self.ball = ca.Function("ball", [self._x, self._q], [self._p], ["x", "q"], ["p"])
         self.points = RowFunction("points", [self._x, self._q], [self._p])
 

@@ -21,7 +21,7 @@ formats:
 
 What a format cannot say is named, with what that costs at the ball."""
 
-OPTIONS: tuple[str, ...] = ()
+OPTIONS = ("flange",)
 """Options that only some formats understand; each format's ``takes`` says which."""
 
 
@@ -34,6 +34,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help="see below")
     parser.add_argument("--out", required=True, type=Path, metavar="FILE", help="where to")
+    parser.add_argument(
+        "--flange",
+        metavar="LINK",
+        help="(c) the link whose pose is given (default: the one that carries the ball)",
+    )
     parser.add_argument(
         "--serial-number", metavar="TEXT", help="the arm's (default: as noted while recording)"
     )
@@ -87,5 +92,6 @@ def _export(arguments: argparse.Namespace) -> "Exported":
             calibration=calibration,
             identity=identify(calibration, arguments.calibration, arguments.serial_number),
             file=arguments.out,
+            flange=arguments.flange,
         )
     )

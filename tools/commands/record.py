@@ -8,6 +8,7 @@ import shlex
 import sys
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -86,6 +87,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Record until the operator finishes."""
+    if find_spec("termios") is None:
+        raise UsageError(
+            "recording does not yet work on Windows; record on Linux, on macOS or in WSL. "
+            "check, solve, validate and report do work here"
+        )
     _check(arguments)
     robot = robot_of(arguments)
     outcome = _record(arguments, robot, terminal)

@@ -32,6 +32,7 @@ class Format:
 
 
 FORMATS: dict[str, Format] = {
+    "c": Format("c_code", "C99 source of the full model, for controllers, .c", ("flange",)),
     "dh": Format("dh", "Denavit-Hartenberg table, .json or .csv"),
     "mdh": Format("dh", "modified Denavit-Hartenberg table (Craig's), .json or .csv"),
 }
