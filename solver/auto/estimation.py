@@ -22,7 +22,7 @@ from .arms import Arms, as_arms, as_scene
 from .deflection import COMPLIANCE, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
-from .noise import INFORMATION, NEGLIGIBLE, Noise
+from .noise import INFORMATION, NEGLIGIBLE, NU, Noise
 from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
 from .objective import (
     Objective,
@@ -36,7 +36,7 @@ from .objective import (
 from .posterior import Posterior, World
 from .priors import PriorGroup
 
-__all__ = ["estimate", "estimate_all"]
+__all__ = ["estimate", "estimate_all", "gauss_newton"]
 
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
@@ -55,8 +55,10 @@ class Step:
     covariance: np.ndarray
     """Inverse of the whole curvature, priors included, shape (n, n); zero for what is held."""
     normal: NormalEquations
+    leverage: np.ndarray
+    """L_i of (A5), shape (N, 3, 3) [m^2]."""
     volume: float
-    """How much of the volume's slope was counted, 0 to 1."""
+    """By how much the volume's slope was multiplied; 1 where the noise fits the errors."""
 
 
 def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
@@ -82,7 +84,7 @@ def estimate_all(model: Arms, data: Scene, *, joint_noise: bool = True) -> World
     compliances_may_return = True
     try:
         for _ in range(MAX_ITERATIONS):
-            step = _gauss_newton(objective, state)
+            step = gauss_newton(objective, state)
             state, change = _advance(objective, state, step)
             iterates.append(state.x)
             if change >= SETTLED:
@@ -100,7 +102,7 @@ def estimate_all(model: Arms, data: Scene, *, joint_noise: bool = True) -> World
     raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
 
 
-def _gauss_newton(objective: Objective, state: State) -> Step:
+def gauss_newton(objective: Objective, state: State) -> Step:
     """Return the step to the minimum of L's quadratic approximation.
 
         H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (A3)
@@ -109,24 +111,34 @@ def _gauss_newton(objective: Objective, state: State) -> Step:
     """
     normal = normal_equations(objective, state)
     prior = prior_precision(objective, state)
-    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    volume = _volume_weight(objective, state, normal)
-    gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
     covariance = inverse(normal.information + prior, free_unknowns(objective, state))
-    return Step(-covariance @ gradient, covariance, normal, volume)
+    spread = leverage(objective, state, covariance)
+    spread = INFORMATION * normal.weights[:, None, None] * spread
+    volume = _volume_weight(objective, state, normal, spread)
+    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
+    gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
+    return Step(-covariance @ gradient, covariance, normal, spread, volume)
 
 
-def _volume_weight(objective: Objective, state: State, normal: NormalEquations) -> float:
-    """Return how much of the volume's slope counts in a step: all of it once the noise fits.
+def _volume_weight(
+    objective: Objective, state: State, normal: NormalEquations, spread: np.ndarray
+) -> float:
+    """Return by how much to multiply the volume's slope in a step.
 
-    It balances what errors of the size of the noise gain by shrinking. At the nominal robot, and as
-    long as the noise is taken for larger than the errors are, nothing would hold it, and thousands
-    of samples would blow the robot up.
+    It balances what the errors gain by shrinking, so to the squares of the errors, relative to the
+    noise, belongs the same share of it: all of it where they sum to what a fit leaves of such
+    noise. While the noise is still too large or too small, the whole slope would change the
+    robot's size, and with thousands of samples faster than the noise follows: both would run away.
+    At the nominal robot the errors are no noise.
     """
-    if not state.x.any():
+    seated = objective.rows.seated
+    weights = normal.weights[seated]
+    if not state.x.any() or not len(weights):
         return 0.0
-    left = 1 - objective.size / (3 * len(state.linear.errors))  # of the errors, by a good fit
-    return min(1.0, 1.1 * normal.noise_ratio / left) if left > 0.5 else 1.0
+    squares = float(np.sum(NU + 3 - NU * weights))  # w_i e_i^T C_i^-1 e_i, by (A2)
+    total = 3 * len(weights)
+    left = total - float(np.sum(normal.inverse_scales[seated] * spread[seated]))
+    return squares / left if left > 0.5 * total else 1.0
 
 
 def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
@@ -199,16 +211,15 @@ def _updated_noises(
     objective: Objective, state: State, moved: State, step: Step
 ) -> tuple[Noise, ...]:
     """Return the noises after a step of their scales (A5), see :class:`Noise`."""
-    weights, by_joints = step.normal.weights, state.linear.by_joints
-    spread = leverage(objective, state, step.covariance)
+    by_joints = state.linear.by_joints
     errors = predicted_errors(objective, state, step.change)
     noises: list[Noise] = []
     for source, noise in zip(objective.rows.sources, state.noises, strict=True):
         squares = noise.fisher_step(
             step.normal.inverse_scales[source],
-            weights[source],
+            step.normal.weights[source],
             errors[source],
-            INFORMATION * weights[source][:, None, None] * spread[source],
+            step.leverage[source],
             by_joints[source],
         )
         effect = noise.joint_effect(moved.linear.by_joints[source])

@@ -12,6 +12,9 @@ import numpy as np
 
 __all__ = ["RowFunction"]
 
+BATCH = 200
+"""Rows that are computed at once: the results of more no longer fit into a processor's cache."""
+
 
 class RowFunction:
     """A CasADi function whose last argument is one row; the other arguments serve all rows.
@@ -47,15 +50,16 @@ class RowFunction:
         lengths = [values.shape[-1] for values in arguments]
         if lengths != self._lengths:  # CasADi would read beyond them
             raise ValueError(f"arguments of lengths {lengths}, not {self._lengths}")
+        *fixed, rows = arguments
         results = [np.empty((len(rows), size)) for size in self._sizes]
-        if not len(rows):
-            return results
-        buffer, run = self._mapped(len(rows)).buffer()
-        for i, values in enumerate(arguments):
-            buffer.set_arg(i, values.data)
-        for i, values in enumerate(results):
-            buffer.set_res(i, values.data)
-        run()
+        for begin in range(0, len(rows), BATCH):
+            batch = slice(begin, begin + BATCH)
+            buffer, run = self._mapped(len(rows[batch])).buffer()
+            for i, values in enumerate((*fixed, rows[batch])):
+                buffer.set_arg(i, values.data)
+            for i, values in enumerate(results):
+                buffer.set_res(i, values[batch].data)
+            run()
         return results
 
     def _map(self, N: int) -> Any:

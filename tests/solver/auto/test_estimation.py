@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.estimation import estimate, estimate_all
+from mukca.solver.auto.estimation import estimate, estimate_all, gauss_newton
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.noise import INFORMATION
 from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
@@ -76,6 +76,26 @@ def test_thousands_of_samples_do_not_blow_the_robot_up(front) -> None:
     assert abs(model.by_scale() @ (many.x - few.x)) < 2e-3
     errors = [float(np.median(np.linalg.norm(p.residuals, axis=1))) for p in (few, many)]
     assert errors[1] == pytest.approx(errors[0], rel=0.1)
+
+
+def test_a_noise_that_does_not_fit_yet_leaves_the_size_alone(front) -> None:
+    """Or the size and the noise would drive each other, the faster the more samples there are."""
+    data, panda = front
+    model = extend(panda, choose_parameters(panda))
+    found = estimate(model, data)
+    loose = tuple(replace(known, deviation=1e-3) for known in data.known)
+    objective = build_objective(model, replace(again(data, 10), known=loose))
+    state = start(objective, joint_noise=False)
+    linear = linearise(objective, found.x, found.centres)
+    state = replace(state, x=found.x, centres=found.centres, groups=found.groups, linear=linear)
+    by_scale = model.by_scale()
+    steps = [
+        gauss_newton(objective, replace(state, noises=(replace(state.noises[0], space=space),)))
+        for space in (0.9 * found.noise.space, 1.1 * found.noise.space)
+    ]
+    sizes = [float(by_scale @ step.change[: model.size]) for step in steps]
+    assert abs(sizes[1] - sizes[0]) < 3e-4
+    assert steps[0].volume > 1 > steps[1].volume
 
 
 def test_the_volume_of_the_swept_ball_is_that_of_its_jacobian(panda: Robot) -> None:

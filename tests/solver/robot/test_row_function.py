@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mukca.solver.robot.row_function import RowFunction
+from mukca.solver.robot.row_function import BATCH, RowFunction
 
 
 @pytest.fixture(scope="module")
@@ -16,9 +16,11 @@ def function() -> tuple[RowFunction, ca.Function]:
 
 
 @pytest.mark.parametrize("order", ["C", "F"])
-def test_every_row_is_what_casadi_returns(function, order) -> None:
+@pytest.mark.parametrize("count", [1, 2 * BATCH, BATCH + 3])
+def test_every_row_is_what_casadi_returns(function, order, count) -> None:
     of_rows, of_one = function
-    x, rows = np.array([2.0, 3.0]), np.array(np.arange(12.0).reshape(4, 3), order=order)
+    x = np.array([2.0, 3.0])
+    rows = np.array(np.random.default_rng(0).normal(size=(count, 3)), order=order)
     results = of_rows(rows, x)
     for i, row in enumerate(rows):
         for whole, one in zip(results, of_one(x, row), strict=True):
