@@ -66,7 +66,8 @@ def _corrected_positions(calibration: CalibratedRobot, measured: Measurement) ->
     if not calibration.deflection.extensions:
         return measured.positions
     torques = calibration.load.torques(calibration.robot, measured)
-    return calibration.deflection.true_positions(measured.positions, torques)
+    true = calibration.deflection.true_positions(measured.positions, torques)
+    return true[:, : measured.positions.shape[1]]  # a tilt is too small to be seen
 
 
 def _exaggeration(displacement: float, reach: float) -> float:
