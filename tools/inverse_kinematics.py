@@ -5,13 +5,13 @@ starts go side by side, so that the answers are spread over all that the arm can
 """
 
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from .. import MukcaError
 from ..solver.robot.kinematics import link_frames
+from ..solver.robot.row_function import RowFunction
 from ..solver.robot.urdf import Joint, Robot
 
 __all__ = ["MAX_TILT", "Guide", "SimulationError"]
@@ -111,20 +111,18 @@ class Guide:
 
     def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
-        N = len(q)
-        pose, by_q = self._pose.map(N)(q.T)
-        return pose.full().T, by_q.full().T.reshape(N, -1, 6).transpose(0, 2, 1)
+        pose, by_q = self._pose(q)
+        return pose, by_q.reshape(len(q), 6, -1)
 
 
 @lru_cache(maxsize=16)
-def _pose(joints: tuple[Joint, ...]) -> Any:
-    """Return ball, neck and their derivatives as a CasADi function of joint positions."""
+def _pose(joints: tuple[Joint, ...]) -> RowFunction:
+    """Return ball, neck and their derivatives as a function of joint positions."""
     q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
     origins = ca.DM([value for j in joints for value in (*j.origin.xyz, *j.origin.rpy)])
     R, p = link_frames(joints, origins, q)[-1]
     pose = ca.vertcat(ca.SX(p), ca.SX(R)[:, 2])
-    by_q = ca.densify(ca.jacobian(pose, q))
-    return ca.Function("pose", [q], [pose, by_q], {"cse": True})
+    return RowFunction("pose", [q], [pose, ca.jacobian(pose, q)])
 
 
 def _random_necks(generator: np.random.Generator) -> np.ndarray:
