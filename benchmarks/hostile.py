@@ -114,6 +114,10 @@ def xarm_position(data: bytes) -> tuple[float, ...]:
     return xarm.decode_report(report, xarm.REAL).angles
 
 
+def sound_xarm(data: bytes) -> bool:
+    return int.from_bytes(data[:4], "big") == len(data) >= 87
+
+
 def feetech_position(data: bytes) -> tuple[float, ...]:
     answer = feetech.decode_answer(data)
     return (int.from_bytes(answer.data[:2], "little"),)
