@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from .calibrated import CalibratedRobot
-from .robot.kinematics import gravity_function, link_frames
+from .robot.kinematics import link_frames, moments_function
 from .robot.urdf import Joint
 
 __all__ = ["FullModel", "full_model"]
@@ -27,7 +27,7 @@ class FullModel:
     gravity: Any
     """The torques by which the joints hold the arm, shape (m,) [N m]."""
     corrected: Any
-    """Where the joints truly are, shape (m,) [rad]; whatever else the kinematics takes follows."""
+    """Where the joints truly are, shape (m,) [rad]; their tilts follow where there are any."""
     joints: tuple[Joint, ...]
     """The chain, from the base to the ball."""
     origins: Any
@@ -74,14 +74,14 @@ def full_model(calibrated: CalibratedRobot) -> FullModel:
     robot, load = calibrated.robot, calibrated.load
     m = len(robot.actuated)
     q = ca.SX.sym("q", m)
-    gravity = gravity_function(robot, load.gravity, load.payload)(q)
+    moments = moments_function(robot, load.gravity, load.payload)(q)
     true = q
     if calibrated.deflection.extensions:
-        row = calibrated.deflection.true_positions(_row(q), _row(gravity))
+        row = calibrated.deflection.true_positions(_row(q), _row(moments))
         true = ca.vertcat(*row[0])
     origins = ca.DM(calibrated.model.origins(calibrated.values).ravel())
     frames = link_frames(robot.joints, origins, true)
-    return FullModel(q, gravity, true, robot.joints, origins, tuple(frames))
+    return FullModel(q, moments[:m], true, robot.joints, origins, tuple(frames))
 
 
 def _row(column: Any) -> np.ndarray:

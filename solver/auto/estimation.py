@@ -19,7 +19,8 @@ import numpy as np
 from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
-from .deflection import COMPLIANCE, EXTENSIONS
+from .bounded import bounded_step
+from .deflection import ELASTICITY, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, NU, Noise
@@ -41,6 +42,9 @@ __all__ = ["estimate", "estimate_all", "gauss_newton"]
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
+RELEASES = 40
+"""For so many iterations, elasticity that is held at zero may leave it. One that gains nothing
+could otherwise come and go forever."""
 HALVINGS = 6
 RISE = 1e-9
 """Relative rise of the objective in a step that is rounding alone."""
@@ -76,15 +80,19 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
     return estimate_all(as_arms(model), as_scene(data), joint_noise=joint_noise).arms[0]
 
 
-def estimate_all(model: Arms, data: Scene, *, joint_noise: bool = True) -> World:
-    """Find the most plausible unknowns of several robots together; see :func:`estimate`."""
+def estimate_all(
+    model: Arms, data: Scene, *, joint_noise: bool = True, near: World | None = None
+) -> World:
+    """Find the most plausible unknowns of several robots together; see :func:`estimate`.
+
+    ``near`` is a result for the same robots to start from, instead of the nominal ones.
+    """
     objective = build_objective(model, data)
-    state: State = start(objective, joint_noise)
+    state: State = start(objective, joint_noise, near)
     iterates: list[np.ndarray] = [state.x]
-    compliances_may_return = True
     try:
-        for _ in range(MAX_ITERATIONS):
-            step = gauss_newton(objective, state)
+        for iteration in range(MAX_ITERATIONS):
+            step = gauss_newton(objective, state, release=iteration < RELEASES)
             state, change = _advance(objective, state, step)
             iterates.append(state.x)
             if change >= SETTLED:
@@ -92,9 +100,6 @@ def estimate_all(model: Arms, data: Scene, *, joint_noise: bool = True) -> World
             pruned = _without_negligible(objective, state)
             if pruned is not state:
                 state = pruned
-            elif compliances_may_return and _held_compliances(state).any():
-                state = replace(state, at_zero=state.at_zero & ~_held_compliances(state))
-                compliances_may_return = False
             else:
                 return posterior(objective, state, iterates)
     except np.linalg.LinAlgError:
@@ -102,7 +107,7 @@ def estimate_all(model: Arms, data: Scene, *, joint_noise: bool = True) -> World
     raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
 
 
-def gauss_newton(objective: Objective, state: State) -> Step:
+def gauss_newton(objective: Objective, state: State, *, release: bool = True) -> Step:
     """Return the step to the minimum of L's quadratic approximation.
 
         H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (A3)
@@ -110,14 +115,23 @@ def gauss_newton(objective: Objective, state: State) -> Step:
     See :func:`~mukca.solver.auto.normal_equations.normal_equations` for the data's part.
     """
     normal = normal_equations(objective, state)
-    prior = prior_precision(objective, state)
-    covariance = inverse(normal.information + prior, free_unknowns(objective, state))
+    covariance = inverse(
+        normal.information + prior_precision(objective, state), free_unknowns(objective, state)
+    )
     spread = leverage(objective, state, covariance)
     spread = INFORMATION * normal.weights[:, None, None] * spread
     volume = _volume_weight(objective, state, normal, spread)
+    bounded = np.zeros(objective.size, dtype=bool)
+    for group in state.groups:
+        bounded[group.members] = group.name in ELASTICITY and group.width > 0
+    held = state.at_zero & ~(release & bounded[: objective.model.size])
+    released = replace(state, at_zero=held)
+    prior = prior_precision(objective, released)
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
     gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
-    return Step(-covariance @ gradient, covariance, normal, spread, volume)
+    free = free_unknowns(objective, released)
+    change, covariance = bounded_step(normal.information + prior, gradient, x, free, bounded & free)
+    return Step(change, covariance, normal, spread, volume)
 
 
 def _volume_weight(
@@ -155,10 +169,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
 
 
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
-    """Return the state after a step, halved as often as L would rise, and the step taken.
-
-    Where it still rises after that, it is for the compliances that were held at zero.
-    """
+    """Return the state after a step, halved as often as L would rise, and the step taken."""
     before = value(objective, state, step.volume)
     for _ in range(HALVINGS):
         moved = _moved(objective, state, step.change)
@@ -175,10 +186,8 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
     size = objective.model.size
     x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
-        if group.name == COMPLIANCE:
-            below = group.members[x[group.members] < 0]
-            x[below] = 0.0
-            at_zero[below] = True
+        if group.name in ELASTICITY:
+            at_zero[group.members] = x[group.members] <= 0
     dense = objective.dense
     turns = change[size:dense].reshape(-1, 6)
     frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
@@ -261,12 +270,3 @@ def _without_negligible(objective: Objective, state: State) -> State:
         for g in state.groups
     )
     return replace(state, x=x, at_zero=at_zero, groups=groups, noises=noises)
-
-
-def _held_compliances(state: State) -> np.ndarray:
-    """Return which unknowns are compliances held at zero, though their group has a width."""
-    held = np.zeros_like(state.at_zero)
-    for group in state.groups:
-        if group.name == COMPLIANCE and group.learned:
-            held[group.members] = state.at_zero[group.members]
-    return held

@@ -73,8 +73,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="seconds that a capture averages (default: %(default)s)",
     )
-    add("--still", type=float, default=STILL, metavar="RAD", help="largest standard deviation over "
-        "the window of an arm that is still (default: %(default)s)")  # fmt: skip
+    add(
+        "--still",
+        type=float,
+        metavar="RAD",
+        help="largest standard deviation over the window of an arm that is still "
+        f"(default: {STILL}, or the step of its encoders)",
+    )
     add("--keys", type=Path, metavar="FILE", help="read keys from a script")
     add_load(parser, "noticing a hand on the arm")
     notes = parser.add_argument_group("notes, kept with the recording")
@@ -130,14 +135,21 @@ def _record(arguments: argparse.Namespace, robot: "Robot", terminal: Terminal) -
         stack.enter_context(_quiet())
         stack.enter_context(_without_pauses())
         driver = stack.enter_context(_connect(arguments.driver, robot.joint_names))
+        still = max(STILL, driver.resolution) if arguments.still is None else arguments.still
         stream = Stream(driver)
         stack.callback(stream.close)
-        recording = stack.enter_context(_recording(arguments, robot, joints))
+        recording = stack.enter_context(_recording(arguments, robot, joints, still))
         live = script is None
         return Recorder(
             session=_session(arguments, joints, recording),
             stream=stream,
-            watch=Watch(joints, window=arguments.window, still=arguments.still, live=live),
+            watch=Watch(
+                joints,
+                window=arguments.window,
+                still=still,
+                live=live,
+                resolution=driver.resolution,
+            ),
             recording=recording,
             display=_display(terminal),
             title=f"{robot.name}  {arguments.driver}  {arguments.out}",
@@ -230,7 +242,10 @@ def _connect(text: str, joint_names: tuple[str, ...]) -> "Reconnecting":
 
 
 def _recording(
-    arguments: argparse.Namespace, robot: "Robot", joints: "tuple[JointLimits, ...]"
+    arguments: argparse.Namespace,
+    robot: "Robot",
+    joints: "tuple[JointLimits, ...]",
+    still: float,
 ) -> "Recording":
     from ...recorder.recording import Metadata, Recording
 
@@ -247,7 +262,7 @@ def _recording(
             session={
                 "driver": arguments.driver,
                 "window": arguments.window,
-                "still": arguments.still,
+                "still": still,
                 **{name: value for name, value in given.items() if value is not None},
             },
         ),
