@@ -6,6 +6,8 @@ PACKAGE := pyproject.toml constraints.txt
 # Names and versions of everything that is ever installed, build tools included.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
+# Compiled modules are kept: the tests start the program some hundred times.
+unexport PYTHONDONTWRITEBYTECODE
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .PHONY: demo test test-fast lint install clean

@@ -19,12 +19,13 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from mukca.drivers import JointState
+from mukca.drivers import JointState, dynamixel, feetech
 from mukca.drivers.franka_state import LAYOUTS, decode_state
 from mukca.drivers.fri import decode_message
 from mukca.drivers.kinova_actuator import decode_reply
 from mukca.drivers.piper import decode_frame
 from mukca.drivers.rtde import Recipe, take_package
+from mukca.tools.emulators.dynamixel import crc16
 from mukca.tools.emulators.franka import encode_state
 from mukca.tools.emulators.kuka import encode_message
 
@@ -89,7 +90,29 @@ def protocols() -> list[Protocol]:
     )
     frame = struct.pack(">ii", 90_000, -45_000)
     found.append(Protocol("piper", frame, decode_frame, lambda data: len(data) == 8))
+    sts = bytes.fromhex("ffff0104000008f2")
+    found.append(Protocol("feetech", sts, feetech_position, sound_sts, largest=65535))
+    x = bytes.fromhex("fffffd000108005500000800001c38")
+    found.append(Protocol("dynamixel", x, dynamixel_position, sound_x, largest=2**32))
     return found
+
+
+def feetech_position(data: bytes) -> tuple[float, ...]:
+    answer = feetech.decode_answer(data)
+    return (int.from_bytes(answer.data[:2], "little"),)
+
+
+def sound_sts(data: bytes) -> bool:
+    return sum(data[2:]) & 0xFF == 0xFF and data[3] == len(data) - 4 and data[2] < 0xFE
+
+
+def dynamixel_position(data: bytes) -> tuple[float, ...]:
+    answer = dynamixel.decode_answer(data)
+    return (int.from_bytes(answer.data[:4], "little"),)
+
+
+def sound_x(data: bytes) -> bool:
+    return crc16(data[:-2]) == int.from_bytes(data[-2:], "little") and data[7] == 0x55
 
 
 def franka_position(data: bytes) -> tuple[float, ...]:

@@ -56,7 +56,7 @@ def main() -> None:
         subprocess.run([*words, "--out", str(out)], check=True, capture_output=True)
         file = str(out / "calibration.json")
         report = seconds([sys.executable, "-m", "mukca", "report", file])
-        bare = seconds([sys.executable, "-c", "import numpy, casadi, yourdfpy"])
+        bare = seconds([sys.executable, "-c", "import numpy, casadi"])
         size = (out / "report.html").stat().st_size
         count = len(json.loads((out / "report.json").read_text())["placements"])
     print(f"{count} placements: report {report:.2f} s, {report / bare:.1f} x bare imports")

@@ -59,8 +59,8 @@ def commands(folder: Path, name: str) -> None:
         return lambda: subprocess.run(words, check=True, capture_output=True)
 
     mukca = str(Path(sys.executable).with_name("mukca"))
-    imports = seconds(command(sys.executable, "-c", "import numpy, casadi, yourdfpy"), runs=7)
-    print(f"import of numpy, casadi, yourdfpy {imports:.2f} s")
+    imports = seconds(command(sys.executable, "-c", "import numpy, casadi"), runs=7)
+    print(f"import of numpy, casadi           {imports:.2f} s")
     for method in ("paper", "auto"):
         words = (mukca, "solve", str(folder), "--robot", name, "--method", method)
         whole = seconds(command(*words), runs=7)

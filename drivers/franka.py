@@ -125,9 +125,14 @@ def _open_tcp(endpoint: Endpoint) -> socket.socket:
     """Connect, and have a robot that vanishes noticed within seconds."""
     tcp = open_tcp(endpoint, "activate FCI in Desk, and unlock the joints")
     tcp.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 1)
-    tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, 3)
-    tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 1)
+    for name, value in (
+        ("TCP_KEEPIDLE", 1),
+        ("TCP_KEEPALIVE", 1),  # what macOS calls it
+        ("TCP_KEEPCNT", 3),
+        ("TCP_KEEPINTVL", 1),
+    ):
+        if hasattr(socket, name):
+            tcp.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
     return tcp
 
 

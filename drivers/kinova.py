@@ -17,9 +17,9 @@ import math
 from collections.abc import Sequence
 
 from . import clock
-from .checked import CheckedDriver
 from .driver import DriverError, JointState, Reason, match_joints
 from .kinova_arm import KinovaArm, Measurement
+from .polled import PolledDriver
 
 __all__ = ["Kinova", "Unwrap"]
 
@@ -27,7 +27,7 @@ HALF_TURN = 180.0
 ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a hand is slow
 
 
-class Kinova(CheckedDriver):
+class Kinova(PolledDriver):
     """A connection to a Kinova arm, which is asked for its joints again and again."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
@@ -36,17 +36,10 @@ class Kinova(CheckedDriver):
         with self._closed_on_error():
             self._joint_names = match_joints(joint_names, self._arm.joints, "the Kinova arm")
         self._unwrap = Unwrap(self._arm.centred)
-        self._next_poll = 0.0
         self._fastest = math.inf
 
     def _receive(self, deadline: float) -> JointState:
-        asked = clock.now()
-        if self._next_poll > deadline:
-            clock.sleep(max(0.0, deadline - asked))
-            raise DriverError(
-                Reason.SILENT, f"no state from {self._where} for {deadline - asked:.3g} s"
-            )
-        clock.sleep(max(0.0, self._next_poll - asked))
+        self._await_turn(deadline)
         before = self._arm.rejected
         try:
             measurement, stamp = self._measure(deadline)

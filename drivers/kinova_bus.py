@@ -5,8 +5,6 @@ messages to a USB bridge at 115200 baud, 8 data bits, even parity and 2 stop bit
 it may differ. The ISO-TP transfer (ISO 15765-2) is what a serial-to-CAN gateway would carry.
 """
 
-import termios
-
 import serial
 
 from . import clock
@@ -16,6 +14,7 @@ from .driver import DriverError, Reason
 from .kinova_actuator import FIRST_ACTUATOR, ActuatorReply, decode_reply, encode_poll
 from .kinova_arm import Measurement
 from .kinova_links import IsoTpLink, Link, SerialLink
+from .serial_line import SerialLine
 
 __all__ = ["PolledArm", "open_can", "open_serial"]
 
@@ -110,25 +109,13 @@ def open_serial(rest: str) -> PolledArm:
         raise options.wrong("parity", f"one of {', '.join(PARITIES)}")
     if not port:
         raise DriverError(Reason.BAD_ADDRESS, "serial:// needs a port, as in serial:///dev/ttyUSB0")
-    try:
-        line = serial.Serial(
-            port,
-            options.integer("baud", 115200),
-            bytesize=options.integer("databits", 8),
-            parity=PARITIES[parity],
-            stopbits=options.positive("stopbits", 2),
-            timeout=0,
-            write_timeout=1,  # s: a line that nobody reads fills up, and would block for ever
-            exclusive=True,
-        )
-    except ValueError as error:
-        raise DriverError(Reason.BAD_ADDRESS, f"serial://{rest}: {error}") from None
-    except (OSError, termios.error) as error:
-        raise DriverError(
-            Reason.UNREACHABLE,
-            f"serial port {port} cannot be opened: {error}; is the adapter plugged in, does "
-            "another program use it, and are you in the group dialout?",
-        ) from None
+    line = SerialLine(
+        port,
+        options.integer("baud", 115200),
+        bytesize=options.integer("databits", 8),
+        parity=PARITIES[parity],
+        stopbits=options.positive("stopbits", 2),
+    )
     return PolledArm(SerialLink(line), port, options)
 
 

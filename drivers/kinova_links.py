@@ -1,15 +1,10 @@
 """Carries Kinova's messages of 20 bytes over a serial line, or over a CAN bus by ISO-TP."""
 
-import termios
-from collections.abc import Generator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
-import serial
-
 from . import clock
-from .driver import DriverError, Reason
 from .kinova_actuator import MESSAGE_BYTES
+from .serial_line import SerialLine
 
 if TYPE_CHECKING:
     import can
@@ -38,46 +33,22 @@ class Link(Protocol):
 
 
 class SerialLink:
-    """A serial line, opened not to block."""
+    """A serial line."""
 
-    def __init__(self, port: serial.Serial) -> None:
-        self._port = port
-
-    def send(self, message: bytes) -> None:
-        """Send a message."""
-        with self._translated():
-            self._port.write(message)
+    def __init__(self, line: SerialLine) -> None:
+        self._line = line
+        self.send, self.flush, self.close = line.write, line.flush, line.close
 
     def receive(self, wait: float) -> bytes:
         """Return 20 bytes, or as many as came within the wait [s]."""
         deadline = clock.now() + wait
         received = b""
-        with self._translated():
-            while len(received) < MESSAGE_BYTES:
-                left = max(0.0, deadline - clock.now())
-                if not clock.wait([self._port], left):
-                    break
-                received += self._port.read(MESSAGE_BYTES - len(received))
+        while len(received) < MESSAGE_BYTES:
+            came = self._line.read(MESSAGE_BYTES - len(received), deadline - clock.now())
+            if not came:
+                break
+            received += came
         return received
-
-    def flush(self) -> None:
-        """Throw away what has come in."""
-        with self._translated():
-            self._port.reset_input_buffer()
-
-    def close(self) -> None:
-        """Close the port."""
-        self._port.close()
-
-    @contextmanager
-    def _translated(self) -> Generator[None, None, None]:
-        """Turn the errors of a lost line into the driver's own."""
-        try:
-            yield
-        except (OSError, TypeError, ValueError, termios.error) as error:
-            raise DriverError(
-                Reason.UNREACHABLE, f"serial port {self._port.port} is lost: {error}"
-            ) from None
 
 
 class IsoTpLink:

@@ -56,6 +56,18 @@ class DriverInfo:
 DRIVERS: dict[str, DriverInfo] = {
     info.name: info
     for info in (
+        DriverInfo(
+            "dynamixel",
+            "mukca.drivers.dynamixel:Dynamixel",
+            "ViperX, WidowX, Koch: Dynamixel X servos, serial",
+            needs=("serial",),
+        ),
+        DriverInfo(
+            "feetech",
+            "mukca.drivers.feetech:Feetech",
+            "SO-100, SO-101: Feetech STS servos, serial",
+            needs=("serial",),
+        ),
         DriverInfo("franka", "mukca.drivers.franka:Franka", "Panda, FR3: FCI"),
         DriverInfo(
             "kinova",

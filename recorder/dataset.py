@@ -35,9 +35,16 @@ either of two forms:
     the form of the paper's authors. Semicolons, tabs and blanks between the numbers are read too,
     with decimal points or decimal commas.
 
+``points.csv``
+    What an instrument measured (laser tracker, motion capture): a header with the joints' names in
+    chain order, then ``x``, ``y``, ``z``. One configuration a line: joint positions [rad], and
+    where the ball was in the instrument's frame [m]. No socket is needed.
+
 ``placement.json``
-    Beside either form, optional there: an object whose key ``distance`` is the distance between
-    the sockets' centres [m]. ``mukca record`` also writes ``robot``, ``model_sha256``,
+    Beside each form, optional there: an object whose key ``distance`` is the distance between
+    the sockets' centres [m], ``frame`` the name of the instrument's frame, ``robot_name`` whose
+    recording it is where there are several arms, and ``place`` which base it is, where the
+    folder's own name does not say so. ``mukca record`` also writes ``robot``, ``model_sha256``,
     ``joints``, ``units``, ``sockets``, ``socket`` (the one in which the ball was last), and under
     ``sessions``, for each time that it was started there: ``driver``, ``started`` (UTC),
     ``window`` [s], ``still`` [rad], ``version``, and what the operator had to say. Under
@@ -69,6 +76,8 @@ __all__ = [
     "read_placements",
 ]
 
+POINTS = "points.csv"
+_WORD = re.compile(r"[\w.-]+")
 _HOLE = re.compile(r"hole_(\d+)\.csv")
 METADATA = "placement.json"
 
@@ -94,6 +103,17 @@ class Placement:
     """The files that it was read from; empty for a placement that was made in memory."""
     remarks: tuple[str, ...] = ()
     """What people should know about the files, one line each."""
+    frame: str | None = None
+    """The name of the instrument's frame, where one measured; None where the files give none."""
+    robot_name: str | None = None
+    """Whose recording it is, where there are several robots."""
+    place: str = ""
+    """Which base it is: two robots that visited one base recorded the same place. The folder's own
+    name, if ``placement.json`` does not name it."""
+
+    def __post_init__(self) -> None:
+        if not self.place:
+            object.__setattr__(self, "place", self.name.split("/")[-1])
 
     def __repr__(self) -> str:
         counts = np.bincount(self.sockets)
@@ -191,6 +211,9 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
     """
     folders: list[Path] = []
     for path in paths:
+        if path.name == POINTS and path.is_file():
+            folders.append(path.parent)
+            continue
         if not path.exists():
             raise RecordingError(f"{path}: no such folder; a placement is a folder of recordings")
         if not path.is_dir():
@@ -204,7 +227,7 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
         if not inside:
             raise RecordingError(
                 f"{path}: no recording in this folder; expected {SAMPLES}, or hole_0.csv and "
-                "hole_1.csv, or folders that hold them"
+                f"hole_1.csv, or {POINTS}, or folders that hold them"
             )
         folders.extend(inside)
     return folders
@@ -217,7 +240,7 @@ def placements_in(folder: Path) -> list[Path]:
 
 def is_placement(folder: Path) -> bool:
     """Tell whether a folder holds a recording."""
-    return (folder / SAMPLES).exists() or bool(_holes(folder))
+    return any((folder / name).exists() for name in (SAMPLES, POINTS)) or bool(_holes(folder))
 
 
 def read_placements(*paths: str | Path) -> list[Placement]:
@@ -254,12 +277,30 @@ def read_placement(folder: Path) -> Placement:
         RecordingError: A missing, empty or malformed file; the message names file and line.
     """
     holes = _holes(folder)
-    recorded = (folder / SAMPLES).exists()
-    if recorded and holes:
+    files = [folder / name for name in (SAMPLES, POINTS) if (folder / name).exists()]
+    files += [file for _, file in holes[:1]]
+    if len(files) > 1:
         raise RecordingError(
-            f"{folder}: holds both {SAMPLES} and {holes[0][1].name}; keep one of them there"
+            f"{folder}: holds both {files[0].name} and {files[1].name}; keep one of them there"
         )
-    return _read_recorded(folder) if recorded else _read_holes(folder, holes)
+    if files and files[0].name == POINTS:
+        placement = _read_points(folder)
+    elif files and files[0].name == SAMPLES:
+        placement = _read_recorded(folder)
+    else:
+        placement = _read_holes(folder, holes)
+    names = {key: _name(folder / METADATA, key) for key in ("frame", "robot_name", "place")}
+    return replace(placement, **{key: name for key, name in names.items() if name is not None})
+
+
+def _name(file: Path, key: str) -> str | None:
+    """Return a name that ``placement.json`` gives; None where it does not."""
+    name = read_metadata(file).get(key)
+    if name is None:
+        return None
+    if not isinstance(name, str) or not _WORD.fullmatch(name):
+        raise RecordingError(f"{file}: {key} {name!r} is no name: letters, digits, and . _ -")
+    return name
 
 
 def _holes(folder: Path) -> list[tuple[int, Path]]:
@@ -311,6 +352,29 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         joint_names=first.header,
         distance=read_distance(folder / METADATA),
         files=tuple(file for _, file in holes),
+    )
+
+
+def _read_points(folder: Path) -> Placement:
+    file = folder / POINTS
+    table = read_table(file)
+    if table.header is None or table.header[-3:] != ("x", "y", "z") or len(table.header) < 4:
+        raise RecordingError(
+            f"{file}:1: expected a header of the joints' names in chain order, then x,y,z"
+        )
+    return Placement(
+        name=placement_name(folder),
+        samples=tuple(
+            Sample(
+                position=row[:-3],
+                socket=0,
+                where=f"{file}:{line}",
+                point=(row[-3], row[-2], row[-1]),
+            )
+            for line, row in zip(table.lines, table.rows, strict=True)
+        ),
+        joint_names=table.header[:-3],
+        files=(file,),
     )
 
 

@@ -60,10 +60,13 @@ class Sample:
     spread: tuple[float, ...] | None = None
     """Standard deviation of each joint's position over the averaged states [rad], [m] for a
     prismatic joint."""
+    point: tuple[float, float, float] | None = None
+    """Where an instrument measured the ball, in its own frame [m]; None for a ball in a socket."""
 
     def __repr__(self) -> str:
         position = ", ".join(f"{value:.4f}" for value in self.position)
-        return f"Sample({self.number or 'unnumbered'}, socket {self.socket}: {position})"
+        place = f"socket {self.socket}" if self.point is None else "measured"
+        return f"Sample({self.number or 'unnumbered'}, {place}: {position})"
 
 
 @dataclass(frozen=True)

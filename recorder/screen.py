@@ -146,7 +146,8 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
     joints = _joints(view, width)
     room -= len(joints)
     if view.card:
-        return [*joints, *(Text(_fit(f" {line}", width), style="bold") for line in view.card)]
+        lines = [part for line in view.card for part in textwrap.wrap(line, width - 2)]
+        return [*joints, *(Text(f" {line}", style="bold") for line in lines)]
     hint = _hint(view, width) if room > 2 else []
     messages = _messages(view.session, width, max(2, room // 2))
     captures = _captures(view.session, width, room - len(messages) - len(hint))

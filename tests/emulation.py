@@ -199,7 +199,7 @@ def own_address(name: str, options: tuple[str, ...] = ()) -> str:
     """Return an address for an emulator that nobody else uses."""
     if name == "piper" or (name == "kinova" and "can" in options):
         return own_bus()
-    if name == "kinova":
+    if name in ("kinova", "feetech", "dynamixel"):  # a terminal of its own
         return ""
     if name == "kuka":
         return f"{own_host()}?client={own_host()}"

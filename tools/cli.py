@@ -33,6 +33,7 @@ VERBS: dict[str, str] = {
     "crossval": "leave each placement out once, and train on each alone",
     "report": "write the report of a calibration, and say its verdict",
     "compare": "hold calibrations of one robot against each other on the same data",
+    "export": "write a calibration as other programs read it",
     "simulate": "insert a peg, or draw, with the nominal and the calibrated model in simulation",
     "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
 }

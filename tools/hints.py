@@ -6,7 +6,7 @@ import numpy as np
 
 from ..recorder.dataset import Sample
 from ..solver.data.observations import Load
-from ..solver.robot.kinematics import BallModel, gravity_function
+from ..solver.robot.kinematics import BallModel, gravity_torques
 from ..solver.robot.urdf import Robot, load_robot, shipped_robots
 
 __all__ = ["Doubts", "gravity_of", "lookalikes"]
@@ -38,10 +38,10 @@ def gravity_of(
     if not robot.bodies:
         return None
     load = load or Load()
-    torque = gravity_function(robot, load.gravity, load.payload)
 
     def gravity(position: Sequence[float]) -> Sequence[float]:
-        return torque(position).full().ravel().tolist()
+        torques = gravity_torques(robot, np.array([position]), load.gravity, load.payload)
+        return torques[0].tolist()
 
     return gravity
 

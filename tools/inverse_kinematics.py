@@ -4,17 +4,22 @@ This is the inverse kinematics of a person's hand that guides the arm into a soc
 starts go side by side, so that the answers are spread over all that the arm can do.
 """
 
+from functools import lru_cache
+
 import casadi as ca
 import numpy as np
 
 from .. import MukcaError
-from ..solver.robot.kinematics import ball_position, link_frames
-from ..solver.robot.urdf import Robot
+from ..solver.robot.kinematics import link_frames
+from ..solver.robot.row_function import RowFunction
+from ..solver.robot.urdf import Joint, Robot
 
 __all__ = ["MAX_TILT", "Guide", "SimulationError"]
 
 BATCH = 256
-"""Random starts that are followed at once."""
+"""Random starts that are drawn at once."""
+FEW = 64
+"""So many of them are followed at once."""
 MAX_TILT = np.deg2rad(50)
 """How far the neck of the ball leans from the vertical [rad]; the printed socket allows 60 deg."""
 
@@ -27,14 +32,8 @@ class Guide:
     """Finds configurations that put the ball at points: what the user's hand does."""
 
     def __init__(self, robot: Robot) -> None:
-        q = ca.SX.sym("q", len(robot.actuated))
-        origins = ca.DM(robot.origins.ravel())
-        p = ca.SX(ball_position(robot.joints, origins, q))
-        neck = ca.SX(link_frames(robot.joints, origins, q)[-1][0])[:, 2]
-        pose = ca.vertcat(p, neck)
-        function = ca.Function("pose", [q], [pose, ca.densify(ca.jacobian(pose, q))], {"cse": True})
         self.robot = robot
-        self._poses = function.map(BATCH)
+        self._pose = _pose(robot.joints)
         # Arms with endless or very wide joints are guided through one turn only.
         self.lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
         self.upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
@@ -61,18 +60,36 @@ class Guide:
             if failures == rounds:
                 where = np.round(points[missing[0]], 3).tolist()
                 raise SimulationError(f"{self.robot.name}: cannot reach {where}")
-            rows = np.resize(missing, BATCH)
-            q, arrived = self._solve(points[rows], generator)
-            reached[rows[arrived]] = q[arrived]
-            failures = 0 if arrived.any() else failures + 1
+            arrived = self._round(points, reached, missing, generator)
+            failures = 0 if arrived else failures + 1
         return reached
 
-    def _solve(
-        self, points: np.ndarray, generator: np.random.Generator
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return damped Newton solutions from random starts, and which of them arrived."""
-        q = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
-        targets = np.concatenate([points, _random_necks(generator)], axis=1)
+    def _round(
+        self,
+        points: np.ndarray,
+        reached: np.ndarray,
+        missing: np.ndarray,
+        generator: np.random.Generator,
+    ) -> bool:
+        """Try a batch of random starts, and fill in what they reached; return whether any did.
+
+        They are followed a few at a time, from the last: where a point is reached, the other
+        starts for it are left alone.
+        """
+        starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
+        necks = _random_necks(generator)
+        rows = np.resize(missing, BATCH)
+        for end in range(BATCH, 0, -FEW):
+            few = np.arange(end - FEW, end)
+            few = few[np.isnan(reached[rows[few], 0])]
+            if few.size:
+                targets = np.concatenate([points[rows[few]], necks[few]], axis=1)
+                q, arrived = self._follow(starts[few], targets)
+                reached[rows[few[arrived]]] = q[arrived]
+        return not np.isnan(reached[missing, 0]).all()
+
+    def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return damped Newton solutions from some starts, and which of them arrived."""
         for step in range(30):
             pose, J = self._linear(q)
             error = targets - pose
@@ -87,9 +104,19 @@ class Guide:
         return q, exact & tilted & inside
 
     def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return ball and neck, shape (B, 6), and their derivatives, shape (B, 6, m)."""
-        pose, by_q = self._poses(q.T)
-        return pose.full().T, by_q.full().T.reshape(BATCH, -1, 6).transpose(0, 2, 1)
+        """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
+        pose, by_q = self._pose(q)
+        return pose, by_q.reshape(len(q), 6, -1)
+
+
+@lru_cache(maxsize=16)
+def _pose(joints: tuple[Joint, ...]) -> RowFunction:
+    """Return ball, neck and their derivatives as a function of joint positions."""
+    q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
+    origins = ca.DM([value for j in joints for value in (*j.origin.xyz, *j.origin.rpy)])
+    R, p = link_frames(joints, origins, q)[-1]
+    pose = ca.vertcat(ca.SX(p), ca.SX(R)[:, 2])
+    return RowFunction("pose", [q], [pose, ca.jacobian(pose, q)])
 
 
 def _random_necks(generator: np.random.Generator) -> np.ndarray:

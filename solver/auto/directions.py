@@ -12,8 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..robot.chain import Joint
 from ..robot.kinematics import rotation, rotation_rpy
-from ..robot.urdf import Joint, Robot
+from ..robot.urdf import Robot
 from .posterior import Posterior
 from .uncertainty import UNDECIDED, prior_covariance
 

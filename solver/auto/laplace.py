@@ -7,6 +7,7 @@ that the fit does not need, so models of different size can be compared by it. d
 introduces prior, posterior and evidence.
 """
 
+from dataclasses import replace
 from math import lgamma, log, pi
 
 import numpy as np
@@ -14,12 +15,12 @@ import numpy as np
 from .noise import NU
 from .normal_equations import normal_equations, value
 from .objective import Objective, State, free_unknowns, prior_precision, priors
-from .posterior import Posterior
+from .posterior import Posterior, World
 
 __all__ = ["inverse", "posterior"]
 
 
-def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> Posterior:
+def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> World:
     """Return the posterior at a state where the iteration has settled.
 
     The widths of the priors are estimates, too; their own uncertainty makes the covariance larger.
@@ -32,18 +33,49 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     normal = normal_equations(objective, state)
     widened = normal.information + prior_precision(objective, state, widened=True)
     covariance = inverse(widened, free_unknowns(objective, state))
+    weights = normal.weights * NU / (NU + 3)
+    evidence = _log_evidence(objective, state, normal.information)
+    arms = tuple(
+        _of_arm(objective, state, i, covariance, weights, evidence, iterates)
+        for i in range(len(objective.model.models))
+    )
+    poses = dict(zip(objective.rows.scene.arms[0].frames, state.frames, strict=True))
+    return World(arms, objective.model.own, objective.rows.scene, poses, covariance, evidence)
+
+
+def _of_arm(
+    objective: Objective,
+    state: State,
+    robot: int,
+    covariance: np.ndarray,
+    weights: np.ndarray,
+    evidence: float,
+    iterates: list[np.ndarray],
+) -> Posterior:
+    """Return what is known of one of the robots."""
+    own, rows = objective.model.own[robot], objective.rows.own[robot]
+    picked = np.r_[own, objective.dense : objective.size]
+    mine = [g for g in state.groups if ((g.members >= own.start) & (g.members < own.stop)).all()]
+    noises = {
+        bool(objective.rows.sockets[source][0] < 0): noise
+        for source, noise in zip(objective.rows.sources, state.noises, strict=True)
+        if np.isin(np.arange(len(weights))[source][0], np.arange(len(weights))[rows])
+    }
+    base = objective.rows.base(robot, state.frames)
+    centres = state.centres if base is None else base.inverse().apply(state.centres)
     return Posterior(
-        objective.model,
-        objective.data,
-        state.x,
-        state.centres,
-        covariance,
-        state.groups,
-        state.noise,
-        state.linear.points,
-        normal.weights * NU / (NU + 3),
-        _log_evidence(objective, state, normal.information),
-        tuple(iterates),
+        objective.model.models[robot],
+        objective.rows.scene.arms[robot],
+        state.x[own],
+        centres,
+        covariance[np.ix_(picked, picked)],
+        tuple(replace(g, members=g.members - own.start) for g in mine),
+        noises.get(False) or noises[True],
+        state.linear.points[rows],
+        weights[rows],
+        evidence,
+        tuple(x[own] for x in iterates),
+        noises.get(True),
     )
 
 

@@ -1,8 +1,8 @@
 """Weights, curvature and slope of the data's part of the objective, for a Gauss-Newton step.
 
-A sample's error e_i = Phi(x, q_i) - m_s(i) depends on x by J_i, shape (3, size), and on the centre
-of its own socket alone, by -I. Nothing of the size of samples times sockets is ever built, so time
-and memory grow with the number of samples, however many sockets they are in.
+A sample's error e_i = Phi(x, q_i) - m_s(i) depends on x and the frames by J_i, shape (3, dense),
+and on the centre of its own socket alone, by -I. Nothing of the size of samples times sockets is
+ever built, so time and memory grow with the number of samples, however many sockets they are in.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .noise import INFORMATION, NU
-from .objective import Objective, State, distance_rows, priors
+from .objective import Objective, State, knowledge, priors
 
 __all__ = ["NormalEquations", "leverage", "normal_equations", "predicted_errors", "value", "weigh"]
 
@@ -27,12 +27,9 @@ class NormalEquations:
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
     weights: np.ndarray
     """w_i, robust weight of each sample, shape (N,)."""
-    noise_ratio: float
-    """Mean of w_i e_i^T C_i^-1 e_i / 3: near 1 where the noise fits the errors, and towards 0 as
-    long as it is taken for too large."""
 
 
-def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def weigh(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return C_i^-1, the squared errors relative to the noise, and the robust weights.
 
         w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (A2)
@@ -43,10 +40,19 @@ def weigh(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Returns:
         C_i^-1, shape (N, 3, 3) [1/m^2]; e_i^T C_i^-1 e_i, shape (N,); w_i, shape (N,).
     """
-    inverse = np.linalg.inv(state.noise.scales(state.linear.by_joints))
+    inverse = np.linalg.inv(scales(objective, state))
     e = state.linear.errors
     squares = np.einsum("ni,ni->n", np.einsum("nij,nj->ni", inverse, e), e)
     return inverse, squares, (NU + 3) / (NU + squares)
+
+
+def scales(objective: Objective, state: State) -> np.ndarray:
+    """Return C_i of each sample, by the noise of its source, shape (N, 3, 3) [m^2]."""
+    by_joints = state.linear.by_joints
+    scales = np.empty((len(by_joints), 3, 3))
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        scales[source] = noise.scales(by_joints[source])
+    return scales
 
 
 def value(objective: Objective, state: State, volume: float = 1.0) -> float:
@@ -57,10 +63,10 @@ def value(objective: Objective, state: State, volume: float = 1.0) -> float:
         state: Where.
         volume: How much of the last term counts.
     """
-    _, squares, _ = weigh(state)
-    scales = np.linalg.slogdet(state.noise.scales(state.linear.by_joints))[1]
-    cost = 0.5 * float(scales.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
-    cost += 0.5 * float(np.sum(distance_rows(objective, state)[1] ** 2))
+    _, squares, _ = weigh(objective, state)
+    sizes = np.linalg.slogdet(scales(objective, state))[1]
+    cost = 0.5 * float(sizes.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
+    cost += 0.5 * float(np.sum(knowledge(objective, state)[1] ** 2))
     for group, members in priors(state):
         x = state.x[members]
         cost += 0.5 * float(x @ group.precision(members, group.width) @ x)
@@ -76,8 +82,8 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     B is the derivative of the distances l by all unknowns, and k says how much one sample with
     Student's noise tells, relative to one with Gaussian noise.
     """
-    inverse, squares, weights = weigh(state)
-    size, S = objective.model.size, objective.data.socket_count
+    inverse, _, weights = weigh(objective, state)
+    size, S = objective.dense, objective.rows.socket_count
     J = state.linear.by_unknowns
     weighted = inverse * weights[:, None, None]
     WJ = weighted @ J
@@ -86,22 +92,16 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     rows = J.reshape(-1, size)
     information[:size, :size] = rows.T @ WJ.reshape(-1, size)
     gradient[:size] = rows.T @ We.ravel()
-    across = -_by_socket(objective, WJ).reshape(3 * S, size)
+    by_socket = objective.rows.by_socket
+    across = -by_socket(WJ).reshape(3 * S, size)
     information[size:, :size], information[:size, size:] = across, across.T
-    for k, own in enumerate(_by_socket(objective, weighted)):
+    for k, own in enumerate(by_socket(weighted)):
         centre = slice(size + 3 * k, size + 3 * k + 3)
         information[centre, centre] = own
-    gradient[size:] = -_by_socket(objective, We).ravel()
-    B, b = distance_rows(objective, state)
+    gradient[size:] = -by_socket(We).ravel()
+    B, b = knowledge(objective, state)
     information = INFORMATION * information + B.T @ B
-    ratio = float(np.mean(weights * squares)) / 3
-    return NormalEquations(information, gradient + B.T @ b, inverse, weights, ratio)
-
-
-def _by_socket(objective: Objective, values: np.ndarray) -> np.ndarray:
-    """Return the sums over the samples of each socket, shape (S, ...); samples come in order."""
-    starts = np.searchsorted(objective.data.sockets, np.arange(objective.data.socket_count))
-    return np.add.reduceat(values, starts, axis=0)
+    return NormalEquations(information, gradient + B.T @ b, inverse, weights)
 
 
 def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:
@@ -115,22 +115,21 @@ def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.n
     Returns:
         Shape (N, 3, 3) [m^2].
     """
-    size, S = objective.model.size, objective.data.socket_count
-    J, sockets = state.linear.by_unknowns, objective.data.sockets
+    size, S = objective.dense, objective.rows.socket_count
+    J, seated = state.linear.by_unknowns, objective.rows.seated
+    sockets = objective.rows.sockets[seated]
     across = covariance[size:, :size].reshape(S, 3, size)
-    own = np.array([covariance[size + 3 * k :, size + 3 * k :][:3, :3] for k in range(S)])
-    cross = J @ across.transpose(0, 2, 1)[sockets]
-    return (
-        (J @ covariance[:size, :size]) @ J.transpose(0, 2, 1)
-        - cross
-        - cross.transpose(0, 2, 1)
-        + own[sockets]
-    )
+    blocks = [covariance[size + 3 * k :, size + 3 * k :][:3, :3] for k in range(S)]
+    own = np.reshape(blocks, (S, 3, 3))
+    spread = (J @ covariance[:size, :size]) @ J.transpose(0, 2, 1)
+    cross = J[seated] @ across.transpose(0, 2, 1)[sockets]
+    spread[seated] = spread[seated] - cross - cross.transpose(0, 2, 1) + own[sockets]
+    return spread
 
 
 def predicted_errors(objective: Objective, state: State, change: np.ndarray) -> np.ndarray:
     """Return the errors after a change of all unknowns, to first order, shape (N, 3) [m]."""
-    size = objective.model.size
-    centres = change[size:].reshape(-1, 3)
-    linear = state.linear
-    return linear.errors + linear.by_unknowns @ change[:size] - centres[objective.data.sockets]
+    size, rows = objective.dense, objective.rows
+    errors = state.linear.errors + state.linear.by_unknowns @ change[:size]
+    errors[rows.seated] -= change[size:].reshape(-1, 3)[rows.sockets[rows.seated]]
+    return errors

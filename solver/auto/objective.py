@@ -2,17 +2,19 @@
 
 docs/model.md introduces prior, posterior and evidence.
 
-The unknowns are x, the geometry and the coefficients of the extensions, and the socket centres
-m_s. Given the widths of the priors and the noise, the most plausible unknowns minimise
+The unknowns are x, the geometry and the coefficients of the extensions, the socket centres m_s,
+and the poses F of frames, see :mod:`.arms`. Given the widths of the priors and the noise, the most
+plausible unknowns minimise
 
     L =  sum over samples  t(e_i; C_i)              e_i = Phi(x, q_i) - m_s(i)             (A1)
        + |W (l - d)|^2 / 2                          l_k = |m_b - m_a|, of measured distances d
+       + sum over k  |m_k - F y_k|^2 / (2 s_k^2)    of measured coordinates y_k in a frame
        + sum over groups  x_g^T P_g x_g / 2         P_g = (s_g^2 I + t_g t_g^T)^-1
        - (1 - S / N) sum over samples  log V_i          V_i = sqrt(det(Jq_i Jq_i^T))
 
 Line by line: the predicted balls should be at their sockets' centres, the sockets should be as far
-apart as they were measured to be, the unknowns should be near their priors, and the robot should
-not shrink.
+apart as they were measured to be, and where they were measured to be, the unknowns should be near
+their priors, and the robot should not shrink.
 
 - Phi(x, q_i) is the predicted ball of sample i, and s(i) the socket that it sat in.
 - t is minus the logarithm of Student's distribution, with nu = 5, of whole 3-vectors, so that a
@@ -26,16 +28,20 @@ not shrink.
   seem better for that alone. What is known are N joint positions; a small box of joint positions
   about q_i leads to a body of ball positions whose volume is V_i times as large, and V_i grows with
   the cube of the robot's scale. The S socket centres are unknown and shrink along with the robot,
-  so only N - S samples count.
+  so only N - S samples count. Where an instrument measured the ball there is no such term: what
+  shrinks does not shrink the measurement.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..data.observations import Observations
+from ..data.frames import Pose
+from ..data.observations import WORLD, Observations, Scene
+from .arms import Arms, Rows, as_arms, as_scene
 from .extended_model import ExtendedModel
 from .noise import Noise
+from .posterior import Posterior, World
 from .priors import PriorGroup, prior_groups
 
 __all__ = [
@@ -43,30 +49,38 @@ __all__ = [
     "Objective",
     "State",
     "build_objective",
-    "distance_rows",
     "free_unknowns",
+    "knowledge",
     "linearise",
     "prior_precision",
     "priors",
     "start",
 ]
 
+LOOSE = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+"""Where nothing holds a frame, a step turns and shifts it by no more than 1 rad and 10 m."""
+
 
 @dataclass(frozen=True)
 class Objective:
     """What stays the same in all iterations: the model, the data, and two constant terms of L."""
 
-    model: ExtendedModel
-    data: Observations
-    nominal_log_volume: float
-    """Mean of log V_i of the nominal robot."""
+    model: Arms
+    rows: Rows
+    nominal_log_volumes: tuple[float, ...]
+    """Mean of log V_i of each nominal robot."""
     whiten: np.ndarray
     """W, for K measured distances, shape (K, K) [1/m]."""
 
     @property
+    def dense(self) -> int:
+        """Number of unknowns before the socket centres: x, and six for each frame."""
+        return self.model.size + 6 * self.rows.frame_count
+
+    @property
     def size(self) -> int:
-        """Number n of unknowns, three for each socket centre included."""
-        return self.model.size + 3 * self.data.socket_count
+        """Number n of all unknowns."""
+        return self.dense + 3 * self.rows.socket_count
 
 
 @dataclass(frozen=True)
@@ -74,13 +88,14 @@ class Linear:
     """The samples' errors at some unknowns, and their derivatives."""
 
     points: np.ndarray
-    """Phi(x, q_i), shape (N, 3) [m]."""
+    """Phi(x, q_i), each in its own robot's base, shape (N, 3) [m]."""
     errors: np.ndarray
     """e_i, shape (N, 3) [m]."""
     by_unknowns: np.ndarray
-    """J_i, derivatives of the ball's position by x, shape (N, 3, size)."""
+    """J_i, derivatives of the errors by x and the frames, shape (N, 3, dense)."""
     by_joints: np.ndarray
-    """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m)."""
+    """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m); of several
+    robots, m is the largest number of joints."""
     volume: float
     """The last term of L."""
     by_volume: np.ndarray
@@ -94,78 +109,203 @@ class State:
     x: np.ndarray
     """Unknowns of the model, shape (size,)."""
     centres: np.ndarray
-    """Centres of the sockets, shape (S, 3) [m]."""
+    """Centres of the sockets in the world, shape (S, 3) [m]."""
+    frames: tuple[Pose, ...]
+    """Poses of the frames in the world."""
     groups: tuple[PriorGroup, ...]
     """The priors, at their present widths."""
-    noise: Noise
-    """The noise, at its present size."""
+    noises: tuple[Noise, ...]
+    """The noise of each source of samples, at its present size; see :attr:`.Rows.sources`."""
     at_zero: np.ndarray
     """Which of x are held at zero, shape (size,)."""
     linear: Linear
     """Errors and derivatives at x and the centres."""
 
 
-def build_objective(model: ExtendedModel, data: Observations) -> Objective:
-    """Return the objective of a model and data."""
-    log_volume, _ = model.ball.log_volume(model.ball.nominal, data.positions)
-    whiten = np.linalg.inv(np.linalg.cholesky(data.distance_covariance()))
-    return Objective(model, data, log_volume, whiten)
+def build_objective(model: ExtendedModel | Arms, data: Observations | Scene) -> Objective:
+    """Return the objective of one robot or several, and what is known of them."""
+    model, scene = as_arms(model), as_scene(data)
+    log_volumes = tuple(
+        one.ball.log_volume(one.ball.nominal, arm.positions)[0]
+        for one, arm in zip(model.models, scene.arms, strict=True)
+    )
+    whiten = np.linalg.inv(np.linalg.cholesky(scene.arms[0].distance_covariance()))
+    return Objective(model, Rows(scene), log_volumes, whiten)
 
 
-def start(objective: Objective, joint_noise: bool) -> State:
-    """Return the first state: the nominal robot, each socket at the median of its balls.
+def start(objective: Objective, joint_noise: bool, near: World | None = None) -> State:
+    """Return the first state: nominal robots, each socket at the median of its balls.
 
     Args:
         objective: What will be minimised.
         joint_noise: Whether the joint angles may be noisy.
+        near: A result that is much like the one sought, of fewer extensions or of somewhat
+            different data. The search then starts there, and is over sooner.
+
+    Raises:
+        FrameError: Nothing ties a frame to the robots, or its coordinates cannot be.
     """
-    model, data = objective.model, objective.data
-    x = np.zeros(model.size)
-    nominal = linearise(objective, x, np.zeros((data.socket_count, 3)))
+    rows, model = objective.rows, objective.model
+    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    groups: list[PriorGroup] = []
+    for i, (own, one, arm) in enumerate(zip(model.own, model.models, rows.scene.arms, strict=True)):
+        mine = prior_groups(one, arm)
+        if near is not None:
+            x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
+        groups += [replace(g, members=g.members + own.start) for g in mine]
+    points = _balls(objective, x)[0]
+    frames = rows.place_frames(points)
+    in_world = _in_world(objective, frames, points)
     centres = np.array(
-        [np.median(nominal.points[data.sockets == k], axis=0) for k in range(data.socket_count)]
+        [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
+    ).reshape(-1, 3)
+    linear = linearise(objective, x, centres, frames)
+    noises = tuple(
+        _first_noise(linear, source, joint_noise) if near is None else _noise(rows, source, near)
+        for source in rows.sources
     )
-    linear = replace(nominal, errors=nominal.points - centres[data.sockets])
-    typical = float(np.median(np.linalg.norm(linear.errors, axis=1))) / 1.54
-    squares: np.ndarray = np.sum(linear.by_joints**2, axis=(1, 2)) / 3
+    return State(x, centres, frames, tuple(groups), noises, at_zero, linear)
+
+
+def _carried_over(
+    model: ExtendedModel, groups: tuple[PriorGroup, ...], near: Posterior
+) -> tuple[np.ndarray, np.ndarray, tuple[PriorGroup, ...]]:
+    """Return unknowns, which of them are held at zero, and priors, as far as a result has them."""
+    there = {name: i for i, name in enumerate(near.model.names)}
+    common = [i for i, name in enumerate(model.names) if name in there]
+    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    x[common] = near.x[[there[model.names[i]] for i in common]]
+    at_zero[common] = x[common] == 0
+    found = {group.name: group for group in near.groups}
+    carried = (replace(found.get(group.name, group), members=group.members) for group in groups)
+    return x, at_zero, tuple(carried)
+
+
+def _noise(rows: Rows, source: np.ndarray | slice, near: World) -> Noise:
+    """Return the noise of a source of samples by a result."""
+    first = int(np.arange(len(rows.sockets))[source][0])
+    arm = near.arms[[first < own.stop for own in rows.own].index(True)]
+    measured = arm.measured_noise if rows.sockets[first] < 0 else None
+    return measured or arm.noise
+
+
+def _first_noise(linear: Linear, source: np.ndarray | slice, joint_noise: bool) -> Noise:
+    """Return noise as large as the errors of the nominal robot."""
+    typical = float(np.median(np.linalg.norm(linear.errors[source], axis=1))) / 1.54
+    squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
     reach = float(np.mean(squares)) ** 0.5
-    noise = Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
-    groups = prior_groups(model, data)
-    return State(x, centres, groups, noise, np.zeros(model.size, dtype=bool), linear)
+    return Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
 
 
-def linearise(objective: Objective, x: np.ndarray, centres: np.ndarray) -> Linear:
+def linearise(
+    objective: Objective, x: np.ndarray, centres: np.ndarray, frames: tuple[Pose, ...] = ()
+) -> Linear:
     """Return the samples' errors and their derivatives at some unknowns."""
-    model, data = objective.model, objective.data
-    points, by_x, by_joints = model.linearise(x, data.positions, data.torques)
+    model, rows = objective.model, objective.rows
+    points, by_x, by_joints = _balls(objective, x)
+    errors, by_x, by_joints = _errors(objective, points, by_x, by_joints, centres, frames)
     by_x, by_joints = np.ascontiguousarray(by_x), np.ascontiguousarray(by_joints)  # far faster
-    log_volume, slope = model.ball.log_volume(model.values(x), data.positions)
-    count = len(points) - data.socket_count
-    by_volume = np.zeros(objective.size)
-    by_volume[: model.geometry] = -count * slope
-    volume = -count * (log_volume - objective.nominal_log_volume)
-    errors = points - centres[data.sockets]
+    volume, by_volume = 0.0, np.zeros(objective.size)
+    for i, (own, one) in enumerate(zip(model.own, model.models, strict=True)):
+        count = rows.volumes[i]
+        if count:
+            positions = rows.scene.arms[i].positions
+            log_volume, slope = one.ball.log_volume(one.values(x[own]), positions)
+            by_volume[own.start : own.start + one.geometry] = -count * slope
+            volume -= count * (log_volume - objective.nominal_log_volumes[i])
     return Linear(points, errors, by_x, by_joints, volume, by_volume)
 
 
-def distance_rows(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Return what the measured distances add to the least-squares problem.
+def _balls(objective: Objective, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return all balls, each in its own robot's base, and derivatives by x and by the joints."""
+    model, scene = objective.model, objective.rows.scene
+    parts = [
+        one.linearise(x[own], arm.positions, arm.torques)
+        for own, one, arm in zip(model.own, model.models, scene.arms, strict=True)
+    ]
+    if len(parts) == 1:
+        return parts[0]
+    widest = max(by_joints.shape[2] for _, _, by_joints in parts)
+    by_x = [
+        np.pad(J, ((0, 0), (0, 0), (own.start, model.size - own.stop)))
+        for own, (_, J, _) in zip(model.own, parts, strict=True)
+    ]
+    by_joints = [np.pad(Jq, ((0, 0), (0, 0), (0, widest - Jq.shape[2]))) for _, _, Jq in parts]
+    points = np.concatenate([points for points, _, _ in parts])
+    return points, np.concatenate(by_x), np.concatenate(by_joints)
+
+
+def _in_world(objective: Objective, frames: tuple[Pose, ...], points: np.ndarray) -> np.ndarray:
+    """Return balls in the world instead of each in its own robot's base, shape (N, 3) [m]."""
+    bases = [objective.rows.base(i, frames) for i in range(len(objective.model.models))]
+    parts = [
+        points[rows] if base is None else base.apply(points[rows])
+        for rows, base in zip(objective.rows.own, bases, strict=True)
+    ]
+    return np.concatenate(parts) if len(parts) > 1 else parts[0]
+
+
+def _errors(
+    objective: Objective,
+    points: np.ndarray,
+    by_x: np.ndarray,
+    by_joints: np.ndarray,
+    centres: np.ndarray,
+    frames: tuple[Pose, ...],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the errors e_i, and their derivatives by x and the frames, and by the joints."""
+    rows = objective.rows
+    errors = np.array(_in_world(objective, frames, points))
+    errors[rows.seated] -= centres[rows.sockets[rows.seated]]
+    if not frames:
+        return errors, by_x, by_joints
+    by_frames = np.zeros((len(points), 3, 6 * len(frames)))
+    by_x, by_joints = by_x.copy(), by_joints.copy()
+    for i, own in enumerate(rows.own):
+        base = rows.base(i, frames)
+        if base is not None:
+            by_x[own], by_joints[own] = base.rotation @ by_x[own], base.rotation @ by_joints[own]
+            k = rows.scene.bases[i]
+            by_frames[own, :, 6 * k : 6 * k + 6] = base.slopes(points[own])
+    for k, frame in enumerate(frames):
+        measured = np.flatnonzero(rows.frames == k)
+        errors[measured] -= frame.apply(rows.points[measured])
+        by_frames[measured, :, 6 * k : 6 * k + 6] = -frame.slopes(rows.points[measured])
+    return errors, np.concatenate([by_x, by_frames], axis=2), by_joints
+
+
+def knowledge(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Return what is known of the sockets, as rows of the least-squares problem.
+
+    First the measured distances: W B, where B is the derivative of the distances by all unknowns,
+    and W (l - d), how far each is off, relative to its uncertainty. Then the measured coordinates,
+    three rows a socket, likewise.
 
     Returns:
-        W B, shape (K, n), where B is the derivative of the distances by all unknowns; and
-        W (l - d), shape (K,): how far each distance is off, relative to its uncertainty.
+        The derivatives, shape (K + 3 L, n), and the values, shape (K + 3 L,).
     """
-    known = objective.data.known
+    known, located = objective.rows.scene.arms[0].known, objective.rows.located
     rows = np.zeros((len(known), objective.size))
     values = np.zeros(len(known))
     for i, k in enumerate(known):
         offset = state.centres[k.second] - state.centres[k.first]
         length = float(np.linalg.norm(offset))
         for socket, sign in ((k.second, 1), (k.first, -1)):
-            begin = objective.model.size + 3 * socket
+            begin = objective.dense + 3 * socket
             rows[i, begin : begin + 3] = sign * offset / length
         values[i] = length - k.distance
-    return objective.whiten @ rows, objective.whiten @ values
+    whitened = [(objective.whiten @ rows, objective.whiten @ values)]
+    for one in located:
+        row, place = np.zeros((3, objective.size)), np.array([one.coordinates])
+        begin = objective.dense + 3 * one.socket
+        row[:, begin : begin + 3] = np.eye(3)
+        if one.frame != WORLD:
+            begin = objective.model.size + 6 * one.frame
+            row[:, begin : begin + 6] = -state.frames[one.frame].slopes(place)[0]
+            place = state.frames[one.frame].apply(place)
+        off = state.centres[one.socket] - place[0]
+        whitened.append((row / one.deviation, off / one.deviation))
+    return np.concatenate([a for a, _ in whitened]), np.concatenate([b for _, b in whitened])
 
 
 def priors(state: State) -> list[tuple[PriorGroup, np.ndarray]]:
@@ -186,6 +326,9 @@ def free_unknowns(objective: Objective, state: State) -> np.ndarray:
 def prior_precision(objective: Objective, state: State, *, widened: bool = False) -> np.ndarray:
     """Return P of all unknowns, shape (n, n); zero for the centres and what is held.
 
+    For the frames it is small: it keeps steps finite where nothing holds them. Since it counts
+    from where they stand, it pulls at nothing.
+
     Args:
         objective: The objective.
         state: Its groups.
@@ -195,4 +338,6 @@ def prior_precision(objective: Objective, state: State, *, widened: bool = False
     for group, members in priors(state):
         width = group.deviation if widened else group.width
         P[np.ix_(members, members)] = group.precision(members, width)
+    frames = np.arange(objective.model.size, objective.dense)
+    P[frames, frames] = np.tile(LOOSE**2, objective.rows.frame_count)
     return P

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..data.observations import Observations
+from ..data.frames import Pose
+from ..data.observations import Observations, Scene
 from .deflection import Deflection
 from .extended_model import ExtendedModel
 from .noise import Noise
 from .priors import PriorGroup
 
-__all__ = ["Posterior"]
+__all__ = ["Posterior", "World"]
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Posterior:
     """The most probable unknowns: changes of the geometry from nominal, then the extensions'
     coefficients, shape (model.size,)."""
     centres: np.ndarray
-    """Socket centres, shape (S, 3) [m]."""
+    """Socket centres in the robot's base, shape (S, 3) [m]."""
     covariance: np.ndarray
     """Covariance of x and the centres, shape (size + 3 S, size + 3 S)."""
     groups: tuple[PriorGroup, ...]
@@ -42,6 +43,8 @@ class Posterior:
     values that the prior allows for its unknowns."""
     iterates: tuple[np.ndarray, ...]
     """x after each iteration, the start first."""
+    measured_noise: Noise | None = None
+    """How large the noise is where an instrument measured the ball; None where it did not."""
 
     @property
     def evaluations(self) -> int:
@@ -55,14 +58,39 @@ class Posterior:
 
     @property
     def deflection(self) -> Deflection:
-        """The calibrated compliances and transmission errors."""
+        """The calibrated elasticity and transmission errors."""
         return self.model.deflection(self.x)
 
     @property
     def residuals(self) -> np.ndarray:
-        """Each sample's predicted ball centre minus its socket's centre, shape (N, 3) [m]."""
-        return self.points - self.centres[self.data.sockets]
+        """Predicted ball centre minus its socket's, of samples in sockets, shape (N, 3) [m]."""
+        seated = self.data.sockets >= 0
+        return self.points[seated] - self.centres[self.data.sockets[seated]]
 
     def predict(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return the ball's centre for rows of joint positions and torques, shape (N, 3) [m]."""
         return self.model.predict(self.x, q, torque)
+
+
+@dataclass(frozen=True)
+class World:
+    """What is known of all robots of a fit, and of the frames that they stand in."""
+
+    arms: tuple[Posterior, ...]
+    """Each robot, in its own base."""
+    own: tuple[slice, ...]
+    """For each robot, which unknowns are its own."""
+    scene: Scene
+    """What was measured."""
+    frames: dict[str, Pose]
+    """Where each frame stands in the base of the first robot."""
+    covariance: np.ndarray
+    """Of all unknowns: x of each robot, the frames (a turn about the world's axes [rad], then a
+    shift [m]), the socket centres."""
+    log_evidence: float
+    """See :attr:`Posterior.log_evidence`."""
+
+    def frame_covariance(self, frame: str) -> np.ndarray:
+        """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""
+        begin = self.own[-1].stop + 6 * list(self.frames).index(frame)
+        return self.covariance[begin : begin + 6, begin : begin + 6]

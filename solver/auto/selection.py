@@ -1,6 +1,6 @@
 """Decides by the data which extensions of the geometry to keep.
 
-The geometry is fitted first. Then joint compliance is added, then transmission error, each to
+The geometry is fitted first. Then compliance is added, then tilt, then transmission error, each to
 what was kept before. An extension is kept if it makes the evidence (see docs/model.md) at least 20
 times as large. With three placements or more it must also prove itself: each placement is left out
 of the fit once, and the errors there must fall by more than the standard error of that fall.
@@ -12,18 +12,24 @@ from math import log
 
 import numpy as np
 
-from ..data.observations import Observations
+from ..data.frames import FrameError, fit_pose
+from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
-from .deflection import COMPLIANCE, TRANSMISSION
-from .estimation import estimate
+from .arms import Arms, as_scene
+from .deflection import COMPLIANCE, TILT, TRANSMISSION
+from .estimation import estimate_all
 from .extended_model import extend
-from .posterior import Posterior
+from .posterior import Posterior, World
 
-__all__ = ["STAGES", "Selection", "held_out_error", "select_model"]
+__all__ = ["STAGES", "Selected", "Selection", "held_out_error", "select_all", "select_model"]
 
-STAGES: dict[str, tuple[str, ...]] = {"compliance": (COMPLIANCE,), "transmission": TRANSMISSION}
+STAGES: dict[str, tuple[str, ...]] = {
+    "compliance": (COMPLIANCE,),
+    "tilt": (TILT,),
+    "transmission": TRANSMISSION,
+}
 """What is tried, in this order: name, and its extensions."""
 GAIN = log(20)
 """By how much an extension must raise the logarithm of the evidence."""
@@ -32,7 +38,7 @@ ENOUGH_PLACEMENTS = 3
 
 @dataclass(frozen=True)
 class Selection:
-    """The models that the data chose."""
+    """The models that the data chose, of one robot."""
 
     geometric: Posterior
     """The best model without extensions."""
@@ -40,6 +46,20 @@ class Selection:
     """The model with the extensions that the data support; the same one where there are none."""
     notes: tuple[str, ...]
     """One line for each extension: what became of it, and why."""
+
+
+@dataclass(frozen=True)
+class Selected:
+    """The models that the data chose, of all robots."""
+
+    geometric: World
+    full: World
+    notes: tuple[tuple[str, ...], ...]
+    """For each robot, one line for each extension."""
+
+
+Free = tuple[Robot, Sequence[Parameter]]
+"""A robot, and what of its geometry is free."""
 
 
 def select_model(
@@ -64,76 +84,137 @@ def select_model(
     Raises:
         NotConverged: The fit of the geometry did not settle.
     """
-
-    def fit(extensions: Sequence[str], observed: Observations) -> Posterior:
-        return estimate(extend(robot, parameters, extensions), observed, joint_noise=joint_noise)
-
-    placements = list(dict.fromkeys(name for name, _ in data.labels))
-    progress("geometry")
-    geometric = best = fit((), data)
-    notes: list[str] = []
-    errors: np.ndarray | None = None
-    for stage in (name for name in STAGES if name in stages):
-        progress(stage)
-        extensions = (*best.model.extensions, *STAGES[stage])
-        try:
-            candidate = fit(extensions, data)
-        except NotConverged:
-            notes.append(f"{stage}: not supported by the data (with it, the fit does not settle)")
-            continue
-        gain = candidate.log_evidence - best.log_evidence
-        if _active(candidate) == _active(best) or gain < GAIN:
-            notes.append(f"{stage}: not supported by the data (log evidence {gain:+.1f})")
-            continue
-        if len(placements) >= ENOUGH_PLACEMENTS:
-            try:
-                if errors is None:
-                    errors = _left_out(fit, best.model.extensions, data, placements)
-                with_it = _left_out(fit, extensions, data, placements)
-            except NotConverged:
-                notes.append(f"{stage}: dropped, the fit does not settle without each placement")
-                continue
-            helps, spread = _paired(errors, with_it)
-            line = f"by {1e3 * helps:+.4f} +- {1e3 * spread:.4f} mm where one placement is left out"
-            if helps <= spread:
-                notes.append(f"{stage}: dropped, it lowers errors only {line}")
-                continue
-            notes.append(f"{stage}: kept (log evidence {gain:+.1f}), it lowers errors {line}")
-            errors = with_it
-        else:
-            notes.append(f"{stage}: kept (log evidence {gain:+.1f})")
-        best = candidate
-    return Selection(geometric, best, tuple(notes))
-
-
-def _active(found: Posterior) -> tuple[str, ...]:
-    return tuple(group.name for group in found.groups if group.width)
-
-
-def _left_out(
-    fit: Callable[[Sequence[str], Observations], Posterior],
-    extensions: Sequence[str],
-    data: Observations,
-    placements: Sequence[str],
-) -> np.ndarray:
-    """Return the mean error in each placement, of a model fitted to all others, shape (P,) [m]."""
-    return np.array(
-        [held_out_error(fit(extensions, data.without(name)), data, name) for name in placements]
+    chosen = select_all(
+        [(robot, parameters)],
+        as_scene(data),
+        stages=stages,
+        joint_noise=joint_noise,
+        progress=progress,
     )
+    full = chosen.full.arms[0]
+    same = chosen.full is chosen.geometric
+    return Selection(full if same else chosen.geometric.arms[0], full, chosen.notes[0])
 
 
-def held_out_error(found: Posterior, data: Observations, placement: str) -> float:
-    """Return the mean absolute error of a model in one placement [m]."""
+def select_all(
+    robots: Sequence[Free],
+    data: Scene,
+    *,
+    stages: Sequence[str] = tuple(STAGES),
+    joint_noise: bool = True,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Selected:
+    """Choose the models of several robots, each extension robot by robot; see above."""
+
+    def fit(near: World | None, extensions: Extensions, observed: Scene) -> World:
+        models = [extend(*free, own) for free, own in zip(robots, extensions, strict=True)]
+        return estimate_all(Arms(tuple(models)), observed, joint_noise=joint_noise, near=near)
+
+    progress("geometry")
+    geometric = best = fit(None, [()] * len(robots), data)
+    notes: list[list[str]] = [[] for _ in robots]
+    left_out = _LeftOut(fit)
+    for stage in (name for name in STAGES if name in stages):
+        for i, own in enumerate(notes):
+            progress(f"{stage} {data.names[i]}".strip())
+            candidate, note = _tried(fit, left_out, best, stage, i)
+            own.append(f"{stage}: {note}")
+            best = best if candidate is None else candidate
+    return Selected(geometric, best, tuple(map(tuple, notes)))
+
+
+Extensions = Sequence[tuple[str, ...]]
+"""For each robot, its extensions."""
+Fit = Callable[[World | None, Extensions, Scene], World]
+"""Fits models of such extensions to data, starting near a result."""
+
+
+def _tried(
+    fit: Fit,
+    left_out: "_LeftOut",
+    best: World,
+    stage: str,
+    robot: int,
+) -> tuple[World | None, str]:
+    """Return the model with one more stage for one robot, None if it is not kept; and why."""
+    extensions = [arm.model.extensions for arm in best.arms]
+    extensions[robot] = (*extensions[robot], *STAGES[stage])
+    try:
+        candidate = fit(best, extensions, best.scene)
+    except NotConverged:
+        return None, "not supported by the data (with it, the fit does not settle)"
+    gain = candidate.log_evidence - best.log_evidence
+    if _active(candidate) == _active(best) or gain < GAIN:
+        return None, f"not supported by the data (log evidence {gain:+.1f})"
+    if len(best.scene.placements) < ENOUGH_PLACEMENTS:
+        return candidate, f"kept (log evidence {gain:+.1f})"
+    try:
+        helps, spread = _paired(left_out.errors(best), left_out.errors(candidate))
+    except NotConverged:
+        return None, "dropped, the fit does not settle without each placement"
+    line = f"by {1e3 * helps:+.4f} +- {1e3 * spread:.4f} mm where one placement is left out"
+    if helps <= spread:
+        return None, f"dropped, it lowers errors only {line}"
+    return candidate, f"kept (log evidence {gain:+.1f}), it lowers errors {line}"
+
+
+def _active(found: World) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(group.name for group in arm.groups if group.width) for arm in found.arms)
+
+
+class _LeftOut:
+    """The errors in each placement, of models fitted to all others."""
+
+    def __init__(self, fit: Fit) -> None:
+        self._fit = fit
+        self._known: dict[tuple[tuple[str, ...], ...], np.ndarray] = {}
+
+    def errors(self, whole: World) -> np.ndarray:
+        """Return the mean error in each placement, shape (P,) [m].
+
+        NaN where nothing ties a robot to the others without that placement.
+
+        Args:
+            whole: The model, fitted to all of them.
+        """
+        key = tuple(arm.model.extensions for arm in whole.arms)
+        if key not in self._known:
+            errors = [self._error(whole, key, p) for p in whole.scene.placements]
+            self._known[key] = np.array(errors)
+        return self._known[key]
+
+    def _error(self, whole: World, extensions: Extensions, placement: str) -> float:
+        try:
+            found = self._fit(whole, extensions, whole.scene.without(placement))
+        except FrameError:
+            return float("nan")
+        return held_out_error(found, whole.scene, placement)
+
+
+def held_out_error(found: World, data: Scene, placement: str) -> float:
+    """Return the mean absolute error of a model in one placement [m].
+
+    Each robot's balls are compared with their mean in a socket, and those that an instrument
+    measured with the best place of its frame.
+    """
     distances: list[np.ndarray] = []
-    for socket, (name, _) in enumerate(data.labels):
-        if name == placement:
-            rows = data.sockets == socket
-            points = found.predict(data.positions[rows], data.torques[rows])
-            distances.append(np.linalg.norm(points - points.mean(axis=0), axis=1))
+    for arm, own in zip(found.arms, data.arms, strict=True):
+        for socket, (name, _) in enumerate(own.labels):
+            rows = own.sockets == socket
+            if name == placement and rows.any():
+                points = arm.predict(own.positions[rows], own.torques[rows])
+                distances.append(np.linalg.norm(points - points.mean(axis=0), axis=1))
+        if own.instrument is not None and placement in own.instrument.placements:
+            rows = np.array([name == placement for name in own.instrument.placements])
+            points = arm.predict(own.positions[rows], own.torques[rows])
+            measured = own.instrument.points[rows]
+            placed = fit_pose(measured, points).apply(measured)
+            distances.append(np.linalg.norm(points - placed, axis=1))
     return float(np.concatenate(distances).mean())
 
 
 def _paired(without: np.ndarray, with_it: np.ndarray) -> tuple[float, float]:
     """Return by how much the errors fall on average, and the standard error of that fall [m]."""
     fall = without - with_it
+    fall = fall[np.isfinite(fall)]
     return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))

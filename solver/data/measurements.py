@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -16,8 +17,12 @@ __all__ = ["DEFAULT_DISTANCE", "Measurement", "MeasurementError", "measure"]
 DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets [m]."""
 
+INSTRUMENT = "instrument"
+"""Name of an instrument's frame where its recording gives none."""
 _FAR_OUTSIDE = 1.0
 """A joint cannot have been this far outside its limits [rad or m]: the units must be wrong."""
+LEAST_POINTS = 4
+"""Three points fix the instrument's frame, and say nothing else."""
 _BARELY_OUTSIDE = math.radians(5)
 _LONGEST_BASE = 1.0
 
@@ -43,6 +48,21 @@ class Measurement:
     def name(self) -> str:
         """The placement's name."""
         return self.placement.name
+
+    @property
+    def kind(self) -> Literal["sockets", "points"]:
+        """``points`` where an instrument measured each sample's ball, in no socket."""
+        return "points" if self.placement.samples[0].point is not None else "sockets"
+
+    @property
+    def frame(self) -> str:
+        """The name of the instrument's frame."""
+        return self.placement.frame or INSTRUMENT
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """The measured balls in the instrument's frame, shape (N, 3) [m]."""
+        return np.array([sample.point for sample in self.placement.samples], dtype=float)
 
     @cached_property
     def sockets(self) -> tuple[int, ...]:
@@ -209,6 +229,13 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
 
 def _check_sockets(measured: Measurement, least: int) -> None:
     where = measured.placement.path or measured.name
+    if measured.kind == "points":
+        if sum(measured.counts) < LEAST_POINTS:
+            raise MeasurementError(
+                f"{where}: {sum(measured.counts)} measured points; at least {LEAST_POINTS} are "
+                "needed, 50 are advised"
+            )
+        return
     if len(measured.sockets) < least:
         raise MeasurementError(
             f"{where}: only socket {measured.sockets[0]} has samples; the distance between two "

@@ -7,15 +7,26 @@ blanks, quotes and the order of attributes in the rest of the file stay.
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from xml.parsers import expat
-from xml.sax.saxutils import quoteattr
 
 from ... import MukcaError
 
-__all__ = ["ModelError", "Origin", "UrdfText", "add_ball", "relocate_meshes", "scan", "set_origins"]
+__all__ = [
+    "Element",
+    "ModelError",
+    "Origin",
+    "UrdfText",
+    "add_ball",
+    "add_comment",
+    "add_link",
+    "relocate_meshes",
+    "scan",
+    "set_origins",
+]
 
 
 class ModelError(MukcaError):
@@ -31,10 +42,23 @@ class Origin:
 
 
 @dataclass
+class Element:
+    """A start tag's attributes, and those of the first tag of each kind right inside it."""
+
+    attributes: Mapping[str, str]
+    children: dict[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
+
+
+@dataclass
 class UrdfText:
-    """A URDF's text, and where in it the tags stand that may be edited (byte offsets)."""
+    """A URDF's text, what it says, and where the tags stand that may be edited (byte offsets)."""
 
     data: bytes
+    name: str = ""
+    """The robot's name."""
+    joints: dict[str, Element] = field(default_factory=dict[str, Element])
+    inertials: dict[str, Element] = field(default_factory=dict[str, Element])
+    """The ``<inertial>`` of each link that has one."""
     origins: dict[str, Origin] = field(default_factory=dict[str, Origin])
     """The origin of each joint; the identity where none is written."""
     origin_tags: dict[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
@@ -98,10 +122,13 @@ class _Scanner:
         self.path.append(tag)
         begin = self.parser.CurrentByteIndex
         span = (begin, _end_of_tag(self.text.data, begin))
-        if self.path == ["robot", "joint"]:
+        if self.path == ["robot"]:
+            self.text.name = self.new_name(attributes, tag, ())
+        elif self.path == ["robot", "joint"]:
             self.joint = self.new_name(attributes, tag, self.text.joint_tags)
             self.text.joint_tags[self.joint] = span
             self.text.origins[self.joint] = Origin()
+            self.text.joints[self.joint] = Element(attributes)
         elif self.path == ["robot", "joint", "origin"]:
             self.text.origin_tags[self.joint] = span
             self.text.origins[self.joint] = Origin(
@@ -110,6 +137,12 @@ class _Scanner:
             )
         elif self.path == ["robot", "link"]:
             self.text.links.append(self.new_name(attributes, tag, self.text.links))
+        elif self.path == ["robot", "link", "inertial"]:
+            self.text.inertials.setdefault(self.text.links[-1], Element(attributes))
+        elif self.path[:-1] == ["robot", "joint"]:
+            self.text.joints[self.joint].children.setdefault(tag, attributes)
+        elif self.path[:-1] == ["robot", "link", "inertial"]:
+            self.text.inertials[self.text.links[-1]].children.setdefault(tag, attributes)
         if "filename" in attributes and tag in {"mesh", "texture"}:
             self.text.filename_tags.append(span)
 
@@ -118,9 +151,7 @@ class _Scanner:
             self.text.robot_end = self.parser.CurrentByteIndex
         self.path.pop()
 
-    def new_name(
-        self, attributes: Mapping[str, str], tag: str, known: Mapping[str, object] | list[str]
-    ) -> str:
+    def new_name(self, attributes: Mapping[str, str], tag: str, known: Collection[str]) -> str:
         name = attributes.get("name", "")
         if not name:
             raise self.fail(f"a <{tag}> without a name")
@@ -230,25 +261,53 @@ def add_ball(text: UrdfText, flange: str, xyz: tuple[float, float, float], link:
     Raises:
         ModelError: The model already has such a link or joint.
     """
+    try:
+        return add_link(text, flange, Origin(xyz), link)
+    except ModelError as error:
+        raise ModelError(
+            f"{error}; leave out --flange, or give the new ball another name, as in "
+            "--tip printed_ball"
+        ) from None
+
+
+def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
+    """Return the text with one more link, fixed to one of the robot's.
+
+    Args:
+        text: The model.
+        parent: The link that carries the new one.
+        origin: The new link's place in that link's frame.
+        link: Its name; ``tool_link`` gets a joint called ``tool_joint``, so does ``tool``.
+
+    Raises:
+        ModelError: The model already has such a link or joint.
+    """
     joint = link.removesuffix("_link") + "_joint"
     if link in text.links or joint in text.joint_tags:
-        raise ModelError(
-            f"the model already has {link!r} or {joint!r}; leave out --flange, or give the new "
-            "ball another name, as in --tip printed_ball"
-        )
-    place = " ".join(map(repr, map(float, xyz)))
+        raise ModelError(f"the model already has {link!r} or {joint!r}")
+    xyz, rpy = (" ".join(map(repr, map(float, part))) for part in (origin.xyz, origin.rpy))
     new = (
-        f"  <link name={quoteattr(link)}/>\n"
-        f'  <joint name={quoteattr(joint)} type="fixed">\n'
-        f"    <parent link={quoteattr(flange)}/>\n"
-        f"    <child link={quoteattr(link)}/>\n"
-        f'    <origin xyz="{place}" rpy="0 0 0"/>\n'
+        f"  <link name={_quoted(link)}/>\n"
+        f'  <joint name={_quoted(joint)} type="fixed">\n'
+        f"    <parent link={_quoted(parent)}/>\n"
+        f"    <child link={_quoted(link)}/>\n"
+        f'    <origin xyz="{xyz}" rpy="{rpy}"/>\n'
         f"  </joint>\n"
     )
     return _apply(text.data, [(text.robot_end, text.robot_end, new.encode())])
+
+
+def add_comment(text: UrdfText, lines: Sequence[str]) -> bytes:
+    """Return the text with a comment before its end."""
+    words = "\n       ".join(lines).replace("--", "-")
+    return _apply(text.data, [(text.robot_end, text.robot_end, f"  <!-- {words} -->\n".encode())])
 
 
 def _apply(data: bytes, edits: list[tuple[int, int, bytes]]) -> bytes:
     for begin, end, new in sorted(edits, reverse=True):
         data = data[:begin] + new + data[end:]
     return data
+
+
+def _quoted(name: str) -> str:
+    return f'"{escape(name)}"'

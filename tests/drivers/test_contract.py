@@ -13,6 +13,8 @@ from kortex_stand_in import TORQUES, kortex_arm
 from rosbridge import ARM, joint_state, rosbridge
 
 from mukca.drivers import JointState
+from mukca.drivers.dynamixel import Dynamixel
+from mukca.drivers.feetech import Feetech
 from mukca.drivers.franka import Franka
 from mukca.drivers.kinova import Kinova
 from mukca.drivers.kuka import Kuka
@@ -194,6 +196,37 @@ class TestKinovaCan(OfKinova):
     nobody = f"can://{own_bus()}"
     wrong = "can://no_such_interface/can0"
     keeps_all = False  # a round that takes too long is asked for again
+
+
+class OfServos(Emulated):
+    losses = ()  # answers carry no numbers
+    tolerance = math.pi / 4096 + 1e-9
+    nobody = "/dev/no_such_port?arm=koch"
+
+
+class TestFeetech(OfServos):
+    driver = Feetech
+    emulator = "feetech"
+    options = ("--noise", "1e-2")  # so that no two states are the same in ticks
+    joints = 5
+    nobody = "/dev/no_such_port"
+    wrong = "/dev/ttyACM0?arm=so102"
+
+
+class TestDynamixelViperX(OfServos):
+    driver = Dynamixel
+    emulator = "dynamixel"
+    options = ("--noise", "1e-2")
+    joints = 6
+    wrong = "/dev/ttyUSB0"  # which arm?
+
+
+class TestDynamixelKoch(OfServos):
+    driver = Dynamixel
+    emulator = "dynamixel"
+    options = ("--noise", "1e-2", "--version", "koch")
+    joints = 5
+    wrong = "/dev/ttyUSB0?arm=koch&rate=fast"
 
 
 class TestPiper(Emulated):

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mukca.drivers import JointState
+from mukca.drivers import JointState, dynamixel, feetech
 from mukca.drivers.franka_state import LAYOUTS, decode_state
 from mukca.drivers.fri import decode_message
 from mukca.drivers.kinova_actuator import decode_reply
@@ -247,3 +247,30 @@ def test_ros_takes_no_odd_message(message):
         return
     assert len(state.position) == 2
     assert all(map(math.isfinite, (*state.position, *(state.effort or ()), state.stamp)))
+
+
+STS = bytes.fromhex("ffff0104000008f2")
+X = bytes.fromhex("fffffd000108005500000800001c38")
+
+
+@settings(max_examples=200)
+@given(st.sampled_from([(feetech, STS), (dynamixel, X)]), changes, st.integers(-4, 4))
+def test_servos_changed(make_and_message, places, longer):
+    make, good = make_and_message
+    message = changed(good, places)
+    message = message[:longer] if longer < 0 else message + bytes(longer)
+    try:
+        answer = make.decode_answer(message)
+    except ValueError:
+        return
+    assert longer == 0
+    if make is dynamixel:  # a CRC notices all that a few bytes can do; a sum does not
+        assert message == good or len({place % len(good) for place, _ in places}) > 2
+    assert answer.servo < 0xFE
+
+
+@settings(max_examples=100)
+@given(st.binary(max_size=60))
+def test_servos_take_no_stray_bytes(noise):
+    for make in (feetech, dynamixel):
+        rejected(make.decode_answer, b"\x00" + noise)

@@ -58,6 +58,22 @@ def allowed_by_kinova(channel, message):
     return channel == "line" and message in expected
 
 
+def allowed_by_feetech(channel, message):
+    """Sync read of model, torque, homing offset and position, servos 1 to 5; the sum is right."""
+    registers = (b"\x03\x02", b"\x28\x01", b"\x1f\x02", b"\x38\x02")
+    bodies = [b"\xfe\x09\x82" + register + b"\1\2\3\4\5" for register in registers]
+    return channel == "line" and message in [
+        b"\xff\xff" + body + bytes([0xFF - sum(body) % 256]) for body in bodies
+    ]
+
+
+def allowed_by_dynamixel(channel, message):
+    """The same of protocol 2.0, servos 1, 2, 4, 6, 7 and 8."""
+    registers = (b"\0\0\2\0", b"\x40\0\1\0", b"\x14\0\4\0", b"\x84\0\4\0")
+    heads = [b"\xff\xff\xfd\0\xfe\x0d\0\x82" + register for register in registers]
+    return channel == "line" and message[:-2] in [head + b"\1\2\4\6\7\x08" for head in heads]
+
+
 def allowed_by_piper(channel, message):
     """Nothing at all."""
     return False
@@ -69,7 +85,10 @@ ALLOWED = {
     "ur": allowed_by_ur,
     "kinova": allowed_by_kinova,
     "piper": allowed_by_piper,
+    "feetech": allowed_by_feetech,
+    "dynamixel": allowed_by_dynamixel,
 }
+POLLED = ("kinova", "feetech", "dynamixel")
 FAULTS = ("drop:0.05", "duplicate:0.05", "garble:0.02", "silent@1+0.5", "hangup@2+0.5")
 
 
@@ -85,6 +104,8 @@ FAULTS = ("drop:0.05", "duplicate:0.05", "garble:0.02", "silent@1+0.5", "hangup@
         ("kinova", "serial"),
         ("kinova", "can"),
         ("piper", "1"),
+        ("feetech", "so101"),
+        ("dynamixel", "vx300s"),
     ],
 )
 def test_nothing_else_is_sent(name, version, faults, tmp_path):
@@ -92,7 +113,7 @@ def test_nothing_else_is_sent(name, version, faults, tmp_path):
     with emulated(name, tmp_path, "--version", version, *words) as emulation:
         with Reconnecting(lambda: open_driver(name, emulation.address)) as driver:
             states = 0
-            while states < (60 if name == "kinova" else 500):
+            while states < (60 if name in POLLED else 500):
                 try:
                     driver.read(1)
                     states += 1
@@ -114,6 +135,9 @@ def test_nothing_else_is_sent(name, version, faults, tmp_path):
         ("ur", "tcp", b"\0\x0dI" + bytes(10)),  # an input
         ("kinova", "line", struct.pack("<hBB", 0x26, 0, 0x10) + bytes(16)),  # joint zero
         ("piper", "151", bytes(8)),  # motion control
+        ("feetech", "line", bytes.fromhex("ffff0104032801ce")),  # torque on
+        ("feetech", "line", bytes.fromhex("fffffe0982210201020304050d")),  # other registers
+        ("dynamixel", "line", bytes.fromhex("fffffd000106000340000 1dB66".replace(" ", ""))),
     ],
 )
 def test_commands_would_be_found(name, channel, message):

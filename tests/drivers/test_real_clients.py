@@ -6,12 +6,15 @@ constructors. It prints what it read; the emulator's journal tells what was sent
 
 import importlib.util
 import json
+import math
 import struct
 import subprocess
 import sys
 
 import pytest
-from emulation import emulated_program
+from emulation import emulated, emulated_program
+
+from mukca.drivers.registry import open_driver
 
 pytestmark = pytest.mark.slow
 
@@ -61,6 +64,44 @@ while len(turns) < 20:
         turns += [turn] * (len(turn) == 6)
 bus.shutdown()
 print(json.dumps(turns))
+"""
+
+
+SCSERVO = """
+import json, sys, scservo_sdk as sdk
+port, packets = sdk.PortHandler(sys.argv[1]), sdk.PacketHandler(0)
+assert port.openPort() and port.setBaudRate(1000000)
+models = [packets.ping(port, servo)[:2] for servo in range(1, 7)]
+assert models == [(777, 0)] * 6, models
+together = sdk.GroupSyncRead(port, packets, 56, 2)
+assert all(together.addParam(servo) for servo in range(1, 6))
+states = []
+for _ in range(50):
+    assert together.txRxPacket() == 0
+    states.append([together.getData(servo, 56, 2) for servo in range(1, 6)])
+one, result, error = packets.read2ByteTxRx(port, 3, 56)
+assert (result, error) == (0, 0)
+torque = packets.read1ByteTxRx(port, 3, 40)
+assert torque == (0, 0, 0), torque
+print(json.dumps([states, one]))
+"""
+
+DYNAMIXEL = """
+import json, sys, dynamixel_sdk as sdk
+port, packets = sdk.PortHandler(sys.argv[1]), sdk.PacketHandler(2.0)
+assert port.openPort() and port.setBaudRate(1000000)
+models = {packets.ping(port, servo) for servo in range(1, 10)}
+assert models == {(1120, 0, 0)}, models
+together = sdk.GroupSyncRead(port, packets, 132, 4)
+joints = (1, 2, 4, 6, 7, 8)
+assert all(together.addParam(servo) for servo in joints)
+states = []
+for _ in range(50):
+    assert together.txRxPacket() == 0
+    states.append([together.getData(servo, 132, 4) for servo in joints])
+one, result, error = packets.read4ByteTxRx(port, 4, 132)
+assert (result, error) == (0, 0)
+print(json.dumps([states, one]))
 """
 
 
@@ -127,6 +168,39 @@ def test_piper_sdk_parses_what_the_emulator_sent(tmp_path):
             for state in emulation.sent().values()
         ]
     assert all(turn in sent for turn in turns)
+
+
+@pytest.mark.parametrize(
+    ("name", "module", "script", "single"),
+    [("feetech", "scservo_sdk", SCSERVO, 2), ("dynamixel", "dynamixel_sdk", DYNAMIXEL, 2)],
+)
+def test_the_servos_makers_read_what_the_emulator_sent(name, module, script, single, tmp_path):
+    need(module)
+    with emulated_program(name, tmp_path) as emulation:
+        states, one = client(script, emulation.address.partition("?")[0])
+        emulation.stop()
+        sent = [
+            [round(2048 + q * 2048 / math.pi) for q in state["position"]]
+            for state in emulation.sent().values()
+        ]
+    assert states == sent[:50]
+    assert one == sent[50][single]
+
+
+@pytest.mark.parametrize(
+    ("name", "module", "script"),
+    [("feetech", "scservo_sdk", SCSERVO), ("dynamixel", "dynamixel_sdk", DYNAMIXEL)],
+)
+def test_our_requests_are_those_of_the_servos_makers(name, module, script, tmp_path):
+    need(module)
+    with emulated_program(name, tmp_path) as emulation:
+        client(script, emulation.address.partition("?")[0])
+        theirs = {message for _, message in emulation.received()}
+    with emulated(name, tmp_path) as emulation:
+        with open_driver(name, emulation.address) as driver:
+            driver.read(5)
+        ours = [message for _, message in emulation.received()]
+    assert ours[-1] in theirs
 
 
 def test_our_requests_are_those_of_ur_rtde(tmp_path):

@@ -155,6 +155,6 @@ def _provenance(robot: Robot, measurements: Sequence[Measurement]) -> Provenance
         },
         versions={
             "python": platform.python_version(),
-            **{name: version(name) for name in ("mukca", "casadi", "numpy", "yourdfpy")},
+            **{name: version(name) for name in ("mukca", "casadi", "numpy")},
         },
     )

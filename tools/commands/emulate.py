@@ -14,6 +14,8 @@ from ..emulators.sabotage import KINDS, Fault, Sabotage
 from ..terminal import Terminal
 
 EMULATORS = {
+    "dynamixel": "dynamixel:DynamixelEmulator",
+    "feetech": "feetech:FeetechEmulator",
     "franka": "franka:FrankaEmulator",
     "kinova": "kinova:KinovaEmulator",
     "kuka": "kuka:KukaEmulator",
@@ -108,10 +110,10 @@ def _arm(arguments: argparse.Namespace, kind: type[Emulator], version: str) -> S
     rate = kind.RATES[version] if arguments.rate is None else arguments.rate
     if min(rate, arguments.move) <= 0 or min(arguments.hold, arguments.noise) < 0:
         raise MukcaError("--rate and --move are positive; --hold and --noise not negative")
-    motion = arguments.hold, arguments.move
+    motion, joints = (arguments.hold, arguments.move), kind.joints(version)
     if arguments.recording is None:
-        return wandering_arm(kind.JOINTS, rate, motion, arguments.noise)
-    return replay_arm(arguments.recording, kind.JOINTS, rate, motion, arguments.noise)
+        return wandering_arm(joints, rate, motion, arguments.noise)
+    return replay_arm(arguments.recording, joints, rate, motion, arguments.noise)
 
 
 def _tell(arguments: argparse.Namespace, emulator: Emulator, terminal: Terminal) -> None:

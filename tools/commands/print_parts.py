@@ -3,6 +3,7 @@
 import argparse
 import math
 from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,10 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         height=arguments.height_mm,
     )
     balls = _balls(arguments)
+    if find_spec("manifold3d") is None:
+        raise PrintableError(
+            "the parts are cut by manifold3d, which is not installed: pip install 'mukca[print]'"
+        )
     suffixes = list(dict.fromkeys(arguments.format))
     names = [f"{part}.{suffix}" for part in (base.name, *balls) for suffix in suffixes]
     refuse_existing(arguments.out, names, force=arguments.force)

@@ -7,6 +7,7 @@ import signal
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -86,6 +87,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Record until the operator finishes."""
+    if find_spec("termios") is None:
+        raise UsageError(
+            "recording does not yet work on Windows; record on Linux, on macOS or in WSL. "
+            "check, solve, validate and report do work here"
+        )
     with _interruptible():
         _check(arguments)
         if sys.stdout.isatty():

@@ -84,6 +84,11 @@ class Emulator(ABC):
         self._frozen: JointState | None = None
         self.listen(address)
 
+    @classmethod
+    def joints(cls, version: str) -> int:
+        """Return how many joints the arm of a version has."""
+        return cls.JOINTS
+
     @abstractmethod
     def listen(self, address: str) -> None:
         """Open the sockets, and watch them."""

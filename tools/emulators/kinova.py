@@ -7,15 +7,14 @@ the same messages by ISO-TP on a CAN bus. No client of Kinova's was run against 
 import math
 import os
 import struct
-import tty
 
 import can
 import isotp
 
-from ... import MukcaError
 from ...drivers import JointState
 from ...drivers.canbus import open_bus, parse_can_address
 from .emulator import Emulator
+from .line import open_line
 from .piper import DEFAULT_BUS
 
 __all__ = ["KinovaEmulator"]
@@ -35,13 +34,8 @@ class KinovaEmulator(Emulator):
         """Open a pseudo-terminal, or join a CAN bus."""
         self._buffer = b""
         if self.version == "serial":
-            if address:
-                raise MukcaError(
-                    "kinova, version serial, opens a terminal of its own; leave --address out"
-                )
-            self._line, other = os.openpty()
-            tty.setraw(other)
-            self._address = f"serial://{os.ttyname(other)}?parity=none"  # it has none
+            self._line, port = open_line(address, "kinova, version serial,")
+            self._address = f"serial://{port}?parity=none"  # it has none
             self.watch(self._line, self._read_line)
             return
         bus = parse_can_address(address or DEFAULT_BUS)

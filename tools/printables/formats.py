@@ -3,7 +3,8 @@
 import zipfile
 from collections.abc import Callable, Mapping
 from io import BytesIO
-from typing import Any
+
+import numpy as np
 
 from .brep import step_bytes
 from .mesh import Mesh
@@ -11,6 +12,7 @@ from .parts import Part
 
 __all__ = ["FORMATS", "encode"]
 
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _MODEL = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _PACKAGE = "http://schemas.openxmlformats.org/package/2006"
 _CONTENT_TYPES = (
@@ -29,11 +31,14 @@ _RELATIONS = (
 
 def stl_bytes(mesh: Mesh) -> bytes:
     """Return a binary STL file; its unit, which the format does not state, is the millimetre."""
-    from trimesh import Trimesh
-
-    body: Any = Trimesh(mesh.vertices, mesh.triangles, process=False)
-    content: bytes = body.export(file_type="stl")
-    return b"mukca, millimetres".ljust(80) + content[80:]
+    corners = mesh.vertices[mesh.triangles].astype(np.float64)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    facets = np.zeros(len(corners), _FACET)
+    facets["normal"] = normals / np.where(lengths > 0, lengths, 1)
+    facets["corners"] = corners
+    header = b"mukca, millimetres".ljust(80)
+    return header + len(facets).to_bytes(4, "little") + facets.tobytes()
 
 
 def threemf_bytes(name: str, mesh: Mesh) -> bytes:

@@ -139,7 +139,7 @@ def _card(session: Session, arguments: argparse.Namespace) -> tuple[str, ...]:
     last = session.samples[-1].time
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last)) if last else "at an unknown time"
     return (
-        f"Continues {arguments.out}: {counts}; the last {when}",
+        f"Continues {counts}; the last {when}; in {arguments.out}",
         f"Sockets {1e3 * arguments.distance:g} mm apart. The ball was last in socket "
         f"{session.socket}.",
         "Has the base not moved since? y: go on   n: new placement   q: leave",

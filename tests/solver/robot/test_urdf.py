@@ -100,6 +100,23 @@ def test_shipped_robots_agree_with_yourdfpy(name: str) -> None:
         assert model.points(np.empty(0), q[None])[0] == pytest.approx(expected, abs=1e-9)
 
 
+def test_masses_beside_the_chain_are_carried_along(odd: Path) -> None:
+    odd.write_text(
+        ODD_ARM.replace(
+            '<link name="finger"/>',
+            '<link name="finger"><inertial><origin xyz="0.1 0.2 0.3" rpy="1 1 1"/>'
+            '<mass value="2"/></inertial></link>',
+        ).replace(
+            '<child link="finger"/>', '<child link="finger"/><origin xyz="1 2 3" rpy="0.3 -1 2"/>'
+        )
+    )
+    model = yourdfpy.URDF.load(str(odd), load_meshes=False)
+    expected = model.get_transform("finger", "d") @ [0.1, 0.2, 0.3, 1]
+    (body,) = load_robot(str(odd)).bodies
+    assert (body.joint, body.mass) == (3, 2.0)
+    assert body.centre == pytest.approx(expected[:3], abs=1e-12)
+
+
 def test_edits_touch_nothing_else(odd: Path) -> None:
     text = scan(odd.read_bytes(), "odd")
     new = set_origins(
@@ -169,7 +186,17 @@ LOOP = ODD_ARM.replace("</robot>", '<joint name="back" type="fixed"><parent link
                        '<child link="b"/></joint></robot>')  # fmt: skip
 CIRCLE = ODD_ARM.replace("</robot>", '<joint name="back" type="fixed"><parent link="finger"/>'
                          '<child link="world"/></joint></robot>')  # fmt: skip
+ISLAND = ODD_ARM.replace(
+    "</robot>",
+    """<link name="x"><inertial><mass value="1"/></inertial></link>
+  <link name="y"/><joint name="xy" type="fixed"><parent link="x"/><child link="y"/></joint>
+  <joint name="yx" type="fixed"><parent link="y"/><child link="x"/></joint></robot>""",
+)
 TAIL = '<child link="ball_link"/>'
+
+
+def weigh(inertial: str) -> str:
+    return ODD_ARM.replace('<link name="finger"/>', f'<link name="finger">{inertial}</link>')
 
 
 @pytest.mark.parametrize(
@@ -193,6 +220,16 @@ TAIL = '<child link="ball_link"/>'
         (ODD_ARM.replace('"continuous"', '"floating"'), "'endless' is floating"),
         (ODD_ARM.replace('lower="-2"', 'lower="3"'), "leave no room"),
         (ODD_ARM.replace('lower="-2"', 'lower="x"'), "not a valid URDF"),
+        (ODD_ARM.replace('lower="-2"', 'lower="nan"'), "leave no room"),
+        (ODD_ARM.replace(' type="continuous"', ""), "'endless' is without a type"),
+        (ODD_ARM.replace('<parent link="b"/>', ""), "'slide' has no <parent"),
+        (ODD_ARM.replace('xyz="1 2 -0.5"', 'xyz="1 2"'), "'turn': axis"),
+        (ODD_ARM.replace('xyz="1 2 -0.5"', 'xyz="up"'), "'turn': not a valid URDF: axis"),
+        (ODD_ARM.replace("<robot name='odd'", "<robot"), "<robot> without a name"),
+        (ISLAND, "joints above 'x' form a loop"),
+        (weigh('<inertial><mass value="heavy"/></inertial>'), "'finger': not a valid URDF: mass"),
+        (weigh('<inertial><mass value="1e999"/></inertial>'), "finite"),
+        (weigh('<inertial><origin xyz="1 2"/></inertial>'), "finite"),
         (ODD_ARM.replace('"endless" type="continuous">',
                          '"endless" type="continuous"><mimic joint="turn"/>'), "mimics 'turn'"),
         (ODD_ARM.replace('name="ball_joint" type="fixed"', 'name="ball_joint" type="continuous"'),

@@ -4,6 +4,7 @@ import contextlib
 import io
 import logging
 from collections.abc import Callable, Iterator, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,11 @@ def link_meshes(model: Model, robot: Robot) -> tuple[LinkMesh, ...]:
     """
     text = model.nominal_urdf
     if not any(word in text for word in ("<mesh", "<box", "<cylinder", "<sphere")):
+        return ()
+    if find_spec("yourdfpy") is None:
+        logging.getLogger(__name__).warning(
+            "the report draws the arm as lines; for its shape: pip install 'mukca[meshes]'"
+        )
         return ()
     try:
         scene = _load(text, Path(model.source).parent)

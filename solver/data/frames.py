@@ -1,0 +1,232 @@
+"""Coordinate frames: poses, the best rigid motion between points, and where frames first stand.
+
+A *frame* is a coordinate system in which some positions are known: that of a laser tracker, of a
+table with a grid of holes, or of a robot's base. The base of the first robot is the *world*. Where
+the other frames stand in it is unknown, six numbers each, and follows from what they share: a
+socket whose place is known in two of them, or a ball that an instrument measured.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ... import MukcaError
+
+__all__ = [
+    "IDENTITY",
+    "FrameError",
+    "Landmarks",
+    "Pose",
+    "check_base",
+    "fit_pose",
+    "place_frames",
+    "turn",
+]
+
+FAR = 0.25
+"""A point cannot be this far from where the nominal model has it [m]: it is no deviation of an
+arm, and more than a guessed ball is off."""
+UNLIKE = 20.0
+"""Coordinates whose spread is this many times that of the ball are not in metres."""
+MIRRORED = 0.2
+"""Coordinates fit much better mirrored, if that leaves less than this share of the error."""
+REWEIGHTINGS = 20
+
+
+class FrameError(MukcaError):
+    """Coordinates that cannot be, or a frame that nothing ties to the robot."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a frame stands in another: p_outer = rotation @ p_inner + translation."""
+
+    rotation: np.ndarray
+    """Shape (3, 3)."""
+    translation: np.ndarray
+    """Shape (3,) [m]."""
+
+    def apply(self, points: np.ndarray) -> np.ndarray:
+        """Return points of the inner frame in the outer one, shape (N, 3) [m]."""
+        return points @ self.rotation.T + self.translation
+
+    def inverse(self) -> "Pose":
+        """Return where the outer frame stands in the inner one."""
+        return Pose(self.rotation.T, -self.rotation.T @ self.translation)
+
+    def moved(self, change: np.ndarray) -> "Pose":
+        """Return the pose after a turn about the outer axes [rad], then a shift [m], shape (6,)."""
+        return Pose(turn(change[:3]) @ self.rotation, self.translation + change[3:])
+
+    def slopes(self, points: np.ndarray) -> np.ndarray:
+        """Return the derivatives of :meth:`apply` by the numbers of :meth:`moved`.
+
+        Args:
+            points: In the inner frame, shape (N, 3) [m].
+
+        Returns:
+            Shape (N, 3, 6): d(turn x p) = -[p]x d(turn), with p = rotation @ point.
+        """
+        x, y, z = (points @ self.rotation.T).T
+        slopes = np.zeros((len(points), 3, 6))
+        slopes[:, 0, 1], slopes[:, 0, 2] = z, -y
+        slopes[:, 1, 0], slopes[:, 1, 2] = -z, x
+        slopes[:, 2, 0], slopes[:, 2, 1] = y, -x
+        slopes[:, :, 3:] = np.eye(3)
+        return slopes
+
+
+IDENTITY = Pose(np.eye(3), np.zeros(3))
+
+
+def turn(vector: np.ndarray) -> np.ndarray:
+    """Return the rotation about a vector by its length [rad], shape (3, 3) (Rodrigues)."""
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K @ K
+
+
+def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) -> Pose:
+    """Return the pose that brings points closest to others, robustly.
+
+    Each round is the closed form of Kabsch (1976), with weights that fall with the distance left:
+    a point that is far off hardly counts.
+
+    Args:
+        inner: Points in the frame, shape (N, 3) [m].
+        outer: The same points outside of it, shape (N, 3) [m].
+        mirrored: Return the best reflection instead, which no rigid motion can be.
+    """
+    weights = np.ones(len(inner))
+    pose = IDENTITY
+    for _ in range(REWEIGHTINGS):
+        share = (weights / weights.sum())[:, None]
+        middle, target = (share * inner).sum(axis=0), (share * outer).sum(axis=0)
+        U, _, Vt = np.linalg.svd((share * (inner - middle)).T @ (outer - target))
+        sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt)) * (-1 if mirrored else 1)
+        R = Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T
+        pose = Pose(R, target - R @ middle)
+        squares = np.sum((pose.apply(inner) - outer) ** 2, axis=1)
+        scale = max(float(np.median(squares)), 1e-24)
+        weights = 1 / (1 + squares / (5 * scale))
+    return pose
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Positions that are known in one frame; those of one number are one place."""
+
+    name: str
+    """Of the frame, for messages."""
+    numbers: np.ndarray
+    """Which places, shape (L,)."""
+    points: np.ndarray
+    """Their coordinates in the frame, shape (L, 3) [m]."""
+    wheres: Sequence[str]
+    """Where each was read, for messages."""
+
+    def joined(self, other: "Landmarks") -> "Landmarks":
+        """Return these and further landmarks of the same frame; where both have one, the latter."""
+        return Landmarks(
+            self.name,
+            np.concatenate([self.numbers, other.numbers]),
+            np.concatenate([self.points, other.points]),
+            [*self.wheres, *other.wheres],
+        )
+
+
+def place_frames(frames: Sequence[Landmarks]) -> list[Pose]:
+    """Return where frames stand in the first one, as well as their common places tell.
+
+    It is where the search begins. Frame after frame is placed, the one that shares most with those
+    placed already first.
+
+    Raises:
+        FrameError: Nothing ties a frame to the others, or its coordinates cannot be: millimetres,
+            mirrored, or one of them far off.
+    """
+    count = 1 + max(int(frame.numbers.max(initial=-1)) for frame in frames)
+    world = np.full((count, 3), np.nan)
+    poses: list[Pose | None] = [IDENTITY, *([None] * (len(frames) - 1))]
+    world[frames[0].numbers] = frames[0].points
+    for i, frame in enumerate(frames):
+        poses[i] = poses[i] if len(frame.numbers) else IDENTITY  # nothing depends on it
+    while waiting := [i for i, pose in enumerate(poses) if pose is None]:
+        shared = {i: ~np.isnan(world[frames[i].numbers, 0]) for i in waiting}
+        best = max(waiting, key=lambda i: int(shared[i].sum()))
+        frame, seen = frames[best], shared[best]
+        if not seen.any():
+            raise FrameError(
+                f"frame {frame.name!r}: nothing ties it to the robot; no socket of it was visited "
+                "by an arm whose place is known, nor a ball of such an arm measured in it"
+            )
+        pose = _placed(frame, seen, world[frame.numbers])
+        poses[best] = pose
+        new = frame.numbers[~seen]
+        world[new] = pose.apply(frame.points[~seen])
+    return [pose for pose in poses if pose is not None]
+
+
+def _placed(frame: Landmarks, seen: np.ndarray, world: np.ndarray) -> Pose:
+    """Return the pose of a frame by those of its places that are known, after checks."""
+    inner, outer = frame.points[seen], world[seen]
+    wheres = [where for where, is_seen in zip(frame.wheres, seen, strict=True) if is_seen]
+    ratio = _spread(inner) / max(_spread(outer), 1e-9)
+    if len(inner) > 1 and not 1 / UNLIKE < ratio < UNLIKE:
+        raise FrameError(
+            f"{wheres[0]}: coordinates of frame {frame.name!r} are {ratio:.3g} times as far apart "
+            "as the ball is by the model; are they millimetres where metres are expected?"
+        )
+    pose = fit_pose(inner, outer)
+    off = np.linalg.norm(pose.apply(inner) - outer, axis=1)
+    if len(inner) > 3:
+        other = fit_pose(inner, outer, mirrored=True)
+        left = np.linalg.norm(other.apply(inner) - outer, axis=1)
+        if np.median(off) > 0.01 and np.median(left) < MIRRORED * np.median(off):
+            raise FrameError(
+                f"{wheres[0]}: coordinates of frame {frame.name!r} are mirrored (left-handed): "
+                "swap two axes, or change the sign of one"
+            )
+    worst = int(np.argmax(off))
+    if off[worst] > FAR:
+        raise FrameError(
+            f"{wheres[worst]}: {off[worst]:.3g} m from where the nominal model has the ball, by "
+            f"the other places of frame {frame.name!r}; a wrong line, unit or frame"
+        )
+    return pose
+
+
+def check_base(measured: Landmarks, visited: Landmarks) -> None:
+    """See that coordinates in a robot's own base are near where the robot was there.
+
+    Args:
+        measured: Sockets' coordinates in the frame of the base.
+        visited: The sockets' places by the nominal robot.
+
+    Raises:
+        FrameError: They are not.
+    """
+    common = np.isin(measured.numbers, visited.numbers)
+    if not common.any():
+        return
+    places = dict(zip(visited.numbers.tolist(), visited.points, strict=True))
+    numbers = measured.numbers[common].tolist()
+    there = np.array([places[number] for number in numbers])
+    world = np.full(measured.points.shape, np.nan)
+    world[common] = there
+    _placed(replace(measured, name=visited.name), common, world)
+    off = np.linalg.norm(measured.points[common] - there, axis=1)
+    worst = int(np.argmax(off))
+    if off[worst] > FAR:
+        where = measured.wheres[int(np.flatnonzero(common)[worst])]
+        raise FrameError(
+            f"{where}: {off[worst]:.3g} m from where the nominal model has the ball; coordinates "
+            "in the base frame have its origin and axes as the URDF's base link does"
+        )
+
+
+def _spread(points: np.ndarray) -> float:
+    """Return the typical distance of points from their middle [m]."""
+    return float(np.median(np.linalg.norm(points - np.median(points, axis=0), axis=1)))

@@ -1,0 +1,209 @@
+"""Servos on a line: worked examples of their packets, zeros, and what must stop a recording."""
+
+import json
+import math
+
+import pytest
+from emulation import emulated
+
+from mukca.drivers import DriverError, Reason
+from mukca.drivers.dynamixel import Dynamixel, DynamixelPackets
+from mukca.drivers.feetech import Feetech, FeetechPackets
+from mukca.drivers.servo_bus import Answer
+from mukca.tools.emulators.feetech import FeetechEmulator
+from mukca.tools.emulators.servos import ServoEmulator
+
+STS, X = FeetechPackets(), DynamixelPackets()
+TICK = 2 * math.pi / 4096
+
+
+def test_the_requests_bytes():
+    assert STS.encode_request(56, 2, range(1, 7)) == bytes.fromhex("fffffe0a82380201020304050626")
+    assert STS.encode_request(56, 15, range(1, 7)) == bytes.fromhex("fffffe0a82380f01020304050619")
+    assert X.encode_request(132, 4, range(1, 7)) == bytes.fromhex(
+        "fffffd00fe0d008284000400010203040506b29b"
+    )
+
+
+ANSWERS = [
+    (STS, 2, "ffff0104000008f2", Answer(1, 0, b"\x00\x08")),
+    (STS, 2, "ffff030400ff0fea", Answer(3, 0, b"\xff\x0f")),
+    (
+        STS,
+        15,
+        "ffff0111000008000025044a0000000000000c0066",
+        Answer(1, 0, bytes.fromhex("0008000025044a0000000000000c00")),
+    ),
+    (X, 4, "fffffd000108005500000800001c38", Answer(1, 0, (2048).to_bytes(4, "little"))),
+    (X, 4, "fffffd00040800550000fcffff622b", Answer(4, 0, b"\x00\xfc\xff\xff")),
+    (X, 4, "fffffd000509005500fffffdfd008e1c", Answer(5, 0, b"\xff\xff\xfd\x00")),
+]
+
+
+@pytest.mark.parametrize(("packets", "count", "text", "answer"), ANSWERS)
+def test_the_answers_bytes(packets, count, text, answer):
+    assert packets.take_answer(bytearray.fromhex(text), count) == answer
+
+
+@pytest.mark.parametrize(("packets", "count", "text", "answer"), ANSWERS)
+def test_answers_are_found_among_other_bytes(packets, count, text, answer):
+    """An echo of one's own request, noise, headers that are none, and a packet that is torn."""
+    whole = bytes.fromhex(text)
+    for noise in (packets.encode_request(56, 2, (1, 2, 3)), b"\xff", b"\xff\xff", whole[:-1], b""):
+        received = bytearray(noise + whole + whole)
+        found = [packets.take_answer(received, count) for _ in range(3)]
+        assert [one for one in found if one] in ([answer, answer], [answer])
+        assert answer in found[:2]
+
+
+@pytest.mark.parametrize(("packets", "count", "text", "answer"), ANSWERS)
+def test_an_answer_is_whole_or_none(packets, count, text, answer):
+    whole = bytes.fromhex(text)
+    for kept in range(len(whole)):
+        assert packets.take_answer(bytearray(whole[:kept]), count) is None
+    for place in range(len(whole)):
+        wrong = bytearray(whole)
+        wrong[place] ^= 0x10
+        assert packets.take_answer(wrong, count) is None
+
+
+def so101(tmp_path, **changes):
+    """Write a calibration file of lerobot's and return its path."""
+    names = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
+    motors = {
+        name: {"id": number, "drive_mode": 0, "homing_offset": 0, "range_min": 500 + 100 * number,
+               "range_max": 3500}
+        for number, name in enumerate(names, 1)
+    }  # fmt: skip
+    for name, change in changes.items():
+        motors[name] |= change
+    path = tmp_path / "my arm.json"
+    path.write_text(json.dumps(motors))
+    return path
+
+
+def read_first(address):
+    with Feetech(address) as driver:
+        return driver.read(1).position
+
+
+def test_where_the_zero_is(tmp_path):
+    with emulated("feetech", tmp_path, "--noise", "0") as emulation:
+        plain = read_first(emulation.address)
+        turned = read_first(f"{emulation.address}?signs=1,-1,1,1,1&zeros=2048,2048,1024,2048,2048")
+        by_file = read_first(f"{emulation.address}?calibration={so101(tmp_path)}")
+        of_so100 = read_first(f"{emulation.address}?arm=so100")
+        fewer = read_first(f"{emulation.address}?ids=2,3")
+    assert turned == pytest.approx(
+        (plain[0], -plain[1], plain[2] + math.pi / 2, plain[3], plain[4])
+    )
+    middles = [2050, 2100, 2150, 2200, 2250]
+    shifts = [q - p for q, p in zip(by_file, plain, strict=True)]
+    assert shifts == pytest.approx([(2048 - middle) * TICK for middle in middles])
+    shifts = [math.degrees(q - p) for q, p in zip(of_so100, plain, strict=True)]
+    assert shifts == pytest.approx([0, 100.268, -90, -37.242, 0])
+    assert fewer == plain[1:3]
+
+
+def test_a_servo_that_was_homed_anew_is_refused(tmp_path):
+    path = so101(tmp_path, elbow_flex={"homing_offset": -50})
+    told = pytest.raises(DriverError, match=r"at elbow_flex have another homing")
+    with emulated("feetech", tmp_path) as emulation, told as caught:
+        Feetech(f"{emulation.address}?calibration={path}")
+    assert caught.value.reason is Reason.WRONG_ROBOT
+
+
+@pytest.mark.parametrize(("name", "driver"), [("feetech", Feetech), ("dynamixel", Dynamixel)])
+def test_an_arm_that_holds_itself_is_refused(name, driver, tmp_path, monkeypatch):
+    monkeypatch.setattr(ServoEmulator, "stiff", True)
+    with emulated(name, tmp_path) as emulation, pytest.raises(DriverError) as caught:
+        driver(emulation.address)
+    assert caught.value.reason is Reason.WRONG_MODE
+    assert "torque is on at " in str(caught.value)
+
+
+def test_another_model_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("mukca.tools.emulators.feetech.STS3215", 1284)  # ten bits, 300 degrees
+    told = pytest.raises(DriverError, match=r"servo 1 on .* model 1284")
+    with emulated("feetech", tmp_path) as emulation, told as caught:
+        Feetech(emulation.address)
+    assert caught.value.reason is Reason.WRONG_ROBOT
+
+
+def test_a_servo_that_does_not_answer_is_named(tmp_path):
+    told = pytest.raises(DriverError, match="no whole answer of servo 7, 9 on")
+    with emulated("feetech", tmp_path) as emulation, told as caught:
+        Feetech(f"{emulation.address}?ids=1,7,9")
+    assert caught.value.reason is Reason.UNREACHABLE
+
+
+def test_a_position_beyond_the_turn_is_no_state(tmp_path, monkeypatch):
+    real = FeetechEmulator.fill
+
+    def fill(emulator, servo, memory, steps):
+        real(emulator, servo, memory, -12 if servo == 4 else steps)
+
+    monkeypatch.setattr(FeetechEmulator, "fill", fill)
+    told = pytest.raises(DriverError, match="position -12 of servo 4, beyond its turn")
+    with (
+        emulated("feetech", tmp_path) as emulation,
+        Feetech(emulation.address) as driver,
+        told as caught,
+    ):
+        driver.read(0.5)
+    assert caught.value.reason is Reason.SILENT
+    assert driver.rejected > 10
+
+
+def test_what_troubles_a_servo_is_told(tmp_path, monkeypatch):
+    real = FeetechEmulator.status
+
+    def status(emulator, servo, data):
+        packet = bytearray(real(emulator, servo, data))
+        if servo == 2:
+            packet[4], packet[-1] = 0x24, packet[-1] - 0x24
+        return bytes(packet)
+
+    monkeypatch.setattr(FeetechEmulator, "status", status)
+    with emulated("feetech", tmp_path) as emulation, Feetech(emulation.address) as driver:
+        assert driver.read(1).position
+        assert driver.status == "shoulder_lift: too hot, shoulder_lift: overload"
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "",
+        "?arm=so101",
+        "/dev/null?arm=koch",
+        "/dev/null?ids=1,1",
+        "/dev/null?ids=1,254",
+        "/dev/null?signs=1,1,1",
+        "/dev/null?signs=1,1,1,1,2",
+        "/dev/null?zeros=a,b,c,d,e",
+        "/dev/null?baud=quick",
+        "/dev/null?rate=0",
+        "/dev/null?calibration=/no/such/file",
+        "/dev/null?spedd=1",
+    ],
+)
+def test_addresses_that_mean_nothing(address):
+    with pytest.raises(DriverError) as caught:
+        Feetech(address)
+    assert caught.value.reason is Reason.BAD_ADDRESS
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{}", '{"a": 1}', '{"a": {"id": 1}}',
+     '{"a": {"id": 1, "drive_mode": 0, "homing_offset": 0, "range_min": 3, "range_max": 2}}',
+     '{"a": {"id": true, "drive_mode": 0, "homing_offset": 0, "range_min": 3, "range_max": 4}}',
+     '{"a": {"id": 9, "drive_mode": 0, "homing_offset": 0, "range_min": 3, "range_max": 4}}'],
+)  # fmt: skip
+def test_what_is_no_calibration_file(text, tmp_path):
+    path = tmp_path / "arm.json"
+    path.write_text(text)
+    with pytest.raises(DriverError, match=r"arm\.json") as caught:
+        Feetech(f"/dev/null?calibration={path}")
+    assert caught.value.reason is Reason.BAD_ADDRESS

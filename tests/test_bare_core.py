@@ -1,0 +1,103 @@
+"""The core verbs start and work without any extra, and without what only some systems have."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+HEAVY = ("yourdfpy", "trimesh", "scipy", "networkx", "lxml", "shapely", "matplotlib", "PIL")
+EXTRAS = (*HEAVY, "manifold3d", "rtde_receive", "roslibpy", "mujoco", "pinocchio", "OCP", "dask",
+          "distributed", "isotp")  # fmt: skip
+DRIVERS = ("serial", "can")
+POSIX = ("termios", "tty", "pty", "fcntl", "resource", "pwd", "grp", "syslog", "readline")
+
+# Runs a command where some modules cannot be imported, as where they are not installed.
+WITHOUT = """
+import sys
+absent, linux_only, words = sys.argv[1].split(","), sys.argv[2].split(","), sys.argv[3:]
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in absent:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Absent())
+for name in absent:
+    sys.modules.pop(name, None)
+import importlib.util
+real = importlib.util.find_spec
+importlib.util.find_spec = lambda name, *more: None if name in absent else real(name, *more)
+import os, select, signal, socket
+for module in (os, select, signal, socket):
+    for name in linux_only:
+        if hasattr(module, name):
+            delattr(module, name)
+from mukca.tools.cli import main
+status = main(words)
+found = sorted({name.split(".")[0] for name in sys.modules} & set(absent))
+sys.exit(f"imported: {found}" if found else status)
+"""
+MACOS_HAS_NOT = ("pipe2", "epoll", "TCP_KEEPIDLE", "sched_getaffinity", "eventfd", "memfd_create")
+WINDOWS_HAS_NOT = (*MACOS_HAS_NOT, "SIGHUP", "SIGQUIT", "SIGWINCH", "SIGALRM", "fork", "getuid",
+                   "O_DIRECTORY", "O_CLOEXEC", "poll", "fpathconf", "AF_UNIX")  # fmt: skip
+
+
+def run_without(
+    absent: Iterable[str], names: Iterable[str], *words: str, cwd: Path
+) -> subprocess.CompletedProcess[str]:
+    lists = (",".join(absent), ",".join(names) or "nothing")
+    return subprocess.run(
+        [sys.executable, "-c", WITHOUT, *lists, *words],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+    )
+
+
+@pytest.mark.slow
+def test_solve_and_report_need_no_extra_and_no_posix(session: Path, tmp_path: Path) -> None:
+    out = tmp_path / "calibrated"
+    words = ("solve", "front", "--test", "left", "--robot", "panda", "--out", str(out), "--json")
+    absent = (*EXTRAS, *DRIVERS, *POSIX)
+    result = run_without(absent, WINDOWS_HAS_NOT, *words, cwd=session)
+    assert result.returncode in (0, 1) and "Traceback" not in result.stderr, result.stderr
+    assert set(json.loads(result.stdout)["outputs"]) >= {"urdf", "report"}
+    assert (out / "report.html").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_check_needs_no_extra_and_no_posix(session: Path) -> None:
+    absent = (*EXTRAS, *DRIVERS, *POSIX)
+    result = run_without(absent, WINDOWS_HAS_NOT, "check", "front", "--robot", "panda", cwd=session)
+    assert result.returncode in (0, 1) and "Traceback" not in result.stderr, result.stderr
+    assert not result.stderr.startswith("imported")
+
+
+@pytest.mark.slow
+def test_recording_needs_no_extra_and_nothing_that_macos_has_not(
+    session: Path, tmp_path: Path
+) -> None:
+    driver, out = f"mock:{session / 'front'}?speed=20", str(tmp_path / "again")
+    keys = tmp_path / "keys.txt"
+    keys.write_text("wait=1 !a q")
+    words = ("record", "--robot", "panda", "--driver", driver, "--out", out, "--keys", str(keys))
+    result = run_without((*EXTRAS, *DRIVERS), MACOS_HAS_NOT, *words, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "1 in socket 0" in result.stderr + result.stdout
+
+
+def test_recording_on_windows_says_not_yet(session: Path, tmp_path: Path) -> None:
+    words = ("record", "--robot", "panda", "--driver", "mock:x", "--out", "y")
+    result = run_without((*EXTRAS, *POSIX), WINDOWS_HAS_NOT, *words, cwd=tmp_path)
+    assert result.returncode == 2 and result.stderr.count("\n") == 1
+    assert "does not yet work on Windows" in result.stderr
+
+
+def test_parts_without_their_kernel_name_the_extra(tmp_path: Path) -> None:
+    result = run_without(("manifold3d",), (), "print-parts", "--out", "parts", cwd=tmp_path)
+    assert result.returncode == 2 and result.stderr.count("\n") == 1
+    assert "pip install 'mukca[print]'" in result.stderr

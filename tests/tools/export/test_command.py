@@ -1,0 +1,75 @@
+"""`mukca export` as users meet it: identity, losses, and bad input."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+
+from mukca.tools.calibration.calibration import load_calibration
+from mukca.tools.export.formats import FORMATS
+
+
+def test_the_file_says_who_made_it_from_what(export, calibrations, tmp_path) -> None:
+    file, out = calibrations / "panda.json", tmp_path / "a" / "panda.json"
+    assert export(file, "--to", "dh", "--out", out, "--serial-number", "7 */ -- x")[0] == 0
+    document = json.loads(out.read_text())
+    assert document["made_by"].startswith("mukca ")
+    assert document["sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
+    assert document["serial_number"] == "7  - x"
+
+
+def test_what_a_format_cannot_say_has_its_price(export, calibrations, tmp_path) -> None:
+    file = calibrations / "panda.json"
+    _, out, err = export(file, "--to", "dh", "--out", tmp_path / "a.csv", "--json")
+    (loss,) = json.loads(out)["losses"]
+    assert "compliance" in loss["what"] and "Not in this format: corrections" in err
+    calibration = load_calibration(file)
+    q = np.array([sample.position for sample in calibration.document.data[0].samples])
+    # distances between balls do not depend on where the base frame stands
+    full, rigid = calibration.ball(q), calibration.calibrated.geometric_ball(q)
+    changed = [np.linalg.norm(p[:, None] - p[None], axis=2) for p in (full, rigid)]
+    assert np.abs(changed[0] - changed[1]).max() <= 2 * loss["largest"]
+    assert 0 < loss["mean"] <= np.linalg.norm(full - rigid, axis=1).max()
+
+
+def test_a_calibration_of_pure_geometry_loses_nothing(export, calibrations, tmp_path) -> None:
+    file = calibrations / "fitted.json"
+    _, out, _ = export(file, "--to", "mdh", "--out", tmp_path / "a.json", "--json")
+    assert json.loads(out)["losses"] == []
+
+
+def test_nothing_is_overwritten_unless_told_so(export, calibrations, tmp_path) -> None:
+    words = (calibrations / "panda.json", "--to", "dh", "--out", tmp_path / "a.csv")
+    (tmp_path / "a.csv").write_text("mine")
+    status, _, err = export(*words)
+    assert status == 2 and "--force" in err and (tmp_path / "a.csv").read_text() == "mine"
+    assert export(*words, "--force")[0] == 0
+    assert (tmp_path / "a.csv").read_text() != "mine"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("no.json", "--to", "dh", "--out", "a.csv"), "no.json"),
+        (("panda.json", "--to", "dh", "--out", "a.txt"), "ends in .json or .csv"),
+        (("panda.json", "--to", "dh", "--out", "folder"), "is a folder"),
+        (("panda.json", "--to", "pdf", "--out", "a.csv"), "invalid choice: 'pdf'"),
+    ],
+)
+def test_bad_input_gets_one_line_and_writes_nothing(
+    export, calibrations, tmp_path, words, said
+) -> None:
+    (tmp_path / "folder").mkdir()
+    file, to, form, out, name = words
+    status, shown, err = export(calibrations / file, to, form, out, tmp_path / name)
+    assert status == 2 and not shown
+    assert said in err.splitlines()[-1]
+    assert [path.name for path in tmp_path.iterdir()] == ["folder"]
+    assert list((tmp_path / "folder").iterdir()) == []
+
+
+def test_help_names_every_format(export) -> None:
+    status, out, _ = export("--help")
+    assert status == 0
+    assert all(f"  {name} " in out and format_.line in out for name, format_ in FORMATS.items())

@@ -1,0 +1,85 @@
+"""The Dynamixel servos of a ViperX 300 (6 joints) or a Koch, on a pseudo-terminal.
+
+Proven against ROBOTIS' own package, dynamixel_sdk 4.1.0: it pings and reads them.
+"""
+
+from collections.abc import Sequence
+
+from .servos import Request, ServoEmulator
+
+__all__ = ["DynamixelEmulator"]
+
+MODELS = {"vx300s": 1120, "koch": 1060}  # XM540-W270, XL430-W250
+FIRMWARE = 45
+
+
+class DynamixelEmulator(ServoEmulator):
+    """X-series servos that speak protocol 2.0."""
+
+    JOINTS = 6
+    VERSIONS = ("vx300s", "koch")
+    RATES = dict.fromkeys(VERSIONS, 1000.0)
+    POSITION = 132
+    IDS = {"vx300s": (1, 2, 4, 6, 7, 8), "koch": (1, 2, 3, 4, 5)}  # noqa: RUF012
+    OTHERS = {"vx300s": (3, 5, 9), "koch": (6,)}  # noqa: RUF012
+
+    @property
+    def driver_address(self) -> str:
+        """The line, and the arm."""
+        return f"dynamixel:{self.port}?arm={self.version}"
+
+    def take_request(self, received: bytearray) -> Request | None:
+        """Cut by the length, and check the CRC."""
+        while len(received) >= 10:
+            if received[:4] != b"\xff\xff\xfd\x00":
+                del received[:1]
+                continue
+            size = int.from_bytes(received[5:7], "little") + 7
+            if len(received) < size:
+                return None
+            packet = bytes(received[:size])
+            del received[:size]
+            if crc16(packet[:-2]) == int.from_bytes(packet[-2:], "little"):
+                return (
+                    packet[4],
+                    packet[7],
+                    packet[8:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd"),
+                )
+        return None
+
+    def sync_request(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
+        """First register, count, servos."""
+        return *self.read_request(parameters), parameters[4:]
+
+    def read_request(self, parameters: bytes) -> tuple[int, int]:
+        """First register, count."""
+        first, count = parameters[:2], parameters[2:4]
+        return int.from_bytes(first, "little"), int.from_bytes(count, "little")
+
+    def pong(self, servo: int) -> bytes:
+        """Model and firmware."""
+        return MODELS[self.version].to_bytes(2, "little") + bytes([FIRMWARE])
+
+    def status(self, servo: int, data: bytes) -> bytes:
+        """Without an error; the mark of a packet is broken up where it stands within."""
+        content = (b"\x55\x00" + data).replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
+        packet = b"\xff\xff\xfd\x00" + bytes([servo])
+        packet += (len(content) + 2).to_bytes(2, "little") + content
+        return packet + crc16(packet).to_bytes(2, "little")
+
+    def fill(self, servo: int, memory: bytearray, steps: int) -> None:
+        """Model, firmware, number, torque, position."""
+        memory[0:2] = MODELS[self.version].to_bytes(2, "little")
+        memory[6], memory[7] = FIRMWARE, servo
+        memory[64] = self.stiff
+        memory[132:136] = steps.to_bytes(4, "little", signed=True)
+
+
+def crc16(data: bytes) -> int:
+    """Return the CRC of a packet, bit by bit."""
+    crc = 0
+    for byte in data:
+        crc ^= byte << 8
+        for _ in range(8):
+            crc = crc << 1 ^ (0x18005 if crc & 0x8000 else 0)
+    return crc

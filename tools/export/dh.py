@@ -1,0 +1,235 @@
+"""Denavit-Hartenberg tables, standard and modified (Craig's), with the transforms that remain.
+
+Along the chain lie the lines z_1 ... z_n about (or along) which the joints move. The frame on one
+line is carried to the next by four numbers of their common normal, or, where the two lines are
+nearly parallel, so that the normal may lie hundreds of metres away, by Hayati's form:
+
+    A = Rz(theta) Tz(d) Tx(a) Rx(alpha)              Denavit and Hartenberg
+    A = Rz(theta) Tx(a) Rx(alpha) Ry(beta)           Hayati and Mirmirani, d = 0
+
+With J(q) = Rz(q) for a revolute joint and Tz(q) for a prismatic one, the ball's frame is
+
+    T = Base J(q_1) A_1 J(q_2) A_2 ... J(q_n) Tool
+
+The standard table has theta, d, a, alpha of A_i in row i. The modified one has theta and d of A_i,
+and a, alpha, beta of the A_(i-1) before it: the same product, bracketed otherwise.
+"""
+
+import csv
+import io
+import json
+import math
+from dataclasses import asdict, dataclass
+from functools import reduce
+
+import numpy as np
+
+from ...solver.robot.urdf import Joint
+from .export import Exported, ExportError, Request, losses_without
+from .transforms import rigid, to_axis
+
+__all__ = ["Row", "Table", "dh_table", "export"]
+
+NEARLY_PARALLEL = math.radians(5.0)
+"""Lines with a smaller angle between them get Hayati's form."""
+COLUMNS = ("joint", "type", "form", "theta", "d", "a", "alpha", "beta")
+
+
+@dataclass(frozen=True)
+class Row:
+    """The numbers of one joint."""
+
+    joint: str
+    type: str
+    """``revolute`` (continuous too) or ``prismatic``."""
+    form: str
+    """``dh`` or ``hayati``, of the step whose alpha stands in the row."""
+    theta: float
+    """[rad], what is added to q for a revolute joint."""
+    d: float
+    """[m], what is added to q for a prismatic joint."""
+    a: float
+    alpha: float
+    beta: float
+    """Zero in a step of Denavit and Hartenberg's form."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table, and what is left of the robot."""
+
+    convention: str
+    """``standard`` or ``modified``."""
+    rows: tuple[Row, ...]
+    base: np.ndarray
+    """From the robot's base to the first line's frame, shape (4, 4)."""
+    tool: np.ndarray
+    """From the last line's frame to the ball's link, shape (4, 4)."""
+    flange: np.ndarray
+    """From the last line's frame to the link that carries the ball, shape (4, 4)."""
+
+
+@dataclass(frozen=True)
+class _Step:
+    form: str = "dh"
+    theta: float = 0.0
+    d: float = 0.0
+    a: float = 0.0
+    alpha: float = 0.0
+    beta: float = 0.0
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """The transform A."""
+        about_z = rigid((0, 0, self.d, 0, 0, self.theta))
+        return about_z @ rigid((self.a, 0, 0, self.alpha, 0, 0)) @ rigid((0, 0, 0, 0, self.beta, 0))
+
+
+def dh_table(joints: tuple[Joint, ...], origins: np.ndarray, convention: str) -> Table:
+    """Return the table of a chain.
+
+    Args:
+        joints: The chain, from the base to the ball.
+        origins: Their origins, shape (joints, 6) [m, rad].
+        convention: ``standard`` or ``modified``.
+    """
+    moving = [i for i, joint in enumerate(joints) if joint.actuated]
+    steps: list[_Step] = []
+    # From the frame on the present line to the URDF's frame of that joint: a turn about the line
+    # and a shift along it, so that it may stand on either side of the joint's motion.
+    rest, base, begin = np.eye(4), np.eye(4), 0
+    for i in moving:
+        across = rest @ _product(origins[begin : i + 1]) @ to_axis(joints[i].axis)
+        if begin == 0:
+            base, rest = across, np.eye(4)
+        else:
+            steps.append(_step(across))
+            rest = np.linalg.inv(steps[-1].matrix) @ across
+        rest, begin = rest @ to_axis(joints[i].axis).T, i + 1
+    flange = rest @ _product(origins[begin:-1])
+    rows = _rows([joints[i] for i in moving], steps, convention)
+    return Table(convention, rows, base, flange @ rigid(origins[-1]), flange)
+
+
+def _product(origins: np.ndarray) -> np.ndarray:
+    return reduce(np.matmul, map(rigid, origins), np.eye(4))
+
+
+def _step(across: np.ndarray) -> _Step:
+    """Return the step from a frame to another line, which is the z axis of ``across``."""
+    point, line = across[:3, 3], across[:3, 2]
+    if math.hypot(line[0], line[1]) < math.sin(NEARLY_PARALLEL):
+        return _hayati(point, line)
+    normal = np.array([-line[1], line[0], 0.0]) / math.hypot(line[0], line[1])
+    if normal[0] < -1e-9 or (abs(normal[0]) <= 1e-9 and normal[1] < 0):
+        normal = -normal  # so that theta stays within a quarter turn of zero
+    upright = np.array([0.0, 0.0, 1.0])
+    d, a, _ = np.linalg.solve(np.stack([upright, normal, -line], axis=1), point).tolist()
+    alpha = math.atan2(float(np.cross(upright, line) @ normal), float(line[2]))
+    return _Step("dh", math.atan2(normal[1], normal[0]), d, a, alpha)
+
+
+def _hayati(point: np.ndarray, line: np.ndarray) -> _Step:
+    x, y, _ = point - point[2] / line[2] * line  # where the line pierces the plane z = 0
+    sign = -1.0 if x < 0 else 1.0
+    theta = math.atan2(sign * y, sign * x)
+    turned = rigid((0, 0, 0, 0, 0, -theta))[:3, :3] @ line
+    beta = math.atan2(turned[0], math.hypot(turned[1], turned[2]))
+    alpha = math.atan2(-turned[1], turned[2])
+    return _Step("hayati", theta, 0.0, sign * math.hypot(x, y), alpha, beta)
+
+
+def _rows(joints: list[Joint], steps: list[_Step], convention: str) -> tuple[Row, ...]:
+    after = [*steps, _Step()]
+    across = after if convention == "standard" else [_Step(), *steps]
+    return tuple(
+        Row(
+            joint=joint.name,
+            type="prismatic" if joint.type == "prismatic" else "revolute",
+            form=over.form,
+            theta=along.theta,
+            d=along.d,
+            a=over.a,
+            alpha=over.alpha,
+            beta=over.beta,
+        )
+        for joint, along, over in zip(joints, after, across, strict=True)
+    )
+
+
+def export(request: Request) -> Exported:
+    """Return the table as JSON or CSV, as the file's ending says, and as lines to print."""
+    convention = {"dh": "standard", "mdh": "modified"}[request.format]
+    table = dh_table(request.calibration.robot.joints, request.origins, convention)
+    writers = {".json": _as_json, ".csv": _as_csv}
+    if request.file.suffix not in writers:
+        raise ExportError(f"--out {request.file}: name a file that ends in .json or .csv")
+    content = writers[request.file.suffix](request, table)
+    return Exported(
+        {request.file.name: content.encode()}, losses_without(request, ()), _printed(table)
+    )
+
+
+def _as_json(request: Request, table: Table) -> str:
+    document = {
+        "convention": table.convention,
+        "units": {"lengths": "m", "angles": "rad"},
+        **asdict(request.identity),
+        "base_link": request.calibration.robot.base,
+        "flange_link": request.calibration.robot.ball_joint.parent,
+        "tip_link": request.calibration.robot.tip,
+        "joints": [asdict(row) for row in table.rows],
+        "base": table.base.tolist(),
+        "flange": table.flange.tolist(),
+        "tool": table.tool.tolist(),
+    }
+    return json.dumps(document, indent=1) + "\n"
+
+
+def _as_csv(request: Request, table: Table) -> str:
+    text = io.StringIO()
+    for line in [*request.identity.lines(), *_explained(table), *_remaining(table)]:
+        text.write(f"# {line}\n")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([[getattr(row, name) for name in COLUMNS] for row in table.rows])
+    return text.getvalue()
+
+
+def _explained(table: Table) -> list[str]:
+    forms = {
+        "standard": (
+            "Standard: T = base * product of [J(q) Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)] * tool"
+        ),
+        "modified": (
+            "Modified: T = base * product of [Tx(a) Rx(alpha) Ry(beta) J(q) Rz(theta) Tz(d)] * tool"
+        ),
+    }
+    return [
+        forms[table.convention],
+        "J(q) = Rz(q) for a revolute joint, Tz(q) for a prismatic one; metres and radians. beta is",
+        "Hayati's parameter; it is zero but where two joints' axes are nearly parallel.",
+    ]
+
+
+def _remaining(table: Table) -> list[str]:
+    """Return the transforms that the table does not hold, row after row."""
+    parts = (("base", table.base), ("flange", table.flange), ("tool", table.tool))
+    return [f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}" for name, T in parts]
+
+
+def _printed(table: Table) -> tuple[str, ...]:
+    """Return the table in millimetres and degrees."""
+    width = max(len(row.joint) for row in table.rows)
+    head = ("theta deg", "d mm", "a mm", "alpha deg", "beta deg")
+    lines = [f"{'joint':<{width}}  " + "".join(f"{word:>13}" for word in head)]
+    for row in table.rows:
+        theta, alpha, beta = map(math.degrees, (row.theta, row.alpha, row.beta))
+        numbers = (theta, 1e3 * row.d, 1e3 * row.a, alpha, beta)
+        lines.append(
+            f"{row.joint:<{width}}  " + "".join(f"{round(n, 5) + 0.0:13.5f}" for n in numbers)
+        )
+    for name, T in (("base", table.base), ("tool", table.tool)):
+        x, y, z = (1e3 * T[:3, 3]).tolist()
+        lines.append(f"{name}: {x:.5f} {y:.5f} {z:.5f} mm, and a turn that is in the file")
+    return (*_explained(table), *lines)
