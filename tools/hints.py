@@ -158,4 +158,5 @@ def _shipped(joints: int) -> list[Robot]:
 def _scatter(model: BallModel, q: np.ndarray) -> float:
     """Return how far the ball lies from its mean over some configurations [m]."""
     points = model.points(np.zeros(0), q)
-    return float(np.mean(np.linalg.norm(points - points.mean(axis=0), axis=1)))
+    away: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    return float(away.mean())
