@@ -51,6 +51,7 @@ class Watch:
         still: Largest standard deviation of a joint of an arm that is still [rad], [m] for a
             prismatic joint.
         live: Whether nothing may be captured from a stream that is late.
+        resolution: The smallest step of a position that the stream can tell [rad].
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class Watch:
         window: float = WINDOW,
         still: float = STILL,
         live: bool = True,
+        resolution: float = 0.0,
     ) -> None:
         self.joints = tuple(joints)
         self.live = live
@@ -72,7 +74,8 @@ class Watch:
         self._fault: str | None = None
         self._offsets = [0.0] * len(self.joints)
         self._speeds = [0.0] * len(self.joints)
-        self._freeze = Freeze()
+        self._resolution = resolution
+        self._freeze = Freeze(resolution)
         self._stamp = -math.inf
         self._least_delay = math.inf
         self._delay = 0.0
@@ -164,7 +167,7 @@ class Watch:
         self._fault = None
         self._offsets = [0.0] * len(self.joints)
         self._speeds = [0.0] * len(self.joints)
-        self._freeze = Freeze()
+        self._freeze = Freeze(self._resolution)
         self._stamp = -math.inf
         self._least_delay = math.inf
         self._window.restart()

@@ -65,8 +65,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="seconds that a capture averages (default: %(default)s)",
     )
-    add("--still", type=float, default=STILL, metavar="RAD", help="largest standard deviation over "
-        "the window of an arm that is still (default: %(default)s)")  # fmt: skip
+    add(
+        "--still",
+        type=float,
+        metavar="RAD",
+        help="largest standard deviation over the window of an arm that is still "
+        f"(default: {STILL}, or the step of its encoders)",
+    )
     add("--keys", type=Path, metavar="FILE", help="read keys from a script")
     hands = parser.add_argument_group("hands and ears")
     hands.add_argument("--auto", action="store_true", help="capture without a key wherever the arm "

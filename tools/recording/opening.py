@@ -20,7 +20,7 @@ from ...recorder.push import Push
 from ...recorder.record import Outcome, Recorder
 from ...recorder.recording import Recording
 from ...recorder.script import Script
-from ...recorder.session import SOCKETS, JointLimits, Session
+from ...recorder.session import SOCKETS, STILL, JointLimits, Session
 from ...recorder.stream import Stream
 from ...recorder.watch import Watch
 from ...solver.robot.urdf import Robot
@@ -61,15 +61,22 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
         stack.enter_context(_without_pauses())
         _say_now(f"connecting to {arguments.driver}")
         driver = stack.enter_context(_connect(arguments.driver, robot.joint_names))
+        still = max(STILL, driver.resolution) if arguments.still is None else arguments.still
         stream = Stream(driver)
         stack.callback(stream.close)
-        recording = stack.enter_context(_recording(arguments, robot, joints))
+        recording = stack.enter_context(_recording(arguments, robot, joints, still))
         session = _session(arguments, robot, joints, recording)
         live = script is None
         return Recorder(
             session=session,
             stream=stream,
-            watch=Watch(joints, window=arguments.window, still=arguments.still, live=live),
+            watch=Watch(
+                joints,
+                window=arguments.window,
+                still=still,
+                live=live,
+                resolution=driver.resolution,
+            ),
             recording=recording,
             display=_display(terminal),
             title=_title(arguments, robot),
@@ -187,7 +194,7 @@ def _connect(text: str, joint_names: tuple[str, ...]) -> Reconnecting:
 
 
 def _recording(
-    arguments: argparse.Namespace, robot: Robot, joints: tuple[JointLimits, ...]
+    arguments: argparse.Namespace, robot: Robot, joints: tuple[JointLimits, ...], still: float
 ) -> Recording:
     given: dict[str, Any] = {name: getattr(arguments, name) for name in NOTES}
     return Recording(
@@ -202,7 +209,7 @@ def _recording(
             session={
                 "driver": arguments.driver,
                 "window": arguments.window,
-                "still": arguments.still,
+                "still": still,
                 **{name: value for name, value in given.items() if value is not None},
             },
         ),
