@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .. import MukcaError
 from .auto.deflection import Deflection
 from .data.observations import Load
-from .robot.kinematics import BallModel, gravity_torques
+from .robot.kinematics import BallModel
 from .robot.parameters import Parameter
 from .robot.urdf import Robot
 from .robot.urdf_text import Origin, relocate_meshes, scan, set_origins
@@ -27,7 +27,7 @@ class CalibratedRobot:
     """A robot with calibrated joint origins and, where the data support it, joint deflections.
 
     It predicts the ball's centre as Phi(Theta, q'): the forward kinematics Phi with the calibrated
-    origins Theta, at joint positions q' that are corrected for compliance and transmission error,
+    origins Theta, at joint positions q' that are corrected for elasticity and transmission error,
     see :mod:`mukca.solver.auto.deflection`.
     """
 
@@ -38,7 +38,7 @@ class CalibratedRobot:
     values: np.ndarray
     """The calibrated parameters, shape (n,) [m, rad]."""
     deflection: Deflection = field(default_factory=Deflection)
-    """Compliance and transmission error, by which joint positions are corrected first."""
+    """Elasticity and transmission error, by which joint positions are corrected first."""
     load: Load = field(default_factory=Load)
     """Gravity and payload, for joint torques where no effort is measured."""
     exported: np.ndarray | None = None
@@ -67,12 +67,9 @@ class CalibratedRobot:
         positions = self._rows(q, "joint positions")
         if not self.deflection.extensions:
             return self._points(self.values, positions, q)
-        if effort is None:
-            load = self.load
-            torque = gravity_torques(self.robot, positions, load.gravity, load.payload)
-        else:
-            torque = self._rows(effort, "joint efforts")
-        true = self.deflection.true_positions(positions, torque)
+        efforts = None if effort is None else self._rows(effort, "joint efforts")
+        moments = self.load.moments(self.robot, positions, efforts)
+        true = self.deflection.true_positions(positions, moments)
         return self._points(self.values, true, q)
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:

@@ -38,8 +38,8 @@ class Fit:
     posterior: Posterior | None = None
     """How well everything is known; None by the paper's method, which does not say."""
     choices: tuple[str, ...] | None = None
-    """One line for each extension (compliance, transmission error): kept or not, and why. None by
-    the paper's method, which has none."""
+    """One line for each extension (compliance, tilt, transmission error): kept or not, and why.
+    None by the paper's method, which has none."""
 
     @property
     def iterations(self) -> int:
@@ -95,7 +95,7 @@ def fit_by_auto(
     tied: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fit:
-    """Fit geometry, joint compliance and transmission error, as far as the data support them.
+    """Fit geometry, elasticity and transmission error, as far as the data support them.
 
     docs/model.md introduces the method; :mod:`mukca.solver.auto` is it.
 
@@ -106,7 +106,8 @@ def fit_by_auto(
         known: Measured distances beside those between each placement's first two sockets.
         distance_deviation: Standard deviation of the latter [m].
         load: What pulls at the joints; None for gravity alone, straight down.
-        without: Among ``compliance``, ``transmission`` and ``joint-noise``: what is not tried.
+        without: Among ``compliance``, ``tilt``, ``transmission`` and ``joint-noise``: what is not
+            tried.
         tied: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 

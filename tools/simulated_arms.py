@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..recorder.dataset import Placement, Sample
-from ..solver.auto.deflection import Deflection
+from ..solver.auto.deflection import TILT, Deflection
 from ..solver.calibrated import CalibratedRobot
 from ..solver.data.measurements import check_distance
-from ..solver.robot.kinematics import BallModel, gravity_torques, workspace
+from ..solver.robot.kinematics import BallModel, gravity_moments, workspace
 from ..solver.robot.parameters import choose_parameters
 from ..solver.robot.urdf import Robot
 from ..solver.robot.urdf_text import Origin
@@ -177,7 +177,7 @@ class Imperfection:
     noise: float = 0.0
     """Standard deviation of the ball's seat, per axis [m]."""
     deflection: Deflection = field(default_factory=Deflection)
-    """Joint compliance and transmission error."""
+    """Elasticity and transmission error."""
     backlash: float = 0.0
     """Full play of each joint [rad]; the hand pushes it to either side at random."""
     hand: float = 0.0
@@ -211,14 +211,17 @@ def record(
     seats = np.repeat(base.sockets, samples, axis=0)
     seats = seats + generator.normal(0, 1, seats.shape) * how.noise
     true = Guide(arm).reach(seats, generator)
-    torques = gravity_torques(arm, true)
+    moments = gravity_moments(arm, true)
+    m = true.shape[1]
     if how.hand:
         force = generator.normal(0, how.hand, (len(true), 3))
         slopes = BallModel(arm, []).linearise(np.empty(0), true).by_joints
-        torques = torques - np.einsum("nij,ni->nj", slopes, force)
-    read = _readings(true, torques, how.deflection)
+        moments[:, :m] -= np.einsum("nij,ni->nj", slopes, force)
+    if TILT in how.deflection.extensions:
+        true = _seated(arm, seats, true, moments, how.deflection)
+    read = _readings(true, moments, how.deflection)
     read = read + generator.choice([-0.5, 0.5], read.shape) * how.backlash
-    efforts = map(tuple, torques.tolist()) if how.hand else [None] * len(read)
+    efforts = map(tuple, moments[:, :m].tolist()) if how.hand else [None] * len(read)
     recorded = tuple(
         Sample(tuple(q), socket=i // samples, effort=effort)
         for i, (q, effort) in enumerate(zip(read.tolist(), efforts, strict=True))
@@ -226,11 +229,24 @@ def record(
     return Placement(base.name, recorded, arm.joint_names, base.distance)
 
 
-def _readings(true: np.ndarray, torques: np.ndarray, deflection: Deflection) -> np.ndarray:
+def _seated(
+    arm: Robot, seats: np.ndarray, true: np.ndarray, moments: np.ndarray, deflection: Deflection
+) -> np.ndarray:
+    """Return joint positions that put the ball into its seat, though the joints tilt."""
+    model, m = BallModel(arm, []), true.shape[1]
+    for _ in range(3):  # each step leaves some 1e-3 of the millimetre that tilts move the ball by
+        tilts = deflection.true_positions(true, moments)[:, m:]
+        linear = model.linearise(np.empty(0), np.hstack([true, tilts]))
+        back = np.linalg.pinv(linear.by_joints[:, :, :m])
+        true = true + (back @ (seats - linear.points)[:, :, None])[:, :, 0]
+    return true
+
+
+def _readings(true: np.ndarray, moments: np.ndarray, deflection: Deflection) -> np.ndarray:
     """Return what the encoders read at true joint positions: the inverse of the deflection."""
-    read = true
+    read, m = true, true.shape[1]
     for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
-        read = true - (deflection.true_positions(read, torques) - read)
+        read = true - (deflection.true_positions(read, moments)[:, :m] - read)
     return read
 
 

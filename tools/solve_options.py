@@ -18,7 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--method",
         choices=("auto", "paper"),
         default="auto",
-        help="auto: geometry, joint compliance and transmission error, as far as the data support "
+        help="auto: geometry, elasticity and transmission error, as far as the data support "
         "them; paper: Eq. (5), geometry alone (default: %(default)s)",
     )
     add_robot(parser)
@@ -71,7 +71,7 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         "--without",
         nargs="+",
         default=[],
-        choices=("compliance", "transmission", "joint-noise"),
+        choices=("compliance", "tilt", "transmission", "joint-noise"),
         help="what is not to be tried",
     )
     add_load(parser)

@@ -1,4 +1,4 @@
-"""The default method (``--method auto``): geometry, joint compliance and transmission error.
+"""The default method (``--method auto``): geometry, elasticity and transmission error.
 
 docs/model.md explains its four words, prior, posterior, evidence and harmonic. Reading order:
 :mod:`.deflection` and :mod:`.extended_model` (what is unknown), :mod:`.priors`, :mod:`.noise` and

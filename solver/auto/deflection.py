@@ -1,15 +1,22 @@
-"""Joint compliance and transmission error: why a joint is not quite where its encoder says.
+"""Elasticity and transmission error: why a joint is not quite where its encoder says.
 
 The true joint positions follow from those read by
 
     q' = q - c tau + sum over k = 1, 2 of a_k sin(k q) + b_k cos(k q)
 
-joint by joint, where
+joint by joint. Joints and links bend about the two axes across as well, by the tilts
+
+    u = -d M_b        v = -e M_c
+
+Here
 
     q      position as the encoder reads it [rad]
     q'     true position, to which the geometry may be applied [rad]
     c      compliance, >= 0: how far the joint twists under load [rad/(N m)]
     tau    torque that the joint exerts to hold the arm, at rest the gravity torque [N m]
+    d, e   the same about the two axes across the joint's own, b and c of
+           :func:`mukca.solver.robot.kinematics.across`
+    M_b    moment that holds the arm about that axis, from the model's masses [N m]
     a, b   the two coefficients of each harmonic of the transmission error [rad]
 
 A harmonic is a sine wave that repeats k times a turn, see docs/model.md.
@@ -20,64 +27,84 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["COMPLIANCE", "EXTENSIONS", "TRANSMISSION", "Deflection", "coefficient_names", "design"]
+__all__ = [
+    "COMPLIANCE",
+    "ELASTICITY",
+    "EXTENSIONS",
+    "TILT",
+    "TRANSMISSION",
+    "Deflection",
+    "coefficient_names",
+    "design",
+]
 
 COMPLIANCE = "compliance"
+TILT = "tilt"
+ELASTICITY = (COMPLIANCE, TILT)
+"""Their coefficients are never negative: nothing bends against its load."""
 TRANSMISSION = ("harmonic_1", "harmonic_2")
-EXTENSIONS = (COMPLIANCE, *TRANSMISSION)
+EXTENSIONS = (*ELASTICITY, *TRANSMISSION)
 
 
-def design(extension: str, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    """Return how an extension's coefficients shift the joint positions.
+def design(extensions: Sequence[str], q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    """Return how the coefficients of some extensions shift the joint positions and tilts.
 
     The shift is linear in the coefficients: q' - q = design @ coefficients.
 
     Args:
-        extension: One of :data:`EXTENSIONS`.
+        extensions: Among :data:`EXTENSIONS`.
         q: Joint positions as the encoders read them, shape (N, m) [rad].
-        torque: Joint torques, shape (N, m) [N m].
+        moments: What holds the joints, shape (N, 3 m) [N m]: torques about their own axes, then
+            moments about those across. Without tilt, the torques alone are enough, shape (N, m).
 
     Returns:
-        Derivatives of q' by the coefficients, shape (N, m, p): p = m compliances, or p = 2 m
-        sines and cosines, sines first.
+        Derivatives by the p coefficients, extension after extension, shape (N, m, p), or with
+        tilt (N, 3 m, p): of q', then of the tilts u and v. Sines come before cosines.
     """
-    one_each = np.eye(q.shape[1])
-    if extension == COMPLIANCE:
-        return -torque[:, :, None] * one_each
-    k = TRANSMISSION.index(extension) + 1
-    sines, cosines = np.sin(k * q)[:, :, None], np.cos(k * q)[:, :, None]
-    return np.concatenate([sines * one_each, cosines * one_each], axis=2)
+    m = q.shape[1]
+    own, tilts = np.eye(3 * m)[:, :m], np.eye(3 * m)[:, m:]
+    parts = [np.zeros((len(q), 3 * m, 0))]
+    for extension in extensions:
+        if extension == COMPLIANCE:
+            parts.append(-moments[:, None, :m] * own)
+        elif extension == TILT:
+            parts.append(-moments[:, None, m:] * tilts)
+        else:
+            k = TRANSMISSION.index(extension) + 1
+            parts += [np.sin(k * q)[:, None] * own, np.cos(k * q)[:, None] * own]
+    return np.concatenate(parts, axis=2)[:, : 3 * m if TILT in extensions else m]
 
 
 def coefficient_names(extension: str, joints: Sequence[str]) -> list[str]:
     """Return the names of an extension's coefficients, in the order of :func:`design`."""
     if extension == COMPLIANCE:
         return [f"{joint}.compliance" for joint in joints]
+    if extension == TILT:
+        return [f"{joint}.tilt{k}" for k in (1, 2) for joint in joints]
     k = TRANSMISSION.index(extension) + 1
     return [f"{joint}.{wave}{k}" for wave in ("sin", "cos") for joint in joints]
 
 
 @dataclass(frozen=True)
 class Deflection:
-    """The compliance and transmission error of a robot's joints, as calibrated."""
+    """The elasticity and transmission error of a robot's joints, as calibrated."""
 
     extensions: tuple[str, ...] = ()
     """Which extensions the data support, among :data:`EXTENSIONS`."""
     coefficients: tuple[np.ndarray, ...] = ()
     """Their coefficients, each in the order of :func:`design`."""
 
-    def true_positions(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Return the true joint positions q'.
+    def true_positions(self, q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+        """Return the true joint positions q', followed by the tilts where there are any.
 
         Args:
             q: Joint positions as the encoders read them, shape (N, m) [rad].
-            torque: Joint torques, shape (N, m) [N m].
+            moments: What holds the joints, as for :func:`design`.
 
         Returns:
-            Shape (N, m) [rad].
+            Shape (N, m), or with tilts (N, 3 m) [rad].
         """
-        shifts = [
-            design(extension, q, torque) @ values
-            for extension, values in zip(self.extensions, self.coefficients, strict=True)
-        ]
-        return q + sum(shifts, np.zeros_like(q))
+        shifts = design(self.extensions, q, moments)
+        shifted = shifts @ np.concatenate([np.zeros(0), *self.coefficients])
+        shifted[:, : q.shape[1]] += q
+        return shifted

@@ -19,10 +19,11 @@ import numpy as np
 from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
-from .deflection import COMPLIANCE, EXTENSIONS
+from .bounded import bounded_step
+from .deflection import ELASTICITY, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
-from .noise import INFORMATION, NEGLIGIBLE, Noise
+from .noise import INFORMATION, NEGLIGIBLE, NU, Noise
 from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
 from .objective import (
     Objective,
@@ -36,11 +37,14 @@ from .objective import (
 from .posterior import Posterior, World
 from .priors import PriorGroup
 
-__all__ = ["estimate", "estimate_all"]
+__all__ = ["estimate", "estimate_all", "gauss_newton"]
 
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
+RELEASES = 40
+"""For so many iterations, elasticity that is held at zero may leave it. One that gains nothing
+could otherwise come and go forever."""
 HALVINGS = 6
 RISE = 1e-9
 """Relative rise of the objective in a step that is rounding alone."""
@@ -55,8 +59,10 @@ class Step:
     covariance: np.ndarray
     """Inverse of the whole curvature, priors included, shape (n, n); zero for what is held."""
     normal: NormalEquations
+    leverage: np.ndarray
+    """L_i of (A5), shape (N, 3, 3) [m^2]."""
     volume: float
-    """How much of the volume's slope was counted, 0 to 1."""
+    """By how much the volume's slope was multiplied; 1 where the noise fits the errors."""
 
 
 def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
@@ -74,15 +80,19 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
     return estimate_all(as_arms(model), as_scene(data), joint_noise=joint_noise).arms[0]
 
 
-def estimate_all(model: Arms, data: Scene, *, joint_noise: bool = True) -> World:
-    """Find the most plausible unknowns of several robots together; see :func:`estimate`."""
+def estimate_all(
+    model: Arms, data: Scene, *, joint_noise: bool = True, near: World | None = None
+) -> World:
+    """Find the most plausible unknowns of several robots together; see :func:`estimate`.
+
+    ``near`` is a result for the same robots to start from, instead of the nominal ones.
+    """
     objective = build_objective(model, data)
-    state: State = start(objective, joint_noise)
+    state: State = start(objective, joint_noise, near)
     iterates: list[np.ndarray] = [state.x]
-    compliances_may_return = True
     try:
-        for _ in range(MAX_ITERATIONS):
-            step = _gauss_newton(objective, state)
+        for iteration in range(MAX_ITERATIONS):
+            step = gauss_newton(objective, state, release=iteration < RELEASES)
             state, change = _advance(objective, state, step)
             iterates.append(state.x)
             if change >= SETTLED:
@@ -90,9 +100,6 @@ def estimate_all(model: Arms, data: Scene, *, joint_noise: bool = True) -> World
             pruned = _without_negligible(objective, state)
             if pruned is not state:
                 state = pruned
-            elif compliances_may_return and _held_compliances(state).any():
-                state = replace(state, at_zero=state.at_zero & ~_held_compliances(state))
-                compliances_may_return = False
             else:
                 return posterior(objective, state, iterates)
     except np.linalg.LinAlgError:
@@ -100,7 +107,7 @@ def estimate_all(model: Arms, data: Scene, *, joint_noise: bool = True) -> World
     raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
 
 
-def _gauss_newton(objective: Objective, state: State) -> Step:
+def gauss_newton(objective: Objective, state: State, *, release: bool = True) -> Step:
     """Return the step to the minimum of L's quadratic approximation.
 
         H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (A3)
@@ -108,25 +115,44 @@ def _gauss_newton(objective: Objective, state: State) -> Step:
     See :func:`~mukca.solver.auto.normal_equations.normal_equations` for the data's part.
     """
     normal = normal_equations(objective, state)
-    prior = prior_precision(objective, state)
+    covariance = inverse(
+        normal.information + prior_precision(objective, state), free_unknowns(objective, state)
+    )
+    spread = leverage(objective, state, covariance)
+    spread = INFORMATION * normal.weights[:, None, None] * spread
+    volume = _volume_weight(objective, state, normal, spread)
+    bounded = np.zeros(objective.size, dtype=bool)
+    for group in state.groups:
+        bounded[group.members] = group.name in ELASTICITY and group.width > 0
+    held = state.at_zero & ~(release & bounded[: objective.model.size])
+    released = replace(state, at_zero=held)
+    prior = prior_precision(objective, released)
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    volume = _volume_weight(objective, state, normal)
     gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
-    covariance = inverse(normal.information + prior, free_unknowns(objective, state))
-    return Step(-covariance @ gradient, covariance, normal, volume)
+    free = free_unknowns(objective, released)
+    change, covariance = bounded_step(normal.information + prior, gradient, x, free, bounded & free)
+    return Step(change, covariance, normal, spread, volume)
 
 
-def _volume_weight(objective: Objective, state: State, normal: NormalEquations) -> float:
-    """Return how much of the volume's slope counts in a step: all of it once the noise fits.
+def _volume_weight(
+    objective: Objective, state: State, normal: NormalEquations, spread: np.ndarray
+) -> float:
+    """Return by how much to multiply the volume's slope in a step.
 
-    It balances what errors of the size of the noise gain by shrinking. At the nominal robot, and as
-    long as the noise is taken for larger than the errors are, nothing would hold it, and thousands
-    of samples would blow the robot up.
+    It balances what the errors gain by shrinking, so to the squares of the errors, relative to the
+    noise, belongs the same share of it: all of it where they sum to what a fit leaves of such
+    noise. While the noise is still too large or too small, the whole slope would change the
+    robot's size, and with thousands of samples faster than the noise follows: both would run away.
+    At the nominal robot the errors are no noise.
     """
-    if not state.x.any():
+    seated = objective.rows.seated
+    weights = normal.weights[seated]
+    if not state.x.any() or not len(weights):
         return 0.0
-    left = 1 - objective.size / (3 * len(state.linear.errors))  # of the errors, by a good fit
-    return min(1.0, 1.1 * normal.noise_ratio / left) if left > 0.5 else 1.0
+    squares = float(np.sum(NU + 3 - NU * weights))  # w_i e_i^T C_i^-1 e_i, by (A2)
+    total = 3 * len(weights)
+    left = total - float(np.sum(normal.inverse_scales[seated] * spread[seated]))
+    return squares / left if left > 0.5 * total else 1.0
 
 
 def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
@@ -143,10 +169,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
 
 
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
-    """Return the state after a step, halved as often as L would rise, and the step taken.
-
-    Where it still rises after that, it is for the compliances that were held at zero.
-    """
+    """Return the state after a step, halved as often as L would rise, and the step taken."""
     before = value(objective, state, step.volume)
     for _ in range(HALVINGS):
         moved = _moved(objective, state, step.change)
@@ -163,10 +186,8 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
     size = objective.model.size
     x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
-        if group.name == COMPLIANCE:
-            below = group.members[x[group.members] < 0]
-            x[below] = 0.0
-            at_zero[below] = True
+        if group.name in ELASTICITY:
+            at_zero[group.members] = x[group.members] <= 0
     dense = objective.dense
     turns = change[size:dense].reshape(-1, 6)
     frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
@@ -199,16 +220,15 @@ def _updated_noises(
     objective: Objective, state: State, moved: State, step: Step
 ) -> tuple[Noise, ...]:
     """Return the noises after a step of their scales (A5), see :class:`Noise`."""
-    weights, by_joints = step.normal.weights, state.linear.by_joints
-    spread = leverage(objective, state, step.covariance)
+    by_joints = state.linear.by_joints
     errors = predicted_errors(objective, state, step.change)
     noises: list[Noise] = []
     for source, noise in zip(objective.rows.sources, state.noises, strict=True):
         squares = noise.fisher_step(
             step.normal.inverse_scales[source],
-            weights[source],
+            step.normal.weights[source],
             errors[source],
-            INFORMATION * weights[source][:, None, None] * spread[source],
+            step.leverage[source],
             by_joints[source],
         )
         effect = noise.joint_effect(moved.linear.by_joints[source])
@@ -250,12 +270,3 @@ def _without_negligible(objective: Objective, state: State) -> State:
         for g in state.groups
     )
     return replace(state, x=x, at_zero=at_zero, groups=groups, noises=noises)
-
-
-def _held_compliances(state: State) -> np.ndarray:
-    """Return which unknowns are compliances held at zero, though their group has a width."""
-    held = np.zeros_like(state.at_zero)
-    for group in state.groups:
-        if group.name == COMPLIANCE and group.learned:
-            held[group.members] = state.at_zero[group.members]
-    return held

@@ -1,4 +1,4 @@
-"""Predicts the ball from joint origins, joint compliance and transmission error together.
+"""Predicts the ball from joint origins, elasticity and transmission error together.
 
 The unknowns x are, in this order: the change of each free number of the geometry from nominal,
 then the coefficients of each extension. With q' the true joint positions, see
@@ -15,7 +15,7 @@ import numpy as np
 from ..robot.kinematics import BallModel, workspace
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
-from .deflection import COMPLIANCE, EXTENSIONS, Deflection, coefficient_names, design
+from .deflection import EXTENSIONS, Deflection, coefficient_names, design
 
 __all__ = ["ExtendedModel", "extend"]
 
@@ -42,8 +42,8 @@ class ExtendedModel:
     @property
     def sizes(self) -> list[int]:
         """Number of coefficients of each extension."""
-        m = len(self.robot.actuated)
-        return [m if extension == COMPLIANCE else 2 * m for extension in self.extensions]
+        joints = self.robot.joint_names
+        return [len(coefficient_names(extension, joints)) for extension in self.extensions]
 
     @property
     def size(self) -> int:
@@ -63,7 +63,7 @@ class ExtendedModel:
         return self.ball.nominal + x[: self.geometry]
 
     def deflection(self, x: np.ndarray) -> Deflection:
-        """Return the compliances and transmission errors for unknowns x, shape (size,)."""
+        """Return the elasticity and transmission errors for unknowns x, shape (size,)."""
         ends = self.geometry + np.cumsum(self.sizes)
         values = tuple(x[end - size : end] for end, size in zip(ends, self.sizes, strict=True))
         return Deflection(self.extensions, values)
@@ -74,7 +74,9 @@ class ExtendedModel:
         Args:
             x: The unknowns, shape (size,).
             q: Joint positions as the encoders read them, shape (N, m) [rad].
-            torque: Joint torques, shape (N, m) [N m].
+            torque: What holds the joints, shape (N, 3 m) [N m], see
+                :func:`~mukca.solver.robot.kinematics.gravity_moments`; without tilt the torques
+                about their own axes are enough, shape (N, m).
         """
         true = self.deflection(x).true_positions(q, torque)
         return self.ball.points(self.values(x), true)
@@ -88,11 +90,11 @@ class ExtendedModel:
             The centres, shape (N, 3) [m]; their derivatives by the unknowns, shape (N, 3, size),
             and by the joint positions, shape (N, 3, m).
         """
-        shifts = self._shifts(q, torque)
-        true = q + shifts @ x[self.geometry :]
+        shifts = design(self.extensions, q, torque)
+        true = self.deflection(x).true_positions(q, torque)
         linear = self.ball.linearise(self.values(x), true)
         by_unknowns = np.concatenate([linear.by_parameters, linear.by_joints @ shifts], axis=2)
-        return linear.points, by_unknowns, linear.by_joints
+        return linear.points, by_unknowns, linear.by_joints[:, :, : q.shape[1]]
 
     def by_scale(self) -> np.ndarray:
         """Return the derivative of the logarithm of the robot's scale by the unknowns.
@@ -106,14 +108,9 @@ class ExtendedModel:
             larger.
         """
         q = workspace(self.robot, SCALE_SAMPLES)
-        points, slopes, _ = self.linearise(np.zeros(self.size), q, np.zeros_like(q))
+        points, slopes, _ = self.linearise(np.zeros(self.size), q, np.tile(0 * q, 3))
         cloud = points - points.mean(axis=0)
         return np.einsum("ni,nij->j", cloud, slopes) / np.sum(cloud**2)
-
-    def _shifts(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Return the derivatives of q' by all extensions' coefficients, shape (N, m, p)."""
-        parts = [design(extension, q, torque) for extension in self.extensions]
-        return np.concatenate([np.zeros((*q.shape, 0)), *parts], axis=2)
 
 
 def extend(

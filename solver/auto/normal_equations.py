@@ -27,9 +27,6 @@ class NormalEquations:
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
     weights: np.ndarray
     """w_i, robust weight of each sample, shape (N,)."""
-    noise_ratio: float
-    """Mean of w_i e_i^T C_i^-1 e_i / 3: near 1 where the noise fits the errors, and towards 0 as
-    long as it is taken for too large."""
 
 
 def weigh(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -85,7 +82,7 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     B is the derivative of the distances l by all unknowns, and k says how much one sample with
     Student's noise tells, relative to one with Gaussian noise.
     """
-    inverse, squares, weights = weigh(objective, state)
+    inverse, _, weights = weigh(objective, state)
     size, S = objective.dense, objective.rows.socket_count
     J = state.linear.by_unknowns
     weighted = inverse * weights[:, None, None]
@@ -104,8 +101,7 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     gradient[size:] = -by_socket(We).ravel()
     B, b = knowledge(objective, state)
     information = INFORMATION * information + B.T @ B
-    ratio = float(np.mean(weights * squares)) / 3
-    return NormalEquations(information, gradient + B.T @ b, inverse, weights, ratio)
+    return NormalEquations(information, gradient + B.T @ b, inverse, weights)
 
 
 def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:

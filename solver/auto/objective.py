@@ -41,6 +41,7 @@ from ..data.observations import WORLD, Observations, Scene
 from .arms import Arms, Rows, as_arms, as_scene
 from .extended_model import ExtendedModel
 from .noise import Noise
+from .posterior import Posterior, World
 from .priors import PriorGroup, prior_groups
 
 __all__ = [
@@ -132,18 +133,26 @@ def build_objective(model: ExtendedModel | Arms, data: Observations | Scene) -> 
     return Objective(model, Rows(scene), log_volumes, whiten)
 
 
-def start(objective: Objective, joint_noise: bool) -> State:
+def start(objective: Objective, joint_noise: bool, near: World | None = None) -> State:
     """Return the first state: nominal robots, each socket at the median of its balls.
 
     Args:
         objective: What will be minimised.
         joint_noise: Whether the joint angles may be noisy.
+        near: A result that is much like the one sought, of fewer extensions or of somewhat
+            different data. The search then starts there, and is over sooner.
 
     Raises:
         FrameError: Nothing ties a frame to the robots, or its coordinates cannot be.
     """
-    rows = objective.rows
-    x = np.zeros(objective.model.size)
+    rows, model = objective.rows, objective.model
+    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    groups: list[PriorGroup] = []
+    for i, (own, one, arm) in enumerate(zip(model.own, model.models, rows.scene.arms, strict=True)):
+        mine = prior_groups(one, arm)
+        if near is not None:
+            x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
+        groups += [replace(g, members=g.members + own.start) for g in mine]
     points = _balls(objective, x)[0]
     frames = rows.place_frames(points)
     in_world = _in_world(objective, frames, points)
@@ -151,13 +160,33 @@ def start(objective: Objective, joint_noise: bool) -> State:
         [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
     ).reshape(-1, 3)
     linear = linearise(objective, x, centres, frames)
-    noises = tuple(_first_noise(linear, source, joint_noise) for source in rows.sources)
-    groups: list[PriorGroup] = []
-    for own, one, arm in zip(
-        objective.model.own, objective.model.models, rows.scene.arms, strict=True
-    ):
-        groups += [replace(g, members=g.members + own.start) for g in prior_groups(one, arm)]
-    return State(x, centres, frames, tuple(groups), noises, np.zeros(len(x), dtype=bool), linear)
+    noises = tuple(
+        _first_noise(linear, source, joint_noise) if near is None else _noise(rows, source, near)
+        for source in rows.sources
+    )
+    return State(x, centres, frames, tuple(groups), noises, at_zero, linear)
+
+
+def _carried_over(
+    model: ExtendedModel, groups: tuple[PriorGroup, ...], near: Posterior
+) -> tuple[np.ndarray, np.ndarray, tuple[PriorGroup, ...]]:
+    """Return unknowns, which of them are held at zero, and priors, as far as a result has them."""
+    there = {name: i for i, name in enumerate(near.model.names)}
+    common = [i for i, name in enumerate(model.names) if name in there]
+    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    x[common] = near.x[[there[model.names[i]] for i in common]]
+    at_zero[common] = x[common] == 0
+    found = {group.name: group for group in near.groups}
+    carried = (replace(found.get(group.name, group), members=group.members) for group in groups)
+    return x, at_zero, tuple(carried)
+
+
+def _noise(rows: Rows, source: np.ndarray | slice, near: World) -> Noise:
+    """Return the noise of a source of samples by a result."""
+    first = int(np.arange(len(rows.sockets))[source][0])
+    arm = near.arms[[first < own.stop for own in rows.own].index(True)]
+    measured = arm.measured_noise if rows.sockets[first] < 0 else None
+    return measured or arm.noise
 
 
 def _first_noise(linear: Linear, source: np.ndarray | slice, joint_noise: bool) -> Noise:

@@ -58,7 +58,7 @@ class Posterior:
 
     @property
     def deflection(self) -> Deflection:
-        """The calibrated compliances and transmission errors."""
+        """The calibrated elasticity and transmission errors."""
         return self.model.deflection(self.x)
 
     @property

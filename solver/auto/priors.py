@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..data.observations import Observations
-from .deflection import COMPLIANCE
+from .deflection import COMPLIANCE, ELASTICITY
 from .extended_model import ExtendedModel
 
 __all__ = ["PriorGroup", "prior_groups"]
@@ -138,11 +138,13 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
     groups = [group for group in geometry if len(group.members)]
     begin = model.geometry
     for extension, size in zip(model.extensions, model.sizes, strict=True):
-        own = np.arange(begin, begin + size)
-        if extension == COMPLIANCE:
-            torque = max(float(np.sqrt(np.mean(data.torques**2))), 1e-6)
-            groups.append(PriorGroup(extension, "rad/(N m)", own, DEFLECTION / torque))
+        members_here = np.arange(begin, begin + size)
+        if extension in ELASTICITY:
+            m = data.positions.shape[1]
+            own = data.torques[:, :m] if extension == COMPLIANCE else data.torques[:, m:]
+            torque = max(float(np.sqrt(np.mean(own**2))), 1e-6)
+            groups.append(PriorGroup(extension, "rad/(N m)", members_here, DEFLECTION / torque))
         else:
-            groups.append(PriorGroup(extension, "rad", own, DEFLECTION, scale=DEFLECTION))
+            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=DEFLECTION))
         begin += size
     return tuple(groups)

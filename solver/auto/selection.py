@@ -1,6 +1,6 @@
 """Decides by the data which extensions of the geometry to keep.
 
-The geometry is fitted first. Then joint compliance is added, then transmission error, each to
+The geometry is fitted first. Then compliance is added, then tilt, then transmission error, each to
 what was kept before. An extension is kept if it makes the evidence (see docs/model.md) at least 20
 times as large. With three placements or more it must also prove itself: each placement is left out
 of the fit once, and the errors there must fall by more than the standard error of that fall.
@@ -18,14 +18,18 @@ from ..paper.optimizers import NotConverged
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
 from .arms import Arms, as_scene
-from .deflection import COMPLIANCE, TRANSMISSION
+from .deflection import COMPLIANCE, TILT, TRANSMISSION
 from .estimation import estimate_all
 from .extended_model import extend
 from .posterior import Posterior, World
 
 __all__ = ["STAGES", "Selected", "Selection", "held_out_error", "select_all", "select_model"]
 
-STAGES: dict[str, tuple[str, ...]] = {"compliance": (COMPLIANCE,), "transmission": TRANSMISSION}
+STAGES: dict[str, tuple[str, ...]] = {
+    "compliance": (COMPLIANCE,),
+    "tilt": (TILT,),
+    "transmission": TRANSMISSION,
+}
 """What is tried, in this order: name, and its extensions."""
 GAIN = log(20)
 """By how much an extension must raise the logarithm of the evidence."""
@@ -102,14 +106,14 @@ def select_all(
 ) -> Selected:
     """Choose the models of several robots, each extension robot by robot; see above."""
 
-    def fit(extensions: Extensions, observed: Scene) -> World:
+    def fit(near: World | None, extensions: Extensions, observed: Scene) -> World:
         models = [extend(*free, own) for free, own in zip(robots, extensions, strict=True)]
-        return estimate_all(Arms(tuple(models)), observed, joint_noise=joint_noise)
+        return estimate_all(Arms(tuple(models)), observed, joint_noise=joint_noise, near=near)
 
     progress("geometry")
-    geometric = best = fit([()] * len(robots), data)
+    geometric = best = fit(None, [()] * len(robots), data)
     notes: list[list[str]] = [[] for _ in robots]
-    left_out = _LeftOut(fit, data)
+    left_out = _LeftOut(fit)
     for stage in (name for name in STAGES if name in stages):
         for i, own in enumerate(notes):
             progress(f"{stage} {data.names[i]}".strip())
@@ -121,10 +125,12 @@ def select_all(
 
 Extensions = Sequence[tuple[str, ...]]
 """For each robot, its extensions."""
+Fit = Callable[[World | None, Extensions, Scene], World]
+"""Fits models of such extensions to data, starting near a result."""
 
 
 def _tried(
-    fit: Callable[[Extensions, Scene], World],
+    fit: Fit,
     left_out: "_LeftOut",
     best: World,
     stage: str,
@@ -132,10 +138,9 @@ def _tried(
 ) -> tuple[World | None, str]:
     """Return the model with one more stage for one robot, None if it is not kept; and why."""
     extensions = [arm.model.extensions for arm in best.arms]
-    without = list(extensions)
     extensions[robot] = (*extensions[robot], *STAGES[stage])
     try:
-        candidate = fit(extensions, best.scene)
+        candidate = fit(best, extensions, best.scene)
     except NotConverged:
         return None, "not supported by the data (with it, the fit does not settle)"
     gain = candidate.log_evidence - best.log_evidence
@@ -144,7 +149,7 @@ def _tried(
     if len(best.scene.placements) < ENOUGH_PLACEMENTS:
         return candidate, f"kept (log evidence {gain:+.1f})"
     try:
-        helps, spread = _paired(left_out.errors(without), left_out.errors(extensions))
+        helps, spread = _paired(left_out.errors(best), left_out.errors(candidate))
     except NotConverged:
         return None, "dropped, the fit does not settle without each placement"
     line = f"by {1e3 * helps:+.4f} +- {1e3 * spread:.4f} mm where one placement is left out"
@@ -160,26 +165,30 @@ def _active(found: World) -> tuple[tuple[str, ...], ...]:
 class _LeftOut:
     """The errors in each placement, of models fitted to all others."""
 
-    def __init__(self, fit: Callable[[Extensions, Scene], World], data: Scene) -> None:
-        self._fit, self._data = fit, data
+    def __init__(self, fit: Fit) -> None:
+        self._fit = fit
         self._known: dict[tuple[tuple[str, ...], ...], np.ndarray] = {}
 
-    def errors(self, extensions: Extensions) -> np.ndarray:
+    def errors(self, whole: World) -> np.ndarray:
         """Return the mean error in each placement, shape (P,) [m].
 
         NaN where nothing ties a robot to the others without that placement.
+
+        Args:
+            whole: The model, fitted to all of them.
         """
-        key = tuple(extensions)
+        key = tuple(arm.model.extensions for arm in whole.arms)
         if key not in self._known:
-            self._known[key] = np.array([self._error(key, p) for p in self._data.placements])
+            errors = [self._error(whole, key, p) for p in whole.scene.placements]
+            self._known[key] = np.array(errors)
         return self._known[key]
 
-    def _error(self, extensions: Extensions, placement: str) -> float:
+    def _error(self, whole: World, extensions: Extensions, placement: str) -> float:
         try:
-            found = self._fit(extensions, self._data.without(placement))
+            found = self._fit(whole, extensions, whole.scene.without(placement))
         except FrameError:
             return float("nan")
-        return held_out_error(found, self._data, placement)
+        return held_out_error(found, whole.scene, placement)
 
 
 def held_out_error(found: World, data: Scene, placement: str) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..data.frames import IDENTITY
 from ..data.observations import Load
-from ..robot.kinematics import gravity_torques, workspace
+from ..robot.kinematics import gravity_moments, workspace
 from .noise import INFORMATION
 from .posterior import Posterior
 
@@ -101,7 +101,7 @@ def distance_deviations(posterior: Posterior, q: np.ndarray, torque: np.ndarray)
     Args:
         posterior: The calibration.
         q: Joint positions, shape (2 N, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs.
-        torque: Their joint torques, shape (2 N, m) [N m].
+        torque: What holds their joints, shape (2 N, 3 m) [N m].
 
     Returns:
         Shape (N,) [m].
@@ -161,6 +161,6 @@ def workspace_deviation(posterior: Posterior, load: Load, pairs: int = 200) -> t
     """
     robot = posterior.model.robot
     q = workspace(robot, 2 * pairs)
-    torque = gravity_torques(robot, q, load.gravity, load.payload)
+    torque = gravity_moments(robot, q, load.gravity, load.payload)
     deviation = distance_deviations(posterior, q, torque)
     return float(np.median(deviation)), float(deviation.max())

@@ -32,6 +32,7 @@ __all__ = [
     "fitted_alone",
     "inspect_all",
     "next_placement",
+    "standing_out",
 ]
 
 BAD_FLOOR = 2.5
@@ -89,8 +90,8 @@ def inspect_all(
     alone = [find_parts(model, samples_of([m])) for m in measurements]
     floors = [fit.error for fit, _ in alone]
     bad = {
-        m.name: _bad(model, m, floors[i], _typical(floors[:i] + floors[i + 1 :]))
-        for i, m in enumerate(measurements)
+        m.name: [] if typical is None else _bad(model, m, floor, typical)
+        for m, floor, typical in zip(measurements, floors, standing_out(floors), strict=True)
     }
     good = [m for m in measurements if not bad[m.name]]
     columns = column_findings(model, good)
@@ -123,14 +124,27 @@ def inspect_all(
     return Survey(tuple(seen), tuple(shared), scale_of(good, together, moved))
 
 
-def fitted_alone(robot: Robot, measured: Measurement) -> float:
-    """Return what a placement leaves when fitted alone [m].
+def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> list[float]:
+    """Return what each placement leaves when fitted alone [m].
 
     It is the mean distance of its samples from their socket, each by its weight, by a robust
     rigid fit to nothing but them, parts apart where the base moved.
     """
     model = RigidModel(robot, choose_parameters(robot))
-    return find_parts(model, samples_of([measured]))[0].error
+    return [find_parts(model, samples_of([m]))[0].error for m in measurements]
+
+
+def standing_out(floors: Sequence[float]) -> list[float | None]:
+    """Return, for each placement that stands out, what it should leave by the others [m].
+
+    Args:
+        floors: What each leaves when fitted alone [m].
+
+    Returns:
+        None for each that leaves about as much as the others.
+    """
+    typical = [_typical([*floors[:i], *floors[i + 1 :]]) for i in range(len(floors))]
+    return [t if f > BAD_FLOOR * t else None for f, t in zip(floors, typical, strict=True)]
 
 
 def next_placement(robot: Robot, survey: Survey) -> str:
@@ -156,9 +170,7 @@ def _typical(others: Sequence[float]) -> float:
 
 
 def _bad(model: RigidModel, measured: Measurement, floor: float, typical: float) -> list[Finding]:
-    """Return a finding where a placement alone leaves much more than the others do."""
-    if floor <= BAD_FLOOR * typical:
-        return []
+    """Return why a placement alone leaves much more than the others do, if columns tell."""
     columns = [f for f in column_findings(model, [measured]) if f.level == "error"]
     if any(finding.code != "model" for finding in columns):
         return columns

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ... import MukcaError
-from ..robot.kinematics import STANDARD_GRAVITY, gravity_torques
+from ..robot.kinematics import STANDARD_GRAVITY, gravity_moments
 from ..robot.urdf import Robot
 from .frames import FrameError
 from .measurements import Measurement
@@ -55,10 +55,25 @@ class Load:
     """Mass at the ball, beyond that of the model [kg]."""
 
     def torques(self, robot: Robot, measured: Measurement) -> np.ndarray:
-        """Return the joints' torques, shape (N, m): as measured, else from the model's masses."""
-        if measured.efforts is not None:
-            return measured.efforts
-        return gravity_torques(robot, measured.positions, self.gravity, self.payload)
+        """Return what holds the joints of a placement's samples, see :meth:`moments`."""
+        return self.moments(robot, measured.positions, measured.efforts)
+
+    def moments(self, robot: Robot, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:
+        """Return the moments that hold the joints of an arm.
+
+        Args:
+            robot: The robot.
+            q: Joint positions, shape (N, m) [rad].
+            efforts: Torques as measured, shape (N, m) [N m]; None for those of the model's masses.
+
+        Returns:
+            Shape (N, 3 m) [N m]: torques about the joints' own axes, then the moments across them,
+            which always follow from the masses.
+        """
+        moments = gravity_moments(robot, q, self.gravity, self.payload)
+        if efforts is not None:
+            moments[:, : q.shape[1]] = efforts
+        return moments
 
 
 @dataclass(frozen=True)
@@ -134,7 +149,8 @@ class Observations:
     positions: np.ndarray
     """Joint positions, shape (N, m) [rad]."""
     torques: np.ndarray
-    """What the joints exert to hold the arm, shape (N, m) [N m]."""
+    """What the joints exert to hold the arm, about their own axes and those across, shape
+    (N, 3 m) [N m]."""
     sockets: np.ndarray
     """Index of each sample's socket among all sockets, shape (N,); -1 for a ball that an instrument
     measured."""

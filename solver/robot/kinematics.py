@@ -9,26 +9,34 @@ translation]
     T(i-1, i) = [ R(rpy)         | p + R(rpy) a q ]   prismatic
 
 with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF.
+
+A joint that bends under load also tilts a little about the two axes across its own. The link after
+it then turns by R(b, u) R(c, v) more, where b and c are those axes in its own frame, see
+:func:`across`, and u and v the tilts. For a robot of m joints, a configuration is a row of m
+positions, or of 3 m numbers: the positions, all tilts about b, all tilts about c.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from .chain import Body, Joint
+from .row_function import RowFunction
 from .urdf import Robot
 
 __all__ = [
     "BallModel",
     "Linearisation",
+    "across",
     "ball_position",
-    "gravity_function",
+    "gravity_moments",
     "gravity_torques",
     "link_frames",
+    "moments_function",
     "workspace",
 ]
 
@@ -56,10 +64,13 @@ def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any
     Args:
         joints: The chain's joints, from the base on.
         origins: Their origins, one after the other: x y z [m] roll pitch yaw [rad] each.
-        q: Positions of the joints that move, in chain order [rad], [m] for a prismatic joint.
+        q: Positions of the joints that move, in chain order [rad], [m] for a prismatic joint;
+            their tilts may follow.
     """
     R_base, p = ca.DM.eye(3), ca.DM.zeros(3)
     frames: list[tuple[Any, Any]] = []
+    m = sum(joint.actuated for joint in joints)
+    tilted = q.shape[0] > m
     moving = 0
     for i, joint in enumerate(joints):
         p = p + R_base @ origins[6 * i : 6 * i + 3]
@@ -69,9 +80,24 @@ def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any
                 p = p + R_base @ ca.DM(joint.axis) * q[moving]
             else:
                 R_base = R_base @ rotation(joint.axis, q[moving])
+            for k, axis in enumerate(across(joint.axis) if tilted else ()):
+                R_base = R_base @ rotation(axis, q[(k + 1) * m + moving])
             moving += 1
         frames.append((R_base, p))
     return frames
+
+
+def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the two axes about which a joint tilts, at right angles to its own and to each other.
+
+    For a joint about one of its frame's axes they are the two others, in the order x, y, z.
+    """
+    first, second = (np.eye(3)[i] for i in sorted(np.argsort(np.abs(axis))[:2].tolist()))
+    b = first - np.dot(first, axis) * np.array(axis)
+    b /= np.linalg.norm(b)
+    c = np.cross(axis, b)
+    c *= np.copysign(1.0, c @ second)
+    return tuple(b.tolist()), tuple(c.tolist())
 
 
 def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
@@ -88,7 +114,7 @@ class Linearisation:
     by_parameters: np.ndarray
     """Derivatives by the n free parameters, shape (N, 3, n)."""
     by_joints: np.ndarray
-    """Derivatives by the m joint positions, shape (N, 3, m)."""
+    """Derivatives by the m joint positions, shape (N, 3, m), or with tilts (N, 3, 3 m)."""
 
 
 class BallModel:
@@ -104,7 +130,9 @@ class BallModel:
         self.robot = robot
         self.free = np.array(free, dtype=int)
         self.nominal: np.ndarray = robot.origins.ravel()[self.free]
-        self._functions = _ball_functions(robot.joints, tuple(self.free.tolist()))
+        chain = (robot.joints, tuple(self.free.tolist()))
+        self._functions = _ball_functions(*chain, len(robot.actuated))
+        self._tilted = partial(_ball_functions, *chain, 3 * len(robot.actuated))
         self.function = self._functions.ball
 
     def origins(self, parameters: np.ndarray) -> np.ndarray:
@@ -118,22 +146,18 @@ class BallModel:
 
         Args:
             parameters: Values of the free numbers, shape (n,) [m, rad].
-            positions: Joint positions, shape (N, m) [rad].
+            positions: Joint positions, shape (N, m) [rad], or with tilts, shape (N, 3 m).
 
         Returns:
             Shape (N, 3) [m].
         """
-        return self._functions.evaluate("ball", parameters, positions)[0]
+        return self._of(positions).points(positions, parameters)[0]
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
-        N, n, m = len(positions), len(self.free), positions.shape[1]
-        p, by_x, by_q = self._functions.evaluate("linear", parameters, positions)
-        return Linearisation(
-            p,
-            by_x.reshape(N, n, 3).transpose(0, 2, 1),
-            by_q.reshape(N, m, 3).transpose(0, 2, 1),
-        )
+        points, by_x, by_q = self._of(positions).linear(positions, parameters)
+        (N, m), n = positions.shape, len(self.free)
+        return Linearisation(points, by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
 
     def log_volume(self, parameters: np.ndarray, positions: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
@@ -151,63 +175,45 @@ class BallModel:
         """
         if positions.shape[1] < 3:
             return 0.0, np.zeros(len(self.free))
-        value, slope = self._functions.evaluate("volume", parameters, positions)
+        value, slope = self._functions.volume(positions, parameters)
         return float(value.mean()), slope.mean(axis=0)
+
+    def _of(self, positions: np.ndarray) -> "_BallFunctions":
+        """Return the functions for joint positions without or with tilts."""
+        rigid = positions.shape[1] == len(self.robot.actuated)
+        return self._functions if rigid else self._tilted()
 
 
 class _BallFunctions:
-    """The ball's position, its derivatives and its volume as CasADi functions of x and q."""
+    """The ball's position, its derivatives and its volume as functions of x and rows q."""
 
-    def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...]) -> None:
-        numbers = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
+    def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int) -> None:
         self._x = ca.SX.sym("x", len(free))
-        self._q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
-        origins = ca.SX(numbers)
+        self._q = ca.SX.sym("q", columns)
+        origins = ca.SX(_origin_numbers(joints))
         origins[list(free)] = self._x
         self._p = ca.densify(ball_position(joints, origins, self._q))
         self.ball = ca.Function("ball", [self._x, self._q], [self._p], ["x", "q"], ["p"])
-        self._mapped: dict[tuple[str, int], Any] = {}
+        self.points = RowFunction("points", [self._x, self._q], [self._p])
 
     @cached_property
-    def linear(self) -> Any:
-        slopes = [ca.densify(ca.jacobian(self._p, by)) for by in (self._x, self._q)]
-        return ca.Function("linear", [self._x, self._q], [self._p, *slopes], {"cse": True})
+    def linear(self) -> RowFunction:
+        slopes = [ca.jacobian(self._p, by) for by in (self._x, self._q)]
+        return RowFunction("linear", [self._x, self._q], [self._p, *slopes])
 
     @cached_property
-    def volume(self) -> Any:
+    def volume(self) -> RowFunction:
         J = ca.jacobian(self._p, self._q)
-        value = ca.densify(0.5 * ca.log(ca.det(J @ J.T)))
-        slope = ca.densify(ca.gradient(value, self._x))
-        return ca.Function("volume", [self._x, self._q], [value, slope], {"cse": True})
-
-    def evaluate(
-        self, name: str, parameters: np.ndarray, positions: np.ndarray
-    ) -> list[np.ndarray]:
-        """Return a function's results for each row of joint positions, in rows too.
-
-        CasADi's matrices lie in memory column by column and NumPy's row by row, so each result is
-        its own transpose, and nothing is copied.
-        """
-        N = len(positions)
-        if (name, N) not in self._mapped:
-            self._mapped[name, N] = getattr(self, name).map(N)
-        mapped = self._mapped[name, N]
-        x = np.tile(np.asarray(parameters, dtype=float), N)
-        q = np.ascontiguousarray(positions, dtype=float).ravel()
-        results = [np.empty(mapped.size_out(i)[::-1]) for i in range(mapped.n_out())]
-        buffer, trigger = mapped.buffer()
-        for i, values in enumerate((x, q)):
-            buffer.set_arg(i, memoryview(values))
-        for i, values in enumerate(results):
-            buffer.set_res(i, memoryview(values.ravel()))
-        trigger()
-        return results
+        value = 0.5 * ca.log(ca.det(J @ J.T))
+        return RowFunction("volume", [self._x, self._q], [value, ca.gradient(value, self._x)])
 
 
 @lru_cache(maxsize=64)
-def _ball_functions(joints: tuple[Joint, ...], free: tuple[int, ...]) -> _BallFunctions:
+def _ball_functions(
+    joints: tuple[Joint, ...], free: tuple[int, ...], columns: int
+) -> _BallFunctions:
     """Return the functions of a chain; to build them takes longer than most of their calls."""
-    return _BallFunctions(joints, free)
+    return _BallFunctions(joints, free, columns)
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
@@ -240,26 +246,59 @@ def gravity_torques(
     Returns:
         Torques [N m] ([N] for a prismatic joint), shape (N, m).
     """
-    torque = gravity_function(robot, gravity, payload)
-    return torque.map(len(positions))(positions.T).full().T
+    return gravity_moments(robot, positions, gravity, payload)[:, : positions.shape[1]]
 
 
-def gravity_function(
+def gravity_moments(
+    robot: Robot,
+    positions: np.ndarray,
+    gravity: Sequence[float] = STANDARD_GRAVITY,
+    payload: float = 0.0,
+) -> np.ndarray:
+    """Return the moments by which each joint holds the arm, about all three of its axes.
+
+    Arguments are those of :func:`gravity_torques`.
+
+    Returns:
+        Moments [N m], shape (N, 3 m): the torques about the joints' own axes, then the moments
+        about the first axis :func:`across` each, then about the second.
+    """
+    return _moments_of_rows(robot.joints, robot.bodies, tuple(gravity), payload)(positions)[0]
+
+
+def moments_function(
     robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
 ) -> Any:
-    """Return :func:`gravity_torques` as a CasADi function of one configuration."""
-    return _gravity_function(robot.joints, robot.bodies, tuple(gravity), payload)
+    """Return :func:`gravity_moments` as a CasADi function of one configuration."""
+    return _moments_function(robot.joints, robot.bodies, tuple(gravity), payload)
 
 
 @lru_cache(maxsize=16)
-def _gravity_function(
+def _moments_function(
     joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
 ) -> Any:
-    q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
-    origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
-    frames = link_frames(joints, ca.DM(origins), q)
+    m = sum(joint.actuated for joint in joints)
+    q, tilts = ca.SX.sym("q", m), ca.SX.sym("tilts", 2 * m)
+    frames = link_frames(joints, ca.DM(_origin_numbers(joints)), ca.vertcat(q, tilts))
     energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]
         energy -= body.mass * ca.dot(ca.DM(gravity), p + R @ ca.DM(body.centre))
-    return ca.Function("gravity", [q], [ca.densify(ca.gradient(ca.SX(energy), q))])
+    # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
+    slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
+    upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
+    return ca.Function("moments", [q], [upright], {"cse": True})
+
+
+@lru_cache(maxsize=16)
+def _moments_of_rows(
+    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
+) -> RowFunction:
+    function = _moments_function(joints, bodies, gravity, payload)
+    q = ca.SX.sym("q", function.numel_in(0))
+    return RowFunction("moments", [q], [function(q)])
+
+
+def _origin_numbers(joints: Sequence[Joint]) -> list[float]:
+    """Return x y z [m] roll pitch yaw [rad] of all origins, one after the other."""
+    return [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]

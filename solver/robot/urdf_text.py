@@ -7,7 +7,7 @@ blanks, quotes and the order of attributes in the rest of the file stay.
 import math
 import os
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -21,9 +21,13 @@ __all__ = [
     "Origin",
     "UrdfText",
     "add_ball",
+    "add_comment",
+    "add_link",
+    "end_of_tag",
     "relocate_meshes",
     "scan",
     "set_origins",
+    "with_attributes",
 ]
 
 
@@ -119,7 +123,7 @@ class _Scanner:
             raise self.fail("this is a xacro file; expand it first: xacro FILE > robot.urdf")
         self.path.append(tag)
         begin = self.parser.CurrentByteIndex
-        span = (begin, _end_of_tag(self.text.data, begin))
+        span = (begin, end_of_tag(self.text.data, begin))
         if self.path == ["robot"]:
             self.text.name = self.new_name(attributes, tag, ())
         elif self.path == ["robot", "joint"]:
@@ -167,7 +171,7 @@ class _Scanner:
         return (x, y, z)
 
 
-def _end_of_tag(data: bytes, begin: int) -> int:
+def end_of_tag(data: bytes, begin: int) -> int:
     """Return the offset just after the ``>`` that closes the start tag at ``begin``."""
     quote = 0
     for place in range(begin, len(data)):
@@ -196,7 +200,7 @@ def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
         }
         if changed and joint in text.origin_tags:
             begin, end = text.origin_tags[joint]
-            edits.append((begin, end, _with_attributes(text.data[begin:end], changed)))
+            edits.append((begin, end, with_attributes(text.data[begin:end], changed)))
         elif changed:
             edits.append(_new_origin(text, joint, changed))
     return _apply(text.data, edits)
@@ -209,7 +213,7 @@ def _new_origin(text: UrdfText, joint: str, values: Mapping[str, str]) -> tuple[
     return (end, end, f"<origin {words}/>".encode())
 
 
-def _with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
+def with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
     """Return a start tag with some attributes set, the others as they are."""
     for key, value in values.items():
         pattern = re.compile(rb"(\s" + key.encode() + rb"\s*=\s*)(\"[^\"]*\"|'[^']*')")
@@ -259,22 +263,46 @@ def add_ball(text: UrdfText, flange: str, xyz: tuple[float, float, float], link:
     Raises:
         ModelError: The model already has such a link or joint.
     """
+    try:
+        return add_link(text, flange, Origin(xyz), link)
+    except ModelError as error:
+        raise ModelError(
+            f"{error}; leave out --flange, or give the new ball another name, as in "
+            "--tip printed_ball"
+        ) from None
+
+
+def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
+    """Return the text with one more link, fixed to one of the robot's.
+
+    Args:
+        text: The model.
+        parent: The link that carries the new one.
+        origin: The new link's place in that link's frame.
+        link: Its name; ``tool_link`` gets a joint called ``tool_joint``, so does ``tool``.
+
+    Raises:
+        ModelError: The model already has such a link or joint.
+    """
     joint = link.removesuffix("_link") + "_joint"
     if link in text.links or joint in text.joint_tags:
-        raise ModelError(
-            f"the model already has {link!r} or {joint!r}; leave out --flange, or give the new "
-            "ball another name, as in --tip printed_ball"
-        )
-    place = " ".join(map(repr, map(float, xyz)))
+        raise ModelError(f"the model already has {link!r} or {joint!r}")
+    xyz, rpy = (" ".join(map(repr, map(float, part))) for part in (origin.xyz, origin.rpy))
     new = (
         f"  <link name={_quoted(link)}/>\n"
         f'  <joint name={_quoted(joint)} type="fixed">\n'
-        f"    <parent link={_quoted(flange)}/>\n"
+        f"    <parent link={_quoted(parent)}/>\n"
         f"    <child link={_quoted(link)}/>\n"
-        f'    <origin xyz="{place}" rpy="0 0 0"/>\n'
+        f'    <origin xyz="{xyz}" rpy="{rpy}"/>\n'
         f"  </joint>\n"
     )
     return _apply(text.data, [(text.robot_end, text.robot_end, new.encode())])
+
+
+def add_comment(text: UrdfText, lines: Sequence[str]) -> bytes:
+    """Return the text with a comment before its end."""
+    words = "\n       ".join(lines).replace("--", "-")
+    return _apply(text.data, [(text.robot_end, text.robot_end, f"  <!-- {words} -->\n".encode())])
 
 
 def _apply(data: bytes, edits: list[tuple[int, int, bytes]]) -> bytes:

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.robot.kinematics import BallModel
+from mukca.solver.auto.deflection import Deflection
+from mukca.solver.robot.kinematics import BallModel, gravity_moments
 from mukca.solver.robot.urdf import load_robot, shipped_robots
 from mukca.tools.inverse_kinematics import MAX_TILT, Guide, SimulationError
-from mukca.tools.simulated_arms import Base, perturb, record
+from mukca.tools.simulated_arms import Base, Imperfection, perturb, record
 
 AT = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
 
@@ -17,6 +18,20 @@ def test_the_ball_is_in_its_socket(true_panda) -> None:
     balls = BallModel(true_panda, []).points(np.empty(0), placement.positions)
     assert balls == pytest.approx(np.repeat(AT.sockets, 10, axis=0), abs=1e-9)
     assert np.linalg.norm(AT.sockets[1] - AT.sockets[0]) == pytest.approx(AT.distance)
+
+
+def test_the_ball_of_an_arm_that_bends_is_in_its_socket(true_panda) -> None:
+    """Though joints twist and tilt under load: predicted from what the encoders read."""
+    elastic = Deflection(("compliance", "tilt"), (np.full(7, 5e-5), np.full(14, 3e-5)))
+    how = Imperfection(deflection=elastic)
+    q = record(true_panda, AT, np.random.default_rng(0), samples=5, imperfection=how).positions
+    bent = elastic.true_positions(q, gravity_moments(true_panda, q))
+    balls = BallModel(true_panda, []).points(np.empty(0), bent)
+    assert balls == pytest.approx(
+        np.repeat(AT.sockets, 5, axis=0), abs=5e-6
+    )  # the moments turn a little with what they bend
+    stiff = BallModel(true_panda, []).points(np.empty(0), q)
+    assert np.abs(stiff - balls).max() > 5e-4
 
 
 def test_configurations_keep_limits_and_tilt_and_differ(true_panda) -> None:

@@ -57,7 +57,7 @@ def calibrate(
         robot: The nominal robot, see :func:`mukca.load_robot`.
         train: The placements to fit, see :func:`mukca.read_placements`.
         test: Placements that the fit does not see. One that is trained on is left out of them.
-        method: ``auto``: geometry, joint compliance and transmission error, as far as the data
+        method: ``auto``: geometry, elasticity and transmission error, as far as the data
             support them; ``paper``: Eq. (5) of the paper, geometry alone.
         distance: Between the centres of a base's two sockets [m]; None for the recording's own,
             or 0.05 where it has none. 1 % wrong makes the robot 1 % too long.
@@ -68,7 +68,8 @@ def calibrate(
         known: (auto) Further measured distances between sockets, as
             ``"left:0-right:0=0.175+-0.0001"``: placement, socket, metres.
         distance_deviation: (auto) Standard deviation of ``distance`` [m]; None for a caliper's.
-        without: (auto) Among ``compliance``, ``transmission``, ``joint-noise``: what not to try.
+        without: (auto) Among ``compliance``, ``tilt``, ``transmission``, ``joint-noise``: what
+            not to try.
         payload: (auto) Mass at the ball beyond that of the model [kg].
         gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
         optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.

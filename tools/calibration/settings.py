@@ -33,7 +33,7 @@ class Settings:
     """How to calibrate. None, or nothing in a sequence, stands for the default."""
 
     method: str = "auto"
-    """``auto``: geometry, joint compliance and transmission error, as far as the data support
+    """``auto``: geometry, elasticity and transmission error, as far as the data support
     them; ``paper``: Eq. (5), geometry alone."""
     distance: float | None = None
     """Between the sockets' centres [m]; None for the recording's, or 0.05."""
@@ -53,7 +53,8 @@ class Settings:
     distance_deviation: float | None = None
     """auto: standard deviation of the distance [m]; None for a caliper's, 3e-5."""
     without: Sequence[str] = ()
-    """auto: among ``compliance``, ``transmission`` and ``joint-noise``: what is not tried."""
+    """auto: what is not tried, among ``compliance``, ``tilt``, ``transmission`` and
+    ``joint-noise``."""
     payload: float | None = None
     """auto: mass at the ball beyond the model's [kg]."""
     gravity: Sequence[float] | None = None
@@ -143,4 +144,4 @@ class Settings:
         }
 
 
-_WITHOUT = ("compliance", "transmission", "joint-noise")
+_WITHOUT = ("compliance", "tilt", "transmission", "joint-noise")

@@ -1,6 +1,8 @@
 """``mukca export``: write a calibration as other programs read it."""
 
 import argparse
+import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +23,7 @@ formats:
 
 What a format cannot say is named, with what that costs at the ball."""
 
-OPTIONS: tuple[str, ...] = ()
+OPTIONS = ("like", "flange", "tool")
 """Options that only some formats understand; each format's ``takes`` says which."""
 
 
@@ -34,6 +36,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help="see below")
     parser.add_argument("--out", required=True, type=Path, metavar="FILE", help="where to")
+    parser.add_argument(
+        "--flange",
+        metavar="LINK",
+        help="(c, urdf) the link whose pose C gives, or that carries tools "
+        "(default: the one that carries the ball)",
+    )
+    parser.add_argument(
+        "--tool",
+        metavar="NAME=X,Y,Z,R,P,Y",
+        action="append",
+        default=[],
+        help="(urdf) add a link, fixed to the flange: metres and radians; may be repeated",
+    )
+    parser.add_argument(
+        "--like",
+        type=Path,
+        metavar="FILE",
+        help="(ur) the file that ur_calibration wrote, whose hash is kept; "
+        "(mjcf) the model to correct",
+    )
     parser.add_argument(
         "--serial-number", metavar="TEXT", help="the arm's (default: as noted while recording)"
     )
@@ -75,6 +97,24 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--out {arguments.out}: is a folder; name a file")
 
 
+def _tools(words: Sequence[str]) -> dict[str, tuple[float, ...]]:
+    """Return the places of tools by their names."""
+    tools: dict[str, tuple[float, ...]] = {}
+    for word in words:
+        name, _, place = word.partition("=")
+        try:
+            numbers = tuple(map(float, place.split(",")))
+        except ValueError:
+            numbers = ()
+        if not name or name in tools or len(numbers) != 6 or not all(map(math.isfinite, numbers)):
+            raise UsageError(
+                f"--tool {word}: give each a name of its own, a place in metres and a turn in "
+                "radians, as in --tool gripper=0,0,0.12,0,0,1.57"
+            )
+        tools[name] = numbers
+    return tools
+
+
 def _export(arguments: argparse.Namespace) -> "Exported":
     from ..calibration.calibration import load_calibration
     from ..export.export import Request, identify
@@ -87,5 +127,8 @@ def _export(arguments: argparse.Namespace) -> "Exported":
             calibration=calibration,
             identity=identify(calibration, arguments.calibration, arguments.serial_number),
             file=arguments.out,
+            like=arguments.like,
+            flange=arguments.flange,
+            tools=_tools(arguments.tool),
         )
     )

@@ -14,11 +14,14 @@ from ...recorder.dataset import (
     read_metadata,
     read_placement,
 )
+from ...recorder.metadata import set_distance
 from ...recorder.samples import SAMPLES, SampleFile, read_samples
 from ..terminal import Terminal
+from ..usage import UsageError
 
 EXAMPLE = """example:
-  mukca info data"""
+  mukca info data
+  mukca info data/front --set-distance 0.0501"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,12 +30,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "paths", nargs="+", type=Path, metavar="PATH", help="placements, or folders of them"
     )
+    parser.add_argument(
+        "--set-distance",
+        type=float,
+        metavar="M",
+        help="correct the distance between the sockets' centres first; what it was is kept",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Read and describe all placements."""
-    placements = [describe(folder) for folder in find_placements(arguments.paths)]
+    folders = find_placements(arguments.paths)
+    if arguments.set_distance is not None:
+        if not 1e-3 <= arguments.set_distance <= 10:
+            raise UsageError(f"--set-distance {arguments.set_distance:g}: expected 0.001 to 10")
+        for folder in folders:
+            set_distance(folder, arguments.set_distance)
+    placements = [describe(folder) for folder in folders]
     if arguments.json:
         terminal.emit({"placements": placements})
         return 0

@@ -119,7 +119,7 @@ class ParameterValue(Document, kw_only=True, frozen=True):
 
 
 class Coefficient(Document, kw_only=True, frozen=True):
-    """One coefficient beyond the geometry: a joint's compliance or transmission error."""
+    """One coefficient beyond the geometry: a joint's elasticity or transmission error."""
 
     name: str
     unit: str

@@ -2,9 +2,10 @@
 
 import importlib
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from .export import Exported, Request
+if TYPE_CHECKING:
+    from .export import Exported, Request
 
 __all__ = ["FORMATS", "Format", "export"]
 
@@ -12,7 +13,7 @@ __all__ = ["FORMATS", "Format", "export"]
 class Module(Protocol):
     """What the module of a format offers."""
 
-    def export(self, request: Request) -> Exported:
+    def export(self, request: "Request") -> "Exported":
         """Return the files.
 
         Raises:
@@ -32,13 +33,20 @@ class Format:
 
 
 FORMATS: dict[str, Format] = {
+    "urdf": Format("urdf", "calibrated URDF, with tools that --tool adds", ("flange", "tool")),
+    "xacro": Format("xacro", "macro for the joint origins of any robot's xacro, .xacro"),
+    "ur": Format("vendor_yaml", "kinematics file of ur_description, .yaml", ("like",)),
+    "franka": Format("vendor_yaml", "kinematics.yaml of franka_description, .yaml"),
+    "xarm": Format("vendor_yaml", "kinematics file of xarm_description, .yaml"),
+    "mjcf": Format("mjcf", "MuJoCo model of your own (--like), its bodies corrected", ("like",)),
+    "c": Format("c_code", "C99 source of the full model, for controllers, .c", ("flange",)),
     "dh": Format("dh", "Denavit-Hartenberg table, .json or .csv"),
     "mdh": Format("dh", "modified Denavit-Hartenberg table (Craig's), .json or .csv"),
 }
 """By the word that ``--to`` takes. A new format is a line here, and its module."""
 
 
-def export(request: Request) -> Exported:
+def export(request: "Request") -> "Exported":
     """Return the files of an export; see :class:`Module`."""
     name = FORMATS[request.format].module
     module: Module = importlib.import_module(f".{name}", __package__)  # pyright: ignore[reportAssignmentType]

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.deflection import COMPLIANCE, Deflection
+from mukca.solver.auto.deflection import COMPLIANCE, TILT, Deflection, coefficient_names
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import deviations
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.metrics import evaluate
-from mukca.solver.data.observations import observe
-from mukca.solver.robot.kinematics import gravity_torques
+from mukca.solver.data.observations import Load, observe
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
@@ -43,9 +42,7 @@ class Session:
 
     def error(self, found, placement: Placement) -> float:
         measured = measure(placement, self.robot)
-        torques = measured.efforts
-        if torques is None:
-            torques = gravity_torques(self.robot, measured.positions)
+        torques = Load().torques(self.robot, measured)
         return evaluate(found.predict(measured.positions, torques), measured).mean_absolute_error
 
 
@@ -74,6 +71,21 @@ def test_compliance_is_found_within_its_intervals() -> None:
     assert found[loaded] == pytest.approx(
         COMPLIANCES[loaded], abs=float(3 * deviation[loaded].max())
     )
+    held_out = session.placements[1]
+    assert session.error(fit.full, held_out) < 0.9 * session.error(fit.geometric, held_out)
+
+
+def test_tilt_is_found_within_its_intervals() -> None:
+    tilts = np.array([25e-6, 20e-6, 16e-6, 15e-6, 0, 0, 0, 15e-6, 5e-6, 21e-6, 10e-6, 0, 0, 0])
+    how = Imperfection(noise=5e-5, deflection=Deflection((TILT,), (tilts,)))
+    session = Session("panda", 2, 2, how)
+    fit = select_model(session.robot, session.parameters, session.observe(session.placements[:1]))
+    assert TILT in fit.full.model.extensions
+    names = fit.full.model.names
+    own = [names.index(name) for name in coefficient_names(TILT, session.robot.joint_names)]
+    found, deviation = fit.full.x[own], deviations(fit.full)[own]
+    assert np.all(found >= 0)
+    assert np.abs(found - tilts)[deviation > 0] == pytest.approx(0, abs=float(3 * deviation.max()))
     held_out = session.placements[1]
     assert session.error(fit.full, held_out) < 0.9 * session.error(fit.geometric, held_out)
 
@@ -142,7 +154,7 @@ def _with_outliers(session: Session, placement: Placement, generator) -> Placeme
 def test_leaving_one_out_drops_what_does_not_help() -> None:
     session = Session("ur5e", 7, 3, Imperfection(noise=1e-4))
     fit = select_model(session.robot, session.parameters, session.observe(session.placements))
-    assert [note.split(":")[0] for note in fit.notes] == ["compliance", "transmission"]
+    assert [note.split(":")[0] for note in fit.notes] == ["compliance", "tilt", "transmission"]
     assert fit.full.model.extensions == ()
 
 

@@ -11,7 +11,6 @@ from mukca.solver.checks.changes import split_at
 from mukca.solver.checks.inspection import (
     Finding,
     Survey,
-    fitted_alone,
     inspect_all,
     next_placement,
 )
@@ -90,12 +89,6 @@ def test_the_next_placement_is_away_from_those_there_are(panda, look, placements
     moved = replace(seen.placements[1], findings=(Finding("error", "x", "there", "bad", "mend"),))
     hint = next_placement(panda, replace(seen, placements=(seen.placements[0], moved)))
     assert "First mend left" in hint and "serve best" not in hint
-
-
-def test_a_placement_alone_leaves_the_same_everywhere(panda, look, placements) -> None:
-    seen = look(placements)
-    measured = seen.placements[1].measured
-    assert fitted_alone(panda, measured) == seen.placements[1].floor
 
 
 @pytest.mark.slow

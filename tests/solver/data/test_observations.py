@@ -8,7 +8,7 @@ import pytest
 from mukca.recorder.dataset import read_placement
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observations import KnownError, Load, observe, parse_known
-from mukca.solver.robot.kinematics import gravity_torques
+from mukca.solver.robot.kinematics import gravity_moments
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def test_each_base_ties_its_first_two_sockets(two, panda) -> None:
     assert [label[1] for label in data.labels] == [0, 1, 0, 1]
     assert [(k.first, k.second, k.distance) for k in data.known] == [(0, 1, 0.05), (2, 3, 0.05)]
     assert np.bincount(data.sockets).tolist() == [12, 12, 12, 12]
-    assert data.torques == pytest.approx(gravity_torques(panda, data.positions))
+    assert data.torques == pytest.approx(gravity_moments(panda, data.positions))
 
 
 def test_known_distances_tie_placements(two, panda) -> None:

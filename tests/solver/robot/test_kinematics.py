@@ -1,10 +1,17 @@
 """Derivatives against finite differences, torques against Pinocchio."""
 
+import casadi as ca
 import numpy as np
 import pinocchio
 import pytest
 
-from mukca.solver.robot.kinematics import BallModel, gravity_torques
+from mukca.solver.robot.kinematics import (
+    BallModel,
+    across,
+    gravity_moments,
+    gravity_torques,
+    link_frames,
+)
 from mukca.solver.robot.parameters import all_parameters, choose_parameters
 from mukca.solver.robot.urdf import load_robot, parse_robot, shipped_robots
 from mukca.solver.robot.urdf_text import scan
@@ -34,6 +41,11 @@ def test_derivatives_agree_with_finite_differences(name: str) -> None:
     linear = model.linearise(x, q)
     assert linear.points == pytest.approx(model.points(x, q), abs=1e-15)
     h = 1e-6
+    tilted = np.hstack([q, generator.normal(0, 1e-3, (4, 2 * q.shape[1]))])
+    by_tilts = model.linearise(x, tilted).by_joints
+    for k, e in enumerate(np.eye(tilted.shape[1])):
+        difference = (model.points(x, tilted + h * e) - model.points(x, tilted - h * e)) / (2 * h)
+        assert by_tilts[:, :, k] == pytest.approx(difference, abs=1e-8)
     for k, e in enumerate(np.eye(len(x))):
         difference = (model.points(x + h * e, q) - model.points(x - h * e, q)) / (2 * h)
         assert linear.by_parameters[:, :, k] == pytest.approx(difference, abs=1e-8)
@@ -61,6 +73,29 @@ def test_gravity_torques_agree_with_pinocchio(name: str) -> None:
             )
         expected.append(pinocchio.computeGeneralizedGravity(model, data, configuration).copy())
     assert gravity_torques(robot, positions, gravity) == pytest.approx(np.array(expected), abs=1e-9)
+
+
+def test_moments_across_are_those_of_the_weights_beyond(panda) -> None:
+    """At each joint, against lever times weight, about axes that stand on each other."""
+    q = np.random.default_rng(3).uniform(-1.5, 1.5, 7)
+    frames = link_frames(panda.joints, ca.DM(panda.origins.ravel()), ca.DM(q))
+    places = [(np.array(R.full()), np.array(p.full()).ravel()) for R, p in map(_dense, frames)]
+    found = gravity_moments(panda, q[None])[0].reshape(3, 7)
+    moving = [i for i, joint in enumerate(panda.joints) if joint.actuated]
+    for k, i in enumerate(moving):
+        R, p = places[i]
+        hold = np.zeros(3)
+        for body in panda.bodies:
+            if body.joint >= i:
+                Rb, pb = places[body.joint]
+                hold -= np.cross(pb + Rb @ body.centre - p, [0, 0, -9.80665 * body.mass])
+        axes = np.array([panda.joints[i].axis, *across(panda.joints[i].axis)])
+        assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-12)
+        assert found[:, k] == pytest.approx(axes @ R.T @ hold, abs=1e-9)
+
+
+def _dense(frame):
+    return tuple(ca.DM(part) for part in frame)
 
 
 def test_a_payload_pulls_at_the_ball(panda) -> None:

@@ -18,7 +18,6 @@ from mukca.tools.documents.calibration import (
     CalibrationDocument,
     PlacementSamples,
     RecordedSample,
-    read_calibration,
 )
 from mukca.tools.documents.files import encode
 
@@ -72,10 +71,10 @@ def calibrations(session: Path, shared: Callable[..., Path]) -> Path:
     def make(folder: Path) -> None:
         robot = load_robot("panda")
         fitted = mukca.calibrate(robot, mukca.read_placements(session / "front"), method="paper")
-        fitted.save(folder)
-        template = read_calibration(folder / "calibration.json")
+        folder.mkdir()
+        (folder / "fitted.json").write_bytes(encode(fitted.document))
         for name in ROBOTS:
-            document = imagine(load_robot(name), template)
+            document = imagine(load_robot(name), fitted.document)
             (folder / f"{name}.json").write_bytes(encode(document))
 
     return shared("exports", make)

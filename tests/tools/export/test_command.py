@@ -34,7 +34,7 @@ def test_what_a_format_cannot_say_has_its_price(export, calibrations, tmp_path) 
 
 
 def test_a_calibration_of_pure_geometry_loses_nothing(export, calibrations, tmp_path) -> None:
-    file = calibrations / "calibration.json"
+    file = calibrations / "fitted.json"
     _, out, _ = export(file, "--to", "mdh", "--out", tmp_path / "a.json", "--json")
     assert json.loads(out)["losses"] == []
 

@@ -1,5 +1,7 @@
 """The answers: use, next, data; and the parts of the 3D view."""
 
+import json
+
 import msgspec
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 
 from mukca.solver.checks.inspection import farthest_place
 from mukca.solver.robot.urdf import load_robot
+from mukca.tools.cli import main
 from mukca.tools.documents.calibration import Model, calibrated_robot
 from mukca.tools.documents.files import encode
 from mukca.tools.report.build import Options, build_report
@@ -62,6 +65,16 @@ def test_a_recording_that_is_wrong_comes_first(document, typed) -> None:
         name = row["name"].split("/")[-1]
         assert answers.next.text.startswith(f"First mend {name}, see below.")
         assert (f"All figures here rest on {name}, trained on." in answers.data.text) == said
+
+
+def test_a_placement_alone_leaves_the_same_everywhere(document, typed, session, capsys) -> None:
+    """The terminal and the page say one number by the same words."""
+    assert main(["check", str(session), "--robot", "panda", "--json"]) == 0
+    told = {row["name"]: row["floor"] for row in json.loads(capsys.readouterr().out)["placements"]}
+    answer = build_report(typed(document), "").figures.answers.data
+    assert {f"session/{row.name}": row.mean_absolute_error for row in answer.floors} == told
+    low, high = (f"{1e3 * f(told.values()):.3f} mm" for f in (min, max))
+    assert f"Fitted alone, the placements leave {low} to {high}: none stands out." in answer.text
 
 
 def test_places_off_the_middle_are_told_with_their_side(document, typed) -> None:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ....solver.checks.inspection import fitted_alone
 from ....solver.data.observations import KnownDistance
 from ...documents.calibration import CalibrationDocument, misfit
 from ...documents.files import fields_of
@@ -94,13 +95,14 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
     placements = placement_reports(predictions, tolerance)
     samples = sample_errors(predictions, DRAWN)
     matrix = cross_placement(predictions, regularization)
+    floors = fitted_alone(predictions.robot, [p.measured for p in predictions.placements])
     covered = coverage(predictions, DRAWN)
     earned = _earned(predictions, covered, limits)
     verdict = judge(summary.test, between, document.checks, limits, earned)
     answers = Answers(
         use=use_answer(placements, summary, verdict, limits, document.uncertainty, tolerance),
         next=next_answer(placements, covered, document.checks, document.next_placement),
-        data=data_answer(placements, samples, matrix, document.checks),
+        data=data_answer(placements, samples, floors, document.checks),
     )
     return ReportDocument(
         format=FORMAT,

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from .....solver.checks.inspection import Finding
-from ....documents.report_errors import CrossPlacement, PlacementReport, SampleErrors
+from .....solver.checks.inspection import Finding, standing_out
+from ....documents.report_errors import PlacementReport, SampleErrors
 from ....documents.report_verdict import DataAnswer, LoneFit, WorstSample
 from ...words import joined, mm, plural, short_names
 
@@ -11,14 +11,12 @@ __all__ = ["FAR", "data_answer", "placements_with_errors"]
 
 FAR = 3.0
 """A sample this many times its placement's mean error from its socket deserves a look."""
-STANDS_OUT = 2.5
-"""A placement that keeps this many times the best one's error, both fitted alone, is suspect."""
 
 
 def data_answer(
     placements: Sequence[PlacementReport],
     samples: Sequence[SampleErrors],
-    matrix: CrossPlacement | None,
+    floors: Sequence[float],
     checks: Sequence[Finding] | None,
 ) -> DataAnswer:
     """Return whether the recordings look sound.
@@ -26,22 +24,28 @@ def data_answer(
     Args:
         placements: All of them.
         samples: The samples that are drawn.
-        matrix: Errors after training on one placement alone; None with a single placement.
+        floors: What each placement leaves when fitted alone, as ``mukca check`` says it [m].
         checks: What was found in the recordings; None where they were not checked.
     """
     worst = worst_samples(placements, samples)
-    floors = _lone_fits(matrix)
+    names = short_names([row.name for row in placements])
     texts = [_checks_text(placements, checks)]
-    if floors:
-        words = _floors_text(floors)
-        texts.append(words if texts[0].endswith(":") else words[0].upper() + words[1:])
+    words = _floors_text(names, floors)
+    texts.append(words if texts[0].endswith(":") else words[0].upper() + words[1:])
     if any(row.ratio > FAR for row in worst):
         first = worst[0]
         texts.append(
             f"Look at {first.where}: it is {mm(first.error)} from its socket, "
             f"{first.ratio:.1f} times its placement's mean error."
         )
-    return DataAnswer(text=" ".join(texts), worst=tuple(worst[:5]), floors=floors)
+    return DataAnswer(
+        text=" ".join(texts),
+        worst=tuple(worst[:5]),
+        floors=tuple(
+            LoneFit(name=name, mean_absolute_error=floor)
+            for name, floor in zip(names, floors, strict=True)
+        ),
+    )
 
 
 def _checks_text(placements: Sequence[PlacementReport], checks: Sequence[Finding] | None) -> str:
@@ -77,23 +81,11 @@ def placements_with_errors(
     }
 
 
-def _lone_fits(matrix: CrossPlacement | None) -> tuple[LoneFit, ...]:
-    """Return what error each placement keeps when fitted alone, the diagonal of the matrix."""
-    if matrix is None:
-        return ()
-    rows = zip(short_names(matrix.names), matrix.matrix, strict=True)
-    return tuple(
-        LoneFit(name=name, mean_absolute_error=row[i])
-        for i, (name, row) in enumerate(rows)
-        if row is not None
-    )
-
-
-def _floors_text(floors: Sequence[LoneFit]) -> str:
-    errors = [fit.mean_absolute_error for fit in floors]
-    low, high = min(errors), max(errors)
-    text = f"fitted alone, each placement leaves {mm(low)} to {mm(high)}"
-    odd = [fit.name for fit in floors if fit.mean_absolute_error > STANDS_OUT * low]
+def _floors_text(names: Sequence[str], floors: Sequence[float]) -> str:
+    if len(floors) == 1:
+        return f"fitted alone it leaves {mm(floors[0], 3)}."
+    text = f"fitted alone, the placements leave {mm(min(floors), 3)} to {mm(max(floors), 3)}"
+    odd = [n for n, typical in zip(names, standing_out(floors), strict=True) if typical is not None]
     if odd:
         return f"{text}: {joined(odd)} stands out, so record it anew."
     return f"{text}: none stands out."

@@ -57,7 +57,7 @@ def _parameter_kinds(report: ReportDocument) -> dict[str, list[_Bar]]:
         bar = _Bar(row.name, row.unit, row.change, row.standard_deviation)
         kinds.setdefault(kind, []).append(bar)
     for row in report.coefficients or ():
-        kind = "joint compliance" if row.unit == "rad/(N m)" else "transmission error"
+        kind = "elasticity" if row.unit == "rad/(N m)" else "transmission error"
         if row.value or row.standard_deviation:  # the others are switched off
             bar = _Bar(row.name, row.unit, row.value, row.standard_deviation)
             kinds.setdefault(kind, []).append(bar)

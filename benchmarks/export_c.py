@@ -1,0 +1,97 @@
+"""What the exported C functions cost a call, beside Pinocchio's forward kinematics in the same run.
+
+    python benchmarks/export_c.py CALIBRATION.json
+
+Pinocchio reads the URDF alone, and is called from Python; what such a call costs by itself is
+measured too. The C functions hold the full model, corrections of the joints and gravity included.
+Each figure is the least of five runs, in CPU time.
+"""
+
+import argparse
+import re
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from mukca.solver.robot.kinematics import workspace
+from mukca.tools.calibration.calibration import load_calibration
+from mukca.tools.cli import main as mukca
+
+LOOP = """
+#define _POSIX_C_SOURCE 199309L
+#include "arm.h"
+#include <stdio.h>
+#include <time.h>
+static double q[ROWS][ARM_JOINTS] = {DATA};
+static double now(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return t.tv_sec + 1e-9 * t.tv_nsec;
+}
+#define TIME(call) do { \\
+    double out[64], sum = 0, begin = now(); \\
+    for (int n = 0; n < 100 * ROWS; ++n) { call(q[n % ROWS], out); sum += *out; } \\
+    printf("%s %.4f %d\\n", #call, 1e6 * (now() - begin) / (100 * ROWS), sum == 0); \\
+  } while (0)
+int main(void) {
+  CALLS
+  return 0;
+}
+"""
+
+
+def in_c(file: Path, folder: Path, q: np.ndarray) -> dict[str, float]:
+    """Return the time of each function [us]."""
+    source = folder / "arm.c"
+    assert mukca(["export", str(file), "--to", "c", "--out", str(source)]) == 0
+    names = re.findall(r"^\w+ (arm_\w+)\(", (folder / "arm.h").read_text(), re.M)
+    data = ",".join("{" + ",".join(map(repr, row)) + "}" for row in q.tolist())
+    loop = LOOP.replace("ROWS", str(len(q))).replace("DATA", data)
+    (folder / "loop.c").write_text(loop.replace("CALLS", " ".join(f"TIME({n});" for n in names)))
+    words = ["cc", "-std=c99", "-O2", "loop.c", "arm.c", "-o", "loop", "-lm"]
+    subprocess.run(words, cwd=folder, check=True)
+    lines = subprocess.run(["./loop"], cwd=folder, check=True, capture_output=True, text=True)
+    return {line.split()[0]: float(line.split()[1]) for line in lines.stdout.splitlines()}
+
+
+def in_pinocchio(urdf: bytes, q: np.ndarray) -> tuple[float, float]:
+    """Return the time of a forward kinematics, and of a call that does nothing [us]."""
+    import pinocchio
+
+    model = pinocchio.buildModelFromXML(urdf.decode())
+    data = model.createData()
+    rows = [np.resize(row, model.nq) for row in q]
+    begin = time.process_time()
+    for row in rows * 100:
+        pinocchio.forwardKinematics(model, data, row)
+    between = time.process_time()
+    for _ in rows * 100:
+        pinocchio.printVersion()
+    end = time.process_time()
+    calls = 100 * len(rows)
+    return 1e6 * (between - begin) / calls, 1e6 * (end - between) / calls
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("calibration", type=Path, metavar="CALIBRATION.json")
+    arguments = parser.parse_args()
+    calibration = load_calibration(arguments.calibration)
+    q = workspace(calibration.robot, 200)
+    with tempfile.TemporaryDirectory() as folder:
+        runs = [in_c(arguments.calibration, Path(folder) / str(i), q) for i in range(5)]
+    urdf = calibration.calibrated.urdf()
+    others = [in_pinocchio(urdf, q) for _ in range(5)]
+    print(f"{calibration.robot.name}: {calibration.calibrated.deflection.extensions}")
+    for name in runs[0]:
+        print(f"  {name:<20} {min(run[name] for run in runs):7.3f} us")
+    kinematics, nothing = map(min, zip(*others, strict=True))
+    print(f"  pinocchio's forwardKinematics, from Python: {kinematics:.3f} us,")
+    print(f"  of which an empty call takes {nothing:.3f} us")
+
+
+if __name__ == "__main__":
+    main()

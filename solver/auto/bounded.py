@@ -1,0 +1,45 @@
+"""A Newton step for unknowns some of which are never negative."""
+
+import numpy as np
+
+from .laplace import inverse
+
+__all__ = ["bounded_step"]
+
+
+def bounded_step(
+    H: np.ndarray, gradient: np.ndarray, x: np.ndarray, free: np.ndarray, bounded: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the step to the minimum of a quadratic function within the bounds.
+
+    It minimises g^T d + d^T H d / 2 over the steps d for which x + d >= 0 where x is bounded. What
+    would turn negative is held at zero instead, and freed again if the slope then says that the
+    function falls with it (the active set method; Nocedal and Wright, Numerical Optimization,
+    chapter 16).
+
+    Args:
+        H: Curvature, positive definite where free, shape (n, n).
+        gradient: Slope g, shape (n,).
+        x: Where the step begins, shape (n,).
+        free: Which of x may change at all, shape (n,).
+        bounded: Which of those are never negative, shape (n,).
+
+    Returns:
+        The step d, shape (n,), which leads to zero exactly where x is held; and the inverse of the
+        curvature, shape (n, n), zero for what is held.
+    """
+    held = bounded & (x == 0) & (gradient > 0)
+    change, covariance = np.zeros(len(x)), np.zeros_like(H)
+    for _ in range(3 * int(bounded.sum()) + 1):
+        covariance = inverse(H, free & ~held)
+        change = np.where(held, -x, 0.0)
+        change -= covariance @ (gradient + H @ change)
+        below = bounded & ~held & (x + change < 0)
+        if below.any():
+            held |= below
+            continue
+        slope = np.where(held, gradient + H @ change, 0.0)
+        if not (slope < 0).any():
+            break
+        held[np.argmin(slope)] = False
+    return change, covariance

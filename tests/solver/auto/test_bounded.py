@@ -1,0 +1,35 @@
+"""The bounded step against all choices of what is held at zero."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from mukca.solver.auto.bounded import bounded_step
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_it_is_the_best_of_all_steps_within_the_bounds(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    root = generator.normal(0, 1, (6, 6))
+    H, gradient = root @ root.T + 0.1 * np.eye(6), generator.normal(0, 1, 6)
+    bounded = np.array([True, True, True, False, False, False])
+    free = np.array([True, True, True, True, True, False])
+    x = np.where(bounded, generator.choice([0.0, 0.3], 6), generator.normal(0, 1, 6))
+
+    def value(d: np.ndarray) -> float:
+        return float(gradient @ d + 0.5 * d @ H @ d)
+
+    values: list[float] = []
+    for choice in product([True, False], repeat=3):
+        held = np.array([*choice, False, False, False])
+        some = free & ~held
+        d = np.where(held, -x, 0.0)
+        d[some] = -np.linalg.solve(H[np.ix_(some, some)], (gradient + H @ d)[some])
+        if ((x + d)[bounded] >= -1e-12).all():
+            values.append(value(d))
+    change, covariance = bounded_step(H, gradient, x, free, bounded)
+    assert value(change) == pytest.approx(min(values), abs=1e-9)
+    assert ((x + change)[bounded] >= 0).all() and change[5] == 0
+    zero = bounded & (x + change == 0)
+    assert not covariance[zero].any() and not covariance[5].any()

@@ -1,0 +1,160 @@
+"""The C file: compiled with all warnings as errors, it is the calibration's own model."""
+
+import ctypes
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.solver.robot.kinematics import gravity_torques, workspace
+from mukca.tools.calibration.calibration import load_calibration
+from mukca.tools.cli import main
+
+EXAMPLES = Path(__file__).parents[3] / "examples" / "controller"
+STRICT = ("-Wall", "-Wextra", "-pedantic", "-Werror")
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+
+
+def compile_(*words: object) -> None:
+    done = subprocess.run([*map(str, words)], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+
+
+class Model:
+    """The functions of a C file, on rows of joint positions."""
+
+    def __init__(self, file: Path) -> None:
+        library = file.with_suffix(".so")
+        compile_("cc", "-std=c99", "-O0", *STRICT, "-shared", "-fPIC", file, "-o", library, "-lm")
+        self.file, self.name, self.library = file, file.stem, ctypes.CDLL(str(library))
+
+    def __call__(self, function: str, q: np.ndarray, size: int) -> np.ndarray:
+        call = getattr(self.library, f"{self.name}_{function}")
+        out = np.empty((len(q), size))
+        q = np.ascontiguousarray(q)
+        to, fro, step = q.ctypes.data, out.ctypes.data, 8
+        for i in range(len(q)):
+            status = call(
+                ctypes.c_void_p(to + step * q.shape[1] * i), ctypes.c_void_p(fro + step * size * i)
+            )
+            assert function != "command" or status == 0
+        return out
+
+
+def moved(function, q: np.ndarray, step: float = 1e-6) -> np.ndarray:
+    """Central differences by each joint, shape (N, size, m)."""
+    steps = step * np.eye(q.shape[1])
+    return np.stack([(function(q + s) - function(q - s)) / (2 * step) for s in steps], axis=2)
+
+
+@pytest.mark.slow
+def test_it_is_the_full_model_of_every_robot(imagined, export, tmp_path) -> None:
+    file, calibration = imagined
+    out = tmp_path / "arm.c"
+    status, said, _ = export(file, "--to", "c", "--out", out)
+    assert status == 0 and "Not in this format" not in said
+    model, calibrated, robot = Model(out), calibration.calibrated, calibration.robot
+    m = len(robot.actuated)
+    q = workspace(robot, 1500)
+    assert np.abs(model("ball", q, 3) - calibration.ball(q)).max() < 1e-12
+    torques = gravity_torques(robot, q, calibrated.load.gravity, calibrated.load.payload)
+    assert np.abs(model("gravity", q, m) - torques).max() < 1e-11
+    true = model("true_positions", q, m)
+    assert 1e-6 < np.abs(true - q).max() < 0.1
+    commanded = model("command", q, m)
+    assert np.abs(model("true_positions", commanded, m) - q).max() < 1e-13
+    check_flange(model, robot, calibration, q[:200])
+
+
+def check_flange(model, robot, calibration, q: np.ndarray) -> None:
+    """The flange carries the ball, and its Jacobian is its derivative."""
+    m = len(robot.actuated)
+    T = model("flange", q, 16).reshape(-1, 4, 4)
+    assert np.all(T[:, 3] == [0, 0, 0, 1])
+    calibrated = calibration.calibrated
+    place = calibrated.model.origins(calibrated.values)[-1, :3]
+    found = T[:, :3, :3] @ place + T[:, :3, 3]
+    assert np.abs(found - calibration.ball(q)).max() < 1e-12
+    J = model("jacobian", q, 6 * m).reshape(-1, 6, m)
+    slopes = moved(lambda x: model("flange", x, 16), q).reshape(-1, 4, 4, m)
+    assert np.abs(J[:, :3] - slopes[:, :3, 3]).max() < 1e-8
+    W = np.einsum("nikj,nlk->nilj", slopes[:, :3, :3], T[:, :3, :3])
+    spin = np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], axis=1)
+    assert np.abs(J[:, 3:] - spin).max() < 1e-8
+
+
+@pytest.fixture(scope="module")
+def arm(calibrations: Path, tmp_path_factory: pytest.TempPathFactory) -> Model:
+    """The C file of a Panda, called arm."""
+    out = tmp_path_factory.mktemp("c") / "arm.c"
+    assert main(["export", str(calibrations / "panda.json"), "--to", "c", "--out", str(out)]) == 0
+    return Model(out)
+
+
+@pytest.mark.slow
+def test_ten_thousand_configurations(arm, calibrations) -> None:
+    calibration = load_calibration(calibrations / "panda.json")
+    q = workspace(calibration.robot, 10_000, seed=3)
+    assert np.abs(arm("ball", q, 3) - calibration.ball(q)).max() < 1e-12
+
+
+@pytest.mark.slow
+def test_what_is_no_number_is_said(arm) -> None:
+    q, out = (ctypes.c_double * 7)(*[0.1] * 6, float("nan")), (ctypes.c_double * 7)()
+    assert arm.library.arm_command(q, out) == -1
+
+
+@pytest.mark.slow
+def test_it_needs_nothing_and_keeps_nothing(arm) -> None:
+    text = arm.file.read_text()
+    assert re.findall(r"#include .*", text) == ['#include "arm.h"', "#include <math.h>"]
+    assert not re.search(r"alloc|casadi|^static double \w+;", text, re.M)
+    assert "sha256" in text and '"panda_joint7"' in text
+
+
+@pytest.mark.slow
+def test_the_examples_run(arm, calibrations, tmp_path) -> None:
+    folder, loop = arm.file.parent, tmp_path / "loop"
+    words = [f"-I{folder}", EXAMPLES / "loop.cpp", folder / "arm.so", f"-Wl,-rpath,{folder}"]
+    compile_("c++", "-std=c++11", *STRICT, *words, "-o", loop)
+    shown = subprocess.run([loop, "50"], capture_output=True, text=True, timeout=60).stdout
+    assert "slowest of 50 cycles" in shown
+    script = [sys.executable, EXAMPLES / "from_python.py", folder / "arm.so", "7"]
+    shown = subprocess.run(script, capture_output=True, text=True, timeout=60).stdout
+    ball = np.array([float(word) for word in shown.splitlines()[0].split(":")[1].split()])
+    expected = load_calibration(calibrations / "panda.json").ball([0.3] * 7)
+    assert np.abs(ball - expected).max() < 1e-12
+
+
+def test_another_link_may_be_the_flange(export, calibrations, tmp_path) -> None:
+    words = (calibrations / "panda.json", "--to", "c", "--flange", "panda_link8")
+    assert export(*words, "--out", tmp_path / "arm.c")[0] == 0
+    assert "pose of panda_link8" in (tmp_path / "arm.h").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--out", "arm.cpp"), "ends in .c"),
+        (("--out", "7-arm.c"), "as in panda.c"),
+        (("--out", "arm.c", "--flange", "hand"), "panda_hand_tcp"),
+    ],
+)
+def test_bad_input_gets_one_line(export, calibrations, tmp_path, words, said) -> None:
+    option, name, *rest = words
+    status, _, err = export(
+        calibrations / "panda.json", "--to", "c", option, tmp_path / name, *rest
+    )
+    assert status == 2 and said in err and len(err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_option_of_another_format_is_refused(export, calibrations, tmp_path) -> None:
+    words = ("--to", "dh", "--flange", "panda_hand", "--out", tmp_path / "a.csv")
+    status, _, err = export(calibrations / "panda.json", *words)
+    assert status == 2 and "--flange is for --to c" in err

@@ -1,0 +1,258 @@
+"""Files for ROS: expanded by the real xacro and read by Pinocchio, they give the calibrated arm.
+
+The xacro of a description package is imitated: the URDF, in which the origins of the joints that
+the file carries stand as ``${...}`` of the file's keys.
+"""
+
+import re
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from mukca.solver.robot.kinematics import workspace
+from mukca.solver.robot.urdf import load_robot, parse_robot
+from mukca.solver.robot.urdf_text import scan
+from mukca.tools.calibration.calibration import Calibration, load_calibration
+from mukca.tools.documents.files import encode
+
+xacro = pytest.importorskip("xacro", reason="xacro is not installed")
+yaml = pytest.importorskip("yaml", reason="PyYAML comes with xacro")
+pinocchio = pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
+
+UR = {
+    "shoulder_pan_joint": "k['kinematics']['shoulder']",
+    "shoulder_lift_joint": "k['kinematics']['upper_arm']",
+    "elbow_joint": "k['kinematics']['forearm']",
+    "wrist_1_joint": "k['kinematics']['wrist_1']",
+    "wrist_2_joint": "k['kinematics']['wrist_2']",
+    "wrist_3_joint": "k['kinematics']['wrist_3']",
+}
+FRANKA = {f"_joint{i}": f"k['joint{i}']['kinematic']" for i in range(1, 9)}
+XARM = {f"joint{i}": f"k['kinematics']['joint{i}']" for i in range(1, 7)}
+
+
+def hooked(urdf: str, hooks: dict[str, str], head: str) -> str:
+    """Return a URDF as a xacro, with other elements for the origins of some joints."""
+    for name, origin in hooks.items():
+        begin = re.search(rf'<joint name="{re.escape(name)}"', urdf)
+        assert begin is not None
+        end = urdf.index("</joint>", begin.end())
+        body = re.sub(r"<origin [^>]*/>", "", urdf[begin.end() : end])
+        urdf = urdf[: begin.end()] + body + origin + urdf[end:]
+    start = re.search(r"<robot [^>]*", urdf)
+    assert start is not None
+    space = ' xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+    return urdf[: start.end()] + space + head + urdf[start.end() + 1 :]
+
+
+def by_key(key: str) -> str:
+    """An origin as ur_description, franka_description and xarm_description write it."""
+    xyz, rpy = (
+        " ".join(f"${{{key}['{part}']}}" for part in parts)
+        for parts in (("x", "y", "z"), ("roll", "pitch", "yaw"))
+    )
+    return f'<origin xyz="{xyz}" rpy="{rpy}"/>'
+
+
+def expanded(text: str, folder: Path) -> str:
+    """What the real xacro makes of it."""
+    file = folder / "arm.urdf.xacro"
+    file.write_text(text)
+    return xacro.process_file(str(file)).toxml()
+
+
+def positions(urdf: str, link: str, q: np.ndarray) -> np.ndarray:
+    """Where Pinocchio has a link's origin, shape (N, 3)."""
+    model = pinocchio.buildModelFromXML(urdf)
+    data = model.createData()
+    found = []
+    for row in q:
+        pinocchio.framesForwardKinematics(model, data, row)
+        found.append(data.oMf[model.getFrameId(link)].translation.copy())
+    return np.array(found)
+
+
+def names_ending(robot, endings: dict[str, str]) -> dict[str, str]:
+    names = [joint.name for joint in robot.joints]
+    return {next(n for n in names if n.endswith(end)): key for end, key in endings.items()}
+
+
+def check_yaml(file: Path, calibration: Calibration, format_, endings, export, folder) -> None:
+    """Export, expand, read; the flange is where calibrated.urdf has it."""
+    out = folder / "kinematics.yaml"
+    status, said, err = export(file, "--to", format_, "--out", out)
+    assert status == 0, err
+    robot = calibration.robot
+    hooks = {n: by_key(key) for n, key in names_ending(robot, endings).items()}
+    head = f'<xacro:property name="k" value="${{xacro.load_yaml(\'{out}\')}}"/>\n'
+    nominal = calibration.document.model.nominal_urdf
+    urdf = expanded(hooked(nominal, hooks, head), folder)
+    q, flange = workspace(robot, 20), robot.ball_joint.parent
+    expected = positions(calibration.calibrated.urdf().decode(), flange, q)
+    assert np.abs(positions(urdf, flange, q) - expected).max() < 1e-12
+    assert np.abs(positions(nominal, flange, q) - expected).max() > 1e-3
+    assert f"the ball's place on {flange}" in said
+    assert "mukca" in yaml.safe_load(out.read_text())
+
+
+@pytest.mark.parametrize("name", ["panda", "fr3"])
+def test_frankas_kinematics_yaml(export, calibrations, tmp_path, name) -> None:
+    file = calibrations / f"{name}.json"
+    check_yaml(file, load_calibration(file), "franka", FRANKA, export, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["ur3e", "ur5e", "ur10e"])
+def test_universal_robots_kinematics_yaml(export, calibrations, tmp_path, name) -> None:
+    file = calibrations / f"{name}.json"
+    check_yaml(file, load_calibration(file), "ur", UR, export, tmp_path)
+
+
+def renamed(file: Path, out: Path, words: dict[str, str]) -> Path:
+    """Write the same calibration of an arm whose links and joints are called otherwise."""
+    text = file.read_text()
+    for old, new in words.items():
+        text = text.replace(old, new)
+    out.write_text(text)
+    return out
+
+
+def test_xarms_kinematics_yaml(export, calibrations, tmp_path) -> None:
+    words = {f"joint_{i}": f"joint{i}" for i in range(1, 7)} | {"base_link": "link_base"}
+    file = renamed(calibrations / "gen3_lite.json", tmp_path / "xarm6.json", words)
+    check_yaml(file, load_calibration(file), "xarm", XARM, export, tmp_path)
+
+
+def test_a_fixed_joint_that_moved_goes_into_the_next_one(export, calibrations, tmp_path) -> None:
+    document = load_calibration(calibrations / "ur5e.json").document
+    template = document.parameters[0]
+    turned = msgspec.structs.replace(
+        template,
+        name="base_link-base_link_inertia.roll",
+        joint="base_link-base_link_inertia",
+        component="roll",
+        unit="rad",
+        nominal=0.0,
+        calibrated=0.01,
+        exported=0.01,
+    )
+    changed = msgspec.structs.replace(document, parameters=(turned, *document.parameters))
+    file = tmp_path / "turned.json"
+    file.write_bytes(encode(changed))
+    check_yaml(file, load_calibration(file), "ur", UR, export, tmp_path)
+
+
+def test_a_xacro_of_ones_own_includes_the_overlay(export, imagined, tmp_path) -> None:
+    file, calibration = imagined
+    out = tmp_path / "overlay.xacro"
+    assert export(file, "--to", "xacro", "--out", out)[0] == 0
+    robot = calibration.robot
+    joints = [joint.name for joint in robot.joints]
+    hooks = {name: f'<xacro:calibrated_origin joint="{name}"/>' for name in joints}
+    head = f'<xacro:include filename="{out}"/>\n'
+    urdf = expanded(hooked(calibration.document.model.nominal_urdf, hooks, head), tmp_path)
+    read = parse_robot(scan(urdf.encode(), "expanded"), source="expanded")
+    origins = calibration.calibrated.model.origins(calibration.calibrated.exported)
+    assert np.array_equal(read.origins, origins)  # to the last digit
+    q = workspace(robot, 20)
+    found = positions(urdf, robot.tip, q)
+    assert np.abs(found - calibration.calibrated.geometric_ball(q)).max() < 1e-9
+
+
+def test_a_tool_is_added_to_the_urdf(export, calibrations, tmp_path) -> None:
+    file, out = calibrations / "panda.json", tmp_path / "with_tools.urdf"
+    words = ("--tool", "gripper=0.01,0.02,0.1,0,0,1.5", "--tool", "camera=0,0,0.05,0.1,0.2,0.3")
+    assert export(file, "--to", "urdf", *words, "--flange", "panda_link8", "--out", out)[0] == 0
+    text = out.read_text()
+    q = workspace(load_robot("panda"), 5)
+    calibration = load_calibration(file)
+    found = positions(text, "ball_link", q)
+    assert np.abs(found - calibration.calibrated.geometric_ball(q)).max() < 1e-9
+    model = pinocchio.buildModelFromXML(text)
+    data = model.createData()
+    pinocchio.framesForwardKinematics(model, data, q[0])
+    flange, tool = (data.oMf[model.getFrameId(n)] for n in ("panda_link8", "gripper"))
+    place = flange.actInv(tool)
+    assert np.abs(place.translation - [0.01, 0.02, 0.1]).max() < 1e-12
+    assert np.abs(pinocchio.log3(place.rotation) - [0, 0, 1.5]).max() < 1e-12
+    assert "sha256" in text and 'link name="camera"' in text
+
+
+def like(folder: Path, z: float = 0.1625, hash_: str = "hash: calib_12788084448423163542") -> Path:
+    """A file as ur_calibration writes it for a UR5e."""
+    file = folder / "my_robot.yaml"
+    file.write_text(f"""# my robot
+kinematics:
+  shoulder: {{x: 0, y: 0, z: {z}, roll: 0, pitch: 0, yaw: 1e-05}}
+  upper_arm:
+    x: 3.5e-05
+    y: -0
+    z: 0
+  forearm: {{x: -0.425, y: 0, z: 0}}
+  wrist_1: {{x: -0.3922, y: 0, z: 0.1333}}
+  wrist_2: {{x: 0, y: -0.0997, z: 0}}
+  wrist_3: {{x: 0, y: 0.0996, z: 0}}
+  {hash_}
+""")
+    return file
+
+
+def test_the_makers_hash_is_kept_and_never_made_up(export, calibrations, tmp_path) -> None:
+    words = (calibrations / "ur5e.json", "--to", "ur", "--out", tmp_path / "a.yaml")
+    _, said, _ = export(*words)
+    own = yaml.safe_load((tmp_path / "a.yaml").read_text())["kinematics"]["hash"]
+    assert own.startswith("mukca_") and "harmless" in said
+    status, said, _ = export(*words, "--like", like(tmp_path), "--force")
+    kept = yaml.safe_load((tmp_path / "a.yaml").read_text())["kinematics"]["hash"]
+    assert status == 0 and kept == "calib_12788084448423163542" and "harmless" not in said
+
+
+def test_every_number_is_a_number_to_yaml_1_1(export, calibrations, tmp_path) -> None:
+    file = renamed(calibrations / "ur5e.json", tmp_path / "a.json", {})
+    document = load_calibration(file).document
+    tiny = tuple(msgspec.structs.replace(p, exported=1e-5) for p in document.parameters)
+    file.write_bytes(encode(msgspec.structs.replace(document, parameters=tiny)))
+    export(file, "--to", "ur", "--out", tmp_path / "a.yaml")
+    read = yaml.safe_load((tmp_path / "a.yaml").read_text())["kinematics"]
+    assert all(isinstance(v, float) for key in read if key != "hash" for v in read[key].values())
+
+
+@pytest.mark.parametrize(
+    ("robot", "words", "said"),
+    [
+        ("panda", ("--to", "ur", "--out", "a.yaml"), "does not have the joints of a Universal"),
+        ("ur5e", ("--to", "franka", "--out", "a.yaml"), "does not have the joints of a Franka"),
+        ("panda", ("--to", "xarm", "--out", "a.yaml"), "does not have the joints of an xArm"),
+        ("ur5e", ("--to", "ur", "--out", "a.json"), "ends in .yaml"),
+        ("ur5e", ("--to", "xacro", "--out", "a.urdf"), "ends in .xacro"),
+        ("ur5e", ("--to", "franka", "--like", "x", "--out", "a.yaml"), "--like is for --to"),
+        ("ur5e", ("--to", "ur", "--like", "none.yaml", "--out", "a.yaml"), "No such file"),
+        ("ur5e", ("--to", "urdf", "--tool", "grip=1,2", "--out", "a.urdf"), "--tool grip=1,2"),
+        ("ur5e", ("--to", "urdf", "--tool", "a=0,0,0,0,0,nan", "--out", "a.urdf"), "--tool a="),
+        ("ur5e", ("--to", "urdf", "--tool", "tool0=0,0,0,0,0,0", "--out", "a.urdf"), "already has"),
+        ("ur5e", ("--to", "urdf", "--flange", "hand", "--out", "a.urdf"), "--flange hand"),
+    ],
+)
+def test_bad_input_gets_one_line(export, calibrations, tmp_path, monkeypatch, robot, words, said):
+    monkeypatch.chdir(tmp_path)
+    status, _, err = export(calibrations / f"{robot}.json", *words)
+    assert status == 2 and said in err and len(err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"z": 0.1807}, "another robot's"),
+        ({"hash_": ""}, "no `hash`"),
+    ],
+)
+def test_a_file_of_another_robot_is_refused(export, calibrations, tmp_path, given, said) -> None:
+    # a UR10e's shoulder stands 18 mm higher than a UR5e's; its elbow 188 mm farther
+    file = like(tmp_path, **given)
+    if "z" in given:
+        file.write_text(file.read_text().replace("-0.425", "-0.6127"))
+    words = ("--to", "ur", "--like", file, "--out", tmp_path / "a.yaml")
+    status, _, err = export(calibrations / "ur5e.json", *words)
+    assert status == 2 and said in err and not (tmp_path / "a.yaml").exists()

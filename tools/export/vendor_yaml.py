@@ -1,0 +1,199 @@
+"""Kinematics files of the ROS descriptions of Universal Robots, Franka and UFACTORY (xArm).
+
+Each holds the origins of the joints as a URDF has them, link or joint by its own key.
+"""
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from .export import Exported, ExportError, Request, losses_without
+from .folding import behind, folded_origins
+
+__all__ = ["export"]
+
+COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
+SAME_ROBOT = 0.02
+"""How far an origin in a file of the same robot is off nominal at most [m]."""
+
+
+@dataclass(frozen=True)
+class Vendor:
+    """One maker's file."""
+
+    makes: str
+    keys: Mapping[str, str]
+    """The key of each joint, by the end of the joint's name in the maker's URDF."""
+    root: str
+    """How the name of the first joint's parent link ends."""
+    outer: tuple[str, ...] = ()
+    """Keys round all joints."""
+    inner: tuple[str, ...] = ()
+    """Keys round the numbers of each joint."""
+    lines: tuple[str, ...] = ()
+    """How it is loaded."""
+
+
+def _numbered(count: int) -> dict[str, str]:
+    return {f"joint{i}": f"joint{i}" for i in range(1, count + 1)}
+
+
+VENDORS = {
+    "ur": Vendor(
+        "a Universal Robots arm",
+        {
+            "shoulder_pan_joint": "shoulder",
+            "shoulder_lift_joint": "upper_arm",
+            "elbow_joint": "forearm",
+            "wrist_1_joint": "wrist_1",
+            "wrist_2_joint": "wrist_2",
+            "wrist_3_joint": "wrist_3",
+        },
+        "base_link_inertia",
+        outer=("kinematics",),
+        lines=(
+            "Load it by  ros2 launch ur_robot_driver ur_control.launch.py "
+            "kinematics_params_file:=FILE  or  xacro ur.urdf.xacro kinematics_params:=FILE",
+            "The controller's own Cartesian moves and its display keep the factory's kinematics.",
+        ),
+    ),
+    "franka": Vendor(
+        "a Franka arm",
+        _numbered(8),
+        "link0",
+        inner=("kinematic",),
+        lines=(
+            "Put it over franka_description/robots/MODEL/kinematics.yaml in a workspace of yours; "
+            "there is no launch argument for it.",
+            "libfranka's own O_T_EE stays nominal.",
+        ),
+    ),
+    "xarm": Vendor(
+        "an xArm, Lite 6 or 850",
+        _numbered(7),
+        "link_base",
+        outer=("kinematics",),
+        lines=(
+            "Call it ROBOT_kinematics_NAME.yaml, put it into "
+            "xarm_description/config/kinematics/user, and launch with kinematics_suffix:=NAME",
+        ),
+    ),
+}
+
+
+def export(request: Request) -> Exported:
+    """Return the file of the maker that ``request.format`` names."""
+    vendor = VENDORS[request.format]
+    keys = _keys(request, vendor)
+    if request.file.suffix not in (".yaml", ".yml"):
+        raise ExportError(f"--out {request.file}: name a file that ends in .yaml")
+    origins = {keys[name]: o for name, o in folded_origins(request, keys).items()}
+    lines = list(vendor.lines)
+    rest: list[str] = []
+    if request.format == "ur":
+        name, said = _hash(request, vendor)
+        rest = [f"  hash: {name}"]
+        lines.append(said)
+    content = "\n".join([*_head(request), *_body(vendor, origins), *rest]) + "\n"
+    losses = losses_without(request, behind(request, keys))
+    return Exported({request.file.name: content.encode()}, losses, tuple(lines))
+
+
+def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
+    """Return the file's key of each joint it carries.
+
+    Raises:
+        ExportError: The robot's joints are not those of the maker's URDF.
+    """
+    robot = request.calibration.robot
+    keys: dict[str, str] = {}
+    for joint in robot.joints:
+        suffix = next((s for s in vendor.keys if re.search(rf"(^|[_/]){s}$", joint.name)), None)
+        if suffix is not None:
+            keys[joint.name] = vendor.keys[suffix]
+    moving = set(robot.joint_names)
+    first = next((joint for joint in robot.joints if joint.name in keys), None)
+    whole = set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
+    if first is None or not (first.parent.endswith(vendor.root) and whole and moving <= set(keys)):
+        raise ExportError(
+            f"--to {request.format}: {robot.name} does not have the joints of {vendor.makes}, "
+            f"{', '.join(vendor.keys)} from a link {vendor.root}; --to xacro works for any arm"
+        )
+    return keys
+
+
+def _head(request: Request) -> list[str]:
+    """Return who made the file: as a comment, and as a key that the descriptions pass over."""
+    identity = {key: json.dumps(value) for key, value in asdict(request.identity).items()}
+    said = [f"# {line}" for line in request.identity.lines()]
+    return [*said, "mukca:", *(f"  {key}: {value}" for key, value in identity.items())]
+
+
+def _body(vendor: Vendor, origins: Mapping[str, np.ndarray]) -> list[str]:
+    lines = [f"{'  ' * depth}{key}:" for depth, key in enumerate(vendor.outer)]
+    for joint, origin in origins.items():
+        around = (joint, *vendor.inner)
+        depth = len(vendor.outer)
+        lines += [f"{'  ' * (depth + i)}{key}:" for i, key in enumerate(around)]
+        margin = "  " * (depth + len(around))
+        pairs = zip(COMPONENTS, origin.tolist(), strict=True)
+        lines += [f"{margin}{key}: {_number(value)}" for key, value in pairs]
+    return lines
+
+
+def _number(value: float) -> str:
+    """Return a number that every YAML reader takes for one: 1e-05 is text to some of them."""
+    mantissa, e, exponent = repr(value).partition("e")
+    return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else repr(value)
+
+
+def _hash(request: Request, vendor: Vendor) -> tuple[str, str]:
+    """Return the value of the key ``hash``, without which the description does not load.
+
+    It is the maker's digest of the factory calibration, by which the driver knows the robot. It is
+    taken from a file of the robot's own, and never made up.
+    """
+    if request.like is None:
+        return (
+            f"mukca_{request.identity.sha256[:16]}",
+            "The driver will log once that the calibration parameters do not match the robot's, "
+            "since `hash` is not the robot's own; that is harmless. --like takes it from the "
+            "file that ur_calibration wrote.",
+        )
+    text, sections = _read(request)
+    nominal = {joint.name: joint.origin.xyz for joint in request.calibration.robot.joints}
+    for name, key in _keys(request, vendor).items():
+        numbers = sections.get(key, {})
+        there = [numbers.get(c, float("nan")) for c in "xyz"]
+        if not np.linalg.norm(np.subtract(there, nominal[name])) < SAME_ROBOT:
+            raise ExportError(
+                f"{request.like}: another robot's: `{key}` does not stand where "
+                f"{request.calibration.robot.name} has it"
+            )
+    found = re.search(r"^\s*hash:\s*[\"']?([\w.-]+)[\"']?\s*$", text, re.M)
+    if found is None:
+        raise ExportError(f"{request.like}: no `hash`; give the file that ur_calibration wrote")
+    return found[1], f"`hash` is the robot's own, from {request.like}."
+
+
+def _read(request: Request) -> tuple[str, dict[str, dict[str, float]]]:
+    """Return the text of the user's file without comments, and its numbers by section and key."""
+    assert request.like is not None
+    try:
+        text = re.sub(r"#.*", "", request.like.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ExportError(f"--like {request.like}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ExportError(f"--like {request.like}: not a text file") from None
+    sections: dict[str, dict[str, float]] = {}
+    section = ""
+    words: Sequence[tuple[str, str]] = re.findall(r"([\w-]+)\s*:[ \t]*([-+.\d][-+.\deE]*)?", text)
+    for key, number in words:
+        try:
+            sections.setdefault(section, {})[key] = float(number)
+        except ValueError:
+            section = key
+    return text, sections
