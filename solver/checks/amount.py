@@ -52,7 +52,7 @@ def lone_findings(
             "record the other socket too, or tie it by a known distance, solve --known",
         )
         for m in measurements
-        if not m.has_distance and m.name not in tied
+        if m.kind == "sockets" and not m.has_distance and m.name not in tied
     ]
 
 

@@ -88,14 +88,17 @@ def inspect_all(
     Args:
         robot: The robot.
         parameters: What of its geometry is free.
-        measurements: The placements.
+        measurements: The placements; those that an instrument measured are passed over.
         known: Distances measured beside those between each placement's sockets.
         deviation: Standard deviation of the latter [m].
 
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
+    measurements = [m for m in measurements if m.kind == "sockets"]
     known = named(measurements, known)
+    if not measurements:
+        return Survey((), (), None)
     model = RigidModel(robot, parameters)
     alone = [find_parts(model, samples_of([m])) for m in measurements]
     floors = [fit.error for fit, _ in alone]
@@ -138,14 +141,14 @@ def inspect_all(
     return Survey(tuple(seen), tuple(shared), distances.scale)
 
 
-def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> list[float]:
-    """Return what each placement leaves when fitted alone [m].
+def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:
+    """Return what each placement leaves when fitted alone, by its name [m].
 
     It is the mean distance of its samples from their socket, each by its weight, by a robust
     rigid fit to nothing but them, parts apart where the base moved.
     """
     model = RigidModel(robot, choose_parameters(robot))
-    return [find_parts(model, samples_of([m]))[0].error for m in measurements]
+    return {m.name: find_parts(model, samples_of([m]))[0].error for m in measurements}
 
 
 def standing_out(floors: Sequence[float]) -> list[float | None]:
