@@ -35,6 +35,8 @@ class Guide:
         self.robot = robot
         self._pose = _pose(robot.joints)
         # Arms with endless or very wide joints are guided through one turn only.
+        # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
+        self._leans_freely = len(robot.actuated) >= 6
         self.lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
         self.upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
 
@@ -92,14 +94,18 @@ class Guide:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         for step in range(30):
             pose, J = self._linear(q)
-            error = targets - pose
             damping = 1e-4 if step < 18 else 1e-10
-            JJ = J @ J.transpose(0, 2, 1) + damping * np.eye(6)
-            dq = (J.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
+            rows = 6 if step < 18 or self._leans_freely else 3
+            error, slope = (targets - pose)[:, :rows], J[:, :rows]
+            JJ = slope @ slope.transpose(0, 2, 1) + damping * np.eye(rows)
+            dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
             q = q + dq * np.minimum(1.0, 0.5 / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
-        error = targets - self._linear(q)[0]
+        pose = self._linear(q)[0]
+        error = targets - pose
         exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
         tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
+        if not self._leans_freely:
+            tilted = pose[:, 5] < -np.cos(MAX_TILT)
         inside = np.all((self.lower < q) & (q < self.upper), axis=1)
         return q, exact & tilted & inside
 

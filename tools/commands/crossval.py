@@ -1,15 +1,14 @@
 """``mukca crossval``: leave each placement out once, and train on each alone."""
 
 import argparse
-import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..arguments import UsageError, add_load, add_robot, load_of, measure_all, robot_of
 from ..terminal import Terminal
+from ..workers import Workers, add_workers, workers_of
 
 if TYPE_CHECKING:
     from ...solver.crossval import Job, Plan
@@ -19,7 +18,7 @@ WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
 _NOTHING = {"mean_absolute_error": None, "max_error": None, "distance_error": None}
 EXAMPLE = """example:
-  mukca crossval recordings --robot panda"""
+  mukca crossval recordings --robot panda --distance 0.0501"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,10 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="fit N times to samples drawn anew, for the spread of the errors",
     )
-    parser.add_argument(
-        "--processes", type=int, default=os.cpu_count(), metavar="N", help="(default: all cores)"
-    )
     add_load(parser)
+    add_workers(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
 
@@ -52,6 +49,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     from ...solver.data.measurements import check_distinct
     from ...solver.robot.parameters import choose_parameters
 
+    workers = workers_of(arguments)
     robot = robot_of(arguments)
     data = measure_all(arguments.data, robot, arguments.distance)
     check_distinct(data)
@@ -65,7 +63,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         terminal.warn(str(finding))
     plan = Plan(robot, parameters, tuple(data), arguments.method, load_of(arguments))
     work = jobs(len(data), arguments.bootstrap)
-    metrics = run_all(plan, work, max(1, arguments.processes), terminal)
+    metrics = run_all(plan, work, workers, terminal)
     result = {
         "robot": arguments.robot,
         "method": arguments.method,
@@ -80,21 +78,15 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def run_all(
-    plan: "Plan", work: "list[Job]", processes: int, terminal: Terminal
+    plan: "Plan", work: "list[Job]", workers: Workers, terminal: Terminal
 ) -> "list[list[Metrics] | None]":
-    """Run fits over several processes, in order, with a progress bar; None where one failed."""
+    """Run fits, in order, with a progress bar; None where one failed."""
     from ...solver.crossval import run_job
 
-    results: list[list[Metrics] | None] = []
-    with (
-        terminal.progress(len(work)) as progress,
-        ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool,
-    ):
-        futures = [pool.submit(run_job, plan, job) for job in work]
-        for job, future in zip(work, futures, strict=True):
-            progress(job.kind.replace("_", " "))
-            results.append(future.result())
-    return results
+    with terminal.progress(len(work)) as progress:
+        return workers.map(
+            partial(run_job, plan), work, lambda i: progress(work[i].kind.replace("_", " "))
+        )
 
 
 def summary(
