@@ -116,6 +116,16 @@ class Watch:
         """Whether the arm has been still for longer than a whole window."""
         return self._window.settled
 
+    @property
+    def moving(self) -> str:
+        """Why the arm does not count as still, while it does not."""
+        return self._window.moving
+
+    @property
+    def fast(self) -> bool:
+        """Whether it moves so fast that somebody leads it on."""
+        return self._window.fast
+
     def rate(self, now: float) -> float:
         """Return how many states came within the last second."""
         if self.age(now) <= SILENT:
@@ -130,9 +140,10 @@ class Watch:
 
     def trouble(self, now: float) -> str | None:
         """Say why nothing may be captured now; None if something may."""
-        return self._unsound(now) or (None if self.rest else self._window.moving)
+        return self.unsound(now) or (None if self.rest else self._window.moving)
 
-    def _unsound(self, now: float) -> str | None:
+    def unsound(self, now: float) -> str | None:
+        """Say why the stream cannot be trusted now; None if it can."""
         if self.age(now) > SILENT:
             silent = f"for {self.age(now):.1f} s" if math.isfinite(self.arrival) else "yet"
             return f"the stream is silent: no state {silent}"

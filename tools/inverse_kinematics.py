@@ -96,9 +96,9 @@ class Guide:
             pose, J = self._linear(q)
             damping = 1e-4 if step < 18 else 1e-10
             rows = 6 if step < 18 or self._leans_freely else 3
-            error, J = (targets - pose)[:, :rows], J[:, :rows]
-            JJ = J @ J.transpose(0, 2, 1) + damping * np.eye(rows)
-            dq = (J.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
+            error, slope = (targets - pose)[:, :rows], J[:, :rows]
+            JJ = slope @ slope.transpose(0, 2, 1) + damping * np.eye(rows)
+            dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
             q = q + dq * np.minimum(1.0, 0.5 / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
         pose = self._linear(q)[0]
         error = targets - pose

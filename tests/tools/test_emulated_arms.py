@@ -35,6 +35,7 @@ ARMS = [
     ("ur", "ur5e", "5.11"),
     ("kinova", "gen3_lite", "serial"),
     ("piper", "piper", "1"),
+    ("xarm", "xarm6", "xarm6"),
     ("feetech", "so101", "so101"),
     ("dynamixel", "vx300s", "vx300s"),
 ]
