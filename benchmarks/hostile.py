@@ -19,7 +19,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from mukca.drivers import JointState, dynamixel, feetech
+from mukca.drivers import JointState, dynamixel, feetech, xarm
 from mukca.drivers.franka_state import LAYOUTS, decode_state
 from mukca.drivers.fri import decode_message
 from mukca.drivers.kinova_actuator import decode_reply
@@ -94,7 +94,28 @@ def protocols() -> list[Protocol]:
     found.append(Protocol("feetech", sts, feetech_position, sound_sts, largest=65535))
     x = bytes.fromhex("fffffd000108005500000800001c38")
     found.append(Protocol("dynamixel", x, dynamixel_position, sound_x, largest=2**32))
+    real = (87).to_bytes(4, "big") + bytes(3) + struct.pack("<7f", *Q) + bytes(52)
+    found.append(
+        Protocol(
+            "xarm 30003",
+            real,
+            xarm_position,
+            lambda d: int.from_bytes(d[:4], "big") == len(d),
+            largest=6.5,
+        )
+    )
     return found
+
+
+def xarm_position(data: bytes) -> tuple[float, ...]:
+    report = xarm.take_report(bytearray(data))
+    if report is None or len(report) != len(data):
+        raise ValueError("no report")
+    return xarm.decode_report(report, xarm.REAL).angles
+
+
+def sound_xarm(data: bytes) -> bool:
+    return int.from_bytes(data[:4], "big") == len(data) >= 87
 
 
 def feetech_position(data: bytes) -> tuple[float, ...]:

@@ -98,6 +98,9 @@ class Driver(ABC):
     rejected: int = 0
     """How many messages were thrown away: malformed, late, or from another host."""
 
+    resolution: float = 0.0
+    """The smallest step of a position that is told [rad]; 0 where it is finer than any noise."""
+
     status: str = ""
     """What the robot says of itself, its mode and its errors, in words; empty if nothing."""
 

@@ -45,6 +45,7 @@ class Reconnecting(Driver):
         self._silence = silence
         self._driver: Driver | None = connect()
         self._names = self._driver.joint_names
+        self.resolution = self._driver.resolution
         self._earlier_missed = self._earlier_rejected = 0
         self._last_state = clock.now()
         self._wait = first_wait

@@ -89,6 +89,7 @@ DRIVERS: dict[str, DriverInfo] = {
             "UR3 to UR20: RTDE, by the package ur-rtde",
             needs=("rtde_receive",),
         ),
+        DriverInfo("xarm", "mukca.drivers.xarm:XArm", "UFACTORY xArm, Lite 6, 850: report stream"),
     )
 }
 

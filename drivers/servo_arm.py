@@ -74,6 +74,7 @@ class ServoArm(PolledDriver):
     """A connection to the servos of an arm."""
 
     make: ClassVar[Make]
+    resolution = 2 * math.pi / TICKS
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         port, _, query = address.partition("?")

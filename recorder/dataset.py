@@ -10,8 +10,9 @@ either of two forms:
     ============  =====  ===================================================================
     column        unit   meaning
     ============  =====  ===================================================================
-    event                ``capture``, or ``undo``, which takes an earlier capture back
-    sample               number of the capture, from 1; for ``undo`` the one taken back
+    event                ``capture``; or ``undo``, which takes an earlier capture back,
+                         ``redo``, which brings it again, ``relabel``, which gives it a socket
+    sample               number of the capture, from 1; else of the one that is meant
     socket               number of the socket in which the ball sat, from 0
     time          s      host's clock, since 1970-01-01 UTC
     stamp         s      the robot's own time of the last averaged state
@@ -44,9 +45,10 @@ either of two forms:
     the sockets' centres [m], ``frame`` the name of the instrument's frame, ``robot_name`` whose
     recording it is where there are several arms, and ``place`` which base it is, where the
     folder's own name does not say so. ``mukca record`` also writes ``robot``, ``model_sha256``,
-    ``joints``, ``units``, ``sockets``, and under ``sessions``, for each time that it was started
-    there: ``driver``, ``started`` (UTC), ``window`` [s], ``still`` [rad], ``version``, and what
-    the operator had to say.
+    ``joints``, ``units``, ``sockets``, ``socket`` (the one in which the ball was last), and under
+    ``sessions``, for each time that it was started there: ``driver``, ``started`` (UTC),
+    ``window`` [s], ``still`` [rad], ``version``, and what the operator had to say. Under
+    ``changes`` stands what ``mukca info --set-distance`` changed, and when.
 """
 
 import json
@@ -221,7 +223,7 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
         if is_placement(path):
             folders.append(path)
             continue
-        inside = sorted(child for child in path.iterdir() if child.is_dir() and is_placement(child))
+        inside = placements_in(path)
         if not inside:
             raise RecordingError(
                 f"{path}: no recording in this folder; expected {SAMPLES}, or hole_0.csv and "
@@ -229,6 +231,11 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
             )
         folders.extend(inside)
     return folders
+
+
+def placements_in(folder: Path) -> list[Path]:
+    """Return the placements' folders inside a folder, by name."""
+    return sorted(child for child in folder.iterdir() if child.is_dir() and is_placement(child))
 
 
 def is_placement(folder: Path) -> bool:

@@ -8,7 +8,8 @@ from typing import Protocol
 from rich.console import Console, ConsoleDimensions
 
 from .keyboard import HangUp
-from .screen import View, render
+from .screen import render
+from .view import View
 
 __all__ = ["Display", "Lines", "Screen"]
 
@@ -99,6 +100,7 @@ class Lines:
     def __init__(self, console: Console) -> None:
         self._console = console
         self._last: object = None
+        self._words = ""
 
     def __enter__(self) -> "Lines":
         return self
@@ -112,12 +114,16 @@ class Lines:
         return
 
     def show(self, view: View) -> None:
-        """Print the messages that are new."""
+        """Print the messages that are new, and what to do now where that has changed."""
         messages = view.session.messages
         known = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
         try:
             for message in messages[known:]:
                 self._console.print(("! " if message.alarm else "") + message.text, markup=False)
+            if view.ready.words != self._words and not view.scripted:
+                self._words = view.ready.words
+                text = f"socket {view.session.socket}  {view.ready.text}"
+                self._console.print("\n".join([*view.card, text]), markup=False)
         except OSError:
             raise HangUp from None
         self._last = messages[-1] if messages else None

@@ -21,7 +21,7 @@ LONG = 0.25
 SHORT = 0.02
 """An arm rested if it sent the same for this long [s] and then went on with a small step."""
 GOES_ON = 1e-3
-"""The largest such step [rad]."""
+"""The largest such step, but for streams that tell coarser ones alone [rad]."""
 USUAL = 3
 """An arm that rested this often without noise sends none: standing still is usual for it."""
 ENOUGH_STEPS = 100
@@ -35,9 +35,14 @@ SLOW = 0.05
 
 
 class Freeze:
-    """Follows a stream from state to state."""
+    """Follows a stream from state to state.
 
-    def __init__(self) -> None:
+    Args:
+        resolution: The smallest step of a position that the stream can tell [rad].
+    """
+
+    def __init__(self, resolution: float = 0.0) -> None:
+        self._goes_on = max(GOES_ON, 1.5 * resolution)
         self.frozen = False
         """Whether it is frozen now."""
         self._since = math.nan
@@ -68,7 +73,7 @@ class Freeze:
     def _changes(self, before: JointState, state: JointState, elapsed: float) -> None:
         step = _difference(before.position, state.position)
         length = max(map(abs, step))
-        if before.stamp - self._since >= SHORT and length < GOES_ON:
+        if before.stamp - self._since >= SHORT and length < self._goes_on:
             self._rests += 1
         self._since = math.nan
         self.frozen = False

@@ -10,10 +10,24 @@ from typing import Any
 
 from ..drivers import clock
 
-__all__ = ["HangUp", "Keyboard"]
+__all__ = ["NAMES", "HangUp", "Keyboard"]
 
 # Arrow keys, function keys, Alt with a letter: none of them may pass for a letter.
-_ESCAPE = re.compile(rb"\x1b(\[[0-?]*[ -/]*[@-~]|O[ -~]|[^\[O])")
+_KEY = re.compile(rb"\x1b(\[\[?[0-?]*[ -/]*[@-~]|O[ -~]|[^\[O\x1b])|[^\x1b]|\x1b")
+_SEQUENCES = {
+    **dict(zip("ABCDHF", ("Up", "Down", "Right", "Left", "Home", "End"), strict=True)),
+    **dict(zip(("2~", "3~", "5~", "6~"), ("Insert", "Delete", "PageUp", "PageDown"), strict=True)),
+    **dict(zip(("1~", "4~", "7~", "8~"), ("Home", "End", "Home", "End"), strict=True)),
+    **dict(zip("PQRS", ("F1", "F2", "F3", "F4"), strict=True)),
+    **{f"{code}~": f"F{i}" for i, code in enumerate((11, 12, 13, 14, 15), start=1)},
+    **{f"{code}~": f"F{i}" for i, code in enumerate((17, 18, 19, 20, 21), start=6)},
+    "23~": "F11",
+    "24~": "F12",
+}
+"""What follows ``ESC [`` or ``ESC O``, by the key that sends it."""
+_SINGLE = {"\r": "Enter", "\n": "Enter", "\t": "Tab", "\x7f": "Backspace", "\b": "Backspace"}
+NAMES = frozenset({*_SEQUENCES.values(), *_SINGLE.values(), "space"})
+"""What the keys are called that are no printable character."""
 _UNFINISHED = re.compile(rb"\x1b(\[[0-?]*[ -/]*|O)?$")
 _ESCAPE_TIME = 0.1
 """The rest of an escape sequence follows within this time [s]."""
@@ -68,6 +82,9 @@ class Keyboard:
     def read(self) -> list[str]:
         """Return the keys that were pressed; call it when the descriptor is ready.
 
+        A character stands for itself, in lower case; other keys have a name in :data:`NAMES`. Keys
+        without a name, and Alt with a letter, are left out.
+
         Raises:
             HangUp: The terminal is gone.
         """
@@ -79,8 +96,19 @@ class Keyboard:
             raise HangUp
         if clock.now() - self._unfinished_at < _ESCAPE_TIME:
             pressed = self._unfinished + pressed
-        pressed = _ESCAPE.sub(b"", pressed)
         unfinished = _UNFINISHED.search(pressed)
         self._unfinished = unfinished[0] if unfinished else b""
         self._unfinished_at = clock.now()
-        return list(_UNFINISHED.sub(b"", pressed).decode(errors="ignore"))
+        text = _UNFINISHED.sub(b"", pressed)
+        names = [_name(match[0]) for match in _KEY.finditer(text)]
+        return [name for name in names if name]
+
+
+def _name(key: bytes) -> str:
+    """Return what a key is called; nothing for one without a name."""
+    if key[:1] == b"\x1b":
+        return _SEQUENCES.get(key[2:].decode("latin1"), "") if key[1:2] in (b"[", b"O") else ""
+    text = key.decode("latin1")
+    if text == " ":
+        return "space"
+    return _SINGLE.get(text, text.lower() if text.isascii() else "")

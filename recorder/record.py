@@ -1,25 +1,31 @@
 """The recorder: one loop that joins states, keys, session, file and screen."""
 
 import signal
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from ..drivers import clock
-from .csv_files import RecordingError
+from .advice import Advice, Adviser
+from .consultation import Consultation
+from .controls import Controls
+from .desk import Desk
 from .display import Display
 from .keyboard import HangUp, Keyboard
+from .keys import KEYS
+from .news import StreamNews
 from .push import Push
+from .readiness import Moment, readiness
 from .recording import Recording
 from .rest import Rest
 from .samples import Sample
-from .screen import View
 from .script import Script
 from .session import Session
 from .signals import Signals
+from .sound import Sound
 from .stream import Stream
-from .watch import SILENT, Watch
+from .view import View
+from .watch import Watch
 
 __all__ = ["Outcome", "Recorder"]
 
@@ -27,6 +33,8 @@ FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
 MOST_STATES = 500
 """How many states are looked at in one go, so that keys and the screen need not wait for more."""
+SHOWN = 1.0
+"""How long a capture is shown large [s]."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,10 @@ class Outcome:
     """The signal that ended it; None where the operator did."""
     refused: int
     """How many captures were refused."""
+    elsewhere: bool = False
+    """Whether the operator goes on at a new placement."""
+    advice: Advice | None = None
+    """The last that was given."""
 
 
 @dataclass
@@ -58,15 +70,35 @@ class Recorder:
     push: Push | None = None
     check: Callable[[Sequence[Sample]], str | None] | None = None
     """Says what is odd about the last of some samples by the model; None if nothing is."""
+    keys: Mapping[str, str] = field(default_factory=lambda: KEYS)
+    """What each key does."""
+    hands_free: bool = False
+    """Whether a settled rest at a new, plausible pose is captured without a key."""
+    sound: bool = True
+    card: Sequence[str] = ()
+    """What is continued, for the operator to confirm before anything is captured."""
+    adviser: Adviser | None = None
+    onlooker: Callable[[View], None] | None = None
+    """Is shown every view too; must never wait."""
 
     def __post_init__(self) -> None:
+        self._sound = Sound(self.display.bell, on=self.sound)
+        self._desk = Desk(self.session, self.recording, self._sound, self.check)
+        self._controls = Controls(
+            self._desk,
+            self.keys,
+            self._capture,
+            asking=bool(self.card),
+            paused=self.hands_free,
+        )
         self._push = self.push or Push(self.session.joints)
-        self._refused = 0
-        self._help = False
         self._pushed: str | None = None
-        self._silent_since: float | None = None
-        self._refused_at: Rest | None = None
-        self._started = clock.now()
+        self._pressed = 0.0
+        self._got: tuple[int, float] | None = None
+        self._shunned: Rest | None = None
+        self._news = StreamNews(self.stream, self.watch, self._desk)
+        self._trouble = self._news.trouble
+        self._consultation = Consultation(self.adviser, self._desk, self._sound)
         self._next_frame = 0.0
 
     def run(self) -> Outcome:
@@ -76,16 +108,23 @@ class Recorder:
             ScriptError: The key script is wrong, or waits for what does not come.
         """
         with Signals() as signals:  # first, so that no signal leaves the terminal as it is now
+            received: int | None = None
             try:
                 with self.display, self.keyboard or nullcontext():
-                    while not self.session.finished and signals.received is None:
+                    while not self._desk.session.finished and signals.received is None:
                         self._wait(signals)
                         self._take_states()
-                        self._follow_stream()
+                        self._follow(clock.now())
                         self._draw()
             except HangUp:
-                return Outcome(self.session, signals.received or signal.SIGHUP, self._refused)
-            return Outcome(self.session, signals.received, self._refused)
+                received = signal.SIGHUP
+            return Outcome(
+                self._desk.session,
+                signals.received or received,
+                self._desk.refused,
+                self._controls.elsewhere,
+                self._consultation.advice,
+            )
 
     # -- what comes in ---------------------------------------------------------------------------
 
@@ -107,8 +146,7 @@ class Recorder:
             keys = self.keyboard.read()
             self._take_states()  # what came before the key was pressed
             for key in keys:
-                if not self.session.finished:
-                    self._press(key, clock.now())
+                self._press(key, clock.now())
             self._next_frame = 0.0
 
     def _take_states(self) -> None:
@@ -117,161 +155,135 @@ class Recorder:
             looked = self.watch.feed(state, arrival, connection)
             if looked and self.script:
                 self._follow_script(self.script, arrival)
-            if self.session.finished:
+            if looked and self.hands_free:
+                self._capture_by_itself(arrival)
+            if self._desk.session.finished:
                 return
         if self.script:
             self._follow_script(self.script, clock.now())
 
-    def _trouble(self, now: float) -> str | None:
-        """Say why nothing may be captured now; None if it may."""
-        if self.stream.trouble and self.watch.age(now) > SILENT:
-            return f"the stream is silent: {self.stream.trouble}"
-        return self.watch.trouble(now)
-
-    def _follow_stream(self) -> None:
-        """Say when the stream falls silent, and when it is back."""
-        now = clock.now()
-        silent = now - max(self.stream.arrival, self._started) > SILENT
-        if silent and self._silent_since is None:
-            self._silent_since = now
-            self._alarm(self._trouble(now) or "the stream is silent")
-        elif not silent and self._silent_since is not None:
-            self._tell(f"the stream is back after {now - self._silent_since:.1f} s")
-            self._silent_since = None
+    def _follow(self, now: float) -> None:
+        """Tell what has changed beside the arm, and sound what is due."""
+        self._news.follow(now)
         self._pushed = self._push.look(self.watch.rest) if self.watch.rest else None
+        latest = self.watch.latest
+        self._consultation.go_on(latest.position if latest else None)
+        self._sound.go_on(now)
 
     # -- keys ------------------------------------------------------------------------------------
 
     def _press(self, key: str, now: float) -> None:
-        key = key.lower()
-        self._help = key == "?" and not self._help
-        if key in (" ", "a"):
-            self._capture(now)
-        elif key in ("d", "u"):
-            self._undo()
-        elif key == "s":
-            self._switch((self.session.socket + 1) % self.session.sockets)
-        elif key in "0123456789":
-            self._switch(int(key))
-        elif key == "q":
-            self.session = replace(self.session, finished=True)
+        if self._desk.session.finished:
+            return
+        self._pressed = now
+        withdrawn = self._desk.session.withdrawn
+        self._controls.press(key)
+        if self.hands_free and self._desk.session.withdrawn != withdrawn:
+            self._shunned = self.watch.rest  # what was just taken back is not captured again
 
-    def _capture(self, now: float) -> None:
+    def _capture(self) -> None:
+        """Capture because a key says so."""
         rest = self.watch.rest
-        reason = self._trouble(now)
+        reason = self._trouble(self._pressed) or (None if rest else self.watch.moving)
         if rest and not reason:
-            reason = self.session.refusal(rest.position)
+            reason = self._desk.session.refusal(rest.position)
         if not rest or reason:
-            self._refuse(reason or "still moving")
-            return
-        sample = Sample(
-            position=rest.position,
-            socket=self.session.socket,
-            effort=rest.effort,
-            number=self.session.next_number,
-            time=time.time(),
-            stamp=rest.stamp,
-            states=rest.states,
-            spread=rest.spread,
-        )
-        try:
-            self.recording.capture(sample)
-        except RecordingError as error:
-            self._refuse(str(error))
-            return
-        self.session = self.session.captured(sample)
-        self._pushed = self._push.look(rest)
-        self._say_captured(sample)
+            self._shunned = rest
+            self._desk.refuse(reason or "still moving")
+        else:
+            self._save(rest)
 
-    def _say_captured(self, sample: Sample) -> None:
-        count = self.session.counts[sample.socket]
-        said = f"captured sample {sample.number}: {count} in socket {sample.socket}"
-        if self._pushed:
-            said += f", while the arm was pushed ({self._pushed})"
-        if count == self.session.target:
-            said += "; that is the target: s for the next socket, q to finish"
-        self._tell(said)
-        doubt = self.check and self.check(self.session.live)
-        if doubt:
-            self._alarm(doubt)
+    def _save(self, rest: Rest) -> None:
+        sample = self._desk.capture(rest, self._push.look(rest))
+        self._shunned = None if sample else rest
+        if sample:
+            self._got = sample.number, clock.now()
 
-    def _refuse(self, reason: str) -> None:
-        self._refused += 1
-        self._refused_at = self.watch.rest
-        self._alarm(f"refused: {reason}")
+    def _capture_by_itself(self, now: float) -> None:
+        """Capture a settled rest at a new, plausible pose, unless a key is waited for."""
+        rest = self.watch.rest
+        if not rest or not self.watch.settled or self._trouble(now):
+            return
+        if self._shuns(rest):
+            return
+        moment = replace(self._moment(now), got=None)
+        if readiness(moment).words == "HOLD":
+            self._save(rest)
 
-    def _undo(self) -> None:
-        last = self.session.last
-        if last is None:
-            self._alarm("nothing to undo")
-            return
-        try:
-            self.recording.undo(last, time.time())
-        except RecordingError as error:
-            self._alarm(f"not undone: {error}")
-            return
-        self.session = self.session.undone()
-        self._tell(f"took back sample {last.number} of socket {last.socket}")
-
-    def _switch(self, socket: int) -> None:
-        if socket >= self.session.sockets:
-            self._alarm(f"there is no socket {socket}: they are 0 to {self.session.sockets - 1}")
-            return
-        self.session = self.session.switched(socket)
-        self._tell(f"socket {socket} is active: put the ball there")
+    def _shuns(self, rest: Rest) -> bool:
+        shunned = self._shunned
+        return bool(shunned and self._desk.session.same(shunned.position, rest.position))
 
     # -- keys from a script ----------------------------------------------------------------------
 
     def _follow_script(self, script: Script, now: float) -> None:
         """Press all keys of the script that are due."""
         stamp = self.watch.latest.stamp if self.watch.latest else 0.0
-        while not self.session.finished:
+        while not self._desk.session.finished:
             key = script.due(now, stamp, self._no_new_rest(now))
             if key is None:
                 break
             self._press(key, now)
         if script.over:
-            self.session = replace(self.session, finished=True)
+            self._controls.finish()
 
     def _no_new_rest(self, now: float) -> str | None:
         """Say why the arm does not rest where a script may capture; None if it does."""
         rest = self.watch.rest
-        trouble = self._trouble(now)
+        trouble = self._trouble(now) or (None if rest else self.watch.moving)
         if trouble or not (rest and self.watch.settled):
             return trouble or "not yet still for long enough"
-        if self._refused_at and self.session.same(self._refused_at.position, rest.position):
+        if self._shuns(rest):
             return "it rests where a capture was just refused"
-        earlier = self.session.nearest(rest.position)
+        earlier = self._desk.session.nearest(rest.position)
         return earlier and f"it rests where sample {earlier.number} was taken"
 
     # -- what goes out ---------------------------------------------------------------------------
 
-    def _tell(self, text: str) -> None:
-        self.session = self.session.with_message(text)
-
-    def _alarm(self, text: str) -> None:
-        self.session = self.session.with_message(text, alarm=True)
-        self.display.bell()
+    def _moment(self, now: float) -> Moment:
+        """Return what the operator's next step follows from."""
+        session, rest, latest = self._desk.session, self.watch.rest, self.watch.latest
+        advice, here = self._consultation.advice, self._consultation.here
+        got = self._got
+        return Moment(
+            session,
+            position=rest.position if rest else latest and latest.position,
+            trouble=self._trouble(now),
+            moving=None if rest else self.watch.moving,
+            fast=self.watch.fast,
+            push=self._pushed,
+            got=got[0] if got and now - got[1] < SHOWN else None,
+            leave=bool(here and here.leave),
+            enough=bool(advice and advice.enough),
+            doubt=self._desk.doubt(rest) if rest and self.hands_free else None,
+            hands_free=self.hands_free,
+            paused=self._controls.paused,
+            asking=self._controls.asking,
+        )
 
     def _draw(self) -> None:
         now = clock.now()
-        if now < self._next_frame and not self.session.finished:
+        if now < self._next_frame and not self._desk.session.finished:
             return
         self._next_frame = now + FRAME
         latest = self.watch.latest
-        self.display.show(
-            View(
-                session=self.session,
-                title=self.title,
-                position=latest.position if latest else None,
-                trouble=self._trouble(now),
-                push=self._pushed,
-                rate=self.watch.rate(now),
-                age=self.watch.age(now),
-                missed=self.stream.missed,
-                drops=self.stream.drops,
-                discarded=self.stream.rejected,
-                help=self._help,
-                scripted=self.script is not None,
-            )
+        prompt = self._controls.prompt
+        view = View(
+            session=self._desk.session,
+            title=self.title,
+            ready=readiness(self._moment(now)),
+            position=latest.position if latest else None,
+            advice=self._consultation.advice,
+            rate=self.watch.rate(now),
+            age=self.watch.age(now),
+            missed=self.stream.missed,
+            drops=self.stream.drops,
+            discarded=self.stream.rejected,
+            card=tuple(self.card) if self._controls.asking else (),
+            prompt=prompt.text if prompt else "",
+            help=self._controls.help,
+            scripted=self.script is not None,
         )
+        self.display.show(view)
+        if self.onlooker:
+            self.onlooker(view)

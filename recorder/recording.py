@@ -7,56 +7,19 @@ recording moves that part to a file beside it.
 """
 
 import fcntl
-import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from datetime import datetime, timezone
 from pathlib import Path
 from types import TracebackType
 from typing import Any, cast
 
 from .csv_files import RecordingError
-from .dataset import METADATA, is_placement, read_metadata
-from .samples import (
-    SAMPLES,
-    Sample,
-    SampleFile,
-    capture_line,
-    header_line,
-    read_samples,
-    undo_line,
-)
-from .session import SOCKETS
+from .dataset import METADATA, is_placement, placements_in, read_metadata
+from .metadata import Metadata, merged, sync_folder, write_metadata
+from .samples import SAMPLES, Sample, SampleFile, capture_line, header_line, mark_line, read_samples
 
 __all__ = ["Metadata", "Recording"]
-
-
-@dataclass(frozen=True)
-class Metadata:
-    """What is written once, beside the samples."""
-
-    robot: str
-    joints: tuple[str, ...]
-    """The robot's actuated joints, in chain order."""
-    units: tuple[str, ...]
-    """``rad`` or ``m`` for each joint."""
-    distance: float
-    """Distance between the centres of sockets 0 and 1 [m]."""
-    sockets: int = SOCKETS
-    model_sha256: str = ""
-    session: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """What holds only for this start of the recorder: driver, window, notes."""
-
-    def agreeing(self) -> dict[str, Any]:
-        """What must be the same each time that the placement is recorded on."""
-        return {
-            "robot": self.robot,
-            "joints": list(self.joints),
-            "distance": self.distance,
-            "sockets": self.sockets,
-        }
 
 
 class Recording:
@@ -86,7 +49,8 @@ class Recording:
         try:
             self._lock()
             self.content = self._mend(metadata.joints)
-            _write_metadata(folder / METADATA, _merged(earlier, metadata))
+            self._metadata = merged(earlier, metadata)
+            write_metadata(folder / METADATA, self._metadata)
             self._size = os.fstat(self._fd).st_size
         except OSError as error:
             os.close(self._fd)
@@ -103,13 +67,40 @@ class Recording:
         """
         self._append(capture_line(sample))
 
-    def undo(self, sample: Sample, time: float) -> None:
-        """Append the mark that takes a sample back; its line stays in the file.
+    def mark(self, event: str, sample: Sample, time: float) -> None:
+        """Append a mark on an earlier sample; its line stays in the file.
+
+        Args:
+            event: What is marked, see :func:`~mukca.recorder.samples.mark_line`.
+            sample: The sample, in the socket that it has from now on.
+            time: When [s since 1970, UTC].
 
         Raises:
             RecordingError: The mark cannot be saved; the file is as it was before.
         """
-        self._append(undo_line(sample, time))
+        self._append(mark_line(event, sample, time))
+
+    def set_socket(self, socket: int) -> None:
+        """Remember in which socket the ball is, so that a later start goes on there.
+
+        Raises:
+            RecordingError: It cannot be saved.
+        """
+        if socket == self._metadata.get("socket"):
+            return
+        self._check_place()
+        try:
+            write_metadata(self.folder / METADATA, {**self._metadata, "socket": socket})
+        except OSError as error:
+            raise RecordingError(f"{METADATA} cannot be written: {error.strerror}") from None
+        self._metadata["socket"] = socket
+
+    @property
+    def socket(self) -> int:
+        """The socket in which the ball was last, as far as the files know."""
+        last = self.content.live[-1].socket if self.content.live else 0
+        saved = self._metadata.get("socket", last)
+        return saved if isinstance(saved, int) else last
 
     def close(self) -> None:
         """Release the files; safe to call twice."""
@@ -138,16 +129,26 @@ class Recording:
             raise RecordingError(
                 f"{self.folder}: holds a recording in the form hole_0.csv; choose another --out"
             )
+        if not self.file.exists() and (inside := placements_in(self.folder)):
+            raise RecordingError(
+                f"{self.folder}: holds placements ({', '.join(p.name for p in inside[:3])}), which "
+                f"samples beside them would hide; name the new one, as in {self.folder / 'next'}"
+            )
         earlier = read_metadata(self.folder / METADATA)
         for key, value in metadata.agreeing().items():
             if key in earlier and earlier[key] != value:
                 raise RecordingError(
                     f"{self.folder / METADATA}: recorded with {key} {_text(earlier[key])}, "
-                    f"not {_text(value)}; choose another --out to begin anew"
+                    f"not {_text(value)}; {self._remedy(key, value)}"
                 )
         if earlier.get("model_sha256", metadata.model_sha256) != metadata.model_sha256:
             self.remarks.append("the robot's model has changed since this recording was begun")
         return earlier
+
+    def _remedy(self, key: str, value: object) -> str:
+        if key != "distance":
+            return "choose another --out to begin anew"
+        return f"leave --distance out, or correct it by mukca info --set-distance {value} first"
 
     def _lock(self) -> None:
         try:
@@ -167,7 +168,7 @@ class Recording:
             os.ftruncate(self._fd, 0)
             _write(self._fd, header_line(joints))
         os.fsync(self._fd)
-        _sync_folder(self.folder)
+        sync_folder(self.folder)
         content = read_samples(self.file)
         if content.joint_names != joints:
             raise RecordingError(
@@ -191,8 +192,9 @@ class Recording:
         )
 
     def _append(self, line: bytes) -> None:
+        self._check_place()
         status = os.fstat(self._fd)
-        if status.st_nlink == 0 or status.st_size != self._size:
+        if status.st_size != self._size:
             raise RecordingError(
                 f"{self.file.name} was changed by another program; finish with q and start again"
             )
@@ -208,6 +210,18 @@ class Recording:
             ) from None
         self._size += len(line)
 
+    def _check_place(self) -> None:
+        """See that the open file is still the one that its path names."""
+        try:
+            named = self.file.stat()
+        except OSError:
+            named = None
+        if named is None or not os.path.samestat(named, os.fstat(self._fd)):
+            raise RecordingError(
+                f"{self.file} was moved, renamed or replaced; finish with q and start again with "
+                "--out where it is now"
+            )
+
 
 def _write(descriptor: int, data: bytes) -> None:
     """Write all of it, or raise OSError."""
@@ -220,45 +234,7 @@ def _make_folder(folder: Path) -> None:
     if not folder.exists():
         _make_folder(folder.parent)
         folder.mkdir(exist_ok=True)
-        _sync_folder(folder.parent)
-
-
-def _sync_folder(folder: Path) -> None:
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def _merged(earlier: dict[str, Any], metadata: Metadata) -> dict[str, Any]:
-    from importlib.metadata import version
-
-    session = {
-        "started": datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        "version": version("mukca"),
-        **metadata.session,
-    }
-    before = earlier.get("sessions")
-    return {
-        **earlier,
-        **metadata.agreeing(),
-        "units": list(metadata.units),
-        "model_sha256": earlier.get("model_sha256", metadata.model_sha256),
-        "sessions": [*(before if isinstance(before, list) else []), session],
-    }
-
-
-def _write_metadata(file: Path, metadata: dict[str, Any]) -> None:
-    """Replace the file in one step: a crash leaves the old one or the new one."""
-    temporary = file.with_name(f".{file.name}.tmp")
-    with temporary.open("w", encoding="utf-8") as stream:
-        json.dump(metadata, stream, indent=2)
-        stream.write("\n")
-        stream.flush()
-        os.fsync(stream.fileno())
-    temporary.replace(file)
-    _sync_folder(file.parent)
+        sync_folder(folder.parent)
 
 
 def _text(value: object) -> str:

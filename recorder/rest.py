@@ -23,6 +23,8 @@ CHECK_EVERY = 0.02
 """How often stillness is looked at [s]."""
 LEAST_STATES = 5
 """The fewest states that are averaged."""
+FAST = 20.0
+"""An arm is led on, not held, where it spreads this many times as much as one that is still."""
 WHOLE = 0.9
 """A window counts as full once its states span this share of its length."""
 
@@ -73,6 +75,8 @@ class Window:
         """Whether the arm has been still for longer than a whole window."""
         self.whole = False
         """Whether the window is full."""
+        self.fast = False
+        """Whether the arm moves so fast that somebody leads it on."""
         self.moving = "too few states yet: wait a moment"
         """Why there is no average."""
 
@@ -106,6 +110,7 @@ class Window:
         positions = np.array([state.position for state in self._states])
         spread = positions.std(axis=0)
         worst = int(np.argmax(spread))
+        self.fast = bool(spread[worst] > FAST * self._still)
         if spread[worst] > self._still:
             joint = self._joints[worst]
             swing = float(np.ptp(positions[:, worst]))

@@ -1,7 +1,8 @@
 """The file ``samples.csv``: one line an event, as bytes and back.
 
-An event is a capture, or an undo, which takes an earlier capture back. The columns are documented
-in :mod:`mukca.recorder.dataset`. A line counts once its line break is written; what stands after
+An event is a capture, or a mark on an earlier one: ``undo`` takes it back, ``redo`` brings it
+again, ``relabel`` says that the ball sat in another socket. The columns are documented in
+:mod:`mukca.recorder.dataset`. A line counts once its line break is written; what stands after
 the last line break was torn off by a crash, and is no event.
 """
 
@@ -9,15 +10,25 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from .csv_files import RecordingError
 
-__all__ = ["Sample", "SampleFile", "capture_line", "header_line", "read_samples", "undo_line"]
+__all__ = [
+    "REDO",
+    "RELABEL",
+    "UNDO",
+    "Sample",
+    "SampleFile",
+    "capture_line",
+    "header_line",
+    "mark_line",
+    "read_samples",
+]
 
 SAMPLES = "samples.csv"
-CAPTURE, UNDO = "capture", "undo"
+CAPTURE, UNDO, REDO, RELABEL = "capture", "undo", "redo", "relabel"
 _LEADING = ("event", "sample", "socket", "time", "stamp", "states")
 _PER_JOINT = ("position", "spread", "effort")
 
@@ -65,8 +76,8 @@ class SampleFile:
     joint_names: tuple[str, ...]
     samples: tuple[Sample, ...]
     """All captures in order, also those that were taken back."""
-    withdrawn: frozenset[int]
-    """Numbers of the samples that were taken back."""
+    withdrawn: tuple[int, ...]
+    """Numbers of the samples that were taken back, the last one at the end."""
     torn: bytes
     """Bytes after the last complete line, which a crash tore off."""
 
@@ -88,10 +99,16 @@ def capture_line(sample: Sample) -> bytes:
     return _line([*leading, *sample.position, *(sample.spread or empty), *(sample.effort or empty)])
 
 
-def undo_line(sample: Sample, time: float) -> bytes:
-    """Return the line that takes a sample back."""
+def mark_line(event: str, sample: Sample, time: float) -> bytes:
+    """Return the line that marks an earlier sample.
+
+    Args:
+        event: ``undo``, ``redo``, or ``relabel``, which gives it the socket that it now has.
+        sample: The sample.
+        time: When [s since 1970, UTC].
+    """
     empty = [""] * (2 + len(_PER_JOINT) * len(sample.position))
-    return _line([UNDO, sample.number, sample.socket, time, *empty])
+    return _line([event, sample.number, sample.socket, time, *empty])
 
 
 def _line(cells: Sequence[object]) -> bytes:
@@ -121,7 +138,7 @@ def read_samples(file: Path) -> SampleFile:
     for number, cells in enumerate(lines[1:], start=2):
         if cells:
             parser.read(number, cells)
-    return SampleFile(parser.joint_names, tuple(parser.samples), frozenset(parser.withdrawn), torn)
+    return SampleFile(parser.joint_names, tuple(parser.samples), tuple(parser.withdrawn), torn)
 
 
 class _Parser:
@@ -130,7 +147,7 @@ class _Parser:
     def __init__(self, file: Path, header: Sequence[str]) -> None:
         self.file = file
         self.samples: list[Sample] = []
-        self.withdrawn: set[int] = set()
+        self.withdrawn: list[int] = []
         self._header = list(header)
         self.joint_names = tuple(
             name.removeprefix("position.") for name in header if name.startswith("position.")
@@ -151,10 +168,11 @@ class _Parser:
         row = _Row(where, dict(zip(self._header, cells, strict=True)), self.joint_names)
         if cells[0] == CAPTURE:
             self._capture(row)
-        elif cells[0] == UNDO:
-            self._undo(row)
+        elif cells[0] in (UNDO, REDO, RELABEL):
+            self._mark(cells[0], row)
         else:
-            raise RecordingError(f"{where}: event {cells[0]!r} is neither {CAPTURE} nor {UNDO}")
+            known = f"{CAPTURE}, {UNDO}, {REDO} and {RELABEL}"
+            raise RecordingError(f"{where}: event {cells[0]!r} is none of {known}")
 
     def _capture(self, row: "_Row") -> None:
         number = row.integer("sample")
@@ -180,11 +198,18 @@ class _Parser:
             )
         )
 
-    def _undo(self, row: "_Row") -> None:
+    def _mark(self, event: str, row: "_Row") -> None:
         number = row.integer("sample")
-        if not 1 <= number <= len(self.samples) or number in self.withdrawn:
-            raise RecordingError(f"{row.where}: undo of sample {number}, which is not there")
-        self.withdrawn.add(number)
+        there = 1 <= number <= len(self.samples)
+        if not there or (event != RELABEL and (number in self.withdrawn) != (event == REDO)):
+            raise RecordingError(f"{row.where}: {event} of sample {number}, which is not there")
+        if event == UNDO:
+            self.withdrawn.append(number)
+        elif event == REDO:
+            self.withdrawn.remove(number)
+        else:
+            relabelled = replace(self.samples[number - 1], socket=row.integer("socket"))
+            self.samples[number - 1] = relabelled
 
 
 @dataclass(frozen=True)

@@ -3,78 +3,43 @@
 import math
 import textwrap
 import time
-from dataclasses import dataclass
 
 from rich.console import Group
 from rich.text import Text
 
+from .banner import banner
 from .samples import Sample
 from .session import JointLimits, Session
+from .view import View
 
-__all__ = ["View", "render"]
+__all__ = ["render", "rows_needed"]
 
-KEYS = "space capture  d undo  s next  0-9 socket  q finish  ? help"
+KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 HELP = """\
 space, a    capture: average the last moment, in which the arm must be still
 d, u        undo the last capture; its line stays in the file, marked
+r           redo: bring the capture again that was taken back last
+x, l        take back, or give another socket to, a sample by its number
 s           next socket; 0 to 9 go to that socket
 q           finish; everything is on the disk already
+n           new placement, once a sample shows that the base has moved
 ?           this help; any key leaves it, and does what it does
 
 Guide the arm with the ball in the socket, turn and tilt it as far as it goes,
-let go where the arm holds itself, and capture. Vary every joint: the bars
-show, within the limits, the range that this socket's samples cover, and where
-the joint is now.
+let go where the arm holds itself, and capture. Vary every joint: ticks on the
+bars show where it was, a diamond where it is best turned to next.
 
 Refused: an arm that moves; a stream that is silent, stale, frozen or broken;
 a configuration outside the limits, or within 1 degree of an earlier one on
-every joint.
-Ctrl-C ends the session too. The same --out continues it."""
+every joint. Ctrl-C ends the session too. The same --out continues it."""
 
-# Three rows a digit, five half-rows high.
-_DIGITS = (
-    ("█▀█", "█ █", "▀▀▀"),
-    ("▀█ ", " █ ", "▀▀▀"),
-    ("▀▀█", "█▀▀", "▀▀▀"),
-    ("▀▀█", " ▀█", "▀▀▀"),
-    ("█ █", "▀▀█", "  ▀"),
-    ("█▀▀", "▀▀█", "▀▀▀"),
-    ("█▀▀", "█▀█", "▀▀▀"),
-    ("▀▀█", "  █", "  ▀"),
-    ("█▀█", "█▀█", "▀▀▀"),
-    ("█▀█", "▀▀█", "▀▀▀"),
-)
-_COLOURS = ("blue", "magenta", "dark_green", "dark_orange3")
-_PLAIN = str.maketrans(dict(zip("█▀▒─├┤┃°·…→", "##=-[]|d.~>", strict=True)))
-_SMALLEST = (40, 12)
+_PLAIN = str.maketrans(dict(zip("█▀▄▮╷─├┤┃◆▸°·…→", "##=i'-[]|<>d.~>", strict=True)))
+_WIDTH = 60
 
 
-@dataclass(frozen=True)
-class View:
-    """What is known at one moment: all that the screen shows."""
-
-    session: Session
-    title: str
-    position: tuple[float, ...] | None = None
-    """Joint positions of the last state that was not faulty [rad], [m]; None before the first."""
-    trouble: str | None = None
-    """Why nothing can be captured now; None when it can."""
-    push: str | None = None
-    """What shows that the arm is being pushed; None if nothing does."""
-    rate: float = 0.0
-    """States per second."""
-    age: float = math.inf
-    """Time since the last state [s]."""
-    missed: int = 0
-    """States that were lost on the way."""
-    drops: int = 0
-    """How often the connection was lost."""
-    discarded: int = 0
-    """Messages that the driver could not use."""
-    help: bool = False
-    """Whether to show the help in place of joints and captures."""
-    scripted: bool = False
-    """Whether a script presses the keys."""
+def rows_needed(joints: int) -> int:
+    """Return how many rows show all of an arm's joints, and all of a refusal."""
+    return joints + 7
 
 
 def render(view: View, width: int, height: int, *, plain: bool = False) -> Group:
@@ -83,24 +48,40 @@ def render(view: View, width: int, height: int, *, plain: bool = False) -> Group
     Args:
         view: What is known.
         width: Columns of the terminal.
-        height: Rows of the terminal; as many lines are drawn, unless it is tiny.
+        height: Rows of the terminal; as many lines are drawn, unless it is too small.
         plain: Draw with ASCII only.
     """
-    if width < _SMALLEST[0] or height < _SMALLEST[1]:
-        return Group(Text(f"too small: {width} x {height}"[:width]))
-    top = [_title(view, width), *_banner(view, width), *_counts(view.session, width), _stream(view)]
-    bottom = [Text(_fit(KEYS, width), style="bold")]
-    middle = _help(width) if view.help else _middle(view, width, height - len(top) - len(bottom))
-    room = height - len(top) - len(bottom)
-    lines = [*top, *(middle + [Text()] * room)[:room], *bottom]
-    for line in lines:
-        line.no_wrap = True
-        if not line.plain.isprintable():  # what a driver said may hold anything
-            line.plain = "".join([c if c.isprintable() else "?" for c in line.plain])
-        if plain:
-            line.plain = line.plain.translate(_PLAIN)
-        line.truncate(width)
-    return Group(*lines)
+    least = rows_needed(len(view.session.joints))
+    if width < _WIDTH or height < least:
+        said = f"needs {_WIDTH} x {least}, has {width} x {height}: {view.ready.words}"
+        return Group(_shown(Text(said), width, plain=plain))
+    return Group(*(_shown(line, width, plain=plain) for line in _lines(view, width, height)))
+
+
+def _shown(line: Text, width: int, *, plain: bool) -> Text:
+    """Return a line that a terminal can show."""
+    line.no_wrap = True
+    if not line.plain.isprintable():  # what a driver said may hold anything
+        line.plain = "".join([c if c.isprintable() else "?" for c in line.plain])
+    if plain:
+        line.plain = line.plain.translate(_PLAIN)
+    line.truncate(width)
+    return line
+
+
+def _lines(view: View, width: int, height: int) -> list[Text]:
+    """Return all lines: the less room there is, the fewer of those that are least needed."""
+    spare = height - rows_needed(len(view.session.joints))
+    keys = [Text(_fit(KEYS, width), style="bold")][:spare]
+    title = [_title(view, width)][: max(0, spare - 1)]
+    facts = [_gauge(view, width)] if view.advice else []
+    facts = [*facts, _stream(view)][: 0 if view.help else max(0, spare - 2)]
+    large = banner(view.ready.words, view.ready.colour, width)
+    counts = _counts(view.session, width)
+    top = [*title, *large, _status(view), counts, *facts]
+    room = height - len(top) - len(keys)
+    middle = _help(width) if view.help else _middle(view, width, room)
+    return [*top, *(middle + [Text()] * room)[:room], *keys]
 
 
 def _title(view: View, width: int) -> Text:
@@ -108,38 +89,35 @@ def _title(view: View, width: int) -> Text:
     return Text(_fit(words, width).ljust(width), style="reverse")
 
 
-def _banner(view: View, width: int) -> list[Text]:
-    """The active socket, large, and whether a key press would capture."""
-    session = view.session
-    style = f"bold white on {_COLOURS[session.socket % len(_COLOURS)]}"
-    says = _readiness(view, width - 26)
-    lines: list[Text] = []
-    for row, word in enumerate(("", f"SOCKET {session.socket}", "")):
-        big = "  ".join(_DIGITS[int(digit)][row] for digit in str(session.socket))
-        line = Text().append(f"  {big}  {word:<12}", style=style).append("  ")
-        line.append(*says[row])
-        lines.append(line)
-    return lines
+def _status(view: View) -> Text:
+    """The banner's words again with the reason, and the socket that is active."""
+    text = view.prompt or view.ready.text
+    return Text(f" SOCKET {view.session.socket}  {text}", style="bold")
 
 
-def _readiness(view: View, width: int) -> list[tuple[str, str]]:
-    """Three lines beside the socket's number: whether to wait, why, and how many captures."""
-    done = view.session.counts[view.session.socket]
-    count = f"{done} of {view.session.target} captured in this socket"
-    if view.trouble:
-        why = textwrap.wrap(view.trouble, width) or [""]
-        second = why[1] if len(why) > 1 else count
-        return [("WAIT", "bold yellow"), (why[0], "yellow"), (second, "")]
-    if view.push:
-        return [
-            ("LET GO of the arm: it is being pushed", "bold red"),
-            (view.push, "red"),
-            (count, ""),
-        ]
-    return [("STILL: press space", "bold green"), ("", ""), (count, "")]
+def _gauge(view: View, width: int) -> Text:
+    """The predicted error against the goal, and what the fit says."""
+    advice = view.advice
+    assert advice is not None
+    length = max(8, min(24, width - 62))
+    share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
+    bar = ("█" * round(share * length)).ljust(length, "·")
+    text = f" predicted {_mm(advice.predicted)} {bar} goal {_mm(advice.goal)}"
+    facts = [
+        None if advice.last_error is None else f"last {_mm(advice.last_error)}",
+        None if advice.mean_error is None else f"mean {_mm(advice.mean_error)}",
+        None if advice.scale is None else f"scale {100 * advice.scale:+.2f} %",
+        None if advice.distance is None else f"sockets {_mm(advice.distance)}",
+    ]
+    text += "".join(f"  {fact}" for fact in facts if fact)
+    return Text(_fit(text, width), style="green" if advice.predicted <= advice.goal else "")
 
 
-def _counts(session: Session, width: int) -> list[Text]:
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.2f}"
+
+
+def _counts(session: Session, width: int) -> Text:
     """Captures of every socket against the target."""
     each = max(16, width // session.sockets)
     line = Text()
@@ -149,7 +127,7 @@ def _counts(session: Session, width: int) -> list[Text]:
         bar = ("█" * round(share * length)).ljust(length, "·")
         style = "bold" if socket == session.socket else ""
         line.append(f" {socket}: {count:>2}/{session.target:<2} {bar}".ljust(each), style=style)
-    return [line]
+    return line
 
 
 def _stream(view: View) -> Text:
@@ -167,42 +145,76 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
     """Joints, last captures and messages, as many as there is room for."""
     joints = _joints(view, width)
     room -= len(joints)
+    if view.card:
+        lines = [part for line in view.card for part in textwrap.wrap(line, width - 2)]
+        return [*joints, *(Text(f" {line}", style="bold") for line in lines)]
+    hint = _hint(view, width) if room > 2 else []
     messages = _messages(view.session, width, max(2, room // 2))
-    captures = _captures(view.session, width, max(1, room - len(messages)))
-    return [*joints, *captures, *messages]
+    captures = _captures(view.session, width, room - len(messages) - len(hint))
+    return [*joints, *hint, *captures, *messages]
+
+
+def _hint(view: View, width: int) -> list[Text]:
+    """The next pose in words, for the two joints that are farthest from it."""
+    target = view.advice.target if view.advice else None
+    if target is None or view.position is None or view.advice is None:
+        return []
+    away = zip(view.session.joints, target, view.position, strict=True)
+    far = sorted(((b - a, joint) for joint, b, a in away), key=lambda pair: -abs(pair[0]))[:2]
+    turns = ", ".join(
+        f"{joint.name} {'up' if by > 0 else 'down'} by {joint.shown(abs(by))}" for by, joint in far
+    )
+    return [Text(_fit(f" next best ◆: {turns}", width), style="bold cyan")]
 
 
 def _joints(view: View, width: int) -> list[Text]:
     names = max(len(joint.name) for joint in view.session.joints)
     names = min(names, max(10, width // 4))
-    values = view.position or (math.nan,) * len(view.session.joints)
-    rows = zip(view.session.joints, values, view.session.covered, strict=True)
-    return [_joint(joint, value, covered, names, width) for joint, value, covered in rows]
+    session = view.session
+    nowhere = (math.nan,) * len(session.joints)
+    values = view.position or nowhere
+    target = (view.advice.target if view.advice else None) or nowhere
+    here = [s.position for s in session.live if s.socket == session.socket]
+    there = [s.position for s in session.live if s.socket != session.socket]
+    return [
+        _joint(
+            joint, values[i], target[i], [q[i] for q in here], [q[i] for q in there], names, width
+        )
+        for i, joint in enumerate(session.joints)
+    ]
 
 
 def _joint(
-    joint: JointLimits, value: float, covered: tuple[float, float] | None, names: int, width: int
+    joint: JointLimits,
+    value: float,
+    target: float,
+    here: list[float],
+    there: list[float],
+    names: int,
+    width: int,
 ) -> Text:
-    """One joint: its range from limit to limit, what is covered of it, and where it is."""
+    """One joint: its range from limit to limit, where it was captured, and where it is."""
     lower, upper = _ends(joint)
     length = width - names - 30
     line = Text(f" {_fit(joint.name, names):<{names}} ")
     line.append(f"{joint.shown(lower):>8}├", style="dim")
+    marks = [("─", "dim")] * length
 
-    def column(position: float) -> int:
+    def put(position: float, mark: str, style: str) -> None:
         share = (position - lower) / (upper - lower)
-        return min(length - 1, max(0, round(share * (length - 1))))
+        marks[min(length - 1, max(0, round(share * (length - 1))))] = (mark, style)
 
-    bar = Text("─" * length, style="dim")
-    if covered:
-        first, last = column(covered[0]), column(covered[1])
-        bar = bar[:first] + Text("▒" * (last - first + 1), style="cyan") + bar[last + 1 :]
+    for position in there:
+        put(position, "╷", "dim")
+    for position in here:
+        put(position, "▮", "cyan")
+    if math.isfinite(target):
+        put(target, "◆", "bold magenta")
     if math.isfinite(value):
-        here = column(value)
         near = min(value - lower, upper - value) < 0.05 * (upper - lower)
-        marker = Text("┃", style="bold red" if near else "bold")
-        bar = bar[:here] + marker + bar[here + 1 :]
-    line.append_text(bar)
+        put(value, "┃", "bold red" if near else "bold")
+    for mark, style in marks:
+        line.append(mark, style=style)
     line.append(f"┤{joint.shown(upper):<8}", style="dim")
     line.append(f"{joint.shown(value):>8}" if math.isfinite(value) else "       -", style="bold")
     return line
@@ -217,9 +229,9 @@ def _ends(joint: JointLimits) -> tuple[float, float]:
 
 def _captures(session: Session, width: int, room: int) -> list[Text]:
     """The last samples that count, the newest first."""
-    newest = session.live[::-1][:room]
+    newest = session.live[::-1][: max(0, room)]
     lines = [Text(_fit(_capture(session, sample), width)) for sample in newest]
-    return lines or [Text(" no capture yet", style="dim")]
+    return lines or [Text(" no capture yet", style="dim")][: max(0, room)]
 
 
 def _capture(session: Session, sample: Sample) -> str:

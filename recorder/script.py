@@ -8,7 +8,8 @@ word        what it does
 a           waits until the arm has come to rest at a place that no sample has yet, and
             has rested for a whole window; then captures
 !a          captures at once, whatever the arm does
-aad, s, q   any of the keys ``a d u s 0 .. 9 ? q``, one after the other
+aad, s, q   any of the keys ``a d u r s 0 .. 9 ? q``, one after the other
+delete=12   takes sample 12 back; ``relabel=12:1`` gives it to socket 1
 a*30        the word thirty times
 wait=2.5    waits until the robot's clock has gone on by 2.5 s
 ==========  ============================================================================
@@ -29,7 +30,8 @@ __all__ = ["Script", "ScriptError", "Step"]
 
 PATIENCE = 30.0
 """How long a step waits for the arm at most [s]."""
-_WORD = re.compile(r"(!?)([aduqs?0-9]+)(?:\*(\d{1,4}))?")
+_WORD = re.compile(r"(!?)([adurqs?0-9]+)(?:\*(\d{1,4}))?")
+_NUMBERED = re.compile(r"delete=\d{1,5}|relabel=\d{1,5}:\d")
 _WAIT = re.compile(r"wait=(\d+\.?\d*|\.\d+)")
 
 
@@ -141,6 +143,8 @@ class Script:
     def _parse(self, word: str) -> list[Step]:
         if pause := _WAIT.fullmatch(word):
             return [Step(pause=float(pause[1]))]
+        if _NUMBERED.fullmatch(word):
+            return [Step(word)]
         if keys := _WORD.fullmatch(word):
             steps = [Step(key, at_once=key != "a" or bool(keys[1])) for key in keys[2]]
             return steps * int(keys[3] or 1)

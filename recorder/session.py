@@ -5,7 +5,7 @@ new one, as in ``session = session.captured(sample)``.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -77,8 +77,10 @@ class Session:
     """The active socket."""
     samples: tuple[Sample, ...] = ()
     """All captures in order, also those that were taken back."""
-    withdrawn: frozenset[int] = frozenset()
-    """Numbers of the samples that were taken back."""
+    withdrawn: tuple[int, ...] = ()
+    """Numbers of the samples that were taken back, the last one at the end."""
+    alike: Callable[[Sequence[float]], str | None] | None = None
+    """Says which other robot may be where this one cannot; None, or nothing, if none is known."""
     messages: tuple[Message, ...] = ()
     finished: bool = False
 
@@ -94,13 +96,17 @@ class Session:
             sum(sample.socket == socket for sample in self.live) for socket in range(self.sockets)
         )
 
-    @cached_property
-    def covered(self) -> tuple[tuple[float, float] | None, ...]:
-        """Lowest and highest position of each joint among the active socket's samples."""
-        here = [sample.position for sample in self.live if sample.socket == self.socket]
-        if not here:
-            return (None,) * len(self.joints)
-        return tuple((min(column), max(column)) for column in zip(*here, strict=True))
+    @property
+    def next_socket(self) -> int:
+        """The socket to go on with: after the active one, the first that lacks samples."""
+        others = [(self.socket + i) % self.sockets for i in range(1, self.sockets)]
+        lacking = [k for k in others if self.counts[k] < self.target]
+        return (lacking or others or [self.socket])[0]
+
+    @property
+    def whole(self) -> bool:
+        """Whether every socket has its target."""
+        return min(self.counts) >= self.target
 
     @property
     def next_number(self) -> int:
@@ -116,11 +122,24 @@ class Session:
         """Return the session with one more sample."""
         return replace(self, samples=(*self.samples, sample))
 
-    def undone(self) -> "Session":
-        """Return the session without its last sample that counts."""
-        if self.last is None:
-            return self
-        return replace(self, withdrawn=self.withdrawn | {self.last.number})
+    def sample(self, number: int) -> Sample | None:
+        """Return a sample by its number, also one that was taken back; None if there is none."""
+        return self.samples[number - 1] if 1 <= number <= len(self.samples) else None
+
+    def without(self, number: int) -> "Session":
+        """Return the session with a sample taken back."""
+        return replace(self, withdrawn=(*self.withdrawn, number))
+
+    def restored(self, number: int) -> "Session":
+        """Return the session with a sample that was taken back there again."""
+        return replace(self, withdrawn=tuple(n for n in self.withdrawn if n != number))
+
+    def relabelled(self, number: int, socket: int) -> "Session":
+        """Return the session with a sample in another socket."""
+        samples = tuple(
+            replace(s, socket=socket) if s.number == number else s for s in self.samples
+        )
+        return replace(self, samples=samples)
 
     def switched(self, socket: int) -> "Session":
         """Return the session with another socket active."""
@@ -132,7 +151,7 @@ class Session:
 
     def refusal(self, position: Sequence[float]) -> str | None:
         """Say why a configuration is not to be captured at the active socket; None if it may."""
-        return self._outside(position) or self._repeated(position)
+        return self._outside(position) or self.repeated(position) or self.left_behind(position)
 
     def nearest(self, position: Sequence[float], within: float = SAME) -> Sample | None:
         """Return a sample, of any socket, that is nearly at a configuration; None without one.
@@ -150,17 +169,25 @@ class Session:
         for joint, value in zip(self.joints, position, strict=True):
             margin = BEYOND_LIMITS_LENGTH if joint.prismatic else BEYOND_LIMITS
             if not joint.lower - margin <= value <= joint.upper + margin:
+                other = self.alike and self.alike(position)
+                hint = f" This moves like a {other}." if other else ""
                 return (
                     f"{joint.name} reads {joint.shown(value)}, outside its limits "
                     f"{joint.shown(joint.lower)} to {joint.shown(joint.upper)}: "
-                    "is this the right robot model?"
+                    f"is this the right robot model?{hint}"
                 )
         return None
 
-    def _repeated(self, position: Sequence[float]) -> str | None:
+    def repeated(self, position: Sequence[float]) -> str | None:
+        """Say which of the active socket's samples is at a configuration; None if none is."""
         for sample in self.live:
             if sample.socket == self.socket and self.same(sample.position, position):
                 return f"nearly the same configuration as sample {sample.number}: move the arm on"
+        return None
+
+    def left_behind(self, position: Sequence[float]) -> str | None:
+        """Say that the ball is still in another socket; None where nothing shows it."""
+        for sample in self.live:
             if sample.socket != self.socket and self.same(sample.position, position, STOOD_STILL):
                 return (
                     f"the arm stands where it stood for sample {sample.number} in socket "

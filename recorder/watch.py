@@ -51,6 +51,7 @@ class Watch:
         still: Largest standard deviation of a joint of an arm that is still [rad], [m] for a
             prismatic joint.
         live: Whether nothing may be captured from a stream that is late.
+        resolution: The smallest step of a position that the stream can tell [rad].
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class Watch:
         window: float = WINDOW,
         still: float = STILL,
         live: bool = True,
+        resolution: float = 0.0,
     ) -> None:
         self.joints = tuple(joints)
         self.live = live
@@ -72,7 +74,8 @@ class Watch:
         self._fault: str | None = None
         self._offsets = [0.0] * len(self.joints)
         self._speeds = [0.0] * len(self.joints)
-        self._freeze = Freeze()
+        self._resolution = resolution
+        self._freeze = Freeze(resolution)
         self._stamp = -math.inf
         self._least_delay = math.inf
         self._delay = 0.0
@@ -113,6 +116,16 @@ class Watch:
         """Whether the arm has been still for longer than a whole window."""
         return self._window.settled
 
+    @property
+    def moving(self) -> str:
+        """Why the arm does not count as still, while it does not."""
+        return self._window.moving
+
+    @property
+    def fast(self) -> bool:
+        """Whether it moves so fast that somebody leads it on."""
+        return self._window.fast
+
     def rate(self, now: float) -> float:
         """Return how many states came within the last second."""
         if self.age(now) <= SILENT:
@@ -127,9 +140,10 @@ class Watch:
 
     def trouble(self, now: float) -> str | None:
         """Say why nothing may be captured now; None if something may."""
-        return self._unsound(now) or (None if self.rest else self._window.moving)
+        return self.unsound(now) or (None if self.rest else self._window.moving)
 
-    def _unsound(self, now: float) -> str | None:
+    def unsound(self, now: float) -> str | None:
+        """Say why the stream cannot be trusted now; None if it can."""
         if self.age(now) > SILENT:
             silent = f"for {self.age(now):.1f} s" if math.isfinite(self.arrival) else "yet"
             return f"the stream is silent: no state {silent}"
@@ -153,7 +167,7 @@ class Watch:
         self._fault = None
         self._offsets = [0.0] * len(self.joints)
         self._speeds = [0.0] * len(self.joints)
-        self._freeze = Freeze()
+        self._freeze = Freeze(self._resolution)
         self._stamp = -math.inf
         self._least_delay = math.inf
         self._window.restart()

@@ -22,6 +22,7 @@ __all__ = ["main"]
 VERBS: dict[str, str] = {
     "demo": "record, calibrate and validate a simulated arm, from start to end",
     "print-parts": "write the socket base and the ball as files for a 3D printer",
+    "robots": "list the robot models that come with the package",
     "drivers": "list the arms that can be read, and what each needs",
     "stream": "show a robot's live joint angles, rate and gaps",
     "record": "record at the robot, in the terminal",
@@ -31,6 +32,7 @@ VERBS: dict[str, str] = {
     "solve": "calibrate a robot from recordings",
     "validate": "measure a calibration on other recordings",
     "crossval": "leave each placement out once, and train on each alone",
+    "fleet": "calibrate many arms, and compare them on one page",
     "report": "write the report of a calibration, and say its verdict",
     "compare": "hold calibrations of one robot against each other on the same data",
     "export": "write a calibration as other programs read it",

@@ -1,4 +1,4 @@
-"""What the nominal model can tell the operator while recording."""
+"""What nominal models can tell the operator while recording."""
 
 from collections.abc import Callable, Sequence
 
@@ -6,15 +6,24 @@ import numpy as np
 
 from ..recorder.dataset import Sample
 from ..solver.data.observations import Load
-from ..solver.robot.kinematics import BallModel, gravity_function
-from ..solver.robot.urdf import Robot
+from ..solver.robot.kinematics import BallModel, gravity_torques
+from ..solver.robot.urdf import Robot, load_robot, shipped_robots
 
-__all__ = ["gravity_of", "seat_check"]
+__all__ = ["Doubts", "gravity_of", "lookalikes"]
 
 ENOUGH = 5
 """So many samples in a socket before one of them can be called an outlier."""
 FAR, FAR_SHARE = 0.025, 4.0
 """An outlier is this far from the others [m], and so many times as far as they usually are."""
+FIRST_FAR = 0.06
+"""With fewer samples, one is an outlier that is this far from them [m]."""
+FIRST_POSES = 3
+"""So many poses in a socket show whether the model is that of the arm."""
+STRANGE, STRANGER = 0.06, 4.0
+"""By the model of another arm, the ball of one socket scatters by more than this [m], and so many
+times as far as by the right one."""
+SLACK = 0.05
+"""How far a joint may read beyond its limits [rad]."""
 
 
 def gravity_of(
@@ -29,40 +38,125 @@ def gravity_of(
     if not robot.bodies:
         return None
     load = load or Load()
-    torque = gravity_function(robot, load.gravity, load.payload)
 
     def gravity(position: Sequence[float]) -> Sequence[float]:
-        return torque(position).full().ravel().tolist()
+        torques = gravity_torques(robot, np.array([position]), load.gravity, load.payload)
+        return torques[0].tolist()
 
     return gravity
 
 
-def seat_check(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
-    """Return a function that doubts the last of some samples, where the ball was elsewhere.
+class Doubts:
+    """Says what is odd about the last of some samples by the nominal model.
 
-    By the nominal model the ball's centres of one socket lie within a few millimetres up to some
-    20 mm, a ball in the other socket 50 mm away.
+    By it the ball's centres of one socket lie within a few millimetres up to some 20 mm, and those
+    of the other socket as far away as the sockets are apart.
+
+    Args:
+        robot: The nominal robot.
+        distance: Between the sockets' centres [m].
     """
-    model = BallModel(robot, [])
-    points: dict[int, np.ndarray] = {}
 
-    def ball(sample: Sample) -> np.ndarray:
-        """Its centre [m], reckoned once for each sample: the stream must not wait."""
-        if sample.number not in points:
-            points[sample.number] = model.points(np.zeros(0), np.array([sample.position]))[0]
-        return points[sample.number]
+    def __init__(self, robot: Robot, distance: float) -> None:
+        self._robot = robot
+        self._distance = distance
+        self._model = BallModel(robot, [])
+        self._points: dict[int, np.ndarray] = {}
+        self._others: dict[str, BallModel] | None = None
 
-    def check(samples: Sequence[Sample]) -> str | None:
+    def __call__(self, samples: Sequence[Sample]) -> str | None:
+        """Return what is odd, in words; None if nothing is."""
+        return self._of_model(samples) or self._of_place(samples)
+
+    def _ball(self, sample: Sample, last: bool) -> np.ndarray:
+        """Return its centre [m], reckoned once for each sample: the stream must not wait."""
+        if last or sample.number not in self._points:
+            point = self._model.points(np.zeros(0), np.array([sample.position]))[0]
+            self._points[sample.number] = point
+        return self._points[sample.number]
+
+    def _of_place(self, samples: Sequence[Sample]) -> str | None:
         last = samples[-1]
-        here = np.array([ball(sample) for sample in samples if sample.socket == last.socket])
-        if len(here) < ENOUGH:
+        point = self._ball(last, last=True)
+        here = [self._ball(s, last=False) for s in samples[:-1] if s.socket == last.socket]
+        there = [self._ball(s, last=False) for s in samples[:-1] if s.socket != last.socket]
+        allowed = FIRST_FAR
+        if len(here) + 1 >= ENOUGH:
+            centre = np.median(here, axis=0)
+            usual = float(np.median(np.linalg.norm(np.array(here) - centre, axis=1)))
+            allowed = max(FAR, FAR_SHARE * usual)
+        from_where = f"the others of socket {last.socket}"
+        if not here and there:
+            from_where = "the other socket"
+            allowed += self._distance
+        if not here and not there:
             return None
-        away = np.linalg.norm(here - np.median(here[:-1], axis=0), axis=1)
-        if away[-1] <= max(FAR, FAR_SHARE * float(np.median(away[:-1]))):
+        away = float(np.linalg.norm(point - np.median(here or there, axis=0)))
+        if away <= allowed:
             return None
         return (
-            f"sample {last.number} puts the ball {1e3 * away[-1]:.0f} mm from the others of "
-            f"socket {last.socket}: is it seated, and in this socket? d takes the sample back"
+            f"sample {last.number} puts the ball {1e3 * away:.0f} mm from {from_where}: is it "
+            f"seated, and in socket {last.socket}? u takes it back. Or has the base moved? n: new "
+            "placement"
         )
 
-    return check
+    def _of_model(self, samples: Sequence[Sample]) -> str | None:
+        """Return which shipped robot the poses of a socket fit far better; None if none does."""
+        last = samples[-1]
+        q = np.array([s.position for s in samples if s.socket == last.socket])
+        if len(q) < FIRST_POSES:
+            return None
+        own = _scatter(self._model, q)
+        if own < STRANGE:
+            return None
+        if self._others is None:
+            self._others = {
+                other.name: BallModel(other, []) for other in _shipped(len(self._robot.actuated))
+            }
+        found = {name: _scatter(model, q) for name, model in self._others.items()}
+        best = min(found, key=lambda name: found[name], default=None)
+        if best is None or found[best] > own / STRANGER or best == self._robot.name:
+            return None
+        return (
+            f"this moves like a {best}: by its model the ball of socket {last.socket} scatters by "
+            f"{1e3 * found[best]:.0f} mm, by that of {self._robot.name} by {1e3 * own:.0f} mm. Is "
+            "--robot right?"
+        )
+
+
+def lookalikes(robot: Robot) -> Callable[[Sequence[float]], str | None]:
+    """Return a function that names the shipped robots within whose limits a configuration is.
+
+    Args:
+        robot: The one that is recorded, which is left out.
+    """
+    others: list[Robot] = []
+
+    def alike(position: Sequence[float]) -> str | None:
+        if not others:
+            others.extend(_shipped(len(position)))
+        names = [
+            other.name
+            for other in others
+            if other.name != robot.name
+            and all(
+                joint.lower - SLACK <= value <= joint.upper + SLACK
+                for joint, value in zip(other.actuated, position, strict=True)
+            )
+        ]
+        return " or a ".join(names) or None
+
+    return alike
+
+
+def _shipped(joints: int) -> list[Robot]:
+    """Return the shipped robots with so many joints."""
+    robots = [load_robot(name) for name in shipped_robots()]
+    return [robot for robot in robots if len(robot.actuated) == joints]
+
+
+def _scatter(model: BallModel, q: np.ndarray) -> float:
+    """Return how far the ball lies from its mean over some configurations [m]."""
+    points = model.points(np.zeros(0), q)
+    away: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    return float(away.mean())

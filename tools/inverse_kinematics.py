@@ -5,13 +5,13 @@ starts go side by side, so that the answers are spread over all that the arm can
 """
 
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from .. import MukcaError
 from ..solver.robot.kinematics import link_frames
+from ..solver.robot.row_function import RowFunction
 from ..solver.robot.urdf import Joint, Robot
 
 __all__ = ["MAX_TILT", "Guide", "SimulationError"]
@@ -35,6 +35,8 @@ class Guide:
         self.robot = robot
         self._pose = _pose(robot.joints)
         # Arms with endless or very wide joints are guided through one turn only.
+        # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
+        self._leans_freely = len(robot.actuated) >= 6
         self.lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
         self.upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
 
@@ -92,33 +94,35 @@ class Guide:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         for step in range(30):
             pose, J = self._linear(q)
-            error = targets - pose
             damping = 1e-4 if step < 18 else 1e-10
-            JJ = J @ J.transpose(0, 2, 1) + damping * np.eye(6)
-            dq = (J.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
+            rows = 6 if step < 18 or self._leans_freely else 3
+            error, slope = (targets - pose)[:, :rows], J[:, :rows]
+            JJ = slope @ slope.transpose(0, 2, 1) + damping * np.eye(rows)
+            dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
             q = q + dq * np.minimum(1.0, 0.5 / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
-        error = targets - self._linear(q)[0]
+        pose = self._linear(q)[0]
+        error = targets - pose
         exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
         tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
+        if not self._leans_freely:
+            tilted = pose[:, 5] < -np.cos(MAX_TILT)
         inside = np.all((self.lower < q) & (q < self.upper), axis=1)
         return q, exact & tilted & inside
 
     def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
-        N = len(q)
-        pose, by_q = self._pose.map(N)(q.T)
-        return pose.full().T, by_q.full().T.reshape(N, -1, 6).transpose(0, 2, 1)
+        pose, by_q = self._pose(q)
+        return pose, by_q.reshape(len(q), 6, -1)
 
 
 @lru_cache(maxsize=16)
-def _pose(joints: tuple[Joint, ...]) -> Any:
-    """Return ball, neck and their derivatives as a CasADi function of joint positions."""
+def _pose(joints: tuple[Joint, ...]) -> RowFunction:
+    """Return ball, neck and their derivatives as a function of joint positions."""
     q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
     origins = ca.DM([value for j in joints for value in (*j.origin.xyz, *j.origin.rpy)])
     R, p = link_frames(joints, origins, q)[-1]
     pose = ca.vertcat(ca.SX(p), ca.SX(R)[:, 2])
-    by_q = ca.densify(ca.jacobian(pose, q))
-    return ca.Function("pose", [q], [pose, by_q], {"cse": True})
+    return RowFunction("pose", [q], [pose, ca.jacobian(pose, q)])
 
 
 def _random_necks(generator: np.random.Generator) -> np.ndarray:

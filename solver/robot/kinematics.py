@@ -25,6 +25,7 @@ import casadi as ca
 import numpy as np
 
 from .chain import Body, Joint
+from .row_function import RowFunction
 from .urdf import Robot
 
 __all__ = [
@@ -32,7 +33,6 @@ __all__ = [
     "Linearisation",
     "across",
     "ball_position",
-    "gravity_function",
     "gravity_moments",
     "gravity_torques",
     "link_frames",
@@ -41,8 +41,6 @@ __all__ = [
 ]
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
-BATCH = 200
-"""Rows that are computed at once: the results of more no longer fit into a processor's cache."""
 
 
 def rotation(axis: Sequence[float], angle: Any) -> Any:
@@ -153,17 +151,13 @@ class BallModel:
         Returns:
             Shape (N, 3) [m].
         """
-        return self._of(positions).evaluate("ball", parameters, positions)[0]
+        return self._of(positions).points(positions, parameters)[0]
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
-        N, n, m = len(positions), len(self.free), positions.shape[1]
-        p, by_x, by_q = self._of(positions).evaluate("linear", parameters, positions)
-        return Linearisation(
-            p,
-            by_x.reshape(N, n, 3).transpose(0, 2, 1),
-            by_q.reshape(N, m, 3).transpose(0, 2, 1),
-        )
+        points, by_x, by_q = self._of(positions).linear(positions, parameters)
+        (N, m), n = positions.shape, len(self.free)
+        return Linearisation(points, by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
 
     def log_volume(self, parameters: np.ndarray, positions: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
@@ -181,7 +175,7 @@ class BallModel:
         """
         if positions.shape[1] < 3:
             return 0.0, np.zeros(len(self.free))
-        value, slope = self._functions.evaluate("volume", parameters, positions)
+        value, slope = self._functions.volume(positions, parameters)
         return float(value.mean()), slope.mean(axis=0)
 
     def _of(self, positions: np.ndarray) -> "_BallFunctions":
@@ -191,58 +185,27 @@ class BallModel:
 
 
 class _BallFunctions:
-    """The ball's position, its derivatives and its volume as CasADi functions of x and q."""
+    """The ball's position, its derivatives and its volume as functions of x and rows q."""
 
     def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int) -> None:
-        numbers = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
         self._x = ca.SX.sym("x", len(free))
         self._q = ca.SX.sym("q", columns)
-        origins = ca.SX(numbers)
+        origins = ca.SX(_origin_numbers(joints))
         origins[list(free)] = self._x
         self._p = ca.densify(ball_position(joints, origins, self._q))
         self.ball = ca.Function("ball", [self._x, self._q], [self._p], ["x", "q"], ["p"])
-        self._mapped: dict[tuple[str, int], Any] = {}
+        self.points = RowFunction("points", [self._x, self._q], [self._p])
 
     @cached_property
-    def linear(self) -> Any:
-        slopes = [ca.densify(ca.jacobian(self._p, by)) for by in (self._x, self._q)]
-        return ca.Function("linear", [self._x, self._q], [self._p, *slopes], {"cse": True})
+    def linear(self) -> RowFunction:
+        slopes = [ca.jacobian(self._p, by) for by in (self._x, self._q)]
+        return RowFunction("linear", [self._x, self._q], [self._p, *slopes])
 
     @cached_property
-    def volume(self) -> Any:
+    def volume(self) -> RowFunction:
         J = ca.jacobian(self._p, self._q)
-        value = ca.densify(0.5 * ca.log(ca.det(J @ J.T)))
-        slope = ca.densify(ca.gradient(value, self._x))
-        return ca.Function("volume", [self._x, self._q], [value, slope], {"cse": True})
-
-    def evaluate(
-        self, name: str, parameters: np.ndarray, positions: np.ndarray
-    ) -> list[np.ndarray]:
-        """Return a function's results for each row of joint positions, in rows too.
-
-        CasADi's matrices lie in memory column by column and NumPy's row by row, so each result is
-        its own transpose, and nothing is copied.
-        """
-        function = getattr(self, name)
-        shapes = [function.size_out(i) for i in range(function.n_out())]
-        results = [np.empty((len(positions), columns, rows)) for rows, columns in shapes]
-        for begin in range(0, len(positions), BATCH):
-            batch = slice(begin, begin + BATCH)
-            q = np.ascontiguousarray(positions[batch], dtype=float).ravel()
-            x = np.tile(np.asarray(parameters, dtype=float), len(positions[batch]))
-            buffer, trigger = self._over(name, len(positions[batch])).buffer()
-            for i, values in enumerate((x, q)):
-                buffer.set_arg(i, values.data)
-            for i, values in enumerate(results):
-                buffer.set_res(i, values[batch].ravel().data)
-            trigger()
-        return [values.reshape(-1, values.shape[2]) for values in results]
-
-    def _over(self, name: str, rows: int) -> Any:
-        """Return a function mapped over so many rows, built once for each number."""
-        if (name, rows) not in self._mapped:
-            self._mapped[name, rows] = getattr(self, name).map(rows)
-        return self._mapped[name, rows]
+        value = 0.5 * ca.log(ca.det(J @ J.T))
+        return RowFunction("volume", [self._x, self._q], [value, ca.gradient(value, self._x)])
 
 
 @lru_cache(maxsize=64)
@@ -300,17 +263,7 @@ def gravity_moments(
         Moments [N m], shape (N, 3 m): the torques about the joints' own axes, then the moments
         about the first axis :func:`across` each, then about the second.
     """
-    moments = moments_function(robot, gravity, payload)
-    return moments.map(len(positions))(positions.T).full().T
-
-
-def gravity_function(
-    robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
-) -> Any:
-    """Return :func:`gravity_torques` as a CasADi function of one configuration."""
-    q = ca.SX.sym("q", len(robot.actuated))
-    torques = moments_function(robot, gravity, payload)(q)[: len(robot.actuated)]
-    return ca.Function("gravity", [q], [torques])
+    return _moments_of_rows(robot.joints, robot.bodies, tuple(gravity), payload)(positions)[0]
 
 
 def moments_function(
@@ -326,8 +279,7 @@ def _moments_function(
 ) -> Any:
     m = sum(joint.actuated for joint in joints)
     q, tilts = ca.SX.sym("q", m), ca.SX.sym("tilts", 2 * m)
-    origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
-    frames = link_frames(joints, ca.DM(origins), ca.vertcat(q, tilts))
+    frames = link_frames(joints, ca.DM(_origin_numbers(joints)), ca.vertcat(q, tilts))
     energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]
@@ -336,3 +288,17 @@ def _moments_function(
     slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
     upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
     return ca.Function("moments", [q], [upright], {"cse": True})
+
+
+@lru_cache(maxsize=16)
+def _moments_of_rows(
+    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
+) -> RowFunction:
+    function = _moments_function(joints, bodies, gravity, payload)
+    q = ca.SX.sym("q", function.numel_in(0))
+    return RowFunction("moments", [q], [function(q)])
+
+
+def _origin_numbers(joints: Sequence[Joint]) -> list[float]:
+    """Return x y z [m] roll pitch yaw [rad] of all origins, one after the other."""
+    return [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]

@@ -23,9 +23,11 @@ __all__ = [
     "add_ball",
     "add_comment",
     "add_link",
+    "end_of_tag",
     "relocate_meshes",
     "scan",
     "set_origins",
+    "with_attributes",
 ]
 
 
@@ -121,7 +123,7 @@ class _Scanner:
             raise self.fail("this is a xacro file; expand it first: xacro FILE > robot.urdf")
         self.path.append(tag)
         begin = self.parser.CurrentByteIndex
-        span = (begin, _end_of_tag(self.text.data, begin))
+        span = (begin, end_of_tag(self.text.data, begin))
         if self.path == ["robot"]:
             self.text.name = self.new_name(attributes, tag, ())
         elif self.path == ["robot", "joint"]:
@@ -169,7 +171,7 @@ class _Scanner:
         return (x, y, z)
 
 
-def _end_of_tag(data: bytes, begin: int) -> int:
+def end_of_tag(data: bytes, begin: int) -> int:
     """Return the offset just after the ``>`` that closes the start tag at ``begin``."""
     quote = 0
     for place in range(begin, len(data)):
@@ -198,7 +200,7 @@ def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
         }
         if changed and joint in text.origin_tags:
             begin, end = text.origin_tags[joint]
-            edits.append((begin, end, _with_attributes(text.data[begin:end], changed)))
+            edits.append((begin, end, with_attributes(text.data[begin:end], changed)))
         elif changed:
             edits.append(_new_origin(text, joint, changed))
     return _apply(text.data, edits)
@@ -211,7 +213,7 @@ def _new_origin(text: UrdfText, joint: str, values: Mapping[str, str]) -> tuple[
     return (end, end, f"<origin {words}/>".encode())
 
 
-def _with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
+def with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
     """Return a start tag with some attributes set, the others as they are."""
     for key, value in values.items():
         pattern = re.compile(rb"(\s" + key.encode() + rb"\s*=\s*)(\"[^\"]*\"|'[^']*')")

@@ -26,6 +26,7 @@ from mukca.drivers.ros import Ros, decode_message
 from mukca.drivers.testing import DriverContract
 from mukca.drivers.ur import Ur
 from mukca.drivers.ur_rtde import UrRtde
+from mukca.drivers.xarm import XArm
 
 ROOT = Path(__file__).parents[2]
 
@@ -227,6 +228,28 @@ class TestDynamixelKoch(OfServos):
     options = ("--noise", "1e-2", "--version", "koch")
     joints = 5
     wrong = "/dev/ttyUSB0?arm=koch&rate=fast"
+
+
+class OfXArm(Emulated):
+    driver = XArm
+    emulator = "xarm"
+    losses = ()  # TCP loses nothing, and reports carry no numbers
+    nobody = own_host()
+    wrong = "127.0.0.1?port=30001"
+
+
+class TestXArm6(OfXArm):
+    joints = 6
+
+
+class TestXArm6Old(OfXArm):
+    options = ("--version", "xarm6-old")
+    joints = 6
+
+
+class TestXArm7(OfXArm):
+    options = ("--version", "xarm7")
+    joints = 7
 
 
 class TestPiper(Emulated):

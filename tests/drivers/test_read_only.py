@@ -85,6 +85,7 @@ ALLOWED = {
     "ur": allowed_by_ur,
     "kinova": allowed_by_kinova,
     "piper": allowed_by_piper,
+    "xarm": allowed_by_piper,
     "feetech": allowed_by_feetech,
     "dynamixel": allowed_by_dynamixel,
 }
@@ -104,6 +105,8 @@ FAULTS = ("drop:0.05", "duplicate:0.05", "garble:0.02", "silent@1+0.5", "hangup@
         ("kinova", "serial"),
         ("kinova", "can"),
         ("piper", "1"),
+        ("xarm", "xarm6"),
+        ("xarm", "xarm6-old"),
         ("feetech", "so101"),
         ("dynamixel", "vx300s"),
     ],
@@ -121,7 +124,7 @@ def test_nothing_else_is_sent(name, version, faults, tmp_path):
                     continue
         emulation.stop()
         received = emulation.received()
-    assert bool(received) == (name != "piper"), "the journal noted nothing"
+    assert bool(received) == (name not in ("piper", "xarm")), "the journal noted nothing"
     for channel, message in received:
         assert ALLOWED[name](channel, message), f"{channel}: {message.hex(' ')}"
 
@@ -134,6 +137,7 @@ def test_nothing_else_is_sent(name, version, faults, tmp_path):
         ("kuka", "udp", bytes.fromhex("0a080881800d10001805120a0a080900000000000000")),
         ("ur", "tcp", b"\0\x0dI" + bytes(10)),  # an input
         ("kinova", "line", struct.pack("<hBB", 0x26, 0, 0x10) + bytes(16)),  # joint zero
+        ("xarm", "30000", b"\0"),
         ("piper", "151", bytes(8)),  # motion control
         ("feetech", "line", bytes.fromhex("ffff0104032801ce")),  # torque on
         ("feetech", "line", bytes.fromhex("fffffe0982210201020304050d")),  # other registers

@@ -52,7 +52,7 @@ def record(folder: Path, seed: int) -> None:
 
 def counted(output: bytes) -> int:
     """The last number of captures that the screen showed."""
-    found = re.findall(rb"(\d+) of 30 captured", output)
+    found = re.findall(rb" 0: +(\d+)/30", output)
     return int(found[-1]) if found else 0
 
 

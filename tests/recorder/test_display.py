@@ -11,10 +11,19 @@ from rich.console import Console
 
 from mukca.recorder.display import Lines, Screen
 from mukca.recorder.keyboard import HangUp
-from mukca.recorder.screen import View
+from mukca.recorder.readiness import Readiness
 from mukca.recorder.session import JointLimits, Session
+from mukca.recorder.view import View
 
-VIEW = View(Session((JointLimits("elbow", -1, 1),)), "arm", (0.1,), rate=1000.0, age=0.001)
+VIEW = View(
+    Session((JointLimits("elbow", -1, 1),)),
+    "arm",
+    Readiness("PRESS", "dark_green", "space captures sample 1"),
+    (0.1,),
+    rate=1000.0,
+    age=0.001,
+    scripted=True,
+)
 
 
 class Terminal:
@@ -61,7 +70,7 @@ def test_only_changed_lines_are_written_again(terminal: Terminal) -> None:
         screen.show(VIEW)
         assert terminal.written() == ""
         screen.show(replace(VIEW, missed=3))
-        assert rows(terminal.written()) == [6]
+        assert rows(terminal.written()) == [7]
 
 
 def test_the_screen_before_comes_back(terminal: Terminal) -> None:
@@ -95,3 +104,16 @@ def test_without_a_terminal_messages_are_lines() -> None:
         lines.show(replace(VIEW, session=session.with_message("third")))
         lines.bell()
     assert text.getvalue() == "first\n! [b]second[/b]\nthird\n"
+
+
+def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
+    text = io.StringIO()
+    by_hand = replace(VIEW, scripted=False)
+    with Lines(Console(file=text)) as lines:
+        lines.show(by_hand)
+        lines.show(replace(by_hand, age=0.1))
+        lines.show(replace(by_hand, ready=Readiness("HOLD", "red", "still moving")))
+    assert text.getvalue().splitlines() == [
+        "socket 0  PRESS: space captures sample 1",
+        "socket 0  HOLD: still moving",
+    ]

@@ -31,7 +31,7 @@ def test_keys_come_at_once_and_unseen(pty: tuple[int, int]) -> None:
     master, slave = pty
     with Keyboard(slave) as keyboard:
         assert pressed(keyboard, master, b"a") == ["a"]
-        assert pressed(keyboard, master, b" 1q") == [" ", "1", "q"]
+        assert pressed(keyboard, master, b" 1q") == ["space", "1", "q"]
     ready, _, _ = select.select([master], [], [], 0.1)
     assert not ready, "the terminal echoed the keys"
 
@@ -59,10 +59,24 @@ def test_what_was_typed_blindly_does_not_reach_the_shell(pty: tuple[int, int]) -
 
 
 @pytest.mark.parametrize(
-    "sequence",
-    [b"\x1b[A", b"\x1b[D", b"\x1bOA", b"\x1b[1;5D", b"\x1b[15~", b"\x1ba", b"\x1b[200~", b"\x1b[M"],
+    ("sequence", "name"),
+    [
+        (b"\x1b[A", "Up"),
+        (b"\x1bOD", "Left"),
+        (b"\x1b[6~", "PageDown"),
+        (b"\x1b[15~", "F5"),
+        (b"\r", "Enter"),
+        (b"A", "a"),
+    ],
 )
-def test_no_special_key_passes_for_a_letter(pty: tuple[int, int], sequence: bytes) -> None:
+def test_special_keys_have_names(pty: tuple[int, int], sequence: bytes, name: str) -> None:
+    master, slave = pty
+    with Keyboard(slave) as keyboard:
+        assert pressed(keyboard, master, sequence + b"q") == [name, "q"]
+
+
+@pytest.mark.parametrize("sequence", [b"\x1b[1;5D", b"\x1ba", b"\x1b[200~", b"\x1b[M"])
+def test_no_other_special_key_passes_for_a_letter(pty: tuple[int, int], sequence: bytes) -> None:
     master, slave = pty
     with Keyboard(slave) as keyboard:
         assert pressed(keyboard, master, sequence + b"q") == ["q"]
@@ -73,7 +87,7 @@ def test_a_sequence_that_comes_in_two_parts_is_no_letter_either(pty: tuple[int, 
     with Keyboard(slave) as keyboard:
         assert pressed(keyboard, master, b"s\x1b[") == ["s"]
         keyboard._unfinished_at = time.monotonic()  # however long this test was held up
-        assert pressed(keyboard, master, b"Aq") == ["q"]
+        assert pressed(keyboard, master, b"Aq") == ["Up", "q"]
 
 
 def test_escape_alone_does_not_swallow_the_next_key(pty: tuple[int, int]) -> None:

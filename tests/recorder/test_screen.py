@@ -8,9 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
 
+from mukca.recorder.advice import Advice
+from mukca.recorder.banner import banner
+from mukca.recorder.readiness import Moment, readiness
 from mukca.recorder.samples import Sample
-from mukca.recorder.screen import HELP, View, render
+from mukca.recorder.screen import HELP, render, rows_needed
 from mukca.recorder.session import JointLimits, Session
+from mukca.recorder.view import View
 
 JOINTS = tuple(JointLimits(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
 
@@ -26,9 +30,13 @@ def session(count: int = 12, sockets: int = 2, joints: tuple[JointLimits, ...] =
 
 
 def view(made: Session | None = None, **more: object) -> View:
+    """A view; what to do now follows from what a moment may say."""
     made = made or session()
-    facts = {"position": (0.3,) * len(made.joints), "rate": 1000.0, "age": 0.002, **more}
-    return View(made, "panda  mock:hand  data/front", **facts)  # pyright: ignore
+    position = more.pop("position", (0.3,) * len(made.joints))
+    said = {f: more.pop(f) for f in ("trouble", "moving", "push", "got") if f in more}
+    ready = readiness(Moment(made, position, **said))  # pyright: ignore
+    facts = {"position": position, "rate": 1000.0, "age": 0.002, **more}
+    return View(made, "panda  mock:hand  data/front", ready, **facts)  # pyright: ignore
 
 
 def drawn(
@@ -61,7 +69,8 @@ def test_it_fits_any_terminal(
     shown = view(made.with_message(message, alarm=True), help=helps, trouble=trouble)
     group = render(shown, width, height, plain=plain)
     assert all(line.cell_len <= width for line in group.renderables)
-    assert len(group.renderables) in (1, height)
+    fits = width >= 60 and height >= rows_needed(joints)
+    assert len(group.renderables) == (height if fits else 1)
 
 
 @pytest.mark.parametrize("plain", [False, True])
@@ -71,12 +80,11 @@ def test_all_that_is_needed_is_on_80_by_24(plain: bool) -> None:
         .with_message("captured sample 12")
         .with_message("refused: still moving", alarm=True)
     )
-    shown = "\n".join(drawn(view(made, trouble="still moving: panda_joint4 by 1.2°"), plain=plain))
+    shown = "\n".join(drawn(view(made, moving="still moving: panda_joint4 by 1.2°"), plain=plain))
     for needed in (
         "SOCKET 0",
-        "WAIT",
+        "HOLD",
         "still moving: panda_joint4",
-        "12 of 30 captured",
         "0: 12/30",
         "1:  0/30",
         "stream 1000 Hz",
@@ -98,8 +106,8 @@ def test_all_that_is_needed_is_on_80_by_24(plain: bool) -> None:
 @pytest.mark.parametrize(
     ("more", "says"),
     [
-        ({}, "STILL: press space"),
-        ({"push": "elbow exerts +6 N m beyond gravity"}, "LET GO of the arm"),
+        ({}, "PRESS: space captures sample 13"),
+        ({"push": "elbow exerts +6 N m beyond gravity"}, "LET GO"),
         ({"trouble": "the stream is silent", "push": "x"}, "WAIT"),
         ({"drops": 2}, "connection lost 2x"),
         ({"missed": 7}, "missed 7"),
@@ -121,17 +129,21 @@ def test_all_of_the_help_is_on_80_by_24() -> None:
         assert f" {line}".rstrip() in [row.rstrip() for row in shown]
 
 
-def test_the_bar_shows_limits_range_and_place() -> None:
+def test_the_bar_shows_limits_captures_of_both_sockets_target_and_place() -> None:
     joint = (JointLimits("a", math.radians(-100), math.radians(100)),)
     made = Session(joint)
-    for number, degrees in enumerate((-50, 0), start=1):
-        made = made.captured(Sample((math.radians(degrees),), 0, number=number))
-    line = next(x for x in drawn(view(made, position=(math.radians(50),))) if "├" in x)
+    for number, (degrees, socket) in enumerate(((-50, 0), (0, 0), (75, 1)), start=1):
+        made = made.captured(Sample((math.radians(degrees),), socket, number=number))
+    advice = Advice(3, 0, 4e-4, 3e-4, target=(math.radians(-80),))
+    line = next(
+        x for x in drawn(view(made, position=(math.radians(50),), advice=advice)) if "├" in x
+    )
     bar = line[line.index("├") + 1 : line.index("┤")]
-    share = {mark: bar.index(mark) / len(bar) for mark in "▒┃"}
-    assert share["▒"] == pytest.approx(0.25, abs=0.02)
-    assert (bar.rindex("▒") + 1) / len(bar) == pytest.approx(0.5, abs=0.02)
-    assert share["┃"] == pytest.approx(0.75, abs=0.02)
+    shares = {mark: [i / (len(bar) - 1) for i, c in enumerate(bar) if c == mark] for mark in "▮╷◆┃"}
+    assert shares["▮"] == pytest.approx([0.25, 0.5], abs=0.02)
+    assert shares["╷"] == pytest.approx([0.875], abs=0.02)
+    assert shares["◆"] == pytest.approx([0.1], abs=0.02)
+    assert shares["┃"] == pytest.approx([0.75], abs=0.02)
     assert "-100.0°├" in line and "┤100.0°" in line and line.endswith("50.0°")
 
 
@@ -147,11 +159,42 @@ def test_a_prismatic_joint_is_shown_in_millimetres() -> None:
 
 
 def test_the_active_socket_is_told_by_more_than_colour() -> None:
-    first = drawn(view(session().switched(0)))
-    second = drawn(view(session().switched(1)))
-    assert first[1:4] != second[1:4]
-    assert "SOCKET 1" in second[2]
-    assert drawn(view(), colour="256")[1] != drawn(view(session().switched(1)), colour="256")[1]
+    assert "SOCKET 0" in drawn(view())[4] and "SOCKET 1" in drawn(view(session().switched(1)))[4]
+
+
+@pytest.mark.parametrize(("width", "height"), [(60, 14), (60, 15), (80, 24)])
+def test_a_refusal_and_all_joints_are_there_in_a_small_window(width: int, height: int) -> None:
+    why = (
+        "refused: the arm stands where it stood for sample 12 in socket 0: move the ball to "
+        "socket 1 first"
+    )
+    lines = drawn(view(session().with_message(why, alarm=True)), width, height)
+    assert all(any(joint.name in line for line in lines) for joint in JOINTS)
+    told = " ".join(line.removeprefix(" ! ") for line in lines if line.startswith(" !"))
+    assert told == why
+
+
+@pytest.mark.parametrize(("width", "height"), [(59, 14), (60, 13)])
+def test_a_window_that_is_too_small_says_what_is_needed(width: int, height: int) -> None:
+    assert drawn(view(), width, height) == [f"needs 60 x 14, has {width} x {height}: PRESS"]
+
+
+@pytest.mark.parametrize(
+    "words", ["MOVE", "PRESS", "GOT 17", "SOCKET 1 NOW", "ENOUGH", "NEXT POSE"]
+)
+def test_the_banner_is_three_rows_of_one_colour_and_fits_the_smallest_window(words: str) -> None:
+    rows = banner(words, "blue", 60)
+    assert len(rows) == 3
+    for row in rows:
+        assert row.cell_len == 60 and str(row.style) == "bold white on blue"
+        assert row.plain.endswith(" ") and row.plain.strip()
+
+
+def test_the_gauge_holds_what_is_predicted_against_the_goal() -> None:
+    advice = Advice(12, 0, 4.3e-4, 3e-4, True, 1.2e-4, 1e-4, 2e-4, 0.05003)
+    line = next(line for line in drawn(view(advice=advice), 120) if "predicted" in line)
+    for part in ("predicted 0.43", "goal 0.30", "last 0.12", "mean 0.10", "+0.02 %", "50.03"):
+        assert part in line
 
 
 def test_the_newest_message_is_whole_and_last() -> None:

@@ -40,13 +40,16 @@ def keys(made: Script) -> Iterator[str]:
         ("a # s q ?\nq", "aq"),
         ("as*2 !d 1 ?", "asasd1?"),
         ("wait=2 a wait=.5", "a"),
+        ("r delete=3 relabel=4:1", "rdelete=3relabel=4:1"),
     ],
 )
 def test_words_become_keys(text: str, pressed: str, chunk: int) -> None:
     assert "".join(keys(script(text, chunk))) == pressed
 
 
-@pytest.mark.parametrize("word", ["x", "a*", "a*x", "wait", "wait=", "wait=x", "a,s", "!", "*3"])
+@pytest.mark.parametrize(
+    "word", ["x", "a*", "a*x", "wait", "wait=", "wait=x", "a,s", "!", "*3", "delete=", "relabel=1"]
+)
 def test_a_word_without_a_meaning_is_told(word: str) -> None:
     with pytest.raises(ScriptError, match=r"keys\.txt: .* is no word of a key script") as caught:
         script(f"a s\n{word} q")

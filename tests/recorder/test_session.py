@@ -25,20 +25,13 @@ def test_counts_are_those_of_a_list_per_socket(keys: list[str]) -> None:
             session = captured(session, 0.0, 0.0)
             model.append(session.socket)
         elif key == "u":
-            session = session.undone()
+            session = session.without(session.last.number) if session.last else session
             model = model[:-1]
         else:
             session = session.switched(int(key))
         assert session.counts == (model.count(0), model.count(1))
         assert [s.socket for s in session.live] == model
     assert [s.number for s in session.samples] == list(range(1, keys.count("a") + 1))
-
-
-def test_the_range_covered_is_the_active_socket_s() -> None:
-    session = captured(captured(Session(JOINTS), -0.5, 0.1), 0.7, 0.3)
-    assert session.covered == ((-0.5, 0.7), (0.1, 0.3))
-    assert session.undone().covered == ((-0.5, -0.5), (0.1, 0.1))
-    assert session.switched(1).covered == (None, None)
 
 
 @pytest.mark.parametrize(
@@ -67,13 +60,25 @@ def test_a_ball_that_was_not_moved_to_the_other_socket_is_noticed() -> None:
 def test_a_withdrawn_configuration_may_be_captured_again() -> None:
     session = captured(Session(JOINTS), 0.0, 0.0)
     assert session.refusal((0.0, 0.0)) is not None
-    assert session.undone().refusal((0.0, 0.0)) is None
+    assert session.without(1).refusal((0.0, 0.0)) is None
 
 
 def test_a_joint_without_limits_may_be_anywhere() -> None:
     assert Session((JointLimits("wheel"),)).refusal((100.0,)) is None
 
 
-def test_undo_of_nothing_changes_nothing() -> None:
-    session = Session(JOINTS)
-    assert session.undone() is session and session.last is None
+def test_a_sample_can_be_taken_back_brought_again_and_relabelled() -> None:
+    session = captured(captured(Session(JOINTS), 0.0, 0.0), 0.5, 0.1)
+    assert session.without(1).counts == (1, 0)
+    assert session.without(1).restored(1) == session
+    moved = session.relabelled(2, 1)
+    assert moved.counts == (1, 1) and moved.samples[1].position == (0.5, 0.1)
+
+
+def test_the_next_socket_is_one_that_lacks_samples() -> None:
+    session = Session(JOINTS, sockets=3, target=1)
+    assert session.next_socket == 1 and not session.whole
+    session = captured(session.switched(1), 0.1, 0.1).switched(0)
+    assert session.next_socket == 2
+    session = captured(captured(session, 0.2, 0.1).switched(2), 0.3, 0.1)
+    assert session.whole

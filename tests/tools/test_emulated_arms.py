@@ -22,17 +22,22 @@ pytestmark = pytest.mark.slow
 SAMPLES = 8
 STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
 NOISE = 2e-5  # rad, of the emulated encoders
-ROUNDING = {"piper": 1e-5}  # rad: thousandths of a degree
-RATES = {"kinova": 20}  # polled states in a window
+TICK = math.pi / 4096
+ROUNDING = {"piper": 1e-5, "feetech": TICK, "dynamixel": TICK}  # rad
+RATES = {"kinova": 20, "feetech": 20, "dynamixel": 20}  # polled states in a window
+LEVER = 0.5  # m: what rounding does at the ball
 MOTION = ("--hold", "0.9", "--move", "0.7", "--noise", str(NOISE))
-CANDIDATES = 150
+CANDIDATES = {"so101": 40}  # elsewhere 150; with five joints the nearest of so many is the same
 
 ARMS = [
     ("franka", "panda", "5"),
     ("kuka", "iiwa14", "2.7"),
     ("ur", "ur5e", "5.11"),
     ("kinova", "gen3_lite", "serial"),
-    ("piper", "ur5e", "1"),  # a chain of six joints; the Piper's own is not shipped
+    ("piper", "piper", "1"),
+    ("xarm", "xarm6", "xarm6"),
+    ("feetech", "so101", "so101"),
+    ("dynamixel", "vx300s", "vx300s"),
 ]
 
 
@@ -42,7 +47,9 @@ def placements(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     generator = np.random.default_rng(5)
     arm = perturb(load_robot(request.param), generator, 2e-3, 5e-3)
     for name, base in zip(("train", "test"), reachable_bases(arm, generator, 2), strict=True):
-        placement = record(arm, base, generator, samples=CANDIDATES, noise=2e-5)
+        placement = record(
+            arm, base, generator, samples=CANDIDATES.get(request.param, 150), noise=2e-5
+        )
         write_holes(replace(placement, samples=tuple(short_steps(placement))), tmp_path / name)
     return tmp_path
 
@@ -79,7 +86,8 @@ def test_the_truth_is_found(name, robot, version, placements, tmp_path, capsys):
     errors = solve(tmp_path / "recorded", robot, placements / "test", capsys)
     best = solve(placements / "train", robot, placements / "test", capsys)
     assert errors["calibrated"] < 0.4 * errors["nominal"]
-    assert errors["calibrated"] < 1.3 * best["calibrated"] + 2e-5
+    slack = 2e-5 + LEVER * ROUNDING.get(name, 0.0)
+    assert errors["calibrated"] < 1.3 * best["calibrated"] + slack
 
 
 def words(robot, driver, folder):

@@ -9,8 +9,8 @@ import pytest
 from mukca.recorder.dataset import Sample, read_placement
 from mukca.solver.data.observations import Load
 from mukca.solver.robot.kinematics import gravity_torques
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.hints import gravity_of, seat_check
+from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.tools.hints import Doubts, gravity_of, lookalikes
 
 
 def test_gravity_is_the_model_s(panda: Robot) -> None:
@@ -35,7 +35,7 @@ def test_a_model_without_masses_knows_no_gravity(panda: Robot) -> None:
 
 
 def test_a_sample_of_the_other_socket_is_doubted_and_no_other(panda: Robot, session: Path) -> None:
-    check = seat_check(panda)
+    check = Doubts(panda, 0.05)
     samples = read_placement(session / "front").samples
     taken: list[Sample] = []
     for number, sample in enumerate(samples, start=1):
@@ -43,10 +43,29 @@ def test_a_sample_of_the_other_socket_is_doubted_and_no_other(panda: Robot, sess
         assert check(taken) is None
     wrong = replace(samples[0], socket=1, number=99)
     assert "sample 99 puts the ball" in str(check([*taken, wrong]))
-    assert "socket 1: is it seated" in str(check([*taken, wrong]))
+    assert "is it seated, and in socket 1" in str(check([*taken, wrong]))
 
 
-def test_few_samples_cannot_be_judged(panda: Robot, session: Path) -> None:
+def test_few_samples_are_judged_by_less(panda: Robot, session: Path) -> None:
     first, *_, last = read_placement(session / "front").samples
-    two = [replace(first, number=1), replace(last, socket=0, number=2)]
-    assert seat_check(panda)(two) is None
+    check = Doubts(panda, 0.05)
+    assert check([replace(first, number=1), replace(last, number=2)]) is None
+    elsewhere = read_placement(session / "left").samples[0]
+    told = str(check([replace(first, number=1), replace(elsewhere, number=3)]))
+    assert "has the base moved? n: new placement" in told
+    told = str(check([replace(first, number=1), replace(elsewhere, socket=1, number=4)]))
+    assert "mm from the other socket" in told
+
+
+def test_another_arm_is_known_by_how_it_moves(session: Path) -> None:
+    check = Doubts(load_robot("iiwa14"), 0.05)
+    taken = [replace(s, number=i) for i, s in enumerate(read_placement(session / "front").samples)]
+    assert "this moves like a" not in str(check(taken[:2]))
+    assert "this moves like a panda" in str(check(taken[:3])).replace("fr3", "panda")
+
+
+def test_another_arm_is_known_by_its_limits(session: Path) -> None:
+    alike = lookalikes(load_robot("iiwa14"))
+    told = str(alike(read_placement(session / "front").samples[0].position))
+    assert "panda" in told and "iiwa14" not in told
+    assert alike((9.0,) * 7) is None

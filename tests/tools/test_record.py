@@ -4,6 +4,7 @@ import json
 import math
 import os
 import random
+import shlex
 import signal
 import subprocess
 import time
@@ -17,6 +18,7 @@ from virtual_time import VirtualTime
 
 from mukca.recorder.dataset import Placement, read_placement
 from mukca.recorder.samples import read_samples
+from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.cli import main
 
 PANDA_HOME = (0.0, -0.3, 0.0, -2.0, 0.0, 1.8, 0.7)
@@ -77,7 +79,7 @@ def fast(hand: Path, out: Path) -> list[str]:
 def test_a_whole_session_by_keys(hand: Path, tmp_path: Path, columns: int, rows: int) -> None:
     out = tmp_path / "data/front"
     with TerminalSession(command(hand, out), columns=columns, rows=rows) as terminal:
-        terminal.wait_for("SOCKET 0", "0 of 30 captured", "panda_joint7", "0:  0/30", "1:  0/30")
+        terminal.wait_for("SOCKET 0", "sockets 50 mm", "panda_joint7", "0:  0/30", "1:  0/30")
         capture(terminal, " ", "captured sample 1: 1 in socket 0", "0:  1/30")
         await_next_rest(terminal)
         capture(terminal, "a", "captured sample 2: 2 in socket 0", "0:  2/30")
@@ -111,15 +113,15 @@ def test_a_whole_session_by_keys(hand: Path, tmp_path: Path, columns: int, rows:
 
 def capture(terminal: TerminalSession, key: str, *shown: str) -> None:
     """Press a key once the arm has been still for longer than a window."""
-    terminal.wait_for("STILL: press space")
+    terminal.wait_for("PRESS: space captures")
     time.sleep(0.5)
     terminal.press(key)
     terminal.wait_for(*shown)
 
 
 def await_next_rest(terminal: TerminalSession) -> None:
-    terminal.wait_for("WAIT")
-    terminal.wait_for("STILL: press space")
+    terminal.wait_for("MOVE")
+    terminal.wait_for("PRESS: space captures")
 
 
 def assert_true(positions: np.ndarray, truth: list[list[float]], states: int) -> None:
@@ -131,7 +133,7 @@ def assert_true(positions: np.ndarray, truth: list[list[float]], states: int) ->
 def test_the_screen_is_readable_without_colour(hand: Path, tmp_path: Path) -> None:
     words = command(hand, tmp_path / "front")
     with TerminalSession(words, environment={"NO_COLOR": "1"}) as terminal:
-        terminal.wait_for("SOCKET 0", "STILL: press space")
+        terminal.wait_for("SOCKET 0", "PRESS: space captures")
         terminal.press("q")
         assert terminal.wait() == 0
         colours = [f"\x1b[{code}m".encode() for code in (*range(30, 38), *range(40, 48))]
@@ -143,17 +145,17 @@ def test_the_screen_is_readable_without_colour(hand: Path, tmp_path: Path) -> No
 def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> None:
     stale = {"COLUMNS": "80", "LINES": "24"}  # as some shells export them
     with TerminalSession(command(hand, tmp_path / "front"), environment=stale) as terminal:
-        for columns, rows in ((80, 24), (120, 40), (60, 20), (80, 24)):
+        for columns, rows in ((80, 24), (120, 40), (60, 16), (80, 24)):
             terminal.resize(columns, rows)
             deadline = time.monotonic() + 20
             shown = terminal.screen.display
-            while not ("SOCKET 0" in shown[2] and "? help" in shown[rows - 1]):
+            while not (any("SOCKET 0" in row for row in shown[:5]) and "? help" in shown[rows - 1]):
                 assert time.monotonic() < deadline, terminal.text
                 time.sleep(0.05)
                 shown = terminal.screen.display
-            assert max(len(line.rstrip()) for line in shown) > columns - 4
+            assert max(len(line.rstrip()) for line in shown) > columns - 15
         terminal.resize(20, 5)
-        terminal.wait_for("too small")
+        terminal.wait_for("needs 60 x 14")
 
 
 @pytest.mark.slow
@@ -205,7 +207,7 @@ def test_an_unexpected_error_restores_the_terminal(hand: Path, tmp_path: Path) -
 def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> None:
     out = tmp_path / "front"
     with TerminalSession(command(hand, out, mock="&fault=drop@3+3")) as terminal:
-        terminal.wait_for("STILL: press space")
+        terminal.wait_for("PRESS: space captures")
         terminal.wait_for("! the stream is silent: the simulated arm", "WAIT")
         terminal.press("a")
         terminal.wait_for("! refused: the stream is silent")
@@ -276,7 +278,7 @@ def test_the_same_out_continues(tmp_path: Path, scripted) -> None:
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (["--distance", "0.1"], "recorded with distance 0.05, not 0.1"),
+        (["--distance", "0.1"], "info --set-distance 0.1"),
         (["--robot", "fr3"], "recorded with robot"),
         (["--sockets", "3"], "recorded with sockets 2, not 3"),
     ],
@@ -291,6 +293,117 @@ def test_another_robot_or_base_does_not_continue(
     assert done.status == 2
     assert told in done.errors and done.errors.count("\n") == 1
     assert (out / "samples.csv").read_bytes() == before
+
+
+def test_a_recording_is_continued_with_its_own_distance(tmp_path: Path, scripted) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a q", "--distance", "0.0501").status == 0
+    assert scripted(out, "a q").status == 0
+    assert read_placement(out).distance == 0.0501
+
+
+def test_a_distance_is_corrected_and_what_it_was_stays_known(
+    tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a q").status == 0
+    assert main(["info", str(out), "--set-distance", "0.0502"]) == 0
+    assert "50.2 mm" in capsys.readouterr().out
+    metadata = json.loads((out / "placement.json").read_text())
+    assert metadata["distance"] == 0.0502
+    assert metadata["changes"][0]["distance"] == [0.05, 0.0502]
+    assert scripted(out, "a q").status == 0
+
+
+def test_a_recording_is_continued_in_the_socket_where_the_ball_was(
+    tmp_path: Path, scripted
+) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a*2 s q").status == 0
+    assert scripted(out, "a q").status == 0
+    assert read_placement(out).sockets.tolist() == [0, 0, 1]
+
+
+def test_a_folder_of_placements_is_not_recorded_into(tmp_path: Path, scripted) -> None:
+    assert scripted(tmp_path / "data/front", "a q").status == 0
+    done = scripted(tmp_path / "data", "a q")
+    assert done.status == 2 and "holds placements (front)" in done.errors
+    assert not (tmp_path / "data/samples.csv").exists()
+
+
+def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scripted) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a*3 u r delete=1 relabel=2:1 q").status == 0
+    assert [s.number for s in read_placement(out).samples] == [2, 3]
+    assert read_placement(out).sockets.tolist() == [1, 0]
+    events = [line.split(",")[0] for line in (out / "samples.csv").read_text().splitlines()[1:]]
+    assert events == [*["capture"] * 3, "undo", "redo", "undo", "relabel"]
+    again = scripted(out, "r delete=9 relabel=1:7 a q")
+    assert len(read_placement(out).samples) == 4
+    assert "there is no sample 9" in again.output and "there is no socket 7" in again.output
+
+
+def test_the_closing_words_run_as_they_are_printed(
+    session: Path, tmp_path: Path, scripted, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    urdf = tmp_path / "arm.urdf"
+    text = shipped_robots()["panda"].read_text()
+    urdf.write_text(text)
+    monkeypatch.chdir(tmp_path)
+    ball = ["--flange", "panda_link8", "--tip", "knob", "--ball", "0.0", "0.0", "0.05"]
+    words = ["a*3 s a*3 q", "--robot", str(urdf), *ball]
+    done = scripted(Path("my data/front"), *words, hand=session / "front")
+    assert done.status == 0, done.errors
+    commands = [line.split(": ", 1)[1] for line in done.output.splitlines() if ": mukca " in line]
+    assert [shlex.split(line)[1] for line in commands] == ["check", "solve"]
+    for line in commands:
+        assert main(shlex.split(line)[1:]) in (0, 1), line
+
+
+def test_ctrl_c_ends_the_program_while_it_loads(hand: Path, tmp_path: Path) -> None:
+    """Even where something that is being imported swallows the exception."""
+    loading = (
+        "import sys, time, mukca.tools.commands.record as r\n"
+        "def slow(arguments):\n"
+        "    try: time.sleep(60)\n"
+        "    except KeyboardInterrupt: time.sleep(60)\n"
+        "r.robot_of = slow\n"
+        "from mukca.tools.cli import main\n"
+        "sys.exit(main())\n"
+    )
+    words = [MUKCA[0], "-c", loading, *command(hand, tmp_path / "front")[len(MUKCA) :]]
+    with TerminalSession(words) as terminal:
+        terminal.wait_for("loading ...")
+        time.sleep(0.5)
+        terminal.press("\x03")
+        assert terminal.wait(20) == 130
+        terminal.wait_for("interrupted")
+
+
+def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a*2 s a q").status == 0
+    with TerminalSession(command(hand, out)) as terminal:
+        terminal.wait_for("GO ON?", "2 in socket 0, 1 in socket 1", "Has the base not moved")
+        terminal.press("a")
+        terminal.wait_for("GO ON?")
+        terminal.press("n")
+        terminal.wait_for("front-2", "0:  0/30")
+        capture(terminal, "a", "captured sample 1")
+        terminal.press("q")
+        assert terminal.wait() == 0
+    assert len(read_placement(out).samples) == 3
+    assert len(read_placement(tmp_path / "front-2").samples) == 1
+
+
+def test_a_simple_terminal_shows_what_to_do(hand: Path, tmp_path: Path) -> None:
+    words = command(hand, tmp_path / "front")
+    with TerminalSession(words, environment={"TERM": "dumb"}) as terminal:
+        terminal.wait_for("PRESS: space captures sample 1")
+        terminal.press(" ")
+        terminal.wait_for("captured sample 1", "NEXT POSE")
+        terminal.press("q")
+        assert terminal.wait() == 0
 
 
 def test_two_recorders_cannot_share_a_folder(hand: Path, tmp_path: Path, scripted) -> None:
@@ -397,7 +510,7 @@ def test_a_thousand_states_a_second_reach_the_screen(hand: Path, tmp_path: Path)
     """A soak in small: the mock forgets what is not read in time, and forgets nothing."""
     words = command(hand, tmp_path / "front", mock="&buffer=1")
     with TerminalSession(words) as terminal:
-        terminal.wait_for("STILL: press space")
+        terminal.wait_for("PRESS: space captures")
         process = terminal.process.pid
         frames, begun, used = count_frames(terminal), time.monotonic(), cpu_seconds(process)
         time.sleep(6.0)

@@ -27,7 +27,7 @@ def recorded(tmp_path: Path) -> Path:
         for k in range(3):
             sample = Sample((0.1 * k, 0.2), k % 2, (1.0, 2.0), "", k + 1, 1.0, 1.0, 9, (1e-4, 1e-6))
             recording.capture(sample)
-        recording.undo(sample, 2.0)
+        recording.mark("undo", sample, 2.0)
     return folder
 
 

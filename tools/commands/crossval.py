@@ -1,15 +1,22 @@
 """``mukca crossval``: leave each placement out once, and train on each alone."""
 
 import argparse
-import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import UsageError, add_load, add_robot, load_of, measure_all, robot_of
+from ..arguments import (
+    UsageError,
+    add_load,
+    add_measured,
+    add_robot,
+    measure_all,
+    robot_of,
+    settings_of,
+)
 from ..terminal import Terminal
+from ..workers import Workers, add_workers, workers_of
 
 if TYPE_CHECKING:
     from ...solver.crossval import Job, Plan
@@ -19,7 +26,7 @@ WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
 _NOTHING = {"mean_absolute_error": None, "max_error": None, "distance_error": None}
 EXAMPLE = """example:
-  mukca crossval recordings --robot panda"""
+  mukca crossval recordings --robot panda --distance 0.0501"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,21 +45,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="fit N times to samples drawn anew, for the spread of the errors",
     )
-    parser.add_argument(
-        "--processes", type=int, default=os.cpu_count(), metavar="N", help="(default: all cores)"
-    )
+    add_measured(parser)
     add_load(parser)
+    add_workers(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
+    from ...solver.checks.distances import named
     from ...solver.checks.inspection import inspect_all
     from ...solver.crossval import Plan, jobs
     from ...solver.data.measurements import check_distinct
     from ...solver.robot.parameters import choose_parameters
 
-    robot = robot_of(arguments)
+    workers = workers_of(arguments)
+    robot, settings = robot_of(arguments), settings_of(arguments, arguments.method)
     data = measure_all(arguments.data, robot, arguments.distance)
     check_distinct(data)
     if len(data) < 2:
@@ -60,12 +68,15 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     if arguments.bootstrap == 1 or arguments.bootstrap < 0:
         raise UsageError(f"--bootstrap {arguments.bootstrap}: a spread needs 2 fits or more")
     parameters = choose_parameters(robot)
-    survey = inspect_all(robot, parameters, data)
+    known, deviation = named(data, settings.distances), settings.deviation
+    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation)
     for finding in survey.findings:
         terminal.warn(str(finding))
-    plan = Plan(robot, parameters, tuple(data), arguments.method, load_of(arguments))
+    plan = Plan(
+        robot, parameters, tuple(data), arguments.method, settings.load, tuple(known), deviation
+    )
     work = jobs(len(data), arguments.bootstrap)
-    metrics = run_all(plan, work, max(1, arguments.processes), terminal)
+    metrics = run_all(plan, work, workers, terminal)
     result = {
         "robot": arguments.robot,
         "method": arguments.method,
@@ -80,21 +91,15 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def run_all(
-    plan: "Plan", work: "list[Job]", processes: int, terminal: Terminal
+    plan: "Plan", work: "list[Job]", workers: Workers, terminal: Terminal
 ) -> "list[list[Metrics] | None]":
-    """Run fits over several processes, in order, with a progress bar; None where one failed."""
+    """Run fits, in order, with a progress bar; None where one failed."""
     from ...solver.crossval import run_job
 
-    results: list[list[Metrics] | None] = []
-    with (
-        terminal.progress(len(work)) as progress,
-        ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool,
-    ):
-        futures = [pool.submit(run_job, plan, job) for job in work]
-        for job, future in zip(work, futures, strict=True):
-            progress(job.kind.replace("_", " "))
-            results.append(future.result())
-    return results
+    with terminal.progress(len(work)) as progress:
+        return workers.map(
+            partial(run_job, plan), work, lambda i: progress(work[i].kind.replace("_", " "))
+        )
 
 
 def summary(

@@ -21,6 +21,7 @@ EMULATORS = {
     "kuka": "kuka:KukaEmulator",
     "piper": "piper:PiperEmulator",
     "ur": "ur:UrEmulator",
+    "xarm": "xarm:XArmEmulator",
 }
 _KINDS = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 _EXAMPLE = f"""example:

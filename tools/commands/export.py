@@ -53,7 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--like",
         type=Path,
         metavar="FILE",
-        help="(ur) the file that ur_calibration wrote, whose hash is kept",
+        help="(ur) the file that ur_calibration wrote, whose hash is kept; "
+        "(mjcf) the model to correct",
     )
     parser.add_argument(
         "--serial-number", metavar="TEXT", help="the arm's (default: as noted while recording)"

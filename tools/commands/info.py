@@ -14,11 +14,14 @@ from ...recorder.dataset import (
     read_metadata,
     read_placement,
 )
+from ...recorder.metadata import set_distance
 from ...recorder.samples import SAMPLES, SampleFile, read_samples
 from ..terminal import Terminal
+from ..usage import UsageError
 
 EXAMPLE = """example:
-  mukca info data"""
+  mukca info data
+  mukca info data/front --set-distance 0.0501"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,12 +30,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "paths", nargs="+", type=Path, metavar="PATH", help="placements, or folders of them"
     )
+    parser.add_argument(
+        "--set-distance",
+        type=float,
+        metavar="M",
+        help="correct the distance between the sockets' centres first; what it was is kept",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Read and describe all placements."""
-    placements = [describe(folder) for folder in find_placements(arguments.paths)]
+    folders = find_placements(arguments.paths)
+    if arguments.set_distance is not None:
+        if not 1e-3 <= arguments.set_distance <= 10:
+            raise UsageError(f"--set-distance {arguments.set_distance:g}: expected 0.001 to 10")
+        for folder in folders:
+            set_distance(folder, arguments.set_distance)
+    placements = [describe(folder) for folder in folders]
     if arguments.json:
         terminal.emit({"placements": placements})
         return 0
@@ -56,6 +71,7 @@ def describe(folder: Path) -> dict[str, Any]:
             str(socket): int((placement.sockets == socket).sum())
             for socket in sorted(set(placement.sockets.tolist()))
         },
+        "kind": "sockets" if placement.samples[0].point is None else "points",
         "taken_back": len(content.withdrawn) if content else 0,
         "joints": list(_names(placement)),
         "lowest": positions.min(axis=0).tolist(),
@@ -94,6 +110,8 @@ def _names(placement: Placement) -> tuple[str, ...]:
 def _show(facts: dict[str, Any], terminal: Terminal) -> None:
     metadata = facts["metadata"]
     counts = ", ".join(f"{count} in socket {socket}" for socket, count in facts["samples"].items())
+    if facts.get("kind") == "points":
+        counts = f"{facts['samples']['0']} points that an instrument measured"
     distance = facts["distance"]
     known = "not known" if distance is None else f"{1e3 * distance:g} mm"
     taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""

@@ -31,7 +31,7 @@ class DynamixelEmulator(ServoEmulator):
     def take_request(self, received: bytearray) -> Request | None:
         """Cut by the length, and check the CRC."""
         while len(received) >= 10:
-            if received[:4] != b"\xff\xff\xfd\x00":
+            if not received.startswith(b"\xff\xff\xfd\x00"):
                 del received[:1]
                 continue
             size = int.from_bytes(received[5:7], "little") + 7

@@ -32,7 +32,7 @@ class FeetechEmulator(ServoEmulator):
         """Cut by the length, and check the sum."""
         while len(received) >= 6:
             size = received[3] + 4
-            if received[:2] != b"\xff\xff" or received[3] < 2:
+            if not received.startswith(b"\xff\xff") or received[3] < 2:
                 del received[:1]
                 continue
             if len(received) < size:

@@ -5,9 +5,11 @@ comes back to the same place. A socket's centre is the mean of many samples, so 
 is known better, and its limit is the repeatability itself.
 """
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from ....solver.robot.urdf import shipped_robots
 from ...documents.calibration import Model
 from ...documents.report_verdict import Limit, Limits
 
@@ -35,24 +37,34 @@ ARMS: dict[str, Arm] = {
     "ur3e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
     "ur5e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
     "ur10e": Arm(5e-5, "Universal Robots' data sheet, ISO 9283"),
+    **dict.fromkeys(("ur3", "ur5", "ur10"), Arm(1e-4, "the CB3 series' figure as it is quoted")),
+    **dict.fromkeys(("xarm6", "xarm7"), Arm(1e-4, "UFACTORY's user manual")),
+    **dict.fromkeys(("vx300s", "wx250s"), Arm(1e-3, "Trossen Robotics' specifications")),
 }
-"""The shipped robots."""
+"""The shipped robots of which a figure is known."""
 
 RESOLUTION = 1e-4
 """The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
 
 
 def known_arm(names: list[str]) -> str | None:
-    """Return the shipped robot that a model's names stand for, if exactly one does.
+    """Return the shipped robot that a model's names stand for, if exactly one of ARMS does.
 
     Args:
         names: What the model and its file are called.
     """
-    for name in map(_plain, names):
-        inside = [arm for arm in ARMS if _plain(arm) in name]
-        if len(inside) == 1:
-            return inside[0]
+    for name in names:
+        plain = _plain(name)
+        inside = [robot for robot in shipped_robots() if _is_named(_plain(robot), plain)]
+        whole = [robot for robot in inside if not any(robot != b and robot in b for b in inside)]
+        if len(whole) == 1:
+            return whole[0] if whole[0] in ARMS else None
     return None
+
+
+def _is_named(robot: str, name: str) -> bool:
+    """Tell whether a name holds a robot's, and no longer number: a ur30 is no ur3."""
+    return re.search(f"{robot}(?![0-9])", name) is not None
 
 
 def _plain(name: str) -> str:

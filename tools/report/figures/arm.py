@@ -1,7 +1,6 @@
 """The arm in its recorded configurations, nominal and calibrated, for the 3D view."""
 
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from ....solver.calibrated import CalibratedRobot
 from ....solver.data.measurements import Measurement
 from ....solver.robot.kinematics import link_frames
+from ....solver.robot.row_function import RowFunction
 from ....solver.robot.urdf import Joint, Robot
 from ...documents.report_drawing import ArmDrawing, Displacement
 from ..words import nice_above
@@ -85,16 +85,16 @@ def frames(robot: Robot, origins: np.ndarray, positions: np.ndarray) -> np.ndarr
         origins: Of its joints, shape (joints, 6).
         positions: Joint positions, shape (N, m).
     """
-    N, function = len(positions), _frames_function(robot.joints)
-    numbers = function.map(N)(origins.ravel(), positions.T).full()
+    numbers = _frames_function(robot.joints)(positions, origins.ravel())[0]
+    N = len(positions)
     T = np.tile(np.eye(4), (N, len(robot.joints) + 1, 1, 1))
-    T[:, 1:, :3, :] = numbers.T.reshape(N, len(robot.joints), 3, 4)
+    T[:, 1:, :3, :] = numbers.reshape(N, len(robot.joints), 3, 4)
     return T
 
 
 @lru_cache(maxsize=16)
-def _frames_function(joints: tuple[Joint, ...]) -> Any:
-    """Return the rows of :func:`frames` as a CasADi function of origins and joint positions."""
+def _frames_function(joints: tuple[Joint, ...]) -> RowFunction:
+    """Return the rows of :func:`frames` as a function of joint positions and origins."""
     origins, q = ca.SX.sym("o", 6 * len(joints)), ca.SX.sym("q", sum(j.actuated for j in joints))
-    parts = [ca.vec(ca.vertcat(ca.SX(R).T, ca.SX(p).T)) for R, p in link_frames(joints, origins, q)]
-    return ca.Function("frames", [origins, q], [ca.densify(ca.horzcat(*parts))])
+    frames = [ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in link_frames(joints, origins, q)]
+    return RowFunction("frames", [origins, q], [ca.vertcat(*frames)])

@@ -1,0 +1,218 @@
+"""A MuJoCo model of one's own is corrected; MuJoCo itself reads it back."""
+
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.solver.robot.kinematics import workspace
+from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.tools.calibration.calibration import load_calibration
+from mukca.tools.export.transforms import rigid
+
+mujoco = pytest.importorskip("mujoco", reason="the extra simulation is not installed")
+
+BASE = rigid((0.4, -0.2, 0.8, 0.2, -0.3, 2.0))
+"""The arm's base in the world."""
+
+
+def frames(robot: Robot, seed: int = 0) -> list[np.ndarray]:
+    """Where each URDF link stands on its body, whose origin is on the axis; the base's first."""
+    rng = np.random.default_rng(seed)
+    carriers = [rigid(rng.uniform(-0.3, 0.3, 6))]
+    for joint in robot.actuated:
+        along = np.array(joint.axis) * rng.uniform(-0.3, 0.3)
+        carriers.append(np.linalg.inv(rigid((*along, *rng.uniform(-2, 2, 3)))))
+    return carriers
+
+
+def numbers(values) -> str:
+    return " ".join(map(repr, np.asarray(values, dtype=float).tolist()))
+
+
+def pose(T: np.ndarray, euler: bool) -> str:
+    """A body's attributes, in either of the words that models use."""
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, np.ascontiguousarray(T[:3, :3]).ravel())
+    if not euler:
+        return f'quat="{numbers(quat)}" pos="{numbers(T[:3, 3])}"'
+    axis = quat[1:] / np.linalg.norm(quat[1:])
+    angle = 2 * np.arctan2(np.linalg.norm(quat[1:]), quat[0])
+    return f"axisangle='{numbers([*axis, angle])}'  pos='{numbers(T[:3, 3])}'"
+
+
+def model_of(robot: Robot, prefix: str = "", welded: bool = True) -> str:
+    """Return a MuJoCo model of the nominal arm as somebody may have written it."""
+    carriers = frames(robot)
+    text = ['<!-- mine -->\n<mujoco model="cell">\n  <compiler angle="radian"/>']
+    text += [
+        "  <default><joint damping='1'/></default>",
+        "  <worldbody>",
+        '    <geom size="1 1 .1"',
+    ]
+    text += ['      type="plane"/><!-- floor -->', "    <light pos='0 0 3'/>"]
+    text.append(f'    <body name="stand" {pose(BASE @ np.linalg.inv(carriers[0]), False)}>')
+    place, depth, count = carriers[0], 1, 0
+    for joint in robot.joints:
+        place = place @ rigid(joint.origin.xyz + joint.origin.rpy)
+        if not joint.actuated:
+            continue
+        count += 1
+        place = place @ np.linalg.inv(carriers[count])
+        if welded and count == 3:  # a body between two joints
+            half = rigid((0.1, 0.0, -0.05, 0.3, 0.0, 0.0))
+            text.append(f'<body name="cover" {pose(half, True)}>')
+            place, depth = np.linalg.inv(half) @ place, depth + 1
+        axis = carriers[count][:3, :3] @ joint.axis
+        kind = "slide" if joint.type == "prismatic" else "hinge"
+        name = prefix + joint.name
+        text.append(f'<body  name="{name}_body" {pose(place, count % 2 == 0)} >')
+        text.append(f"  <joint name='{name}' type='{kind}' axis='{numbers(axis)}'/>")
+        text.append('  <inertial pos="0 0 0.1" mass="1" diaginertia="0.1 0.1 0.1"/>')
+        place, depth = carriers[count], depth + 1
+    text.append("</body>" * depth + "\n  </worldbody>\n  <actuator>")
+    text += [f'    <position joint="{prefix}{name}" kp="100"/>' for name in robot.joint_names]
+    return "\n".join([*text, "  </actuator>", "</mujoco>\n"])
+
+
+def balls(file: Path, robot: Robot, last: str, place: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Where MuJoCo has the ball, in the frame of the URDF's base."""
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(model)
+    found = []
+    for row in q:
+        for name, value in zip(robot.joint_names, row, strict=True):
+            joint = next(model.joint(j) for j in range(model.njnt) if name in model.joint(j).name)
+            data.qpos[joint.qposadr[0]] = value
+        mujoco.mj_kinematics(model, data)
+        body = data.body(last)
+        ball = body.xmat.reshape(3, 3) @ place + body.xpos
+        found.append(np.linalg.inv(BASE)[:3, :3] @ (ball - BASE[:3, 3]))
+    return np.array(found)
+
+
+def ball_on_last_body(calibration) -> np.ndarray:
+    """The ball in the frame of the last joint's body, with the calibrated origins behind it."""
+    robot, calibrated = calibration.robot, calibration.calibrated
+    last = max(i for i, joint in enumerate(robot.joints) if joint.actuated)
+    place = frames(robot)[-1]
+    for origin in calibrated.model.origins(calibrated.exported)[last + 1 :]:
+        place = place @ rigid(origin)
+    return place[:3, 3]
+
+
+def test_mujoco_reads_back_the_calibrated_arm(export, imagined, tmp_path) -> None:
+    prefix = "left/"
+    file, calibration = imagined
+    robot = calibration.robot
+    mine, out = tmp_path / "mine.xml", tmp_path / "corrected.xml"
+    mine.write_text(model_of(robot, prefix))
+    status, said, err = export(file, "--to", "mjcf", "--like", mine, "--out", out)
+    assert status == 0, err
+    last = f"{prefix}{robot.joint_names[-1]}_body"
+    q = workspace(robot, 10)
+    expected = calibration.calibrated.geometric_ball(q)
+    found = balls(out, robot, last, ball_on_last_body(calibration), q)
+    assert np.abs(found - expected).max() < 1e-9
+    found = balls(mine, robot, last, ball_on_last_body(calibration), q)
+    assert np.abs(found - expected).max() > 1e-4
+    assert "the ball's place" in said and "Keyframes" in said
+
+
+def test_all_else_is_untouched_to_the_byte(export, calibrations, tmp_path) -> None:
+    mine, out = tmp_path / "mine.xml", tmp_path / "corrected.xml"
+    text = model_of(load_robot("panda"))
+    mine.write_text(text)
+    export(calibrations / "panda.json", "--to", "mjcf", "--like", mine, "--out", out)
+    corrected = out.read_text()
+
+    def without_places(model: str) -> str:
+        bodies = r"(<body  name=\"panda_joint\d_body\")[^>]*?( >)"
+        return re.sub(bodies, r"\1\2", model)
+
+    added = re.compile(r'  <custom><text name="mukca" data="[^"]*sha256[^"]*"/></custom>\n')
+    assert len(added.findall(corrected)) == 1
+    assert without_places(added.sub("", corrected)) == without_places(text)
+    assert not re.search(r"panda_joint\d_body\"[^>]*axisangle", corrected)
+    assert 'name="cover" axisangle' in corrected
+    assert mine.read_text() == text
+
+
+def test_urdf_models_that_mujoco_saved(export, calibrations, tmp_path) -> None:
+    """What MuJoCo itself makes of the nominal URDF can be corrected as well."""
+    calibration = load_calibration(calibrations / "iiwa14.json")
+    (tmp_path / "nominal.urdf").write_text(calibration.document.model.nominal_urdf)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "nominal.urdf"))
+    mujoco.mj_saveLastXML(str(tmp_path / "mine.xml"), model)
+    root = ET.parse(tmp_path / "mine.xml").getroot()
+    assert root.find(".//body") is not None
+    words = ("--to", "mjcf", "--like", tmp_path / "mine.xml", "--out", tmp_path / "out.xml")
+    status, _, err = export(calibrations / "iiwa14.json", *words)
+    assert status == 0, err
+
+
+def broken(robot: Robot, old: str, new: str) -> str:
+    text = model_of(robot)
+    assert old in text
+    return text.replace(old, new)
+
+
+@pytest.mark.parametrize(
+    ("robot", "old", "new", "said"),
+    [
+        ("panda", "panda_joint1", "other", "do not match; of panda it lacks panda_joint1"),
+        ("ur5e", "", "", "do not match; of panda it lacks panda_joint1"),
+        ("panda", "name='panda_joint4'", "ref='0.1' name='panda_joint4'", "`ref`"),
+        ("panda", "name='panda_joint4'", "pos='0 0 .1' name='panda_joint4'", "has a `pos`"),
+        ("panda", ' name="panda_joint4_body"', "", "does not stand in this file"),
+        ("panda", "</mujoco>", "", "MuJoCo cannot read it"),
+    ],
+)
+def test_a_model_that_does_not_fit_is_refused(
+    export, calibrations, tmp_path, robot, old, new, said
+) -> None:
+    mine, out = tmp_path / "mine.xml", tmp_path / "out.xml"
+    mine.write_text(broken(load_robot(robot), old, new) if old else model_of(load_robot(robot)))
+    words = ("--to", "mjcf", "--like", mine, "--out", out)
+    status, _, err = export(calibrations / "panda.json", *words)
+    assert status == 2 and said in err and len(err.splitlines()) == 1
+    assert not out.exists()
+
+
+def test_a_body_in_a_frame_is_refused(export, calibrations, tmp_path) -> None:
+    mine = tmp_path / "mine.xml"
+    text = model_of(load_robot("panda"))
+    text = text.replace("</body></body>", "</body></frame></body>", 1)
+    mine.write_text(text.replace('<body  name="panda_joint7', '<frame><body name="panda_joint7'))
+    words = ("--to", "mjcf", "--like", mine, "--out", tmp_path / "out.xml")
+    status, _, err = export(calibrations / "panda.json", *words)
+    assert status == 2 and "hangs in a <frame>" in err
+
+
+def test_a_model_of_another_size_is_refused(export, calibrations, tmp_path) -> None:
+    mine = tmp_path / "mine.xml"
+    mine.write_text(model_of(load_robot("ur10e")))
+    words = ("--to", "mjcf", "--like", mine, "--out", tmp_path / "out.xml")
+    status, _, err = export(calibrations / "ur5e.json", *words)
+    assert status == 2 and "is not that of" in err and " mm and " in err
+
+
+def test_a_joint_that_turns_the_other_way_is_refused(export, calibrations, tmp_path) -> None:
+    mine = tmp_path / "mine.xml"
+    text = model_of(load_robot("panda"))
+    axis = re.search(r"name='panda_joint5' type='hinge' axis='([^']*)'", text)
+    assert axis is not None
+    other = numbers(-np.array([float(word) for word in axis[1].split()]))
+    mine.write_text(text.replace(axis[1], other))
+    words = ("--to", "mjcf", "--like", mine, "--out", tmp_path / "out.xml")
+    status, _, err = export(calibrations / "panda.json", *words)
+    assert status == 2 and "counts its angles otherwise" in err
+
+
+def test_it_needs_a_model(export, calibrations, tmp_path) -> None:
+    status, _, err = export(
+        calibrations / "panda.json", "--to", "mjcf", "--out", tmp_path / "a.xml"
+    )
+    assert status == 2 and "--like FILE" in err

@@ -1,0 +1,188 @@
+"""Independent work over processes and over a Dask cluster: order, losses, nothing left behind."""
+
+import json
+import multiprocessing
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import pieces_of_work
+import psutil
+import pytest
+
+from mukca.tools.cli import main
+from mukca.tools.usage import UsageError
+from mukca.tools.workers import Workers, WorkersLostError
+
+TESTS = Path(__file__).parents[1]
+
+
+def until(condition, seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_one_worker_is_this_process() -> None:
+    assert Workers(1).map(lambda x: 2 * x, [3, 1]) == [6, 2]
+
+
+@pytest.mark.slow
+def test_a_lost_process_costs_nothing_but_time(tmp_path: Path) -> None:
+    done: list[int] = []
+    work = partial(pieces_of_work.square_after_one_death, tmp_path / "died")
+    assert Workers(2).map(work, range(8), done.append) == [n * n for n in range(8)]
+    assert sorted(done) == list(range(8)) and (tmp_path / "died").exists()
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.slow
+def test_work_that_ends_every_process_ends_itself() -> None:
+    with pytest.raises(WorkersLostError, match="2 of 2 left to do"):
+        Workers(2).map(pieces_of_work.die, range(2))
+
+
+@pytest.mark.slow
+def test_what_a_piece_raises_is_raised_and_nothing_is_left() -> None:
+    with pytest.raises(ValueError, match="no "):
+        Workers(2).map(pieces_of_work.refuse, range(4))
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_nothing_outlives_the_one_who_asked(how: signal.Signals, tmp_path: Path) -> None:
+    code = (
+        "import sys, pieces_of_work; from functools import partial; from pathlib import Path\n"
+        "from mukca.tools.workers import Workers\n"
+        "if __name__ == '__main__':\n"
+        "    work = partial(pieces_of_work.say_who_and_sleep, Path(sys.argv[1]))\n"
+        "    Workers(2).map(work, range(4))\n"
+    )
+    (tmp_path / "ask.py").write_text(code)
+    asking = subprocess.Popen(
+        [sys.executable, str(tmp_path / "ask.py"), str(tmp_path)],
+        env={**os.environ, "PYTHONPATH": str(TESTS)},
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+    until(lambda: len(list(tmp_path.glob("*.pid"))) == 2)
+    workers = [psutil.Process(int(file.stem)) for file in tmp_path.glob("*.pid")]
+    if how == signal.SIGINT:  # a terminal's Ctrl-C goes to all of them
+        os.killpg(asking.pid, how)
+    else:
+        asking.kill()
+    _, err = asking.communicate(timeout=30)
+    until(lambda: not any(worker.is_running() for worker in workers))
+    assert err.count(b"Traceback") <= 1  # the one who asked; no worker has anything to say
+
+
+@pytest.fixture(scope="module")
+def cluster(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """A scheduler's address, and its two workers."""
+    pytest.importorskip("distributed")
+    folder = tmp_path_factory.mktemp("dask")
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(TESTS),
+        "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "10s",
+    }
+    started: list[subprocess.Popen] = []
+
+    def start(*words: str) -> subprocess.Popen:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "distributed.cli." + words[0], *words[1:]],
+            env=environment,
+            cwd=folder,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        started.append(process)
+        return process
+
+    file = folder / "scheduler.json"
+    start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+          "--scheduler-file", str(file))  # fmt: skip
+    until(file.exists)
+    address = json.loads(file.read_text())["address"]
+    words = ("--nthreads", "1", "--no-nanny", "--no-dashboard")
+    workers = [start("dask_worker", address, *words) for _ in range(2)]
+    yield address, workers
+    for process in started:
+        process.terminate()
+    for process in started:
+        process.wait(timeout=20)
+
+
+def ran(*words: object) -> subprocess.CompletedProcess[str]:
+    """Run Python with words; Dask stays out of this process, where every warning is an error."""
+    return subprocess.run(
+        [sys.executable, *map(str, words)],
+        env={**os.environ, "PYTHONPATH": str(TESTS), "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.slow
+def test_crossval_is_the_same_to_the_last_digit_wherever_it_runs(
+    cluster, recordings: Path, tmp_path: Path
+) -> None:
+    address, _ = cluster
+    for name in ("frontcenter", "frontleft", "frontright"):
+        shutil.copytree(recordings / "panda_3" / name, tmp_path / name)
+    words = ("-m", "mukca", "crossval", tmp_path, "--robot", "panda", "--json", "--method", "paper")
+    by_processes, by_cluster = (
+        ran(*words, "--bootstrap", "2", *where)
+        for where in (("--processes", "2"), ("--cluster", address))
+    )
+    assert by_processes.returncode == by_cluster.returncode == 0, by_cluster.stderr
+    assert json.loads(by_processes.stdout)["bootstrap"]
+    assert by_cluster.stdout == by_processes.stdout
+
+
+@pytest.mark.slow
+def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path: Path) -> None:
+    address, workers = cluster
+    code = (
+        "import sys, pieces_of_work; from functools import partial; from pathlib import Path\n"
+        "from mukca.tools.workers import Workers\n"
+        "work = partial(pieces_of_work.square_after_one_death, Path(sys.argv[1]))\n"
+        "print(Workers(cluster=sys.argv[2]).map(work, range(8)))\n"
+    )
+    result = ran("-c", code, tmp_path / "died", address)
+    assert result.stdout.strip() == str([n * n for n in range(8)]), result.stderr
+    assert (tmp_path / "died").exists()
+    until(lambda: sum(worker.poll() is not None for worker in workers) == 1)
+
+
+@pytest.mark.slow
+def test_a_cluster_that_is_not_there_is_told() -> None:
+    pytest.importorskip("distributed")
+    code = (
+        "from mukca.tools import cluster; cluster.ANSWER_SECONDS = 0.3\n"
+        "try: cluster.map_on_cluster('tcp://127.0.0.1:9', abs, [1, 2], print)\n"
+        "except cluster.UsageError as error: print(error)\n"
+    )
+    assert "no Dask scheduler answers there" in ran("-c", code).stdout
+
+
+def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(UsageError, match=r"pip install 'mukca\[cluster\]'"):
+        Workers(cluster="tcp://127.0.0.1:9").map(abs, [1, 2])
+
+
+def test_less_than_one_process_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["crossval", "x", "--robot", "panda", "--processes", "0"]) == 2
+    assert "--processes 0" in capsys.readouterr().err

@@ -1,0 +1,101 @@
+"""Independent pieces of work on a Dask cluster, whose workers may be on other computers."""
+
+import time
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from typing import Any, TypeVar
+
+from .usage import UsageError
+from .workers import WorkersLostError
+
+__all__ = ["map_on_cluster"]
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+ANSWER_SECONDS = 10.0
+"""Within this time a scheduler answers, and has a worker."""
+ALONE_SECONDS = 30.0
+"""A cluster may be without any worker for so long, for instance while they are started again."""
+POLL_SECONDS = 0.02
+LOOK_SECONDS = 2.0
+COMPUTING = ("mukca", "numpy", "casadi")
+"""What results depend on."""
+
+
+def map_on_cluster(
+    address: str,
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    done: Callable[[int], None],
+) -> list[Result]:
+    """Do a piece of work for each item, as :meth:`mukca.tools.workers.Workers.map` says."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise UsageError("--cluster needs Dask: pip install 'mukca[cluster]'") from None
+    try:
+        client: Any = Client(address, timeout=ANSWER_SECONDS, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"--cluster {address}: no Dask scheduler answers there ({type(error).__name__}); start "
+            "one with `dask scheduler`, and `dask worker ADDRESS` on each computer"
+        ) from None
+    with client:
+        _check_workers(client, address)
+        futures = {client.submit(work, item, pure=False): i for i, item in enumerate(items)}
+        try:
+            return _gather(client, futures, done)
+        finally:
+            client.cancel(list(futures), force=True)
+
+
+def _check_workers(client: Any, address: str) -> None:
+    """Refuse a cluster without workers, or with workers that would compute something else."""
+    try:
+        client.wait_for_workers(1, timeout=ANSWER_SECONDS)
+    except TimeoutError:
+        raise UsageError(
+            f"--cluster {address}: it has no worker; start some with `dask worker {address}`"
+        ) from None
+    mine = _versions()
+    for worker, theirs in client.run(_versions).items():
+        for name in COMPUTING:
+            if theirs[name] != mine[name]:
+                raise UsageError(
+                    f"--cluster {address}: worker {worker} has {name} {theirs[name]}, here is "
+                    f"{mine[name]}; install the same everywhere"
+                )
+
+
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in COMPUTING}
+
+
+def _gather(client: Any, futures: dict[Any, int], done: Callable[[int], None]) -> list[Any]:
+    from distributed import KilledWorker, as_completed
+
+    results: dict[int, Any] = {}
+    finished: Any = as_completed(futures, loop=client.loop)
+    looked = seen = time.monotonic()
+    while len(results) < len(futures):
+        if not finished.has_ready():
+            time.sleep(POLL_SECONDS)
+            now = time.monotonic()
+            if now - looked > LOOK_SECONDS:
+                looked, seen = now, now if client.nthreads() else seen
+            if now - seen > ALONE_SECONDS:
+                raise WorkersLostError(
+                    f"the cluster has had no worker for {ALONE_SECONDS:.0f} s, with "
+                    f"{len(futures) - len(results)} of {len(futures)} left to do"
+                )
+            continue
+        for future in finished.next_batch(block=False):
+            try:
+                results[futures[future]] = future.result()
+            except KilledWorker:
+                raise WorkersLostError(
+                    f"piece {futures[future]} of the work ended several workers: is their memory "
+                    "full?"
+                ) from None
+            done(futures[future])
+    return [results[i] for i in range(len(futures))]

@@ -1,0 +1,1 @@
+"""What stands behind ``mukca record``: the session opened, and what guides the operator."""

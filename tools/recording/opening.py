@@ -1,0 +1,246 @@
+"""Opens all that a recording session needs, in the order in which it can fail, and runs it."""
+
+import argparse
+import gc
+import logging
+import sys
+import time
+from collections.abc import Generator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+from ...drivers.reconnect import Reconnecting
+from ...drivers.registry import open_driver
+from ...recorder.dataset import METADATA, read_distance, read_metadata
+from ...recorder.display import Lines, Screen
+from ...recorder.keyboard import Keyboard
+from ...recorder.keys import keys_with
+from ...recorder.metadata import Metadata
+from ...recorder.push import Push
+from ...recorder.record import Outcome, Recorder
+from ...recorder.recording import Recording
+from ...recorder.script import Script
+from ...recorder.session import SOCKETS, STILL, JointLimits, Session
+from ...recorder.stream import Stream
+from ...recorder.watch import Watch
+from ...solver.robot.urdf import Robot
+from ..arguments import load_of
+from ..hints import Doubts, gravity_of, lookalikes
+from ..terminal import Terminal
+from ..usage import UsageError
+
+__all__ = ["is_scripted", "joints_of", "record_session"]
+
+NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
+DISTANCE = 0.05
+"""Between the sockets of the printed base, where nothing else is said [m]."""
+
+
+def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
+    """Return the chain's actuated joints as the recorder sees them."""
+    return tuple(
+        JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
+        for joint in robot.actuated
+    )
+
+
+def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Terminal) -> Outcome:
+    """Record at one placement until the operator finishes.
+
+    Args:
+        arguments: Of ``mukca record``; ``distance`` and ``sockets`` are filled in from what is
+            continued.
+        robot: The nominal robot.
+        terminal: Where lines are written.
+    """
+    joints = joints_of(robot)
+    _adopt(arguments)
+    with ExitStack() as stack:
+        keyboard, script = _keys(arguments, stack)
+        stack.enter_context(_quiet())
+        stack.enter_context(_without_pauses())
+        _say_now(f"connecting to {arguments.driver}")
+        driver = stack.enter_context(_connect(arguments.driver, robot.joint_names))
+        still = max(STILL, driver.resolution) if arguments.still is None else arguments.still
+        stream = Stream(driver)
+        stack.callback(stream.close)
+        recording = stack.enter_context(_recording(arguments, robot, joints, still))
+        session = _session(arguments, robot, joints, recording)
+        live = script is None
+        return Recorder(
+            session=session,
+            stream=stream,
+            watch=Watch(
+                joints,
+                window=arguments.window,
+                still=still,
+                live=live,
+                resolution=driver.resolution,
+            ),
+            recording=recording,
+            display=_display(terminal),
+            title=_title(arguments, robot),
+            keyboard=keyboard,
+            script=script,
+            push=Push(joints, gravity_of(robot, load_of(arguments))),
+            check=Doubts(robot, arguments.distance),
+            keys=keys_with(arguments.key),
+            hands_free=arguments.auto,
+            sound=arguments.sound != "off",
+            card=_card(session, arguments) if keyboard and live else (),
+        ).run()
+
+
+def is_scripted(arguments: argparse.Namespace) -> bool:
+    """Tell whether a script presses the keys."""
+    return arguments.keys is not None or not _has_keyboard()
+
+
+def _has_keyboard() -> bool:
+    return sys.stdin is not None and sys.stdin.isatty()  # pyright: ignore[reportUnnecessaryComparison]
+
+
+def _keys(arguments: argparse.Namespace, stack: ExitStack) -> tuple[Keyboard | None, Script | None]:
+    """Return the keyboard where there is a terminal, and the script where there is one."""
+    keyboard = Keyboard() if _has_keyboard() else None
+    if arguments.keys is not None:
+        try:
+            file = stack.enter_context(arguments.keys.open("rb"))
+        except OSError as error:
+            raise UsageError(f"--keys {arguments.keys}: {error.strerror}") from None
+        return keyboard, Script(file.fileno(), str(arguments.keys))
+    if keyboard:
+        return keyboard, None
+    if arguments.auto:
+        raise UsageError("--auto needs a terminal, for the keys between two sockets")
+    if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
+        raise UsageError("standard input is closed; run it in a terminal, or use --keys FILE")
+    return None, Script(sys.stdin.fileno())
+
+
+def _adopt(arguments: argparse.Namespace) -> None:
+    """Take the distance and the number of sockets from what is continued, unless they were typed.
+
+    Raises:
+        RecordingError: The file there cannot be read.
+    """
+    file = arguments.out / METADATA
+    if arguments.distance is None:
+        arguments.distance = read_distance(file) or DISTANCE
+    if arguments.sockets is None:
+        sockets = read_metadata(file).get("sockets")
+        arguments.sockets = sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS
+
+
+def _title(arguments: argparse.Namespace, robot: Robot) -> str:
+    out = str(arguments.out)
+    folder = out if len(out) <= 36 else f"…{out[-35:]}"
+    return f"{robot.name}  {folder}  sockets {1e3 * arguments.distance:g} mm  {arguments.driver}"
+
+
+def _card(session: Session, arguments: argparse.Namespace) -> tuple[str, ...]:
+    """Return what is continued, in lines; none at a new placement."""
+    if not session.samples:
+        return ()
+    counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
+    last = session.samples[-1].time
+    when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last)) if last else "at an unknown time"
+    return (
+        f"Continues {counts}; the last {when}; in {arguments.out}",
+        f"Sockets {1e3 * arguments.distance:g} mm apart. The ball was last in socket "
+        f"{session.socket}.",
+        "Has the base not moved since? y: go on   n: new placement   q: leave",
+    )
+
+
+def _say_now(text: str) -> None:
+    """Tell what takes a while, to people only."""
+    if sys.stdout.isatty():
+        sys.stdout.write(f"{text} ...\n")
+        sys.stdout.flush()
+
+
+@contextmanager
+def _quiet() -> Generator[None, None, None]:
+    """Keep the library's log off the screen; what matters of it stands there anyway."""
+    log = logging.getLogger("mukca")
+    handler, propagate = logging.NullHandler(), log.propagate
+    log.addHandler(handler)
+    log.propagate = False
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.propagate = propagate
+
+
+@contextmanager
+def _without_pauses() -> Generator[None, None, None]:
+    """Keep what was loaded by now out of garbage collection.
+
+    To look through all of it takes a tenth of a second, in which no state is read.
+    """
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
+def _connect(text: str, joint_names: tuple[str, ...]) -> Reconnecting:
+    name, _, address = text.partition(":")
+    return Reconnecting(lambda: open_driver(name, address, joint_names))
+
+
+def _recording(
+    arguments: argparse.Namespace, robot: Robot, joints: tuple[JointLimits, ...], still: float
+) -> Recording:
+    given: dict[str, Any] = {name: getattr(arguments, name) for name in NOTES}
+    return Recording(
+        arguments.out,
+        Metadata(
+            robot=robot.name,
+            joints=robot.joint_names,
+            units=tuple(joint.unit for joint in joints),
+            distance=arguments.distance,
+            sockets=arguments.sockets,
+            model_sha256=robot.sha256,
+            session={
+                "driver": arguments.driver,
+                "window": arguments.window,
+                "still": still,
+                **{name: value for name, value in given.items() if value is not None},
+            },
+        ),
+    )
+
+
+def _session(
+    arguments: argparse.Namespace,
+    robot: Robot,
+    joints: tuple[JointLimits, ...],
+    recording: Recording,
+) -> Session:
+    """Return the session as an earlier start left it."""
+    content = recording.content
+    session = Session(
+        joints,
+        sockets=arguments.sockets,
+        target=arguments.target,
+        socket=min(recording.socket, arguments.sockets - 1),
+        samples=content.samples,
+        withdrawn=content.withdrawn,
+        alike=lookalikes(robot),
+    )
+    for remark in recording.remarks:
+        session = session.with_message(remark, alarm=True)
+    if session.samples:
+        session = session.with_message(f"continues a recording of {len(session.live)} samples")
+    return session
+
+
+def _display(terminal: Terminal) -> Screen | Lines:
+    console = terminal.console
+    whole = console.is_terminal and not console.is_dumb_terminal
+    return Screen(console) if whole and console.file.isatty() else Lines(console)
