@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from .auto.closest_rigid import closest_rigid
 from .auto.posterior import Posterior
 from .auto.selection import STAGES, select_model
 from .calibrated import CalibratedRobot
@@ -134,7 +135,7 @@ def fit_by_auto(
         full.values,
         full.deflection,
         load,
-        selection.geometric.values if full.model.extensions else None,
+        closest_rigid(full, load) if full.model.extensions else None,
     )
     iterates = tuple(partial(_extended, full, load, x) for x in full.iterates)
     return Fit(calibrated, "gauss-newton", seconds, iterates, full, selection.notes)
