@@ -46,7 +46,7 @@ def lone_findings(measurements: Sequence[Measurement]) -> list[Finding]:
             "record the other socket too, or tie it by a known distance, solve --known",
         )
         for m in measurements
-        if not m.has_distance
+        if not m.has_distance and m.kind == "sockets"
     ]
 
 
@@ -60,7 +60,7 @@ def predicted_error(
 
     The median over random poses, one standard deviation; None where it cannot be told.
     """
-    tied = [m for m in measurements if m.has_distance]
+    tied = [m for m in measurements if m.has_distance or m.kind == "points"]
     if not tied:
         return None
     load = load or Load()

@@ -81,8 +81,11 @@ def inspect_all(
     Args:
         robot: The robot.
         parameters: What of its geometry is free.
-        measurements: The placements.
+        measurements: The placements; those that an instrument measured are passed over.
     """
+    measurements = [m for m in measurements if m.kind == "sockets"]
+    if not measurements:
+        return Survey((), (), None)
     model = RigidModel(robot, parameters)
     alone = [find_parts(model, samples_of([m])) for m in measurements]
     floors = [fit.error for fit, _ in alone]

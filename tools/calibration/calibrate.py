@@ -123,6 +123,12 @@ def _measured(
     kept = [p for p in held_out if p.path is None or p.path.resolve() not in trained]
     warnings = [f"{p.path}: trained on, so left out of the test" for p in held_out if p not in kept]
     sockets = 1 if settings.method == "auto" else 2
+    measured = [p for p in (*training, *held_out) if p.samples and p.samples[0].point is not None]
+    if measured and settings.method == "paper":
+        raise UsageError(
+            f"{measured[0].path or measured[0].name}: measured points; --method paper knows "
+            "sockets only, --method auto knows both"
+        )
     fitted, validated = (
         [measure(p, robot, settings.distance, sockets=sockets) for p in placements]
         for placements in (training, kept)
@@ -145,12 +151,16 @@ def _inspected(
         The placements to train on, split where a base moved if asked for; and what was found.
     """
     parameters = choose_parameters(robot)
+    points = [m for m in train if m.kind == "points"]
+    train, test = ([m for m in part if m.kind == "sockets"] for part in (train, test))
+    if not train and not test:
+        return points, Inspected((), None)
     survey = inspect_all(robot, parameters, [*train, *test])
     if settings.split_moved:
         alone = inspect_all(robot, parameters, train) if test else survey
         train = [split_at(one.measured, one.changes) for one in alone.placements]
     hint = NextPlacement(text=next_placement(robot, survey))
-    return train, Inspected(survey.findings, hint)
+    return [*train, *points], Inspected(survey.findings, hint)
 
 
 def _fit(

@@ -90,12 +90,13 @@ def _errors(task: Task, fit: Fit) -> tuple[PlacementErrors, ...]:
         **figures.models_of(fit.calibrated),
         **figures.ball_refitted(robot, task.train, weight),
     }
+    frames = figures.frames_of(models, task.train)
     roles: tuple[tuple[Role, Sequence[Measurement]], ...] = (
         ("train", task.train),
         ("test", task.test),
     )
     return tuple(
-        figures.placement_errors(models, role, measured, fit.posterior, fit.calibrated)
+        figures.placement_errors(models, role, measured, fit.posterior, fit.calibrated, frames)
         for role, placements in roles
         for measured in placements
     )

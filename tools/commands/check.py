@@ -20,6 +20,11 @@ EXAMPLE = """example:
 Exit status 1 if something should be mended before training on it."""
 
 
+POINTS_HINT = (
+    "Measured points need no socket: spread the next ones over the workspace, and hold some out."
+)
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.epilog = EXAMPLE
@@ -51,8 +56,13 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     findings = (*survey.findings, *lone_findings(data))
     broken = any(finding.level == "error" for finding in findings)
     predicted = None if broken else predicted_error(robot, parameters, data, load_of(arguments))
-    hint = next_placement(robot, survey)
-    for line in [*_seen(survey, shared), _amount(data, predicted, broken=broken), hint]:
+    hint = next_placement(robot, survey) if survey.placements else POINTS_HINT
+    points = [
+        f"{m.name}: {sum(m.counts)} points that an instrument measured"
+        for m in data
+        if m.kind == "points"
+    ]
+    for line in [*_seen(survey, shared), *points, _amount(data, predicted, broken=broken), hint]:
         terminal.say(line)
     if not findings:
         terminal.say("Nothing wrong was seen.")

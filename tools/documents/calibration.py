@@ -56,8 +56,10 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
     role: Role
     samples: tuple[int, ...]
     """Number of samples in each socket."""
-    distance: float
-    """Between the first two sockets, as measured [m]."""
+    kind: Literal["sockets", "points"] = "sockets"
+    """``points`` where an instrument measured each ball: the errors are true ones, in space."""
+    distance: float | None
+    """Between the first two sockets, as measured [m]; None for points."""
     nominal: Metrics
     calibrated: Metrics
     """By the full model."""
@@ -147,6 +149,10 @@ class NoiseScale(Document, kw_only=True, frozen=True):
     """Of the joint angles [rad]."""
     nu: float
     """Degrees of freedom of Student's distribution."""
+    measured_space: float | None = None
+    """Of balls that an instrument measured [m]; None, here and below, where none was."""
+    measured_joint: float | None = None
+    """Of the joint angles there [rad]."""
 
 
 class Correlation(Document, kw_only=True, frozen=True):
@@ -267,6 +273,8 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     position: tuple[float, ...]
     effort: tuple[float, ...] | None
     """What the joints exerted [N m]; None where it was not measured."""
+    point: tuple[float, float, float] | None = None
+    """Where an instrument measured the ball, in its frame [m]; None for a ball in a socket."""
     where: str = ""
     """File and line."""
     weight: float | None = None
@@ -280,6 +288,8 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
     role: Role
     distance: float
     files: tuple[str, ...]
+    frame: str | None = None
+    """The instrument's frame, where its recording names it."""
     samples: tuple[RecordedSample, ...]
 
     def placement(self, joint_names: tuple[str, ...]) -> Placement:
@@ -287,12 +297,12 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
         return Placement(
             name=self.name,
             samples=tuple(
-                Sample(position=s.position, socket=s.socket, effort=s.effort, where=s.where)
-                for s in self.samples
+                Sample(s.position, s.socket, s.effort, s.where, point=s.point) for s in self.samples
             ),
             joint_names=joint_names,
             distance=self.distance,
             files=tuple(map(Path, self.files)),
+            frame=self.frame,
         )
 
 
