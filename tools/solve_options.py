@@ -62,6 +62,14 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         "their standard deviation S says; or a file with one a line",
     )
     group.add_argument(
+        "--sockets-at",
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="measured coordinates of sockets, a CSV file with the columns frame, socket, x [mm], "
+        "y [mm], z [mm], deviation [mm]; the frame `base` is the robot's own",
+    )
+    group.add_argument(
         "--distance-deviation",
         type=float,
         metavar="M",
