@@ -7,7 +7,8 @@ import numpy as np
 
 from ...recorder.dataset import Placement
 from ...solver.checks.changes import split_at
-from ...solver.checks.inspection import inspect_all, next_placement
+from ...solver.checks.distances import named
+from ...solver.checks.inspection import Survey, inspect_all, next_placement
 from ...solver.data.measurements import Measurement, check_distinct, measure
 from ...solver.data.observations import KnownDistance, SocketAt
 from ...solver.data.sockets_at import in_placements, parse_socket_at, read_sockets_at, spaced
@@ -180,9 +181,15 @@ def _inspected(
     train, test = ([m for m in part if m.kind == "sockets"] for part in (train, test))
     if not train and not test:
         return points, Inspected((), None)
-    survey = inspect_all(robot, parameters, [*train, *test])
+    known = named(train, settings.distances)
+
+    def look(placements: Sequence[Measurement]) -> Survey:
+        deviation = settings.deviation
+        return inspect_all(robot, parameters, placements, known=known, deviation=deviation)
+
+    survey = look([*train, *test])
     if settings.split_moved:
-        alone = inspect_all(robot, parameters, train) if test else survey
+        alone = look(train) if test else survey
         train = [split_at(one.measured, one.changes) for one in alone.placements]
     hint = NextPlacement(text=next_placement(robot, survey))
     return [*train, *points], Inspected(survey.findings, hint)
