@@ -69,7 +69,6 @@ class Coach:
         self._nominal = np.zeros(self._model.size)
         self._reach = Reach(robot)
         self._poses: dict[int, np.ndarray] = {}
-        self._words: tuple[str, ...] = ()
         self._history: dict[int, float] = {}
 
     def advise(
@@ -99,7 +98,6 @@ class Coach:
             goal=self._goal,
             leave=not enough and lagging and counts[socket] >= SHARE,
             enough=enough,
-            closing=self._closing(known, where, samples) if enough else (),
             target=target,
             gain=gain,
         )
@@ -150,17 +148,16 @@ class Coach:
         points = self._model.ball.points(self._model.ball.nominal, q)
         return np.asarray(np.median(points, axis=0))
 
-    def _closing(
-        self, known: Knowledge, where: Workspace, samples: Sequence[Sample]
-    ) -> tuple[str, ...]:
-        """Return what another placement would bring, in words; the same until something changes."""
-        if self._sockets != 2:
+    def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
+        """Return what another placement would bring, in words; this takes some seconds."""
+        counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
+        if self._sockets != 2 or min(counts) == 0:
             return ()
-        if not self._words:
-            centres = [self._centre(samples, k) for k in (0, 1)]
-            here = np.array([c for c in centres if c is not None])
-            self._words = closing_words(known, where, self._reach, here, self._distance)
-        return self._words
+        known = self._known(samples, self._fitted(samples, counts))
+        centres = [self._centre(samples, k) for k in (0, 1)]
+        here = np.array([c for c in centres if c is not None])
+        where = workspace_of(self._model, known.x)
+        return closing_words(known, where, self._reach, here, self._distance)
 
     def _next(
         self,

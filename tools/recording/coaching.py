@@ -72,6 +72,12 @@ def setup_of(
     return {"robot": dict(robot), "distance": distance, "goal": goal, "sockets": sockets}
 
 
+def _say(advice: Advice, closing: tuple[str, ...]) -> None:
+    """Write an answer."""
+    sys.stdout.write(json.dumps({**asdict(advice), "closing": closing}) + "\n")
+    sys.stdout.flush()
+
+
 def main() -> None:
     """Answer questions until nobody asks any more."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -83,14 +89,17 @@ def main() -> None:
     from .coach import Coach
 
     coach = Coach(load_robot(**setup["robot"]), setup["distance"], setup["goal"], setup["sockets"])
+    closing: tuple[str, ...] = ()
     for asked in lines:
         samples = [
             Sample(tuple(q), socket, number=i)
             for i, (q, socket) in enumerate(asked["samples"], start=1)
         ]
         advice = coach.advise(samples, asked["socket"], asked["position"])
-        sys.stdout.write(json.dumps(asdict(advice)) + "\n")
-        sys.stdout.flush()
+        _say(advice, closing)
+        if advice.enough and not closing:
+            closing = coach.closing(samples)
+            _say(advice, closing)
 
 
 if __name__ == "__main__":

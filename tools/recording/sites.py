@@ -8,11 +8,11 @@ from .reach import Reach
 
 __all__ = ["closing_words", "site_at", "sites_around"]
 
-POSES = 40
+POSES = 20
 """Reachable poses of each socket, among which the samples are chosen."""
 SAMPLES = 12
 """Samples in each socket of the placement that is proposed."""
-ANGLES = np.deg2rad([-100, -60, -30, 0, 30, 60, 100])
+ANGLES = np.deg2rad([-90, -45, 0, 45, 90])
 """Directions in which the base may stand, from the robot's front, which is x."""
 LONG = 0.2
 """The longer base that is compared [m]."""
