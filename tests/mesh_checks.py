@@ -21,6 +21,11 @@ def crossings(segments: Array, mesh: trimesh.Trimesh) -> tuple[NDArray[np.int64]
     kept = np.flatnonzero(lengths > 2 * TOUCH)
     starts, ways = segments[kept, 0], (segments[kept, 1] - segments[kept, 0])
     ways /= lengths[kept, None]
+    # Whatever is hit beyond a segment's end is no matter, and most hit nothing before.
+    places, rays, _ = mesh.ray.intersects_location(starts, ways, multiple_hits=False)
+    away = np.linalg.norm(places - starts[rays], axis=1)
+    hits = np.unique(rays[away <= lengths[kept[rays]] + TOUCH])
+    kept, starts, ways = kept[hits], starts[hits], ways[hits]
     _, rays, faces = mesh.ray.intersects_location(starts, ways, multiple_hits=True)
     corners, normals = mesh.triangles[faces, 0], mesh.face_normals[faces]
     first, second = (
@@ -64,9 +69,12 @@ def _moved(points: Array, pose: Array) -> Array:
 
 
 def _edges_near(mesh: trimesh.Trimesh, other: trimesh.Trimesh, pose: Array) -> Array:
-    edges = _moved(mesh.vertices, pose)[mesh.edges_unique]
+    """Return the edges, moved by a pose, that do not lie beyond one side of the other's box."""
+    points = _moved(mesh.vertices, pose)
     low, high = other.bounds
-    return edges[(edges.max(axis=1) >= low).all(axis=1) & (edges.min(axis=1) <= high).all(axis=1)]
+    beyond = np.hstack([points < low, points > high]) @ (1 << np.arange(6))
+    edges = np.asarray(mesh.edges_unique)
+    return points[edges[beyond[edges[:, 0]] & beyond[edges[:, 1]] == 0]]
 
 
 def thinnest_wall(mesh: trimesh.Trimesh, samples: int = 20000) -> float:

@@ -32,6 +32,7 @@ VERBS: dict[str, str] = {
     "solve": "calibrate a robot from recordings",
     "validate": "measure a calibration on other recordings",
     "crossval": "leave each placement out once, and train on each alone",
+    "fleet": "calibrate many arms, and compare them on one page",
     "report": "write the report of a calibration, and say its verdict",
     "compare": "hold calibrations of one robot against each other on the same data",
     "export": "write a calibration as other programs read it",

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..data.frames import IDENTITY
 from ..data.observations import Load
 from ..robot.kinematics import gravity_moments, workspace
 from .noise import INFORMATION
@@ -73,17 +74,23 @@ def observability_index(posterior: Posterior) -> float:
         O1 = (s_1 s_2 ... s_L)^(1/L) / sqrt(N)
 
     s_1 >= s_2 >= ... are the singular values of the derivatives of the N ball positions by the
-    geometry, each parameter in units of its prior's standard deviation; L of them are not zero
+    geometry, without what the places of sockets and frames explain, each parameter in units of its
+    prior's standard deviation; L of them are not zero
     (s > 1e-6 s_1). Larger is better: configurations that differ more show more.
     """
     model, data = posterior.model, posterior.data
-    _, jacobian, _ = model.linearise(posterior.x, data.positions, data.torques)
+    points, jacobian, _ = model.linearise(posterior.x, data.positions, data.torques)
     scaled = jacobian[:, :, : model.geometry] * prior_deviations(posterior)[: model.geometry]
-    centred = np.concatenate(
-        [rows - rows.mean(axis=0) for k in range(data.socket_count)
-         for rows in [scaled[data.sockets == k]]]
-    )  # fmt: skip
-    values = np.linalg.svd(centred.reshape(-1, model.geometry), compute_uv=False)
+    parts = [scaled[data.sockets == k] for k in range(data.socket_count)]
+    parts = [rows - rows.mean(axis=0) for rows in parts if len(rows)]
+    measured = data.sockets if data.instrument is None else data.instrument.frames
+    for k in range(len(data.frames)):
+        rows = (data.sockets < 0) & (measured == k)
+        slopes = IDENTITY.slopes(points[rows]).reshape(-1, 6)
+        shown = scaled[rows].reshape(-1, model.geometry)
+        parts.append(shown - slopes @ np.linalg.lstsq(slopes, shown, rcond=None)[0])
+    centred = np.concatenate([rows.reshape(-1, model.geometry) for rows in parts])
+    values = np.linalg.svd(centred, compute_uv=False)
     values = values[values > 1e-6 * values[0]]
     return float(np.exp(np.mean(np.log(values))) / np.sqrt(len(data.positions)))
 

@@ -26,6 +26,7 @@ from ..documents.calibration import (
     Role,
 )
 from . import figures
+from .frames import frame_poses
 from .task import Task
 
 __all__ = ["compose"]
@@ -90,12 +91,13 @@ def _errors(task: Task, fit: Fit) -> tuple[PlacementErrors, ...]:
         **figures.models_of(fit.calibrated),
         **figures.ball_refitted(robot, task.train, weight),
     }
+    frames = figures.frames_of(models, task.train)
     roles: tuple[tuple[Role, Sequence[Measurement]], ...] = (
         ("train", task.train),
         ("test", task.test),
     )
     return tuple(
-        figures.placement_errors(models, role, measured, fit.posterior, fit.calibrated)
+        figures.placement_errors(models, role, measured, fit.posterior, fit.calibrated, frames)
         for role, placements in roles
         for measured in placements
     )
@@ -110,6 +112,7 @@ def _known(fit: Fit) -> dict[str, Any]:
         "groups": figures.prior_widths(fit.posterior),
         "noise": figures.noise_scale(fit.posterior),
         "log_evidence": fit.posterior.log_evidence,
+        "frames": (frame_poses(fit.world) or None) if fit.world is not None else None,
         "uncertainty": figures.uncertainty_of(fit.posterior, fit.calibrated.load),
     }
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...solver.calibrated import CalibratedRobot
 from ...solver.data.measurements import Measurement
-from ...solver.data.metrics import evaluate, mean_metrics, socket_centres
+from ...solver.data.metrics import evaluate, mean_metrics, socket_centres, targets
 from ..documents.calibration import CalibrationDocument, Summary
 from ..documents.report_verdict import Limits
 
@@ -133,7 +133,7 @@ def _residuals(points: Sequence[np.ndarray], data: Sequence[Measurement]) -> np.
     parts: list[np.ndarray] = []
     for each, measured in zip(points, data, strict=True):
         centres = socket_centres(each, measured)
-        parts.append((each - np.repeat(centres, measured.counts, axis=0)).ravel())
+        parts.append((each - targets(each, measured)).ravel())
         if measured.has_distance:
             length = np.linalg.norm(centres[1] - centres[0]) - measured.distance
             parts.append(np.array([length * math.sqrt(len(each))]))

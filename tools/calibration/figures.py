@@ -1,26 +1,31 @@
 """The figures of a calibration: errors per placement and in summary, and over the iterations."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ...solver.auto import uncertainty
-from ...solver.auto.directions import CANNOT_SEE, weak_directions
+from ...solver.auto.directions import cannot_see, weak_directions
 from ...solver.auto.extended_model import extend
 from ...solver.auto.noise import NU
 from ...solver.auto.posterior import Posterior
 from ...solver.calibrated import CalibratedRobot
+from ...solver.data.frames import Pose, fit_pose
 from ...solver.data.measurements import Measurement
 from ...solver.data.metrics import (
     Metrics,
     cost_terms,
     evaluate,
+    fit_frames,
     found_deviation,
     mean_metrics,
 )
 from ...solver.data.observations import Load
 from ...solver.fit import Predict
 from ...solver.paper.problem import ball_only, build_problem, solve
+from ...solver.robot.kinematics import BallModel
+from ...solver.robot.parameters import all_parameters
 from ...solver.robot.urdf import Robot
 from ..documents.calibration import (
     Coefficient,
@@ -44,6 +49,7 @@ from ..documents.calibration import (
 __all__ = [
     "ball_refitted",
     "coefficient_values",
+    "frames_of",
     "history",
     "models_of",
     "parameter_values",
@@ -55,6 +61,10 @@ __all__ = [
     "uncertainty_of",
     "weights_by_placement",
 ]
+
+
+BALL_STEPS = 6
+"""Gauss-Newton steps for the ball's place alone; the problem is nearly linear."""
 
 
 def models_of(calibrated: CalibratedRobot) -> dict[str, Predict]:
@@ -74,13 +84,50 @@ def models_of(calibrated: CalibratedRobot) -> dict[str, Predict]:
 def ball_refitted(
     robot: Robot, train: Sequence[Measurement], regularization: float
 ) -> dict[str, Predict]:
-    """Return the nominal model with only the ball's place fitted; nothing without distances."""
+    """Return the nominal model with only the ball's place fitted; nothing where none tells it."""
     paired = [measured for measured in train if measured.has_distance]
+    measured = [m for m in train if m.kind == "points"]
+    if not paired and measured:
+        return {"ball_refitted": _ball_by_points(robot, measured)}
     if not paired:
         return {}
     problem = ball_only(build_problem(robot, paired, regularization=regularization))
     x = solve(problem).x
     return {"ball_refitted": lambda m: problem.model.points(x, m.positions)}
+
+
+def _ball_by_points(robot: Robot, train: Sequence[Measurement]) -> Predict:
+    """Return the nominal model with the ball's place fitted to measured points.
+
+    Gauss-Newton for the ball's place and for the pose of each frame, which follows from the place.
+    """
+    free = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
+    model = BallModel(robot, free)
+    x = model.nominal.copy()
+    by_frame: dict[str, list[Measurement]] = {}
+    for m in train:
+        by_frame.setdefault(m.frame, []).append(m)
+    for _ in range(BALL_STEPS):
+        rows: list[np.ndarray] = []
+        off: list[np.ndarray] = []
+        for group in by_frame.values():
+            linear = model.linearise(x, np.concatenate([m.positions for m in group]))
+            measured = np.concatenate([m.points for m in group])
+            pose = fit_pose(measured, linear.points)
+            slopes = pose.slopes(measured).reshape(-1, 6)
+            by_ball = linear.by_parameters.reshape(-1, len(free))
+            rows.append(by_ball - slopes @ np.linalg.lstsq(slopes, by_ball, rcond=None)[0])
+            off.append((linear.points - pose.apply(measured)).ravel())
+        x -= np.linalg.lstsq(np.concatenate(rows), np.concatenate(off), rcond=None)[0]
+    return lambda m: model.points(x, m.positions)
+
+
+def frames_of(
+    models: Mapping[str, Predict], train: Sequence[Measurement]
+) -> dict[str, dict[str, Pose]]:
+    """Return where each model has the frames in which points trained on were measured."""
+    measured = [m for m in train if m.kind == "points"]
+    return {name: fit_frames([(p(m), m) for m in measured]) for name, p in models.items()}
 
 
 def placement_errors(
@@ -89,6 +136,7 @@ def placement_errors(
     measured: Measurement,
     posterior: Posterior | None = None,
     calibrated: CalibratedRobot | None = None,
+    frames: Mapping[str, Mapping[str, Pose]] | None = None,
 ) -> PlacementErrors:
     """Return how far off a placement is by each model.
 
@@ -98,17 +146,22 @@ def placement_errors(
         measured: The placement.
         posterior: How well the calibrated model is known, where that is known.
         calibrated: That model.
+        frames: Where each model has the instruments' frames, see :func:`frames_of`.
     """
     predicted = found = None
     if posterior is not None and calibrated is not None:
         predicted, found = _deviations(calibrated, posterior, measured)
-    metrics = {name: evaluate(predict(measured), measured) for name, predict in models.items()}
+    metrics = {
+        name: evaluate(predict(measured), measured, (frames or {}).get(name))
+        for name, predict in models.items()
+    }
     return PlacementErrors(
         name=measured.name,
         role=role,
+        kind=measured.kind,
         samples=measured.counts,
-        distance=measured.distance,
-        distance_source=measured.distance_source,
+        distance=measured.distance if measured.kind == "sockets" else None,
+        distance_source=measured.distance_source if measured.kind == "sockets" else None,
         nominal=metrics["nominal"],
         calibrated=metrics["calibrated"],
         geometric=metrics.get("geometric"),
@@ -219,20 +272,28 @@ def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:
 
 def noise_scale(posterior: Posterior) -> NoiseScale:
     """Return the noise that was found."""
-    return NoiseScale(space=posterior.noise.space, joint=posterior.noise.joint, nu=NU)
+    noise, measured = posterior.noise, posterior.measured_noise
+    return NoiseScale(
+        space=noise.space,
+        joint=noise.joint,
+        nu=NU,
+        measured_space=None if measured is None else measured.space,
+        measured_joint=None if measured is None else measured.joint,
+    )
 
 
 def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
     """Return how well the calibration is known, and what the data cannot tell."""
     median, worst = uncertainty.workspace_deviation(posterior, load)
+    weak = tuple(weak_directions(posterior))
     return Uncertainty(
-        weak_directions=tuple(weak_directions(posterior)),
+        weak_directions=weak,
         correlations=tuple(
             Correlation(a=a, b=b, value=r) for a, b, r in uncertainty.correlations(posterior)
         ),
         observability_index=uncertainty.observability_index(posterior),
         distance_deviation=DistanceDeviation(median=median, worst=worst),
-        cannot_see=CANNOT_SEE,
+        cannot_see=cannot_see(posterior, weak),
     )
 
 
@@ -252,6 +313,8 @@ def _deviations(
     torques = calibrated.load.torques(calibrated.robot, measured)
     by_socket = [(measured.positions[rows], torques[rows]) for rows in measured.slices]
     points = calibrated.ball(measured.positions, measured.efforts)
+    if measured.kind == "points" and posterior.measured_noise is not None:
+        posterior = replace(posterior, noise=posterior.measured_noise)
     return uncertainty.predicted_deviation(posterior, by_socket), found_deviation(points, measured)
 
 
@@ -283,12 +346,14 @@ def recorded(
         name=measured.name,
         role=role,
         distance=measured.distance,
+        frame=measured.placement.frame,
         files=tuple(map(str, measured.placement.files)),
         samples=tuple(
             RecordedSample(
                 socket=sample.socket,
                 position=sample.position,
                 effort=sample.effort,
+                point=sample.point,
                 where=sample.where,
                 weight=None if weights is None else weights[i],
             )

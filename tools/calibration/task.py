@@ -16,7 +16,8 @@ class Inspected:
     """What a look at the recordings showed before they were fitted."""
 
     findings: tuple[Finding, ...]
-    next_placement: NextPlacement
+    next_placement: NextPlacement | None
+    """None where an instrument measured all samples."""
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,7 @@ def describe(folder: Path) -> dict[str, Any]:
             str(socket): int((placement.sockets == socket).sum())
             for socket in sorted(set(placement.sockets.tolist()))
         },
+        "kind": "sockets" if placement.samples[0].point is None else "points",
         "taken_back": len(content.withdrawn) if content else 0,
         "joints": list(_names(placement)),
         "lowest": positions.min(axis=0).tolist(),
@@ -109,6 +110,8 @@ def _names(placement: Placement) -> tuple[str, ...]:
 def _show(facts: dict[str, Any], terminal: Terminal) -> None:
     metadata = facts["metadata"]
     counts = ", ".join(f"{count} in socket {socket}" for socket, count in facts["samples"].items())
+    if facts.get("kind") == "points":
+        counts = f"{facts['samples']['0']} points that an instrument measured"
     distance = facts["distance"]
     known = "not known" if distance is None else f"{1e3 * distance:g} mm"
     taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""

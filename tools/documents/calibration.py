@@ -29,6 +29,7 @@ __all__ = [
     "Coefficient",
     "Correlation",
     "CostTerms",
+    "FramePose",
     "Iteration",
     "Model",
     "PlacementErrors",
@@ -56,8 +57,10 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
     role: Role
     samples: tuple[int, ...]
     """Number of samples in each socket."""
-    distance: float
-    """Between the first two sockets, as measured [m]."""
+    kind: Literal["sockets", "points"] = "sockets"
+    """``points`` where an instrument measured each ball: the errors are true ones, in space."""
+    distance: float | None
+    """Between the first two sockets, as measured [m]; None for points."""
     nominal: Metrics
     calibrated: Metrics
     """By the full model."""
@@ -147,6 +150,10 @@ class NoiseScale(Document, kw_only=True, frozen=True):
     """Of the joint angles [rad]."""
     nu: float
     """Degrees of freedom of Student's distribution."""
+    measured_space: float | None = None
+    """Of balls that an instrument measured [m]; None, here and below, where none was."""
+    measured_joint: float | None = None
+    """Of the joint angles there [rad]."""
 
 
 class Correlation(Document, kw_only=True, frozen=True):
@@ -181,6 +188,26 @@ class Uncertainty(Document, kw_only=True, frozen=True):
     observability_index: float
     distance_deviation: DistanceDeviation
     cannot_see: tuple[str, ...]
+
+
+class FramePose(Document, kw_only=True, frozen=True):
+    """Where a frame stands in the robot's base, as far as that is known."""
+
+    name: str
+    xyz: tuple[float, float, float]
+    """Its origin [m]."""
+    rpy: tuple[float, float, float]
+    """Its turn about the base's x, then y, then z axis [rad]."""
+    xyz_deviation: tuple[float, float, float]
+    """Standard deviation of its origin [m]."""
+    turn_deviation: tuple[float, float, float]
+    """Standard deviation of its turn about the base's x, y and z axes [rad]."""
+    sockets: int
+    """How many sockets have measured coordinates in it."""
+    points: int
+    """How many balls an instrument measured in it."""
+    socket_error: float | None
+    """Root mean square distance of those sockets from their coordinates [m]; None without any."""
 
 
 class CostTerms(Document, kw_only=True, frozen=True):
@@ -233,6 +260,8 @@ class Result(Document, kw_only=True, frozen=True):
     log_evidence: float | None = None
     uncertainty: Uncertainty | None = None
     scale: Scale | None = None
+    frames: tuple[FramePose, ...] | None = None
+    """Where the frames stand in which positions were measured; None where there is none."""
     choices: tuple[str, ...] | None = None
     """What became of each extension, and why."""
     history: tuple[Iteration, ...]
@@ -267,6 +296,8 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     position: tuple[float, ...]
     effort: tuple[float, ...] | None
     """What the joints exerted [N m]; None where it was not measured."""
+    point: tuple[float, float, float] | None = None
+    """Where an instrument measured the ball, in its frame [m]; None for a ball in a socket."""
     where: str = ""
     """File and line."""
     weight: float | None = None
@@ -280,6 +311,8 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
     role: Role
     distance: float
     files: tuple[str, ...]
+    frame: str | None = None
+    """The instrument's frame, where its recording names it."""
     samples: tuple[RecordedSample, ...]
 
     def placement(self, joint_names: tuple[str, ...]) -> Placement:
@@ -287,12 +320,12 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
         return Placement(
             name=self.name,
             samples=tuple(
-                Sample(position=s.position, socket=s.socket, effort=s.effort, where=s.where)
-                for s in self.samples
+                Sample(s.position, s.socket, s.effort, s.where, point=s.point) for s in self.samples
             ),
             joint_names=joint_names,
             distance=self.distance,
             files=tuple(map(Path, self.files)),
+            frame=self.frame,
         )
 
 

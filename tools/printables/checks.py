@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -59,11 +59,16 @@ def check_tilt(base: SocketBase, part: BallPart, tilt: float = TILT) -> None:
     Raises:
         PrintableError: It collides.
     """
-    fixed = to_manifold(base.solid(), COARSE)
     moving = to_manifold(part.envelope(), COARSE)
-    for socket, azimuth, spin in itertools.product(range(base.sockets), AZIMUTHS, SPINS):
-        placed = moving.transform(leaning(base, part, socket, tilt, float(azimuth), spin))
-        if (placed ^ fixed).volume() > COLLISION:
+    poses: list[tuple[int, Any]] = [
+        (socket, moving.transform(leaning(base, part, socket, tilt, float(azimuth), spin)))
+        for socket, azimuth, spin in itertools.product(range(base.sockets), AZIMUTHS, SPINS)
+    ]
+    # What is below all of them cannot be hit.
+    lowest: float = min(placed.bounding_box()[2] for _, placed in poses)
+    reached = to_manifold(base.solid(), COARSE).trim_by_plane((0, 0, 1), lowest)
+    for socket, placed in poses:
+        if (placed ^ reached).volume() > COLLISION:
             raise PrintableError(
                 f"it hits the base when it leans {math.degrees(tilt):.0f} degrees in "
                 f"socket {socket}: take a reach of {part.shortest_reach:g} mm or more, "

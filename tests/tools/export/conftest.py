@@ -1,6 +1,7 @@
 """A calibration of every shipped robot, with every extension, made without any fit."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
 import msgspec
@@ -84,7 +85,10 @@ def calibrations(session: Path, shared: Callable[..., Path]) -> Path:
 def imagined(request: pytest.FixtureRequest, calibrations: Path) -> tuple[Path, Calibration]:
     """The file of one robot's calibration, and the calibration; robot after robot."""
     file = calibrations / f"{request.param}.json"
-    return file, load_calibration(file)
+    return file, loaded(file)
+
+
+loaded = lru_cache(maxsize=None)(load_calibration)
 
 
 @pytest.fixture

@@ -53,7 +53,8 @@ def moved(function, q: np.ndarray, step: float = 1e-6) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_it_is_the_full_model_of_every_robot(imagined, export, tmp_path) -> None:
+@pytest.mark.parametrize("imagined", ["ur5e", "openarm"], indirect=True)
+def test_it_is_the_full_model(imagined, export, tmp_path) -> None:
     file, calibration = imagined
     out = tmp_path / "arm.c"
     status, said, _ = export(file, "--to", "c", "--out", out)
@@ -157,4 +158,4 @@ def test_bad_input_gets_one_line(export, calibrations, tmp_path, words, said) ->
 def test_an_option_of_another_format_is_refused(export, calibrations, tmp_path) -> None:
     words = ("--to", "dh", "--flange", "panda_hand", "--out", tmp_path / "a.csv")
     status, _, err = export(calibrations / "panda.json", *words)
-    assert status == 2 and "--flange is for --to c" in err
+    assert status == 2 and "--flange is for --to urdf, c, not for dh" in err

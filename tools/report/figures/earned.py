@@ -32,6 +32,9 @@ def samples_row(placements: Sequence[PlacementPrediction], *, tied: bool) -> Lim
         placements: All of the calibration.
         tied: Distances between placements were given to the fit, so that two sockets of any count.
     """
+    points = points_row(placements)
+    if points is not None:
+        return points
     trained = [p.measured.counts for p in placements if p.role == "train"]
     held_out = [p.measured.counts for p in placements if p.role == "test"]
     if tied:
@@ -52,6 +55,23 @@ def samples_row(placements: Sequence[PlacementPrediction], *, tied: bool) -> Lim
             f"{LEAST_HELD_OUT} in each, better 30"
         )
     return _row("samples", "samples in each socket", enough, text)
+
+
+def points_row(placements: Sequence[PlacementPrediction]) -> LimitResult | None:
+    """Return whether an instrument measured enough points; None where sockets were trained on."""
+    counts: dict[str, int] = {"train": 0, "test": 0}
+    for one in placements:
+        if one.role == "train" and one.measured.kind == "sockets":
+            return None
+        counts[one.role] += sum(one.measured.counts)
+    fewest: dict[str, int] = {"train": 2 * LEAST_SAMPLES, "test": 2 * LEAST_HELD_OUT}
+    few = next((role for role in counts if 0 < counts[role] < fewest[role]), None)
+    if few is None:
+        text = f"{plural(counts['train'], 'measured point')} trained on"
+        return _row("samples", "measured points", "pass", text)
+    part = "trained on" if few == "train" else "held out"
+    text = f"only {plural(counts[few], 'measured point')} {part}; measure {fewest[few]} or more"
+    return _row("samples", "measured points", "not enough", text)
 
 
 def _second(sockets: Sequence[tuple[int, ...]]) -> int:

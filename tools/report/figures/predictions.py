@@ -1,13 +1,15 @@
 """Where both models put the ball in each recorded sample: what all figures of a report rest on."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ....solver.calibrated import CalibratedRobot
+from ....solver.data.frames import Pose
 from ....solver.data.measurements import Measurement, measure
-from ....solver.data.metrics import Metrics, evaluate, socket_centres
+from ....solver.data.metrics import Metrics, evaluate, fit_frames, socket_centres, targets
 from ....solver.robot.urdf import Robot
 from ...documents.calibration import (
     CalibrationDocument,
@@ -46,6 +48,8 @@ class PlacementPrediction:
     """Predicted ball centres, socket after socket, shape (N, 3) [m]."""
     samples: tuple[RecordedSample, ...]
     """The samples in the order of the points."""
+    frames: dict[ModelName, dict[str, Pose]]
+    """Where each model has the instruments' frames."""
 
     @property
     def name(self) -> str:
@@ -54,11 +58,11 @@ class PlacementPrediction:
 
     @cached_property
     def deviations(self) -> ByModel[np.ndarray]:
-        """Each predicted centre less the mean of its socket, shape (N, 3) [m]."""
+        """Each predicted centre less its socket's mean, or the measured point, shape (N, 3) [m]."""
 
         def of(model: ModelName) -> np.ndarray:
-            centres = np.repeat(self.centres(model), self.measured.counts, axis=0)
-            return self.points.of(model) - centres
+            points = self.points.of(model)
+            return points - targets(points, self.measured, self.frames.get(model))
 
         geometric = None if self.points.geometric is None else of("geometric")
         return ByModel(nominal=of("nominal"), calibrated=of("calibrated"), geometric=geometric)
@@ -114,7 +118,7 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     calibration = calibrated_robot(document, source)
     measurements = measurements_of(document, calibration.robot, source)
     rows = zip(document.data, measurements, strict=True)
-    placements = tuple(_prediction(row, measured, calibration) for row, measured in rows)
+    placements = _with_frames([_prediction(row, m, calibration) for row, m in rows])
     _check_parts(document, source)
     for placement, errors in zip(placements, document.placements, strict=True):
         _check_errors(placement, errors, source)
@@ -154,7 +158,15 @@ def _prediction(
         else calibration.geometric_ball(measured.positions),
     )
     samples = sorted(row.samples, key=lambda sample: sample.socket)
-    return PlacementPrediction(measured, row.role, points, tuple(samples))
+    return PlacementPrediction(measured, row.role, points, tuple(samples), {})
+
+
+def _with_frames(placements: Sequence[PlacementPrediction]) -> tuple[PlacementPrediction, ...]:
+    """Return predictions that know where the frames of points trained on are by each model."""
+    trained = [p for p in placements if p.role == "train" and p.measured.kind == "points"]
+    names: tuple[ModelName, ...] = (*MODELS, "geometric")
+    frames = {m: fit_frames([(p.points.of(m), p.measured) for p in trained]) for m in names}
+    return tuple(replace(p, frames=frames) for p in placements)
 
 
 def calibrated_points(calibration: CalibratedRobot, measured: Measurement) -> np.ndarray:
@@ -189,7 +201,8 @@ def _check_errors(placement: PlacementPrediction, errors: PlacementErrors, sourc
         ("geometric", errors.loaded),
     )
     for model, stated in stated_by:
-        computed = evaluate(placement.points.of(model), placement.measured).mean_absolute_error
+        points, frames = placement.points.of(model), placement.frames.get(model)
+        computed = evaluate(points, placement.measured, frames).mean_absolute_error
         if abs(computed - stated.mean_absolute_error) > _AGREE:
             raise DocumentError(
                 f"{source}: {placement.name}: its samples give {1e3 * computed:.3f} mm by the "

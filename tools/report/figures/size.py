@@ -18,6 +18,7 @@ SURE = 3.0
 _SOURCES = {
     "given": "as given",
     "recording": "as the recording says",
+    "located": "by the sockets' coordinates",
     "default": "the default, since nothing says otherwise: measure it, and give it by --distance",
 }
 
@@ -25,14 +26,17 @@ _SOURCES = {
 def distance_text(placements: Sequence[PlacementErrors]) -> str:
     """Return which distances between sockets the scale rests on, and where they are from."""
     trained = [row for row in placements if row.role == "train" and len(row.samples) > 1]
+    points = [row.name for row in placements if row.role == "train" and row.kind == "points"]
     kinds: dict[tuple[str, str | None], list[str]] = {}
     for name, row in zip(short_names([row.name for row in trained]), trained, strict=True):
-        kinds.setdefault((_mm(row.distance), row.distance_source), []).append(name)
+        kinds.setdefault((_mm(row.distance or 0.0), row.distance_source), []).append(name)
     parts: list[str] = []
     for (distance, source), names in kinds.items():
         place = f" at {joined(names)}" if len(kinds) > 1 else ""
         origin = f" ({_SOURCES[source]})" if source in _SOURCES else ""
         parts.append(f"{distance} mm{place}{origin}")
+    if not parts and points:
+        return f"Scale: from the points that an instrument measured at {joined(points)}."
     if not parts:
         return "Distance of the sockets: none in the placements trained on."
     return f"Distance of the sockets: {'; '.join(parts)}."
@@ -53,7 +57,10 @@ def scale_row(scale: Scale, placements: Sequence[PlacementErrors]) -> LimitResul
     elif abs(scale.value) > max(UNUSUAL, SURE * (scale.deviation or 0.0)):
         status = "warning"
     text = scale_text(scale)
-    if status != "pass":
+    spaced = any(row.role == "train" and row.distance for row in placements)
+    if status != "pass" and not spaced:
+        text += "; check that the measured points are in metres"
+    elif status != "pass":
         distance, likely = _trained_distance(placements), likely_distance(scale, placements)
         text += f"; more likely the sockets are {_tenth(likely, distance)} mm apart than "
         text += f"{_tenth(distance, likely)}: measure them, and give it by --distance"
@@ -74,7 +81,7 @@ def likely_distance(scale: Scale, placements: Sequence[PlacementErrors]) -> floa
 
 
 def _trained_distance(placements: Sequence[PlacementErrors]) -> float:
-    return next(row.distance for row in placements if row.role == "train")
+    return next(row.distance or 0.0 for row in placements if row.role == "train")
 
 
 def _mm(metres: float) -> str:

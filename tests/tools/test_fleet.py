@@ -1,0 +1,84 @@
+"""Many arms in one go: what each row says, and that a broken arm stops no other."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.tools.cli import main
+from mukca.tools.documents.fleet import FleetArm, FleetChange, FleetSession
+from mukca.tools.fleet.calibrate import compare_parameters
+
+
+@pytest.fixture(scope="module")
+def fleet(session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """arm-1 twice the same, arm-2 with a joint that slipped in between, arm-3 with a bad file."""
+    folder = tmp_path_factory.mktemp("fleet")
+    for arm in ("arm-1", "arm-2"):
+        for date in ("2026-05-02", "2026-06-01"):
+            for name in ("front", "left"):
+                shutil.copytree(session / name, folder / arm / date / name)
+    for file in (folder / "arm-2/2026-06-01").rglob("hole_*.csv"):
+        q = np.loadtxt(file, delimiter=",", skiprows=1)
+        q[:, 3] += 0.01
+        header = file.read_text().splitlines()[0]
+        np.savetxt(file, q, delimiter=",", header=header, comments="")
+    shutil.copytree(session / "front", folder / "arm-3/front")
+    (folder / "arm-3/front/hole_1.csv").write_text("a,b\n1,2\n")
+    (folder / "notes").mkdir()
+    return folder
+
+
+@pytest.mark.slow
+def test_a_fleet_is_calibrated_and_compared(
+    fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    words = ("fleet", str(fleet), "--robot", "panda", "--method", "paper", "--out", str(out))
+    assert main([*words, "--processes", "1", "--json"]) == 1
+    result = json.loads(capsys.readouterr().out)
+    assert json.loads((out / "fleet.json").read_text()) == result
+    one, two, three = result["arms"]
+    assert [row["name"] for row in one["sessions"]] == ["2026-05-02", "2026-06-01"]
+    assert all(
+        row["held_out"] and row["calibrated"] < row["nominal"] / 4 for row in one["sessions"]
+    )
+    assert one["sessions"][1]["drift"]["status"] == "valid"
+    drift = two["sessions"][1]["drift"]
+    assert drift["status"] == "invalid" and "panda_joint4" in drift["text"]
+    assert three["sessions"] == [] and "hole_1.csv" in three["error"]
+    assert "Mend the recordings" in three["again"]
+    assert {row["arms"] for row in result["parameters"]} == {2}
+    for session in one["sessions"]:
+        assert Path(session["outputs"]["urdf"]).is_file()
+    page = (out / "fleet.html").read_text()
+    assert "panda_joint4" in page and "arm-3" in page and "What to record again" in page
+
+
+def test_what_all_arms_share_is_told_from_what_each_has() -> None:
+    def arm(name: str, change: float, status: str = "pass") -> FleetArm:
+        session = FleetSession(
+            name="", placements=1, samples=60, held_out=False, nominal=1, calibrated=1,
+            distance_error=None, status=status, text="", outputs={},
+            parameters=(FleetChange(name="j.x", unit="m", change=change, standard_deviation=None),),
+        )  # fmt: skip
+        return FleetArm(name=name, robot="panda", sessions=(session,))
+
+    arms = [arm("a", 1e-3), arm("b", 3e-3), arm("c", 8e-3), arm("d", 1.0, "refused")]
+    (row,) = compare_parameters(arms)
+    assert (row.arms, row.mean, row.farthest, row.change) == (3, pytest.approx(4e-3), "c", 8e-3)
+    assert row.spread == pytest.approx(np.std([1e-3, 3e-3, 8e-3], ddof=1))
+
+
+@pytest.mark.parametrize(
+    ("place", "told"),
+    [("nowhere", "no such folder"), ("arm-1/2026-05-02", "of one arm"), ("notes", "no arm's")],
+)
+def test_a_folder_that_is_no_fleet_is_told(
+    fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], place: str, told: str
+) -> None:
+    out = tmp_path / "out"
+    assert main(["fleet", str(fleet / place), "--robot", "panda", "--out", str(out)]) == 2
+    assert told in capsys.readouterr().err and not out.exists()

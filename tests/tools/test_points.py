@@ -1,0 +1,119 @@
+"""Points of an instrument on the command line: solve, validate, check, and bad files."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import Placement, RecordingError, read_placement
+from mukca.solver.robot.urdf import Robot
+from mukca.tools.cli import main
+from mukca.tools.simulated_worlds import measured_points, random_pose
+
+
+def write_points(placement: Placement, folder: Path) -> None:
+    folder.mkdir(parents=True)
+    rows = [",".join((*(placement.joint_names or ()), "x", "y", "z"))]
+    for sample in placement.samples:
+        assert sample.point is not None
+        rows.append(",".join(map(repr, (*sample.position, *sample.point))))
+    (folder / "points.csv").write_text("\n".join(rows) + "\n")
+
+
+@pytest.fixture(scope="module")
+def measured(true_panda: Robot, shared: Callable[..., Path]) -> Path:
+    """Two placements of one instrument's frame, and one of another's."""
+
+    def make(folder: Path) -> None:
+        generator = np.random.default_rng(2)
+        frames = [random_pose(generator) for _ in range(2)]
+        for name, frame in (("train", 0), ("test", 0), ("later", 1)):
+            points = measured_points(true_panda, frames[frame], generator, samples=45, noise=3e-5)
+            write_points(points, folder / name)
+
+    return shared("measured", make)
+
+
+@pytest.fixture(scope="module")
+def solved(
+    measured: Path, tmp_path_factory: pytest.TempPathFactory, capfd_json
+) -> tuple[Path, dict]:
+    out = tmp_path_factory.mktemp("points") / "out"
+    words = [str(measured / "train"), "--test", str(measured / "test"), "--robot", "panda"]
+    return out, capfd_json(
+        ["solve", *words, "--without", "compliance", "transmission", "--out", str(out), "--json"]
+    )
+
+
+@pytest.fixture(scope="module")
+def capfd_json() -> Callable[[list[str]], dict]:
+    def run(words: list[str]) -> dict:
+        import contextlib
+        import io
+
+        text = io.StringIO()
+        with contextlib.redirect_stdout(text):
+            main(words)
+        return json.loads(text.getvalue())
+
+    return run
+
+
+@pytest.mark.slow
+def test_solve_judges_held_out_points_in_the_frame_trained_on(solved: tuple[Path, dict]) -> None:
+    out, result = solved
+    train, test = result["placements"]
+    for row in (train, test):
+        assert row["kind"] == "points" and row["distance"] is None
+        assert row["calibrated"]["distance_error"] is None
+    assert test["nominal"]["mean_absolute_error"] > 1e-3
+    assert test["calibrated"]["mean_absolute_error"] < 1e-4
+    assert result["distorted"] == []
+    assert "measured points" in (out / "report.json").read_text()
+
+
+@pytest.mark.slow
+def test_validate_fits_the_frame_to_other_points_of_it(
+    solved: tuple[Path, dict], measured: Path, capfd_json: Callable[[list[str]], dict]
+) -> None:
+    """The instrument stood elsewhere, and the error is that of the other held-out points."""
+    out, result = solved
+    words = ["validate", str(out / "calibration.json"), str(measured / "later" / "points.csv")]
+    again = capfd_json([*words, "--json"])
+    (row,) = again["placements"]
+    held = result["summary"]["test"]["calibrated"]["mean_absolute_error"]
+    assert row["kind"] == "points" and row["role"] == "test"
+    assert row["calibrated"]["mean_absolute_error"] == pytest.approx(held, rel=0.5)
+
+
+def test_check_and_info_name_the_points(measured: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(measured / "train")]) == 0
+    assert "45 points that an instrument measured" in capsys.readouterr().out
+    assert main(["check", str(measured / "train"), "--robot", "panda"]) == 0
+    assert "Measured points need no socket" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "words"),
+    [
+        ("a,b,y,x,z", "0,0,0,0,0", "points.csv:1: expected a header of the joints' names"),
+        ("a,b,x,y,z", "0,0,0,0", "points.csv:2: 4 columns where 5 are expected"),
+        ("a,b,x,y,z", "0,0,0,0,nan", "points.csv:2: column 5 is nan"),
+    ],
+)
+def test_a_malformed_file_is_refused_by_line(
+    tmp_path: Path, header: str, row: str, words: str
+) -> None:
+    (tmp_path / "points.csv").write_text(f"{header}\n{row}\n")
+    with pytest.raises(RecordingError, match=words):
+        read_placement(tmp_path)
+
+
+def test_the_papers_method_refuses_points(
+    measured: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["solve", str(measured / "train"), "--robot", "panda", "--method", "paper"]
+    assert main(words) == 2
+    assert "--method paper knows sockets only" in capsys.readouterr().err

@@ -1,0 +1,177 @@
+"""All of one arm: its sessions calibrated one by one, and how each held at the next."""
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+from statistics import fmean, stdev
+
+import msgspec
+
+from ... import MukcaError
+from ...recorder.dataset import Placement, read_placement
+from ...solver.data.measurements import measure
+from ...solver.robot.urdf import Robot, load_robot
+from ..calibration.calibrate import calibrate
+from ..calibration.calibration import Calibration
+from ..calibration.drift import judge_drift
+from ..documents.fleet import (
+    FleetArm,
+    FleetChange,
+    FleetDrift,
+    FleetParameter,
+    FleetSession,
+)
+from ..documents.report import ReportDocument
+from .folders import MODEL, ArmFolder, find_sessions
+
+__all__ = ["calibrate_arm", "compare_parameters"]
+
+
+def calibrate_arm(arm: ArmFolder) -> FleetArm:
+    """Calibrate one arm by each of its sessions, write the results, and say what is next.
+
+    Of a session's placements the last by name is held out, where there are two or more. An arm
+    that cannot be calibrated says why in :attr:`FleetArm.error`, and stops no other.
+    """
+    sessions: list[FleetSession] = []
+    error: str | None = None
+    model = arm.folder / MODEL
+    source = str(model) if model.exists() else arm.robot
+    try:
+        robot = load_robot(source, base=arm.base, tip=arm.tip, flange=arm.flange, ball=arm.ball)
+        before: tuple[str, Calibration] | None = None
+        for name, folders in find_sessions(arm.folder).items():
+            placements = [read_placement(folder) for folder in folders]
+            calibration = _fit(arm, robot, placements)
+            drift = None if before is None else _drift(arm, *before, placements)
+            sessions.append(_session(arm, name, calibration, drift))
+            if not calibration.document.distorted:
+                before = name, calibration
+    except MukcaError as reason:
+        error = " ".join(str(reason).split())
+    row = FleetArm(name=arm.folder.name, robot=source, sessions=tuple(sessions), error=error)
+    return msgspec.structs.replace(row, again=_again(row))
+
+
+def _fit(arm: ArmFolder, robot: Robot, placements: Sequence[Placement]) -> Calibration:
+    train, test = list(placements), list[Placement]()
+    if len(train) > 1:
+        test = [train.pop()]
+    return calibrate(
+        robot,
+        train,
+        test=test,
+        method=arm.method,
+        distance=arm.distance,
+        repeatability_mm=arm.repeatability_mm,
+    )
+
+
+def _session(
+    arm: ArmFolder, name: str, calibration: Calibration, drift: FleetDrift | None
+) -> FleetSession:
+    document = calibration.document
+    figures = calibration.report.figures
+    outputs: dict[str, str] = {}
+    if not document.distorted:
+        outputs = calibration.save(arm.out / name if name else arm.out, force=True)
+    summary = document.summary.test or document.summary.train
+    assert summary is not None  # something was trained on
+    return FleetSession(
+        name=name,
+        placements=len(document.placements),
+        samples=sum(sum(row.samples) for row in document.placements),
+        held_out=document.summary.test is not None,
+        nominal=summary.nominal.mean_absolute_error,
+        calibrated=summary.loaded.mean_absolute_error,
+        distance_error=summary.loaded.distance_error,
+        status="refused" if document.distorted else figures.verdict.status,
+        text=calibration.distortion if document.distorted else _verdict(figures),
+        todo=figures.todo[0] if figures.todo else None,
+        drift=drift,
+        parameters=tuple(
+            FleetChange(
+                name=value.name,
+                unit=value.unit,
+                change=value.change,
+                standard_deviation=value.standard_deviation,
+            )
+            for value in document.parameters
+        ),
+        outputs=outputs,
+    )
+
+
+def _verdict(figures: ReportDocument) -> str:
+    return f"{figures.verdict.title}: {figures.verdict.text}"
+
+
+def _drift(
+    arm: ArmFolder, since: str, earlier: Calibration, placements: Sequence[Placement]
+) -> FleetDrift:
+    """Return how a calibration does on recordings that were made after it."""
+    from ..report.figures.collect import Options, limits_of
+
+    data = [measure(p, earlier.robot, arm.distance, sockets=1) for p in placements]
+    errors = earlier.errors_of(data).summary
+    summary = errors.test or errors.train
+    assert summary is not None  # there is data
+    repeatability = None if arm.repeatability_mm is None else arm.repeatability_mm / 1e3
+    limits = limits_of(earlier.document, since, Options(repeatability=repeatability))
+    drift = judge_drift(earlier.document, earlier.calibrated, summary, data, limits)
+    return FleetDrift(
+        since=since,
+        mean_absolute_error=summary.loaded.mean_absolute_error,
+        status=drift.status,
+        text=drift.text,
+    )
+
+
+def _again(arm: FleetArm) -> str | None:
+    """Return what to record again, or to do; None where all is well."""
+    if arm.error is not None:
+        return f"Mend the recordings: {arm.error}"
+    last = arm.sessions[-1]
+    if last.status == "refused":
+        return "Measure the sockets' distance, and check the recordings; then calibrate again"
+    if last.status != "pass":
+        return last.todo.text if last.todo else last.text
+    if last.drift is not None and last.drift.status == "invalid":
+        return f"Load the new {Path(last.outputs['urdf']).name}: {last.drift.text}"
+    return None
+
+
+def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
+    """Return each parameter over all arms of a model, by their last calibrations that may be used.
+
+    A mean far from zero is wrong in the model that all share; the spread is what each arm has of
+    its own.
+    """
+    rows = [
+        (Path(arm.robot).name if "/" not in arm.robot else MODEL, p.name, p, arm.name)
+        for arm in arms
+        for session in arm.sessions[-1:]
+        if session.status != "refused"
+        for p in session.parameters
+    ]
+    order = {(robot, name): i for i, (robot, name, *_) in reversed(list(enumerate(rows)))}
+    rows.sort(key=lambda row: order[row[0], row[1]])
+    found: list[FleetParameter] = []
+    for (robot, name), group in groupby(rows, key=lambda row: (row[0], row[1])):
+        each = [(row[2], row[3]) for row in group]
+        changes = [value.change for value, _ in each]
+        mean = fmean(changes)
+        value, arm = max(each, key=lambda one: abs(one[0].change - mean))
+        found.append(
+            FleetParameter(
+                robot=robot,
+                name=name,
+                unit=value.unit,
+                arms=len(each),
+                mean=mean,
+                spread=stdev(changes) if len(changes) > 1 else None,
+                farthest=arm,
+                change=value.change,
+            )
+        )
+    return tuple(found)
