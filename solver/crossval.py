@@ -11,8 +11,8 @@ import numpy as np
 from ..recorder.dataset import Sample
 from .calibrated import CalibratedRobot
 from .data.measurements import Measurement
-from .data.metrics import Metrics, evaluate
-from .data.observations import Load
+from .data.metrics import CALIPER_DEVIATION, Metrics, evaluate
+from .data.observations import KnownDistance, Load
 from .fit import fit_by_auto, fit_by_paper
 from .paper.optimizers import NotConverged
 from .robot.parameters import Parameter
@@ -31,6 +31,11 @@ class Plan:
     method: str
     """``auto`` or ``paper``."""
     load: Load
+    known: tuple[KnownDistance, ...] = ()
+    """auto: distances measured beside those between each placement's sockets, whose placements
+    are named in full."""
+    deviation: float = CALIPER_DEVIATION
+    """auto: standard deviation of the latter [m]."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,16 @@ def _fit(plan: Plan, job: Job) -> CalibratedRobot:
         train = [resampled(measured, generator) for measured in train]
     if plan.method == "paper":
         return fit_by_paper(plan.robot, plan.parameters, train).calibrated
-    return fit_by_auto(plan.robot, plan.parameters, train, load=plan.load, tied=False).calibrated
+    names = {measured.name for measured in train}
+    return fit_by_auto(
+        plan.robot,
+        plan.parameters,
+        train,
+        known=[k for k in plan.known if {k.first[0], k.second[0]} <= names],
+        distance_deviation=plan.deviation,
+        load=plan.load,
+        tied=False,
+    ).calibrated
 
 
 def resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:

@@ -12,16 +12,20 @@ if TYPE_CHECKING:
     from ..solver.data.measurements import Measurement
     from ..solver.data.observations import Load
     from ..solver.robot.urdf import Robot
+    from .calibration.settings import Settings
 
 __all__ = [
     "UsageError",
     "add_load",
+    "add_measured",
     "add_repeatability",
     "add_robot",
+    "known_of",
     "load_of",
     "measure_all",
     "placements_of",
     "robot_of",
+    "settings_of",
     "split_test",
 ]
 
@@ -64,6 +68,55 @@ def robot_of(arguments: argparse.Namespace) -> "Robot":
         flange=arguments.flange,
         ball=arguments.ball,
     )
+
+
+def add_measured(parser: argparse.ArgumentParser) -> None:
+    """Add ``--known`` and ``--distance-deviation``: what was measured, and how well."""
+    group = parser.add_argument_group("measured distances, for method auto")
+    group.add_argument(
+        "--known",
+        nargs="+",
+        default=[],
+        metavar="A:0-B:0=M[+-S]",
+        help="further measured distances between sockets, to which the fit keeps as closely as "
+        "their standard deviation S says; or a file with one a line",
+    )
+    group.add_argument(
+        "--distance-deviation",
+        type=float,
+        metavar="M",
+        help="standard deviation of --distance (default: 3e-5, a caliper)",
+    )
+
+
+def known_of(words: Sequence[str]) -> list[str]:
+    """Return known distances, one a word; a word that is a file stands for its lines."""
+    distances: list[str] = []
+    for word in words:
+        file = Path(word)
+        if file.is_file():
+            lines = (line.split("#")[0] for line in file.read_text(encoding="utf-8").splitlines())
+            distances += [line for line in lines if line.strip()]
+        else:
+            distances.append(word)
+    return distances
+
+
+def settings_of(arguments: argparse.Namespace, method: str = "auto") -> "Settings":
+    """Return the settings that :func:`add_measured` and :func:`add_load` ask for.
+
+    Raises:
+        UsageError: A value that cannot be, or one of the other method.
+    """
+    from .calibration.settings import Settings
+
+    return Settings(
+        method=method,
+        known=known_of(arguments.known),
+        distance_deviation=arguments.distance_deviation,
+        payload=arguments.payload,
+        gravity=arguments.gravity,
+    ).settled()
 
 
 def add_load(parser: argparse.ArgumentParser, purpose: str = "joint compliance") -> None:

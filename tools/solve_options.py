@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from .arguments import add_load, add_repeatability, add_robot
+from .arguments import add_load, add_measured, add_repeatability, add_robot
 
 __all__ = ["add_options"]
 
@@ -52,20 +52,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_auto(parser: argparse.ArgumentParser) -> None:
+    add_measured(parser)
     group = parser.add_argument_group("method auto")
     group.add_argument(
-        "--known",
+        "--sockets-at",
         nargs="+",
         default=[],
-        metavar="A:0-B:0=M[+-S]",
-        help="further measured distances between sockets, to which the fit keeps as closely as "
-        "their standard deviation S says; or a file with one a line",
-    )
-    group.add_argument(
-        "--distance-deviation",
-        type=float,
-        metavar="M",
-        help="standard deviation of --distance (default: 3e-5, a caliper)",
+        metavar="FILE",
+        help="measured coordinates of sockets, a CSV file with the columns frame, socket, x [mm], "
+        "y [mm], z [mm], deviation [mm]; the frame `base` is the robot's own",
     )
     group.add_argument(
         "--without",

@@ -1,7 +1,7 @@
 """Decides by the data which extensions of the geometry to keep.
 
 The geometry is fitted first. Then compliance is added, then tilt, then transmission error, each to
-what was kept before. An extension is kept if it makes the evidence (see docs/model.md) at least 20
+what was kept before. An extension is kept if it makes the evidence (see docs/model.md) at least 150
 times as large. With three placements or more it must also prove itself: each placement is left out
 of the fit once, and the errors there must fall by more than the standard error of that fall.
 """
@@ -31,8 +31,10 @@ STAGES: dict[str, tuple[str, ...]] = {
     "transmission": TRANSMISSION,
 }
 """What is tried, in this order: name, and its extensions."""
-GAIN = log(20)
-"""By how much an extension must raise the logarithm of the evidence."""
+GAIN = log(150)
+"""By how much an extension must raise the logarithm of the evidence. On simulated arms without
+elasticity or transmission error, it never rose by more than 2.6; true ones that raise it by less
+than 5 made errors elsewhere no smaller."""
 ENOUGH_PLACEMENTS = 3
 
 

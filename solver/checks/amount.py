@@ -8,10 +8,12 @@ from ..auto.estimation import estimate
 from ..auto.extended_model import extend
 from ..auto.uncertainty import workspace_deviation
 from ..data.measurements import Measurement
-from ..data.observations import Load, observe
+from ..data.metrics import CALIPER_DEVIATION
+from ..data.observations import KnownDistance, KnownError, Load, observe
 from ..paper.optimizers import NotConverged
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
+from .distances import named
 from .finding import Finding, where_of
 
 __all__ = ["ADVISED", "few_findings", "lone_findings", "predicted_error"]
@@ -35,8 +37,12 @@ def few_findings(measured: Measurement) -> list[Finding]:
     ]
 
 
-def lone_findings(measurements: Sequence[Measurement]) -> list[Finding]:
-    """Return placements with one socket, which nothing ties to a length."""
+def lone_findings(
+    measurements: Sequence[Measurement], known: Sequence[KnownDistance] = ()
+) -> list[Finding]:
+    """Return placements with one socket, which no known distance ties to a length."""
+    whole = named(measurements, known)
+    tied = {name for k in whole for name, _ in (k.first, k.second)}
     return [
         Finding(
             "error",
@@ -46,7 +52,7 @@ def lone_findings(measurements: Sequence[Measurement]) -> list[Finding]:
             "record the other socket too, or tie it by a known distance, solve --known",
         )
         for m in measurements
-        if not m.has_distance and m.kind == "sockets"
+        if m.kind == "sockets" and not m.has_distance and m.name not in tied
     ]
 
 
@@ -55,18 +61,18 @@ def predicted_error(
     parameters: Sequence[Parameter],
     measurements: Sequence[Measurement],
     load: Load | None = None,
+    known: Sequence[KnownDistance] = (),
+    deviation: float = CALIPER_DEVIATION,
 ) -> float | None:
     """Return the error of distances in the workspace that a calibration would have [m].
 
     The median over random poses, one standard deviation; None where it cannot be told.
     """
-    tied = [m for m in measurements if m.has_distance or m.kind == "points"]
-    if not tied:
-        return None
     load = load or Load()
     try:
-        found = estimate(extend(robot, parameters), observe(tied, robot, load=load))
-    except NotConverged:
+        data = observe(measurements, robot, known=known, deviation=deviation, load=load)
+        found = estimate(extend(robot, parameters), data)
+    except (KnownError, NotConverged):
         return None
     median = workspace_deviation(found, load)[0]
     return median if np.isfinite(median) else None

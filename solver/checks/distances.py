@@ -6,17 +6,17 @@ than 0.1 %: an arm that comes out longer by more has most likely a wrong distanc
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..data.measurements import Measurement
 from ..data.metrics import CALIPER_DEVIATION
-from ..data.observations import SEAT_DEVIATION
+from ..data.observations import Known, KnownDistance, distance_covariance, find_socket
 from .finding import Finding, where_of
 from .rigid import RigidFit
 
-__all__ = ["Scale", "distance_findings", "scale_of"]
+__all__ = ["DistanceVerdict", "Scale", "judge_distances", "named"]
 
 SUSPECT, WRONG = 0.003, 0.01
 """Change of an arm's scale that no arm should have, and that none has."""
@@ -31,6 +31,7 @@ SAME_PLACE = 0.2
 _SOURCES = {
     "default": "nothing but the default: measure it, and give --distance",
     "given": "as given: measure it again, and mend --distance",
+    "located": "by the sockets' coordinates: measure those again",
     "recording": "as placement.json has it: measure it again, and mend it there, or --distance",
 }
 
@@ -45,18 +46,30 @@ class Scale:
 
 
 @dataclass(frozen=True)
+class DistanceVerdict:
+    """What is wrong with known distances, and the size of the arm by those that are right."""
+
+    shared: tuple[Finding, ...]
+    """What concerns all placements, or a distance between two of them."""
+    single: dict[str, Finding]
+    """What is wrong at single placements, by name."""
+    scale: Scale | None
+    """None where no distance is known, or all are wrong."""
+
+
+@dataclass(frozen=True)
 class _Ratios:
-    """Logarithms of measured distances over those that the model expects, one a placement."""
+    """Logarithms of known distances over those that the model expects, one a distance."""
 
     expected: np.ndarray
     """[m]."""
     logarithms: np.ndarray
     covariance: np.ndarray
     own: np.ndarray
-    """Deviations without what all placements share."""
+    """Deviations without what distances of one base share."""
 
     def scale(self, kept: np.ndarray) -> Scale:
-        """Return the scale that some of the placements agree on best."""
+        """Return the scale that some of the distances agree on best."""
         precision = np.linalg.inv(self.covariance[np.ix_(kept, kept)])
         total = float(precision.sum())
         mean = float(precision.sum(axis=0) @ self.logarithms[kept]) / total
@@ -66,78 +79,92 @@ class _Ratios:
         return Scale(float(np.expm1(mean)), (scatter / total) ** 0.5)
 
 
-def scale_of(
-    measurements: Sequence[Measurement], fit: RigidFit, moved: Collection[str] = ()
-) -> Scale | None:
-    """Return the scale of an arm by its recordings; None where no distance is known.
+def judge_distances(
+    measurements: Sequence[Measurement],
+    fit: RigidFit,
+    moved: Collection[str] = (),
+    known: Sequence[KnownDistance] = (),
+    deviation: float = CALIPER_DEVIATION,
+) -> DistanceVerdict:
+    """Return what the model says of the distances that are known.
 
     Args:
         measurements: The placements.
         fit: To all of them, one socket after the other.
         moved: Names of those whose base moved, so that their sockets are not its own distance
             apart.
+        known: Distances measured beside those between each placement's sockets.
+        deviation: Standard deviation of the latter [m].
     """
-    known, firsts = _known(measurements, moved)
-    if not known:
-        return None
-    ratios = _ratios(known, fit, firsts)
-    return ratios.scale(~_odd(ratios))
-
-
-def distance_findings(
-    measurements: Sequence[Measurement], fit: RigidFit, moved: Collection[str] = ()
-) -> tuple[list[Finding], dict[str, Finding]]:
-    """Return what is wrong with the distances of all placements, and of single ones, by name.
-
-    Args:
-        measurements: The placements.
-        fit: To all of them, one socket after the other.
-        moved: Names of those whose base moved.
-    """
-    known, firsts = _known(measurements, moved)
-    if not known:
-        return [], {}
-    ratios = _ratios(known, fit, firsts)
-    single = {
-        m.name: _one_socket(m, length)
-        for m, length in zip(known, ratios.expected.tolist(), strict=True)
-        if length < SAME_PLACE * m.distance
-    }
-    odd = _odd(ratios)
-    for i in np.flatnonzero(odd).tolist():
-        single.setdefault(known[i].name, _other_distance(known[i], float(ratios.expected[i])))
-    kept = np.array([m.name not in single for m in known])
+    labels = _labels(measurements)
+    bases = [m for m in measurements if m.has_distance and m.name not in moved]
+    rulers: list[Known] = []
+    for m in bases:
+        a, b = (labels.index((m.name, socket)) for socket in m.sockets[:2])
+        rulers.append(Known(a, b, m.distance, deviation, on_base=True))
+    ends = [(k, *(find_socket(labels, end) for end in (k.first, k.second))) for k in known]
+    told = [(k, a, b) for k, a, b in ends if not {labels[a][0], labels[b][0]} & set(moved)]
+    rulers += [Known(a, b, k.distance, k.deviation) for k, a, b in told]
+    if not rulers:
+        return DistanceVerdict((), {}, None)
+    ratios = _ratios(rulers, fit)
+    odd, lengths = _odd(ratios), ratios.expected.tolist()
+    single: dict[str, Finding] = {}
+    for m, length, is_odd in zip(bases, lengths, odd.tolist(), strict=False):
+        if length < SAME_PLACE * m.distance:
+            single[m.name] = _one_socket(m, length)
+        elif is_odd:
+            single[m.name] = _other_distance(m, length)
+    wrong = [
+        _wrong_known(k, length)
+        for (k, _, _), length, is_odd in zip(
+            told, lengths[len(bases) :], odd[len(bases) :].tolist(), strict=True
+        )
+        if is_odd
+    ]
+    kept = ~odd
+    kept[: len(bases)] &= [m.name not in single for m in bases]
     if not kept.any():
-        return [], single
+        return DistanceVerdict(tuple(wrong), single, None)
     scale = ratios.scale(kept)
-    judged = [m for m, keep in zip(known, kept.tolist(), strict=True) if keep]
-    return _scale_findings(judged, scale), single
+    judged = [m for m in bases if m.name not in single]
+    return DistanceVerdict((*wrong, *_scale_findings(judged, scale)), single, scale)
 
 
-def _known(
-    measurements: Sequence[Measurement], moved: Collection[str]
-) -> tuple[list[Measurement], list[int]]:
-    """Return the placements whose distance is known, and the index of each one's first socket."""
-    begins = np.cumsum([0, *(len(m.sockets) for m in measurements)]).tolist()
-    kept = [i for i, m in enumerate(measurements) if m.has_distance and m.name not in moved]
-    return [measurements[i] for i in kept], [begins[i] for i in kept]
+def named(
+    measurements: Sequence[Measurement], known: Sequence[KnownDistance]
+) -> list[KnownDistance]:
+    """Return known distances with the whole names of their placements.
+
+    Raises:
+        KnownError: One names a socket that is not there.
+    """
+    labels = _labels(measurements)
+
+    def whole(end: tuple[str, int]) -> tuple[str, int]:
+        return labels[find_socket(labels, end)]
+
+    return [replace(k, first=whole(k.first), second=whole(k.second)) for k in known]
 
 
-def _ratios(known: Sequence[Measurement], fit: RigidFit, firsts: Sequence[int]) -> _Ratios:
-    rows = np.array(firsts)
-    offsets = fit.centres[rows + 1] - fit.centres[rows]
-    expected = np.linalg.norm(offsets, axis=1)
-    directions = offsets / expected[:, None].clip(1e-12)
-    slopes = np.einsum("ki,kij->kj", directions, fit.jacobian[rows + 1] - fit.jacobian[rows])
+def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:
+    return [(m.name, socket) for m in measurements for socket in m.sockets]
+
+
+def _ratios(rulers: Sequence[Known], fit: RigidFit) -> _Ratios:
+    first, second = (np.array([r.first for r in rulers]), np.array([r.second for r in rulers]))
+    offsets = fit.centres[second] - fit.centres[first]
+    expected = np.linalg.norm(offsets, axis=1).clip(1e-12)
+    directions = offsets / expected[:, None]
+    slopes = np.einsum("ki,kij->kj", directions, fit.jacobian[second] - fit.jacobian[first])
     slopes /= expected[:, None]
-    distances = np.array([m.distance for m in known])
-    scatter = (fit.spread[rows] + fit.spread[rows + 1]) / expected**2
-    seat = (SEAT_DEVIATION / distances) ** 2
-    covariance = CORRELATED * (slopes @ fit.covariance @ slopes.T + np.diag(scatter))
-    covariance += np.diag(seat)
-    own = np.sqrt(np.diag(covariance))
-    same = distances[:, None] == distances
-    covariance += same * (CALIPER_DEVIATION / distances[:, None]) ** 2
+    distances = np.array([r.distance for r in rulers])
+    scatter = (fit.spread[first] + fit.spread[second]) / expected**2
+    by_fit = CORRELATED * (slopes @ fit.covariance @ slopes.T + np.diag(scatter))
+    measured = distance_covariance(rulers) / np.outer(distances, distances)
+    shared = [r.on_base * (r.deviation / r.distance) ** 2 for r in rulers]
+    covariance = by_fit + measured
+    own = np.sqrt(np.diag(covariance) - shared)
     return _Ratios(expected, np.log(distances / expected), covariance, own)
 
 
@@ -148,6 +175,16 @@ def _odd(ratios: _Ratios) -> np.ndarray:
         return np.zeros(len(logarithms), dtype=bool)
     away = np.abs(logarithms - np.median(logarithms))
     return away > np.maximum(ODD, 5 * ratios.own)
+
+
+def _wrong_known(known: KnownDistance, length: float) -> Finding:
+    return Finding(
+        "error",
+        "known",
+        f"--known {known}",
+        f"these sockets are {1e3 * length:.1f} mm apart by the model",
+        "measure it again, or give the sockets that were meant",
+    )
 
 
 def _one_socket(measured: Measurement, length: float) -> Finding:
@@ -174,8 +211,9 @@ def _other_distance(measured: Measurement, length: float) -> Finding:
 
 
 def _scale_findings(judged: Sequence[Measurement], scale: Scale) -> list[Finding]:
+    """Return whether the arm's size is believable; nothing without a base, whose distance it is."""
     size = abs(scale.value)
-    if size < SUSPECT or abs(np.log1p(scale.value)) < DEVIATIONS * scale.deviation:
+    if not judged or size < SUSPECT or abs(np.log1p(scale.value)) < DEVIATIONS * scale.deviation:
         return []
     given = judged[0].distance
     likely = given / (1 + scale.value)

@@ -6,7 +6,10 @@ from typing import Any
 
 from ..data.measurements import Measurement
 
-__all__ = ["Finding", "row_of", "where_of"]
+__all__ = ["EVERYWHERE", "Finding", "row_of", "where_of"]
+
+EVERYWHERE = "all placements"
+"""Where something stands that concerns several placements."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Finding:
 def where_of(measurements: Sequence[Measurement]) -> str:
     """Return what some placements are called: the folder where it is one."""
     if len(measurements) > 1:
-        return "all placements"
+        return EVERYWHERE
     return str(measurements[0].placement.path or measurements[0].name)
 
 

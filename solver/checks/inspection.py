@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..data.measurements import Measurement
+from ..data.metrics import CALIPER_DEVIATION
+from ..data.observations import KnownDistance
 from ..robot.parameters import Parameter, choose_parameters
 from ..robot.urdf import Robot
 from .advice import farthest_place, place_advice
@@ -19,7 +21,7 @@ from .amount import few_findings
 from .changes import Change, find_parts
 from .columns import UNEXPLAINED, column_findings
 from .configurations import duplicate_findings, still_findings
-from .distances import Scale, distance_findings, scale_of
+from .distances import Scale, judge_distances, named
 from .finding import Finding, where_of
 from .places import Sockets, elsewhere, far_samples
 from .rigid import RigidModel, samples_of
@@ -74,7 +76,12 @@ class Survey:
 
 
 def inspect_all(
-    robot: Robot, parameters: Sequence[Parameter], measurements: Sequence[Measurement]
+    robot: Robot,
+    parameters: Sequence[Parameter],
+    measurements: Sequence[Measurement],
+    *,
+    known: Sequence[KnownDistance] = (),
+    deviation: float = CALIPER_DEVIATION,
 ) -> Survey:
     """Inspect placements: each fitted alone, and all together to see whether a base moved.
 
@@ -82,8 +89,14 @@ def inspect_all(
         robot: The robot.
         parameters: What of its geometry is free.
         measurements: The placements; those that an instrument measured are passed over.
+        known: Distances measured beside those between each placement's sockets.
+        deviation: Standard deviation of the latter [m].
+
+    Raises:
+        KnownError: A known distance names a socket that is not there.
     """
     measurements = [m for m in measurements if m.kind == "sockets"]
+    known = named(measurements, known)
     if not measurements:
         return Survey((), (), None)
     model = RigidModel(robot, parameters)
@@ -102,7 +115,9 @@ def inspect_all(
     sockets = Sockets(labels, together.centres[: len(labels)], together.noise)
     placed = {m.name: elsewhere(m, parts, together, sockets) for m in good}
     moved = [name for name, (_, changes) in placed.items() if changes]
-    shared, single = distance_findings(good, together, moved)
+    kept = {m.name for m in good}
+    told = [k for k in known if {k.first[0], k.second[0]} <= kept]
+    distances = judge_distances(good, together, moved, told, deviation)
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
         changes: tuple[Change, ...] = ()
@@ -110,7 +125,9 @@ def inspect_all(
         if not explained and not findings:
             findings, changes = placed[measured.name]
             findings += far_samples(measured, alone[i][1], alone[i][0], sockets)
-            findings += [single[measured.name]] if measured.name in single else []
+            findings += (
+                [distances.single[measured.name]] if measured.name in distances.single else []
+            )
         findings = [
             *findings,
             *few_findings(measured),
@@ -120,18 +137,18 @@ def inspect_all(
         points = model.ball.points(model.ball.nominal + together.x, measured.positions)
         centre = np.mean([np.median(points[rows], axis=0) for rows in measured.slices], axis=0)
         seen.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
-    shared = columns if explained else [*columns, *shared]
-    return Survey(tuple(seen), tuple(shared), scale_of(good, together, moved))
+    shared = columns if explained else [*columns, *distances.shared]
+    return Survey(tuple(seen), tuple(shared), distances.scale)
 
 
-def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> list[float]:
-    """Return what each placement leaves when fitted alone [m].
+def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:
+    """Return what each placement leaves when fitted alone, by its name [m].
 
     It is the mean distance of its samples from their socket, each by its weight, by a robust
     rigid fit to nothing but them, parts apart where the base moved.
     """
     model = RigidModel(robot, choose_parameters(robot))
-    return [find_parts(model, samples_of([m]))[0].error for m in measurements]
+    return {m.name: find_parts(model, samples_of([m]))[0].error for m in measurements}
 
 
 def standing_out(floors: Sequence[float]) -> list[float | None]:
@@ -150,11 +167,12 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
 def next_placement(robot: Robot, survey: Survey) -> str:
     """Return which placements to train on, and where to record the next one."""
     seen = survey.placements
+    mistaken = any(finding.level == "error" for finding in survey.shared)
     return place_advice(
         robot,
         [one.measured.name for one in seen],
         np.array([one.centre for one in seen]),
-        [one.sound for one in seen],
+        [one.sound and not mistaken for one in seen],
     )
 
 

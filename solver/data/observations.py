@@ -24,6 +24,7 @@ __all__ = [
     "WORLD",
     "Instrument",
     "Known",
+    "KnownDistance",
     "KnownError",
     "Load",
     "Located",
@@ -31,6 +32,8 @@ __all__ = [
     "Recorded",
     "Scene",
     "SocketAt",
+    "distance_covariance",
+    "find_socket",
     "observe",
     "observe_all",
     "parse_known",
@@ -127,6 +130,11 @@ class SocketAt:
     where: str = ""
     """File and line, for messages."""
 
+    def __str__(self) -> str:
+        """Return the words that :func:`.sockets_at.parse_socket_at` reads."""
+        (name, socket), (x, y, z) = self.socket, self.coordinates
+        return f"{self.frame}/{name}:{socket}={x!r},{y!r},{z!r}+-{self.deviation!r}"
+
 
 @dataclass(frozen=True)
 class Located:
@@ -164,6 +172,13 @@ class Observations:
     """The names of the frames whose pose is unknown."""
     instrument: "Instrument | None" = None
     """What an instrument measured; None where it measured nothing."""
+    base: int = WORLD
+    """Index of the frame that is the robot's base."""
+
+    @property
+    def anchored(self) -> bool:
+        """Whether coordinates of sockets are known in the robot's own base."""
+        return any(one.frame == self.base for one in self.located)
 
     @property
     def socket_count(self) -> int:
@@ -171,19 +186,8 @@ class Observations:
         return len(self.labels)
 
     def distance_covariance(self) -> np.ndarray:
-        """Return the covariance of the known distances' errors, shape (K, K) [m^2].
-
-        A base that was measured once with a wrong result is wrong by the same amount wherever it
-        stands. So placements whose stated distances are equal share that error, and recording more
-        of them does not make it smaller.
-        """
-        covariance = np.zeros((len(self.known), len(self.known)))
-        for i, one in enumerate(self.known):
-            for j, other in enumerate(self.known):
-                if i == j or (one.on_base and other.on_base and one.distance == other.distance):
-                    covariance[i, j] = one.deviation * other.deviation
-            covariance[i, i] += SEAT_DEVIATION**2 * one.on_base
-        return covariance
+        """Return :func:`distance_covariance` of the known distances."""
+        return distance_covariance(self.known)
 
     def without(self, placement: str) -> "Observations":
         """Return the observations without one placement and the distances to its sockets."""
@@ -277,6 +281,22 @@ class Recorded:
     """Where there are several robots."""
 
 
+def distance_covariance(known: Sequence[Known]) -> np.ndarray:
+    """Return the covariance of the errors of K known distances, shape (K, K) [m^2].
+
+    A base that was measured once with a wrong result is wrong by the same amount wherever it
+    stands. So placements whose stated distances are equal share that error, and recording more
+    of them does not make it smaller.
+    """
+    covariance = np.zeros((len(known), len(known)))
+    for i, one in enumerate(known):
+        for j, other in enumerate(known):
+            if i == j or (one.on_base and other.on_base and one.distance == other.distance):
+                covariance[i, j] = one.deviation * other.deviation
+        covariance[i, i] += SEAT_DEVIATION**2 * one.on_base
+    return covariance
+
+
 _KNOWN = re.compile(r"(.+):(\d+)-(.+):(\d+)=([^+]+?)(?:\+-(.+))?")
 
 
@@ -360,7 +380,7 @@ def observe_all(
     frames = list(dict.fromkeys(names))
     located = tuple(
         Located(
-            _find(labels, one.socket, FrameError, f"{one.where}: "),
+            find_socket(labels, one.socket, FrameError, f"{one.where}: "),
             WORLD if own.get(one.frame) == 0 else frames.index(one.frame),
             one.coordinates,
             one.deviation,
@@ -370,7 +390,7 @@ def observe_all(
     )
     pairs = _pairs(seated, labels, located, deviation)
     for k in known:
-        a, b = (_find(labels, end) for end in (k.first, k.second))
+        a, b = (find_socket(labels, end) for end in (k.first, k.second))
         if a == b:
             raise KnownError(f"known distance from {k.first[0]}:{k.first[1]} to itself")
         pairs.append(Known(a, b, k.distance, k.deviation))
@@ -384,10 +404,12 @@ def observe_all(
                 f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
             )
     shared = (tuple(labels), tuple(pairs), located, tuple(frames))
+    bases = (WORLD, *(frames.index(base) for base in list(own)[1:]))
+    samples = [_samples(arm, [(of(m), m) for m in arm.measurements], *shared) for arm in arms]
     return Scene(
-        tuple(_samples(arm, [(of(m), m) for m in arm.measurements], *shared) for arm in arms),
+        tuple(replace(one, base=base) for one, base in zip(samples, bases, strict=True)),
         tuple(arm.name for arm in arms),
-        (WORLD, *(frames.index(base) for base in list(own)[1:])),
+        bases,
     )
 
 
@@ -466,7 +488,7 @@ def _instrument(
     )
 
 
-def _find(
+def find_socket(
     labels: Sequence[tuple[str, int]],
     end: tuple[str, int],
     error: type[MukcaError] = KnownError,

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ...solver.data.observations import Load, parse_known
+from ...solver.data.metrics import CALIPER_DEVIATION
+from ...solver.data.observations import KnownDistance, Load, parse_known
 from ...solver.robot.kinematics import STANDARD_GRAVITY
 from ..usage import UsageError
 
@@ -14,7 +15,8 @@ __all__ = ["METHODS", "Settings"]
 METHODS = ("auto", "paper")
 ONLY_AUTO: dict[str, Any] = {
     "known": (),
-    "distance_deviation": 3e-5,
+    "sockets_at": (),
+    "distance_deviation": CALIPER_DEVIATION,
     "without": (),
     "payload": None,
     "gravity": None,
@@ -50,6 +52,8 @@ class Settings:
     """Save even a model that does not reproduce the distance of the sockets."""
     known: Sequence[str] = ()
     """auto: further measured distances, ``left:0-right:0=0.175+-0.0001`` in metres."""
+    sockets_at: Sequence[str] = ()
+    """auto: measured coordinates of sockets, ``table/front:0=0.1,0.2,0.03+-0.00005`` in metres."""
     distance_deviation: float | None = None
     """auto: standard deviation of the distance [m]; None for a caliper's, 3e-5."""
     without: Sequence[str] = ()
@@ -120,6 +124,16 @@ class Settings:
             gravity = (x, y, z)
         return Load(gravity, self.payload or 0.0)
 
+    @property
+    def distances(self) -> list[KnownDistance]:
+        """The known distances."""
+        return [parse_known(words) for words in self.known]
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the distance between a base's sockets [m]."""
+        return self.distance_deviation or CALIPER_DEVIATION
+
     def of_paper(self) -> dict[str, Any]:
         """Return the arguments of :func:`mukca.solver.fit.fit_by_paper`."""
         return {name: getattr(self, name) for name in ONLY_PAPER}
@@ -127,8 +141,8 @@ class Settings:
     def of_auto(self) -> dict[str, Any]:
         """Return the arguments of :func:`mukca.solver.fit.fit_by_auto`."""
         return {
-            "known": [parse_known(words) for words in self.known],
-            "distance_deviation": self.distance_deviation,
+            "known": self.distances,
+            "distance_deviation": self.deviation,
             "load": self.load,
             "without": self.without,
         }

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import add_load, add_robot, load_of, measure_all, robot_of
+from ..arguments import add_load, add_measured, add_robot, measure_all, robot_of, settings_of
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--distance", type=float, metavar="M", help="distance of the sockets' centres in metres"
     )
+    add_measured(parser)
     add_load(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
@@ -44,18 +45,21 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     from ...solver.data.measurements import check_distinct
     from ...solver.robot.parameters import choose_parameters
 
-    robot = robot_of(arguments)
+    robot, settings = robot_of(arguments), settings_of(arguments)
     data = measure_all(arguments.data, robot, arguments.distance, sockets=1)
     check_distinct(data)
     warnings = [line for measured in data for line in measured.warnings]
     for line in warnings:
         terminal.warn(line)
+    known, deviation = settings.distances, settings.deviation
     parameters = choose_parameters(robot)
-    survey = inspect_all(robot, parameters, data)
-    shared = (*survey.shared, *lone_findings(data))
-    findings = (*survey.findings, *lone_findings(data))
+    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation)
+    lone = lone_findings(data, known)
+    shared, findings = (*survey.shared, *lone), (*survey.findings, *lone)
     broken = any(finding.level == "error" for finding in findings)
-    predicted = None if broken else predicted_error(robot, parameters, data, load_of(arguments))
+    predicted = None
+    if not broken:
+        predicted = predicted_error(robot, parameters, data, settings.load, known, deviation)
     hint = next_placement(robot, survey) if survey.placements else POINTS_HINT
     points = [
         f"{m.name}: {sum(m.counts)} points that an instrument measured"

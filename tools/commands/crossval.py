@@ -6,7 +6,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import UsageError, add_load, add_robot, load_of, measure_all, robot_of
+from ..arguments import (
+    UsageError,
+    add_load,
+    add_measured,
+    add_robot,
+    measure_all,
+    robot_of,
+    settings_of,
+)
 from ..terminal import Terminal
 from ..workers import Workers, add_workers, workers_of
 
@@ -37,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="fit N times to samples drawn anew, for the spread of the errors",
     )
+    add_measured(parser)
     add_load(parser)
     add_workers(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
@@ -44,13 +53,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
+    from ...solver.checks.distances import named
     from ...solver.checks.inspection import inspect_all
     from ...solver.crossval import Plan, jobs
     from ...solver.data.measurements import check_distinct
     from ...solver.robot.parameters import choose_parameters
 
     workers = workers_of(arguments)
-    robot = robot_of(arguments)
+    robot, settings = robot_of(arguments), settings_of(arguments, arguments.method)
     data = measure_all(arguments.data, robot, arguments.distance)
     check_distinct(data)
     if len(data) < 2:
@@ -58,10 +68,13 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     if arguments.bootstrap == 1 or arguments.bootstrap < 0:
         raise UsageError(f"--bootstrap {arguments.bootstrap}: a spread needs 2 fits or more")
     parameters = choose_parameters(robot)
-    survey = inspect_all(robot, parameters, data)
+    known, deviation = named(data, settings.distances), settings.deviation
+    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation)
     for finding in survey.findings:
         terminal.warn(str(finding))
-    plan = Plan(robot, parameters, tuple(data), arguments.method, load_of(arguments))
+    plan = Plan(
+        robot, parameters, tuple(data), arguments.method, settings.load, tuple(known), deviation
+    )
     work = jobs(len(data), arguments.bootstrap)
     metrics = run_all(plan, work, workers, terminal)
     result = {

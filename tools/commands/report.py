@@ -83,15 +83,15 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 def _options(arguments: argparse.Namespace) -> "Options":
     from ...solver.data.observations import parse_known
+    from ..arguments import known_of
     from ..report.build import Options
-    from .solve import known_distances
 
     return Options(
         repeatability=metres("--repeatability-mm", arguments.repeatability_mm),
         mean_absolute_error=metres("--limit-mae-mm", arguments.limit_mae_mm),
         distance_error=metres("--limit-distance-mm", arguments.limit_distance_mm),
         between_placements=metres("--limit-between-mm", arguments.limit_between_mm),
-        known=[parse_known(words) for words in known_distances(arguments.known)],
+        known=[parse_known(words) for words in known_of(arguments.known)],
         tolerance=metres("--tolerance-mm", arguments.tolerance_mm) or 0.0,
     )
 

@@ -1,11 +1,9 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
 import argparse
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..arguments import placements_of, robot_of, split_test
+from ..arguments import known_of, placements_of, robot_of, split_test
 from ..files import refuse_existing
 from ..solve_options import add_options
 from ..terminal import Terminal
@@ -81,7 +79,8 @@ def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibratio
             free=arguments.free,
             fix=arguments.fix,
             split_moved=arguments.split_moved,
-            known=known_distances(arguments.known),
+            known=known_of(arguments.known),
+            sockets_at=arguments.sockets_at,
             distance_deviation=arguments.distance_deviation,
             without=arguments.without,
             payload=arguments.payload,
@@ -96,19 +95,6 @@ def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibratio
     for line in [*left_out, *document.warnings, *map(str, document.checks or ())]:
         terminal.warn(line)
     return calibration
-
-
-def known_distances(words: Sequence[str]) -> list[str]:
-    """Return known distances, one a word; a word that is a file stands for its lines."""
-    distances: list[str] = []
-    for word in words:
-        file = Path(word)
-        if file.is_file():
-            lines = (line.split("#")[0] for line in file.read_text(encoding="utf-8").splitlines())
-            distances += [line for line in lines if line.strip()]
-        else:
-            distances.append(word)
-    return distances
 
 
 def show(terminal: Terminal, calibration: "Calibration") -> None:
@@ -128,6 +114,8 @@ def show(terminal: Terminal, calibration: "Calibration") -> None:
 
 def spoken(calibration: "Calibration") -> list[str]:
     """Return what the tables do not say."""
+    from ..console_tables import frame_lines
+
     result = calibration.document
     lines = [
         f"{result.optimizer}: {result.iterations} iterations in "
@@ -140,6 +128,7 @@ def spoken(calibration: "Calibration") -> list[str]:
             f"With only the ball refitted, the nominal model stands at {error:.3f} mm MAE."
         )
     lines += result.choices or ()
+    lines += frame_lines(result.frames or ())
     if result.uncertainty is not None:
         distance = result.uncertainty.distance_deviation
         lines.append(

@@ -53,6 +53,29 @@ def test_a_wrong_distance_is_told_before_the_fit(
     assert found["placements"][0]["distance_source"] == "given"
 
 
+def test_what_was_measured_and_how_well_is_heeded(
+    session: Path, copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Front's and left's sockets 0 are 427.2 mm apart in truth."""
+    robot = ("--robot", "panda")
+    rough = ["check", str(session), *robot, "--distance", "0.0504"]
+    assert "longer than its model" in run(capsys, *rough)[1]
+    status, told = run(capsys, *rough, "--distance-deviation", "0.0005")
+    assert status == 0 and "Nothing wrong was seen" in told
+    status, told = run(capsys, *rough, "--known", "front:0-left:0=0.4272")
+    assert "longer than its model" not in told
+    status, told = run(capsys, *rough[:-2], "--known", "front:0-left:0=0.4572")
+    assert status == 1 and "these sockets are 427." in told and "--known session/front:0" in told
+    thinned(copy / "front", 12, 0)
+    words = ["check", str(copy), *robot, "--known", "front:0-left:0=0.4272"]
+    assert run(capsys, *words)[0] == 0 and run(capsys, *words[:-2])[0] == 1
+    for verb in ("check", "crossval"):
+        status, told = run(capsys, verb, str(session), *robot, "--known", "front:0-back:0=0.4")
+        assert status == 2 and "socket back:0 is not there; sockets:" in told
+    words = ["crossval", str(session), *robot, "--method", "paper", "--known", "front:0-left:0=0.4"]
+    assert run(capsys, *words)[0] == 2
+
+
 @pytest.mark.parametrize(
     ("counts", "status", "words"),
     [

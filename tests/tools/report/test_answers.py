@@ -65,6 +65,10 @@ def test_a_recording_that_is_wrong_comes_first(document, typed) -> None:
         name = row["name"].split("/")[-1]
         assert answers.next.text.startswith(f"First mend {name}, see below.")
         assert (f"All figures here rest on {name}, trained on." in answers.data.text) == said
+    document["checks"] = [{**bad, "where": "all placements"}]
+    answers = build_report(typed(document), "").figures.answers
+    assert answers.next.text.startswith("First mend front, left and right, see below.")
+    assert "rest on front, trained on" in answers.data.text
 
 
 def test_a_placement_alone_leaves_the_same_everywhere(document, typed, session, capsys) -> None:

@@ -1,7 +1,8 @@
 """Are my recordings all right? The answer: checks, lone fits, and the farthest samples."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from .....solver.checks.finding import EVERYWHERE
 from .....solver.checks.inspection import Finding, standing_out
 from ....documents.report_errors import PlacementReport, SampleErrors
 from ....documents.report_verdict import DataAnswer, LoneFit, WorstSample
@@ -16,7 +17,7 @@ FAR = 3.0
 def data_answer(
     placements: Sequence[PlacementReport],
     samples: Sequence[SampleErrors],
-    floors: Sequence[float],
+    floors: Mapping[str, float],
     checks: Sequence[Finding] | None,
 ) -> DataAnswer:
     """Return whether the recordings look sound.
@@ -24,14 +25,21 @@ def data_answer(
     Args:
         placements: All of them.
         samples: The samples that are drawn.
-        floors: What each placement leaves when fitted alone, as ``mukca check`` says it [m].
+        floors: What each placement with sockets leaves when fitted alone, by its name, as
+            ``mukca check`` says it [m].
         checks: What was found in the recordings; None where they were not checked.
     """
     worst = worst_samples(placements, samples)
     names = short_names([row.name for row in placements])
+    alone = {
+        name: floors[row.name]
+        for name, row in zip(names, placements, strict=True)
+        if row.name in floors
+    }
     texts = [_checks_text(placements, checks)]
-    words = _floors_text(names, floors)
-    texts.append(words if texts[0].endswith(":") else words[0].upper() + words[1:])
+    if alone:
+        words = _floors_text(list(alone), list(alone.values()))
+        texts.append(words if texts[0].endswith(":") else words[0].upper() + words[1:])
     if any(row.ratio > FAR for row in worst):
         first = worst[0]
         texts.append(
@@ -42,8 +50,7 @@ def data_answer(
         text=" ".join(texts),
         worst=tuple(worst[:5]),
         floors=tuple(
-            LoneFit(name=name, mean_absolute_error=floor)
-            for name, floor in zip(names, floors, strict=True)
+            LoneFit(name=name, mean_absolute_error=floor) for name, floor in alone.items()
         ),
     )
 
@@ -72,12 +79,13 @@ def placements_with_errors(
     placements: Sequence[PlacementReport], checks: Sequence[Finding] | None
 ) -> dict[str, str]:
     """Return short names and roles of the placements in which the checks found errors."""
-    places = [f"/{check.where}/" for check in checks or () if check.level == "error"]
+    wheres = [check.where for check in checks or () if check.level == "error"]
+    places = [f"/{where}/" for where in wheres]
     names = short_names([row.name for row in placements])
     return {
         name: row.role
         for name, row in zip(names, placements, strict=True)
-        if any(f"/{row.name}/" in place for place in places)
+        if EVERYWHERE in wheres or any(f"/{row.name}/" in place for place in places)
     }
 
 
