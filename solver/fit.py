@@ -9,6 +9,7 @@ import numpy as np
 
 from .auto.posterior import Posterior
 from .auto.selection import STAGES, select_model
+from .auto.zeros import with_zeros
 from .calibrated import CalibratedRobot
 from .data.measurements import Measurement
 from .data.metrics import CALIPER_DEVIATION
@@ -38,8 +39,8 @@ class Fit:
     posterior: Posterior | None = None
     """How well everything is known; None by the paper's method, which does not say."""
     choices: tuple[str, ...] | None = None
-    """One line for each extension (compliance, tilt, transmission error): kept or not, and why.
-    None by the paper's method, which has none."""
+    """One line for each extension (compliance, tilt, ..): kept or not, and why. None by the
+    paper's method, which has none."""
 
     @property
     def iterations(self) -> int:
@@ -92,6 +93,7 @@ def fit_by_auto(
     distance_deviation: float = CALIPER_DEVIATION,
     load: Load | None = None,
     without: Sequence[str] = (),
+    zeros: bool = False,
     tied: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fit:
@@ -106,8 +108,9 @@ def fit_by_auto(
         known: Measured distances beside those between each placement's first two sockets.
         distance_deviation: Standard deviation of the latter [m].
         load: What pulls at the joints; None for gravity alone, straight down.
-        without: Among ``compliance``, ``tilt``, ``transmission`` and ``joint-noise``: what is not
-            tried.
+        without: Among ``compliance``, ``tilt``, ``play``, ``transmission`` and ``joint-noise``:
+            what is not tried.
+        zeros: Whether the joints' zeros may be off by degrees, as on arms made of servos.
         tied: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 
@@ -124,17 +127,19 @@ def fit_by_auto(
         data,
         stages=[name for name in STAGES if name not in without],
         joint_noise="joint-noise" not in without,
+        zeros=zeros,
         progress=progress,
     )
     seconds = time.perf_counter() - begin
-    full = selection.full
+    full, geometric = selection.full, selection.geometric
+    deflection = full.deflection.without_zeros
     calibrated = CalibratedRobot(
         robot,
         tuple(parameters),
-        full.values,
-        full.deflection,
+        with_zeros(full),
+        deflection,
         load,
-        selection.geometric.values if full.model.extensions else None,
+        with_zeros(geometric) if deflection.extensions else None,
     )
     iterates = tuple(partial(_extended, full, load, x) for x in full.iterates)
     return Fit(calibrated, "gauss-newton", seconds, iterates, full, selection.notes)

@@ -41,6 +41,7 @@ def calibrate(
     known: Sequence[str | KnownDistance] = (),
     distance_deviation: float | None = None,
     without: Sequence[str] = (),
+    zeros: bool | None = None,
     payload: float | None = None,
     gravity: Sequence[float] | None = None,
     optimizer: str | None = None,
@@ -69,8 +70,9 @@ def calibrate(
         known: (auto) Further measured distances between sockets, as
             ``"left:0-right:0=0.175+-0.0001"``: placement, socket, metres.
         distance_deviation: (auto) Standard deviation of ``distance`` [m]; None for a caliper's.
-        without: (auto) Among ``compliance``, ``tilt``, ``transmission``, ``joint-noise``: what
-            not to try.
+        without: (auto) Among ``compliance``, ``tilt``, ``play``, ``transmission``,
+            ``joint-noise``: what not to try.
+        zeros: (auto) Whether the joints' zeros may be off by degrees, as on arms made of servos.
         payload: (auto) Mass at the ball beyond that of the model [kg].
         gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
         optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.
@@ -95,6 +97,7 @@ def calibrate(
         known=tuple(map(str, known)),
         distance_deviation=distance_deviation,
         without=without,
+        zeros=zeros,
         payload=payload,
         gravity=gravity,
         optimizer=optimizer,
@@ -105,9 +108,19 @@ def calibrate(
     training, held_out, warnings = _measured(robot, train, test, settings)
     training, inspected = _inspected(robot, training, held_out, settings)
     parameters = choose_parameters(robot, settings.free, settings.fix)
+    _check_zeros(robot, parameters, settings)
     fit = _fit(robot, parameters, training, settings, progress)
     task = Task(robot, settings, tuple(training), tuple(held_out), tuple(warnings), inspected)
     return Calibration(compose(task, fit), fit.calibrated)
+
+
+def _check_zeros(robot: Robot, parameters: Sequence[Parameter], settings: Settings) -> None:
+    """Refuse zeros that the URDF could not hold."""
+    free = {parameter.name for parameter in parameters}
+    for joint in robot.actuated if settings.zeros else ():
+        angles = {f"{joint.name}.{angle}" for angle in ("roll", "pitch", "yaw")}
+        if joint.type == "prismatic" or not angles <= free:
+            raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")
 
 
 def _measured(

@@ -82,6 +82,7 @@ def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibratio
             known=known_of(arguments.known),
             distance_deviation=arguments.distance_deviation,
             without=arguments.without,
+            zeros=arguments.zeros,
             payload=arguments.payload,
             gravity=arguments.gravity,
             optimizer=arguments.optimizer,
