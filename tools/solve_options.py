@@ -55,6 +55,14 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
     add_measured(parser)
     group = parser.add_argument_group("method auto")
     group.add_argument(
+        "--sockets-at",
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="measured coordinates of sockets, a CSV file with the columns frame, socket, x [mm], "
+        "y [mm], z [mm], deviation [mm]; the frame `base` is the robot's own",
+    )
+    group.add_argument(
         "--without",
         nargs="+",
         default=[],

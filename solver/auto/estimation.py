@@ -42,7 +42,7 @@ __all__ = ["estimate", "estimate_all", "gauss_newton"]
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
-RELEASES = 40
+RELEASES = 15
 """For so many iterations, elasticity that is held at zero may leave it. One that gains nothing
 could otherwise come and go forever."""
 HALVINGS = 6

@@ -15,6 +15,7 @@ __all__ = ["METHODS", "Settings"]
 METHODS = ("auto", "paper")
 ONLY_AUTO: dict[str, Any] = {
     "known": (),
+    "sockets_at": (),
     "distance_deviation": CALIPER_DEVIATION,
     "without": (),
     "zeros": False,
@@ -52,6 +53,8 @@ class Settings:
     """Save even a model that does not reproduce the distance of the sockets."""
     known: Sequence[str] = ()
     """auto: further measured distances, ``left:0-right:0=0.175+-0.0001`` in metres."""
+    sockets_at: Sequence[str] = ()
+    """auto: measured coordinates of sockets, ``table/front:0=0.1,0.2,0.03+-0.00005`` in metres."""
     distance_deviation: float | None = None
     """auto: standard deviation of the distance [m]; None for a caliper's, 3e-5."""
     without: Sequence[str] = ()
