@@ -1,16 +1,17 @@
 """Draws docs/images/terminal.svg: a session in a terminal, frame by frame, as it was shown.
 
-    python docs/images/terminal.py
+    python docs/images/terminal.py [DEMO]
 
-Needs the test extra. Runs the real commands on the demo's simulated arm, reads what they draw with
-a terminal emulator, and writes the frames one over the other, each shown for its time.
+Needs the test extra. Takes what `mukca demo --out DEMO` wrote, or runs it first. Runs the real
+commands, reads what they draw with a terminal emulator, and writes the frames one over the other,
+each shown for its time.
 """
 
 import os
 import shlex
+import shutil
 import sys
 import tempfile
-import time
 from html import escape
 from pathlib import Path
 
@@ -18,6 +19,8 @@ import pexpect
 import pyte
 
 COLUMNS, ROWS = 100, 34
+FRAME = 0.15
+"""How long a line is the last one shown [s]."""
 WIDE, HIGH = 8.4, 17.0
 COLOURS = {
     "default": "#d7dde4", "red": "#ff7b72", "green": "#7ee787", "brown": "#e3b341",
@@ -96,42 +99,34 @@ class Film:
         )
 
 
-def run(film: Film, shown: str, words: list[str], folder: Path, keys: str = "") -> None:
-    """Type a command and run it; press the keys one by one as the arm rests."""
-    film.type(shown)
+def run(film: Film, words: list[str], folder: Path) -> None:
+    """Type a command, run it, and keep what it draws."""
+    film.type(shlex.join(["mukca", *words]))
     child = pexpect.spawn(
         MUKCA, words, cwd=folder, dimensions=(ROWS, COLUMNS), env={**os.environ, "TERM": "xterm"}
     )
-    pressed, last = 0, 0.0
-    while True:
-        try:
-            film.stream.feed(child.read_nonblocking(65536, timeout=0.4))
-        except pexpect.TIMEOUT:
-            pass
-        except pexpect.EOF:
-            break
-        film.take(0.4)
-        text = "\n".join(film.screen.display)
-        rested = time.monotonic() - last > 1.5
-        if pressed < len(keys) and rested and (keys[pressed] != " " or "STILL" in text):
-            child.send(keys[pressed])
-            pressed, last = pressed + 1, time.monotonic()
+    child.timeout = 600
+    for line in child:
+        film.stream.feed(line)
+        film.take(FRAME)
     child.close()
-    film.take(3.0)
+    film.take(4.0)
 
 
 def main() -> None:
     film = Film()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        pexpect.run(f"{MUKCA} demo --out demo", cwd=name, timeout=600)
-        driver = "mock:demo/hand/front?hold=3"  # or franka:172.16.0.2
-        record = ["record", "--robot", "panda", "--driver", driver, "--distance", "0.0501"]
-        words = [*record, "--out", "new"]
-        run(film, shlex.join(["mukca", *words]), words, folder, "    s q")
-        film.screen.reset()
-        solve = "solve demo/recordings/front --test demo/recordings --robot panda --distance 0.05"
-        run(film, f"mukca {solve}", solve.split(), folder)
+        if len(sys.argv) > 1:
+            shutil.copytree(sys.argv[1], folder / "demo")
+        else:
+            pexpect.run(f"{MUKCA} demo --out demo", cwd=name, timeout=600)
+        where = "--robot panda --distance 0.05"
+        for command in (
+            f"check demo/recordings {where}",
+            f"solve demo/recordings/front --test demo/recordings {where} --out calibrated",
+        ):
+            run(film, command.split(), folder)
     Path(__file__).with_name("terminal.svg").write_text(film.svg())
 
 
