@@ -14,6 +14,7 @@ import numpy as np
 from ..data.observations import Load
 from ..robot.kinematics import BallModel
 from .posterior import Posterior
+from .zeros import with_zeros
 
 __all__ = ["closest_rigid"]
 
@@ -52,10 +53,11 @@ def closest_rigid(full: Posterior, load: Load) -> np.ndarray:
 
     It minimises, over places p, imagined ones and sockets, and postures i at them,
 
-        sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / SEAT^2 + x^T P x       e = Phi(x, q) - target
+        sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / SEAT^2 + x^T P x      e = Phi(x, q) - target
 
     where the target is the full model's ball, or a recorded sample's socket, w is 1 or, for a
-    sample, RECORDED times its robust weight, and P is the prior precision of the geometry.
+    sample, RECORDED times its robust weight, and P is the prior precision of the geometry, whose
+    mean has the joints' zeros in it.
 
     Args:
         full: The full model.
@@ -74,13 +76,14 @@ def closest_rigid(full: Posterior, load: Load) -> np.ndarray:
             prior[np.ix_(group.members, group.members)] = group.precision(
                 group.members, group.width
             )
-    x = full.x[:n]
+    x = with_zeros(full) - model.ball.nominal
+    zeros = with_zeros(full) - full.values
     for _ in range(ROUNDS // 2):
         linear = model.ball.linearise(model.ball.nominal + x, q)
         errors = _apart(linear.points - poses.targets, poses.places) * root[:, None]
         J = _apart(linear.by_parameters, poses.places) * root[:, None, None]
         errors, J = errors.ravel(), J.reshape(-1, n)
-        hessian, slope = J.T @ J + prior, J.T @ errors + prior @ x
+        hessian, slope = J.T @ J + prior, J.T @ errors + prior @ (x - zeros)
         unit = 1 / np.sqrt(np.diag(hessian))
         x = x - unit * np.linalg.solve(hessian * unit[:, None] * unit, unit * slope)
     return model.ball.nominal + x
