@@ -16,7 +16,7 @@ from .posterior import Posterior
 
 __all__ = ["ErrorMap", "JointEffect", "after_recording", "error_map", "joint_effects"]
 
-POSES = 600
+POSES = 2000
 """Random poses of the workspace."""
 ANYWHERE = 1.0
 """Standard deviation of where a socket may be, before it is recorded [m]."""

@@ -109,11 +109,14 @@ def _train_more(document: CalibrationDocument, placements: Sequence[PlacementRep
     """Return the step to train on what is held out and farthest, where another stays held out."""
     positions = np.array([row.position for row in placements])
     trained = np.array([row.role == "train" for row in placements])
-    if np.sum(~trained) < 2 or not trained.any():
+    names = short_names([row.name for row in placements])
+    wrong = placements_with_errors(placements, document.checks)
+    free = ~trained & [name not in wrong for name in names]
+    if np.sum(~trained) < 2 or not trained.any() or not free.any():
         return []
     gaps = norms(positions[:, None] - positions[trained]).min(axis=1)
-    best = int(np.argmax(np.where(trained, -1.0, gaps)))
-    name = short_names([row.name for row in placements])[best]
+    best = int(np.argmax(np.where(free, gaps, -1.0)))
+    name = names[best]
     text = (
         f"Train on {name} too: recorded already, {gaps[best]:.2f} m from the nearest trained on; "
         "a second placement is what lowers the errors most"

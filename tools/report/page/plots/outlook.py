@@ -2,7 +2,7 @@
 
 from ....documents.outlook import Outlook
 from ....documents.report import ReportDocument
-from ...words import mm
+from ...words import joined, mm
 from .axes import Axis, Panel, Rows
 from .plot import Plot
 
@@ -67,7 +67,7 @@ def _level(deviation: float, least: float, most: float) -> int:
 
 def joints(report: ReportDocument) -> Plot | None:
     """How far each joint's calibrated numbers move the ball."""
-    if report.outlook is None:
+    if report.outlook is None or not report.outlook.joints:
         return None
     rows = report.outlook.joints
     high = 1e3 * max(max(row.recorded, row.workspace) for row in rows)
@@ -87,9 +87,6 @@ def joints(report: ReportDocument) -> Plot | None:
 
 
 def _joint_sentence(outlook: Outlook) -> str:
-    first, *others = sorted(outlook.joints, key=lambda row: -row.recorded)
-    text = (
-        f"Most comes from {first.joint}: without its correction the recorded balls would be off by "
-        f"{mm(first.recorded)} more"
-    )
-    return f"{text}, and by {mm(others[0].recorded)} without that of {others[0].joint}."
+    rows = sorted(outlook.joints, key=lambda row: -row.recorded)[:2]
+    parts = [f"{mm(row.recorded)} (without that of {row.joint})" for row in rows]
+    return f"Without a joint's correction the recorded balls are off by up to {joined(parts)}."
