@@ -7,19 +7,20 @@ from functools import partial
 
 import numpy as np
 
-from .auto.posterior import Posterior
-from .auto.selection import STAGES, select_model
+from .auto.posterior import Posterior, World
+from .auto.selection import STAGES, Selected, select_all
+from .auto.zeros import with_zeros
 from .calibrated import CalibratedRobot
 from .data.measurements import Measurement
 from .data.metrics import CALIPER_DEVIATION
-from .data.observations import KnownDistance, Load, observe
+from .data.observations import KnownDistance, Load, Recorded, SocketAt, observe_all
 from .paper.optimizers import MAX_ITERATIONS
 from .paper.problem import REGULARIZATION, build_problem, solve
 from .robot.kinematics import BallModel
 from .robot.parameters import Parameter
 from .robot.urdf import Robot
 
-__all__ = ["Fit", "Predict", "fit_by_auto", "fit_by_paper"]
+__all__ = ["Fit", "Predict", "fit_arms", "fit_by_auto", "fit_by_paper"]
 
 Predict = Callable[[Measurement], np.ndarray]
 """A model as a function: takes a placement, returns its N ball centres, shape (N, 3) [m]."""
@@ -38,8 +39,10 @@ class Fit:
     posterior: Posterior | None = None
     """How well everything is known; None by the paper's method, which does not say."""
     choices: tuple[str, ...] | None = None
-    """One line for each extension (compliance, tilt, transmission error): kept or not, and why.
-    None by the paper's method, which has none."""
+    """One line for each extension (compliance, tilt, ..): kept or not, and why. None by the
+    paper's method, which has none."""
+    world: World | None = None
+    """All robots that were fitted together, and the frames; None by the paper's method."""
 
     @property
     def iterations(self) -> int:
@@ -89,9 +92,11 @@ def fit_by_auto(
     train: Sequence[Measurement],
     *,
     known: Sequence[KnownDistance] = (),
+    sockets_at: Sequence[SocketAt] = (),
     distance_deviation: float = CALIPER_DEVIATION,
     load: Load | None = None,
     without: Sequence[str] = (),
+    zeros: bool = False,
     tied: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fit:
@@ -104,40 +109,87 @@ def fit_by_auto(
         parameters: What of its geometry is free.
         train: The placements.
         known: Measured distances beside those between each placement's first two sockets.
-        distance_deviation: Standard deviation of the latter [m].
+        sockets_at: Measured coordinates of sockets.
+        distance_deviation: Standard deviation of a base's distance [m].
         load: What pulls at the joints; None for gravity alone, straight down.
-        without: Among ``compliance``, ``tilt``, ``transmission`` and ``joint-noise``: what is not
-            tried.
+        without: Among ``compliance``, ``tilt``, ``play``, ``transmission`` and ``joint-noise``:
+            what is not tried.
+        zeros: Whether the joints' zeros may be off by degrees, as on arms made of servos.
         tied: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 
     Raises:
         KnownError: A known distance does not fit the placements.
+        FrameError: Coordinates do not fit them, or a frame is not tied to the robot.
         NotConverged: A fit did not settle.
     """
-    load = load or Load()
+    arm = Recorded(robot, train, load or Load())
+    return fit_arms(
+        [arm],
+        [parameters],
+        known=known,
+        sockets_at=sockets_at,
+        distance_deviation=distance_deviation,
+        without=without,
+        zeros=zeros,
+        tied=tied,
+        progress=progress,
+    )[0]
+
+
+def fit_arms(
+    arms: Sequence[Recorded],
+    parameters: Sequence[Sequence[Parameter]],
+    *,
+    known: Sequence[KnownDistance] = (),
+    sockets_at: Sequence[SocketAt] = (),
+    distance_deviation: float = CALIPER_DEVIATION,
+    without: Sequence[str] = (),
+    zeros: bool = False,
+    tied: bool = True,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Fit]:
+    """Fit several robots together; arguments as for :func:`fit_by_auto`, parameters robot by robot.
+
+    Returns:
+        A fit for each robot. They share one :attr:`Fit.world`.
+    """
     begin = time.perf_counter()
-    data = observe(train, robot, known=known, deviation=distance_deviation, load=load, tied=tied)
-    selection = select_model(
-        robot,
-        parameters,
-        data,
+    scene = observe_all(
+        arms, known=known, sockets_at=sockets_at, deviation=distance_deviation, tied=tied
+    )
+    chosen = select_all(
+        [(arm.robot, free) for arm, free in zip(arms, parameters, strict=True)],
+        scene,
         stages=[name for name in STAGES if name not in without],
         joint_noise="joint-noise" not in without,
+        zeros=zeros,
         progress=progress,
     )
     seconds = time.perf_counter() - begin
-    full = selection.full
+    return [
+        _fit_of(arm, free, chosen, i, seconds)
+        for i, (arm, free) in enumerate(zip(arms, parameters, strict=True))
+    ]
+
+
+def _fit_of(
+    arm: Recorded, parameters: Sequence[Parameter], chosen: Selected, i: int, seconds: float
+) -> Fit:
+    full, geometric = chosen.full.arms[i], chosen.geometric.arms[i]
+    deflection = full.deflection.without_zeros
     calibrated = CalibratedRobot(
-        robot,
+        arm.robot,
         tuple(parameters),
-        full.values,
-        full.deflection,
-        load,
-        selection.geometric.values if full.model.extensions else None,
+        with_zeros(full),
+        deflection,
+        arm.load,
+        with_zeros(geometric) if deflection.extensions else None,
     )
-    iterates = tuple(partial(_extended, full, load, x) for x in full.iterates)
-    return Fit(calibrated, "gauss-newton", seconds, iterates, full, selection.notes)
+    iterates = tuple(partial(_extended, full, arm.load, x) for x in full.iterates)
+    return Fit(
+        calibrated, "gauss-newton", seconds, iterates, full, chosen.notes[i], world=chosen.full
+    )
 
 
 def _extended(full: Posterior, load: Load, x: np.ndarray, measured: Measurement) -> np.ndarray:

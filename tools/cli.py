@@ -26,6 +26,7 @@ VERBS: dict[str, str] = {
     "drivers": "list the arms that can be read, and what each needs",
     "stream": "show a robot's live joint angles, rate and gaps",
     "record": "record at the robot, in the terminal",
+    "extract": "find the rests of an arm in a bag or log, and make a recording of them",
     "info": "show what is in recordings",
     "convert": "write recordings in the other form",
     "check": "look at recordings before they are fitted",

@@ -1,5 +1,6 @@
 """Tables of errors and parameters in millimetres, the same on a terminal and in a pipe."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any
@@ -9,9 +10,16 @@ from rich.table import Table
 
 from ..solver.data.metrics import Metrics
 from ..solver.robot.parameters import COMPONENTS
-from .documents.calibration import ParameterValue, PlacementErrors, Role, Summaries, Summary
+from .documents.calibration import (
+    FramePose,
+    ParameterValue,
+    PlacementErrors,
+    Role,
+    Summaries,
+    Summary,
+)
 
-__all__ = ["left_out_table", "matrix_table", "metrics_table", "parameters_table"]
+__all__ = ["frame_lines", "left_out_table", "matrix_table", "metrics_table", "parameters_table"]
 
 _COLUMNS = ("MAE", "max", "distance")
 
@@ -71,6 +79,25 @@ def _figures(metrics: Metrics) -> tuple[float, float, float | None]:
 
 def _mm(metres: float | None) -> str:
     return "-" if metres is None else f"{1e3 * metres:.3f}"
+
+
+def frame_lines(frames: Sequence[FramePose]) -> list[str]:
+    """Return where each frame stands, and how well that is known, a line each."""
+    lines: list[str] = []
+    for frame in frames:
+        off = ""
+        if frame.socket_error is not None:
+            off = f"; its {frame.sockets} sockets are {_mm(frame.socket_error)} mm off (rms)"
+        if frame.name == "base":
+            lines.append(f"Frame base: the robot's own{off}.")
+            continue
+        place = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
+        turned = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)
+        lines.append(
+            f"Frame {frame.name} stands at {place} mm (+- {_mm(max(frame.xyz_deviation))}), turned "
+            f"{turned} deg (+- {math.degrees(max(frame.turn_deviation)):.3f}) in the base{off}."
+        )
+    return lines
 
 
 def parameters_table(rows: Sequence[ParameterValue]) -> Table:

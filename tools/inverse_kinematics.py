@@ -39,6 +39,9 @@ class Guide:
         self._leans_freely = len(robot.actuated) >= 6
         self.lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
         self.upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
+        slides = [max(abs(j.lower), abs(j.upper)) for j in robot.actuated if j.type == "prismatic"]
+        self.longest = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum() + sum(slides))
+        """No point farther from the base is in reach [m]."""
 
     def reach(
         self, points: np.ndarray, generator: np.random.Generator, rounds: int = 40
@@ -56,15 +59,20 @@ class Guide:
         Raises:
             SimulationError: A point is out of reach.
         """
+        too_far = np.linalg.norm(points, axis=1) > self.longest
+        if too_far.any():
+            raise self._out_of_reach(points[too_far][0])
         reached = np.full((len(points), len(self.lower)), np.nan)
         failures = 0
         while (missing := np.flatnonzero(np.isnan(reached[:, 0]))).size:
             if failures == rounds:
-                where = np.round(points[missing[0]], 3).tolist()
-                raise SimulationError(f"{self.robot.name}: cannot reach {where}")
+                raise self._out_of_reach(points[missing[0]])
             arrived = self._round(points, reached, missing, generator)
             failures = 0 if arrived else failures + 1
         return reached
+
+    def _out_of_reach(self, point: np.ndarray) -> SimulationError:
+        return SimulationError(f"{self.robot.name}: cannot reach {np.round(point, 3).tolist()}")
 
     def _round(
         self,

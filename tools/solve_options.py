@@ -55,11 +55,25 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
     add_measured(parser)
     group = parser.add_argument_group("method auto")
     group.add_argument(
+        "--sockets-at",
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="measured coordinates of sockets, a CSV file with the columns frame, socket, x [mm], "
+        "y [mm], z [mm], deviation [mm]; the frame `base` is the robot's own",
+    )
+    group.add_argument(
         "--without",
         nargs="+",
         default=[],
-        choices=("compliance", "tilt", "transmission", "joint-noise"),
+        choices=("compliance", "tilt", "play", "transmission", "joint-noise"),
         help="what is not to be tried",
+    )
+    group.add_argument(
+        "--zeros",
+        action="store_const",
+        const=True,
+        help="the joints' zeros may be off by degrees: for arms made of servos",
     )
     add_load(parser)
 

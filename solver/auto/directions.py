@@ -18,14 +18,16 @@ from ..robot.urdf import Robot
 from .posterior import Posterior
 from .uncertainty import UNDECIDED, prior_covariance
 
-__all__ = ["CANNOT_SEE", "Direction", "weak_directions"]
+__all__ = ["CANNOT_SEE", "Direction", "cannot_see", "weak_directions"]
 
 CANNOT_SEE = (
     "the base frame: the sockets' places in it are not measured, only their distances",
     "the flange's orientation and the last joint's offset: another tool needs its own TCP "
     "calibration",
 )
-"""What no recording of a ball can tell."""
+"""What no recording of a ball in sockets can tell."""
+BASE_OF_POINTS = "the base frame: where the instrument stands in it was not measured"
+BASE = "the base frame"
 SCALE = "the scale of all lengths (a longer base, or known distances, would tell it)"
 
 
@@ -57,6 +59,8 @@ def weak_directions(posterior: Posterior) -> list[Direction]:
         (text, whiten @ v / np.linalg.norm(whiten @ v))
         for text, v in _structural(model.robot, posterior)
     ]
+    if posterior.data.anchored:
+        named = _base_by_itself(named)
     by_scale = prior.T @ model.by_scale()[:n]
     if by_scale.any():
         named.append((SCALE, by_scale / np.linalg.norm(by_scale)))
@@ -78,6 +82,31 @@ def weak_directions(posterior: Posterior) -> list[Direction]:
         if direction.deviation > UNDECIDED:
             merged.setdefault(direction.text, direction)
     return list(merged.values())
+
+
+def _base_by_itself(named: list[tuple[str, np.ndarray]]) -> list[tuple[str, np.ndarray]]:
+    """Return the directions with those of the base frame orthogonal to all others.
+
+    A turn of the base about joint 1 is one thing with an offset of joint 1 against joint 2, which
+    no ball can show. What is left without it says where the base is.
+    """
+    others = [u for text, u in named if text != BASE]
+    basis = np.linalg.qr(np.array(others).T)[0] if others else np.zeros((len(named[0][1]), 0))
+    cleared = [(text, u - basis @ (basis.T @ u) if text == BASE else u) for text, u in named]
+    return [(text, u / np.linalg.norm(u)) for text, u in cleared]
+
+
+def cannot_see(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ...]:
+    """Return what recordings like these cannot tell.
+
+    Args:
+        posterior: The calibration.
+        weak: What these in particular do not tell, see :func:`weak_directions`.
+    """
+    base, flange = CANNOT_SEE
+    if posterior.data.anchored and not any(one.text == BASE for one in weak):
+        return (flange,)
+    return (base if posterior.data.labels else BASE_OF_POINTS, flange)
 
 
 def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarray]]:
@@ -103,7 +132,7 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
 
     if free and robot.joints[free[0]].actuated:
         for k in range(6):
-            add("the base frame", {free[0]: np.eye(6)[k]})
+            add(BASE, {free[0]: np.eye(6)[k]})
     ball = len(robot.joints) - 1
     if ball in free:
         for k in (3, 4, 5):

@@ -8,14 +8,16 @@ introduces prior, posterior and evidence.
 """
 
 from dataclasses import replace
-from math import lgamma, log, pi
+from math import erfc, lgamma, log, pi, sqrt
 
 import numpy as np
 
+from .deflection import ONE_SIDED
 from .noise import NU
-from .normal_equations import normal_equations, value
+from .normal_equations import NormalEquations, normal_equations, value
 from .objective import Objective, State, free_unknowns, prior_precision, priors
 from .posterior import Posterior, World
+from .priors import TYPICAL_SPREAD
 
 __all__ = ["inverse", "posterior"]
 
@@ -34,7 +36,7 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     widened = normal.information + prior_precision(objective, state, widened=True)
     covariance = inverse(widened, free_unknowns(objective, state))
     weights = normal.weights * NU / (NU + 3)
-    evidence = _log_evidence(objective, state, normal.information)
+    evidence = _log_evidence(objective, state, normal)
     arms = tuple(
         _of_arm(objective, state, i, covariance, weights, evidence, iterates)
         for i in range(len(objective.model.models))
@@ -79,7 +81,7 @@ def _of_arm(
     )
 
 
-def _log_evidence(objective: Objective, state: State, information: np.ndarray) -> float:
+def _log_evidence(objective: Objective, state: State, normal: NormalEquations) -> float:
     """Return the logarithm of the evidence.
 
     log p(data) = -L + sum_g log|P_g| / 2 - log|H| / 2 + log p(widths)                 (A6)
@@ -92,9 +94,40 @@ def _log_evidence(objective: Objective, state: State, information: np.ndarray) -
     for group, members in priors(state):
         P = group.precision(members, group.width)
         result += 0.5 * float(np.linalg.slogdet(P)[1]) - 0.5 * (group.width / group.scale) ** 2
+        if group.typical:
+            result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
     free = free_unknowns(objective, state)
-    hessian = (information + prior_precision(objective, state))[np.ix_(free, free)]
-    return float(result - 0.5 * np.linalg.slogdet(hessian)[1])
+    hessian = normal.information + prior_precision(objective, state)
+    result -= 0.5 * float(np.linalg.slogdet(hessian[np.ix_(free, free)])[1])
+    return result + _within_bounds(objective, state, normal, inverse(hessian, free))
+
+
+def _within_bounds(
+    objective: Objective, state: State, normal: NormalEquations, covariance: np.ndarray
+) -> float:
+    """Return what (A6) gains or loses because elasticity is never negative.
+
+    Its prior is the positive half of a bell curve, twice as high as the whole. Of a coefficient x
+    that is not zero, the half of the posterior above zero counts, Phi(x / sigma) of it; of one that
+    is held at zero, the tail of
+
+        2 N(x; 0, s) exp(-slope x - curvature x^2 / 2)        for x >= 0
+    """
+    result = 0.0
+    for group in state.groups:
+        if group.name not in ONE_SIDED or not group.width:
+            continue
+        for i in group.members.tolist():
+            if not state.at_zero[i]:
+                result += log(erfc(-float(state.x[i]) / covariance[i, i] ** 0.5 / sqrt(2)))
+                continue
+            row = normal.information[i]
+            curvature = row[i] + 1 / group.width**2 - float(row @ covariance @ row)
+            slope = float(normal.gradient[i] + state.linear.by_volume[i])
+            a = max(slope, 0.0) / sqrt(curvature)
+            tail = log(erfc(a / sqrt(2))) + a**2 / 2 if a < 30 else -log(a * sqrt(pi / 2))
+            result += tail - log(group.width * sqrt(curvature))
+    return result
 
 
 def inverse(H: np.ndarray, free: np.ndarray) -> np.ndarray:

@@ -177,8 +177,14 @@ def _carried_over(
     x[common] = near.x[[there[model.names[i]] for i in common]]
     at_zero[common] = x[common] == 0
     found = {group.name: group for group in near.groups}
-    carried = (replace(found.get(group.name, group), members=group.members) for group in groups)
-    return x, at_zero, tuple(carried)
+    return (
+        x,
+        at_zero,
+        tuple(
+            replace(found.get(group.name, group), members=group.members, trail=None)
+            for group in groups
+        ),
+    )
 
 
 def _noise(rows: Rows, source: np.ndarray | slice, near: World) -> Noise:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..data.observations import Observations
-from .deflection import COMPLIANCE, ELASTICITY
+from .deflection import COMPLIANCE, ELASTICITY, PLAY, ZERO
 from .extended_model import ExtendedModel
 
 __all__ = ["PriorGroup", "prior_groups"]
@@ -26,6 +26,15 @@ scale to 0.06 %, so measured distances decide; where an arm is noisy, the URDF's
 DEFLECTION = 5e-4
 """Widths of extensions at the start, as an angle by which a joint is off [rad]. Transmission errors
 are hardly ever much larger, so this is the scale of the prior on their width, too."""
+ZERO_WIDTH = float(np.deg2rad(3))
+"""Width of the joints' zeros, where they may be off: as they are set by eye [rad]."""
+PRINTED = {"translation": 1e-3, "rotation": 3e-3}
+"""Scales of the widths of lengths [m] and angles [rad] where the zeros are free, too: they are then
+the larger part of what is wrong with the angles."""
+TYPICAL_SPREAD = 1.0
+"""Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
+SHYEST, BOLDEST = 0.3, 10.0
+"""How many times as far as (A4) says a width goes, at least and at most."""
 SMALLEST_WIDTH = 1e-12
 """A width is never less, so that it can be divided by."""
 
@@ -43,10 +52,14 @@ class PriorGroup:
     """s_g; 0 holds the members at zero."""
     scale: float = np.inf
     """Scale of a half-normal prior on the width itself, which keeps it from growing far beyond."""
+    typical: float = 0.0
+    """What the width is believed to be before the data, within a factor e; 0 for no belief."""
     learned: bool = True
     """Whether the evidence sets the width."""
     effective: float = 0.0
     """gamma_g: how many of its unknowns the data decide, from 0 to their number."""
+    trail: tuple[float, float] | None = None
+    """Logarithm of the width before the last step, and by how much (A4) wanted it changed."""
     common: np.ndarray | None = None
     """t: a change of all members together that the prior allows in addition, shape (members,).
     For lengths it is how they change when the whole robot grows by 0.2 %. None: no such change."""
@@ -93,6 +106,7 @@ class PriorGroup:
 
         The new width is the root mean square of the unknowns, over those that the data decide. An
         unknown whose posterior is as wide as its prior was not decided, and counts as 0 in gamma.
+        A belief about the width itself, see :attr:`scale` and :attr:`typical`, adds its slope.
 
         Args:
             x: Those members that are free.
@@ -103,11 +117,29 @@ class PriorGroup:
         effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
         squares, gamma = float(np.sum((P @ x) ** 2)), max(effective, 1e-9)
         square = squares / gamma
+        if self.typical:
+            pull = np.log(self.width / self.typical) / TYPICAL_SPREAD**2
+            ratio = squares / self.width**2
+            step = (ratio - gamma - pull) / (2 * ratio + 1 / TYPICAL_SPREAD**2)
+            square = self.width**2 * np.exp(2 * np.clip(step, -1, 1))
         if np.isfinite(self.scale):
             h2 = self.scale**2
             square = h2 * (np.sqrt(gamma**2 + 4 * squares / h2) - gamma) / 2
-        width = float(np.sqrt(max(square, SMALLEST_WIDTH**2)))
-        return replace(self, width=width, effective=effective)
+        wanted = 0.5 * np.log(max(square, SMALLEST_WIDTH**2))
+        now = float(np.log(self.width))
+        width = max(float(np.exp(now + self._step(now, wanted - now))), SMALLEST_WIDTH)
+        return replace(self, width=width, effective=effective, trail=(now, wanted - now))
+
+    def _step(self, now: float, change: float) -> float:
+        """Return by how much to change the logarithm of the width.
+
+        (A4) alone may take hundreds of steps, each a little shorter than the one before, where a
+        width vanishes. The secant through this step and the last says where they lead to.
+        """
+        if self.trail is None or now == self.trail[0] or not change:
+            return change
+        slope = (change - self.trail[1]) / (now - self.trail[0])
+        return float(np.clip(-1 / slope, SHYEST, BOLDEST)) * change if slope < 0 else change
 
 
 def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, ...]:
@@ -139,12 +171,24 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
     begin = model.geometry
     for extension, size in zip(model.extensions, model.sizes, strict=True):
         members_here = np.arange(begin, begin + size)
-        if extension in ELASTICITY:
+        if extension == ZERO:
+            groups = [replace(g, scale=PRINTED.get(g.name, g.scale)) for g in groups]
+            groups.append(PriorGroup(ZERO, "rad", members_here, ZERO_WIDTH, learned=False))
+        elif extension in ELASTICITY:
             m = data.positions.shape[1]
             own = data.torques[:, :m] if extension == COMPLIANCE else data.torques[:, m:]
             torque = max(float(np.sqrt(np.mean(own**2))), 1e-6)
-            groups.append(PriorGroup(extension, "rad/(N m)", members_here, DEFLECTION / torque))
+            groups.append(
+                PriorGroup(
+                    extension,
+                    "rad/(N m)",
+                    members_here,
+                    DEFLECTION / torque,
+                    typical=DEFLECTION / torque,
+                )
+            )
         else:
-            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=DEFLECTION))
+            scale = np.inf if extension == PLAY else DEFLECTION
+            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=scale))
         begin += size
     return tuple(groups)

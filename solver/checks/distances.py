@@ -31,6 +31,7 @@ SAME_PLACE = 0.2
 _SOURCES = {
     "default": "nothing but the default: measure it, and give --distance",
     "given": "as given: measure it again, and mend --distance",
+    "located": "by the sockets' coordinates: measure those again",
     "recording": "as placement.json has it: measure it again, and mend it there, or --distance",
 }
 

@@ -41,7 +41,9 @@ class Measurement:
     """Between the centres of its first two sockets [m]."""
     distance_source: str = "default"
     """Where that is known from: ``given`` by the user, the ``recording``, or nothing but the
-    ``default``."""
+    ``default``; or it is ``located`` by measured coordinates."""
+    distance_deviation: float | None = None
+    """Its standard deviation [m], where it is not a caliper's."""
     warnings: tuple[str, ...] = field(default=())
 
     @property
@@ -141,7 +143,7 @@ def measure(
         chosen, source = distance, "given"
     elif placement.distance is not None:
         chosen, source = placement.distance, "recording"
-    measured = Measurement(ordered, check_distance(chosen), source, tuple(warnings))
+    measured = Measurement(ordered, check_distance(chosen), source, warnings=tuple(warnings))
     _check_sockets(measured, sockets)
     return measured
 

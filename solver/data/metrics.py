@@ -157,5 +157,6 @@ def is_distorted(metrics: Metrics, measured: Measurement) -> bool:
         return False
     N0, N1 = measured.counts[:2]
     scatter = metrics.mean_absolute_error**2 * (1 / N0 + 1 / N1)
-    allowed = min(3 * (CALIPER_DEVIATION**2 + scatter) ** 0.5, 0.2 * measured.distance)
+    caliper = measured.distance_deviation or CALIPER_DEVIATION
+    allowed = min(3 * (caliper**2 + scatter) ** 0.5, 0.2 * measured.distance)
     return abs(metrics.distance_error) > allowed

@@ -130,6 +130,11 @@ class SocketAt:
     where: str = ""
     """File and line, for messages."""
 
+    def __str__(self) -> str:
+        """Return the words that :func:`.sockets_at.parse_socket_at` reads."""
+        (name, socket), (x, y, z) = self.socket, self.coordinates
+        return f"{self.frame}/{name}:{socket}={x!r},{y!r},{z!r}+-{self.deviation!r}"
+
 
 @dataclass(frozen=True)
 class Located:
@@ -167,6 +172,13 @@ class Observations:
     """The names of the frames whose pose is unknown."""
     instrument: "Instrument | None" = None
     """What an instrument measured; None where it measured nothing."""
+    base: int = WORLD
+    """Index of the frame that is the robot's base."""
+
+    @property
+    def anchored(self) -> bool:
+        """Whether coordinates of sockets are known in the robot's own base."""
+        return any(one.frame == self.base for one in self.located)
 
     @property
     def socket_count(self) -> int:
@@ -392,10 +404,12 @@ def observe_all(
                 f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
             )
     shared = (tuple(labels), tuple(pairs), located, tuple(frames))
+    bases = (WORLD, *(frames.index(base) for base in list(own)[1:]))
+    samples = [_samples(arm, [(of(m), m) for m in arm.measurements], *shared) for arm in arms]
     return Scene(
-        tuple(_samples(arm, [(of(m), m) for m in arm.measurements], *shared) for arm in arms),
+        tuple(replace(one, base=base) for one, base in zip(samples, bases, strict=True)),
         tuple(arm.name for arm in arms),
-        (WORLD, *(frames.index(base) for base in list(own)[1:])),
+        bases,
     )
 
 

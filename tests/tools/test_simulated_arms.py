@@ -68,11 +68,17 @@ def test_only_calibrated_origins_are_perturbed(name: str) -> None:
     assert moved == [j.actuated or j is robot.ball_joint for j in robot.joints]
 
 
-@pytest.mark.slow
 def test_out_of_reach_is_told(panda) -> None:
     far = Base("far", np.array([3.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     with pytest.raises(SimulationError, match="cannot reach"):
         record(panda, far, np.random.default_rng(0), samples=1)
+
+
+def test_what_only_looks_near_enough_is_told_after_some_rounds(panda) -> None:
+    guide, in_its_foot = Guide(panda), np.array([[0.0, 0.0, 0.02]])
+    assert np.linalg.norm(in_its_foot) < guide.longest
+    with pytest.raises(SimulationError, match=r"cannot reach \[0.0, 0.0, 0.02\]"):
+        guide.reach(in_its_foot, np.random.default_rng(0), rounds=2)
 
 
 def test_simulated_recordings_come_with_the_truth(panda) -> None:

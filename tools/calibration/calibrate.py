@@ -1,6 +1,7 @@
 """From recordings to a calibration: check, fit, measure the errors."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -9,7 +10,8 @@ from ...solver.checks.changes import split_at
 from ...solver.checks.distances import named
 from ...solver.checks.inspection import Survey, inspect_all, next_placement
 from ...solver.data.measurements import Measurement, check_distinct, measure
-from ...solver.data.observations import KnownDistance
+from ...solver.data.observations import KnownDistance, SocketAt
+from ...solver.data.sockets_at import in_placements, parse_socket_at, read_sockets_at, spaced
 from ...solver.fit import Fit, fit_by_auto, fit_by_paper
 from ...solver.paper.optimizers import NotConverged
 from ...solver.robot.parameters import Parameter, choose_parameters
@@ -39,8 +41,10 @@ def calibrate(
     fix: Sequence[str] = (),
     split_moved: bool = False,
     known: Sequence[str | KnownDistance] = (),
+    sockets_at: str | Path | Sequence[str | Path | SocketAt] = (),
     distance_deviation: float | None = None,
     without: Sequence[str] = (),
+    zeros: bool | None = None,
     payload: float | None = None,
     gravity: Sequence[float] | None = None,
     optimizer: str | None = None,
@@ -68,9 +72,12 @@ def calibrate(
         split_moved: Where a base moved, give the part after it a socket of its own.
         known: (auto) Further measured distances between sockets, as
             ``"left:0-right:0=0.175+-0.0001"``: placement, socket, metres.
+        sockets_at: (auto) Files with measured coordinates of sockets, see
+            :mod:`mukca.solver.data.sockets_at`; or such coordinates.
         distance_deviation: (auto) Standard deviation of ``distance`` [m]; None for a caliper's.
-        without: (auto) Among ``compliance``, ``tilt``, ``transmission``, ``joint-noise``: what
-            not to try.
+        without: (auto) Among ``compliance``, ``tilt``, ``play``, ``transmission``,
+            ``joint-noise``: what not to try.
+        zeros: (auto) Whether the joints' zeros may be off by degrees, as on arms made of servos.
         payload: (auto) Mass at the ball beyond that of the model [kg].
         gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
         optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.
@@ -84,8 +91,10 @@ def calibrate(
         UsageError: A setting that cannot be, or belongs to the other method.
         MeasurementError: A placement does not hold what is needed.
         KnownError: A known distance does not fit the placements.
+        FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not settle.
     """
+    located = _coordinates(sockets_at)
     settings = Settings(
         method=method,
         distance=distance,
@@ -93,8 +102,10 @@ def calibrate(
         fix=fix,
         split_moved=split_moved,
         known=tuple(map(str, known)),
+        sockets_at=tuple(map(str, located)),
         distance_deviation=distance_deviation,
         without=without,
+        zeros=zeros,
         payload=payload,
         gravity=gravity,
         optimizer=optimizer,
@@ -102,12 +113,23 @@ def calibrate(
         max_iterations=max_iterations,
         repeatability_mm=repeatability_mm,
     ).settled()
-    training, held_out, warnings = _measured(robot, train, test, settings)
+    training, held_out, warnings = _measured(robot, train, test, settings, located)
     training, inspected = _inspected(robot, training, held_out, settings)
     parameters = choose_parameters(robot, settings.free, settings.fix)
-    fit = _fit(robot, parameters, training, settings, progress)
+    _check_zeros(robot, parameters, settings)
+    located = in_placements(located, [m.name for m in training], [m.name for m in held_out])
+    fit = _fit(robot, parameters, training, settings, located, progress)
     task = Task(robot, settings, tuple(training), tuple(held_out), tuple(warnings), inspected)
     return Calibration(compose(task, fit), fit.calibrated)
+
+
+def _check_zeros(robot: Robot, parameters: Sequence[Parameter], settings: Settings) -> None:
+    """Refuse zeros that the URDF could not hold."""
+    free = {parameter.name for parameter in parameters}
+    for joint in robot.actuated if settings.zeros else ():
+        angles = {f"{joint.name}.{angle}" for angle in ("roll", "pitch", "yaw")}
+        if joint.type == "prismatic" or not angles <= free:
+            raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")
 
 
 def _measured(
@@ -115,6 +137,7 @@ def _measured(
     train: Placement | Sequence[Placement],
     test: Placement | Sequence[Placement],
     settings: Settings,
+    located: Sequence[SocketAt] = (),
 ) -> tuple[list[Measurement], list[Measurement], list[str]]:
     """Return the checked placements to train and to test on, and what to warn of."""
     training, held_out = _as_list(train), _as_list(test)
@@ -131,12 +154,27 @@ def _measured(
             "sockets only, --method auto knows both"
         )
     fitted, validated = (
-        [measure(p, robot, settings.distance, sockets=sockets) for p in placements]
+        [
+            spaced(measure(p, robot, settings.distance, sockets=sockets), p.name, located)
+            for p in placements
+        ]
         for placements in (training, kept)
     )
     check_distinct([*fitted, *validated])
     warnings += [line for m in (*fitted, *validated) for line in m.warnings]
     return fitted, validated, warnings
+
+
+def _coordinates(
+    sockets_at: str | Path | Sequence[str | Path | SocketAt],
+) -> list[SocketAt]:
+    """Return the coordinates of sockets that files, words, or they themselves give."""
+    every = [sockets_at] if isinstance(sockets_at, str | Path) else sockets_at
+    given = [one for one in every if isinstance(one, SocketAt)]
+    others = [one for one in every if not isinstance(one, SocketAt)]
+    words = [str(one) for one in others if "=" in str(one) and not Path(one).exists()]
+    files = [one for one in others if str(one) not in words]
+    return [*given, *map(parse_socket_at, words), *read_sockets_at(files)]
 
 
 def _as_list(placements: Placement | Sequence[Placement]) -> list[Placement]:
@@ -175,13 +213,17 @@ def _fit(
     parameters: Sequence[Parameter],
     train: Sequence[Measurement],
     settings: Settings,
+    located: Sequence[SocketAt],
     progress: Callable[[str], None],
 ) -> Fit:
     try:
         if settings.method == "paper":
             fit = fit_by_paper(robot, parameters, train, **settings.of_paper())
         else:
-            fit = fit_by_auto(robot, parameters, train, **settings.of_auto(), progress=progress)
+            options = settings.of_auto()
+            fit = fit_by_auto(
+                robot, parameters, train, **options, sockets_at=located, progress=progress
+            )
     except np.linalg.LinAlgError as error:
         raise NotConverged(f"the fit did not settle ({error}); run mukca check") from None
     if not np.isfinite(fit.calibrated.values).all():

@@ -26,6 +26,7 @@ from ..documents.calibration import (
     Role,
 )
 from . import figures
+from .frames import frame_poses
 from .outlook import outlook_of
 from .task import Task
 
@@ -113,6 +114,7 @@ def _known(fit: Fit) -> dict[str, Any]:
         "groups": figures.prior_widths(fit.posterior),
         "noise": figures.noise_scale(fit.posterior),
         "log_evidence": fit.posterior.log_evidence,
+        "frames": (frame_poses(fit.world) or None) if fit.world is not None else None,
         "uncertainty": figures.uncertainty_of(fit.posterior, fit.calibrated.load),
     }
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...solver.auto import uncertainty
-from ...solver.auto.directions import CANNOT_SEE, weak_directions
+from ...solver.auto.directions import cannot_see, weak_directions
 from ...solver.auto.extended_model import extend
 from ...solver.auto.noise import NU
 from ...solver.auto.posterior import Posterior
@@ -285,14 +285,15 @@ def noise_scale(posterior: Posterior) -> NoiseScale:
 def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
     """Return how well the calibration is known, and what the data cannot tell."""
     median, worst = uncertainty.workspace_deviation(posterior, load)
+    weak = tuple(weak_directions(posterior))
     return Uncertainty(
-        weak_directions=tuple(weak_directions(posterior)),
+        weak_directions=weak,
         correlations=tuple(
             Correlation(a=a, b=b, value=r) for a, b, r in uncertainty.correlations(posterior)
         ),
         observability_index=uncertainty.observability_index(posterior),
         distance_deviation=DistanceDeviation(median=median, worst=worst),
-        cannot_see=CANNOT_SEE,
+        cannot_see=cannot_see(posterior, weak),
     )
 
 

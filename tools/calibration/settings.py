@@ -15,8 +15,10 @@ __all__ = ["METHODS", "Settings"]
 METHODS = ("auto", "paper")
 ONLY_AUTO: dict[str, Any] = {
     "known": (),
+    "sockets_at": (),
     "distance_deviation": CALIPER_DEVIATION,
     "without": (),
+    "zeros": False,
     "payload": None,
     "gravity": None,
 }
@@ -51,11 +53,15 @@ class Settings:
     """Save even a model that does not reproduce the distance of the sockets."""
     known: Sequence[str] = ()
     """auto: further measured distances, ``left:0-right:0=0.175+-0.0001`` in metres."""
+    sockets_at: Sequence[str] = ()
+    """auto: measured coordinates of sockets, ``table/front:0=0.1,0.2,0.03+-0.00005`` in metres."""
     distance_deviation: float | None = None
     """auto: standard deviation of the distance [m]; None for a caliper's, 3e-5."""
     without: Sequence[str] = ()
-    """auto: what is not tried, among ``compliance``, ``tilt``, ``transmission`` and
+    """auto: what is not tried, among ``compliance``, ``tilt``, ``play``, ``transmission`` and
     ``joint-noise``."""
+    zeros: bool | None = None
+    """auto: the joints' zeros may be off by degrees, as on arms made of servos."""
     payload: float | None = None
     """auto: mass at the ball beyond the model's [kg]."""
     gravity: Sequence[float] | None = None
@@ -142,6 +148,7 @@ class Settings:
             "distance_deviation": self.deviation,
             "load": self.load,
             "without": self.without,
+            "zeros": bool(self.zeros),
         }
 
     def as_dict(self) -> dict[str, Any]:
@@ -155,4 +162,4 @@ class Settings:
         }
 
 
-_WITHOUT = ("compliance", "tilt", "transmission", "joint-noise")
+_WITHOUT = ("compliance", "tilt", "play", "transmission", "joint-noise")

@@ -81,6 +81,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "undo, redo, delete, relabel, next, finish, help")  # fmt: skip
     hands.add_argument("--sound", choices=("bell", "off"), default="bell", help="the terminal's "
         "bell: once captured, twice refused, three times a socket done")  # fmt: skip
+    guide = parser.add_argument_group("guide")
+    guide.add_argument(
+        "--goal-mm",
+        type=float,
+        metavar="MM",
+        help="what the predicted error of distances in the workspace should come to (default: "
+        "three times the arm's repeatability)",
+    )
+    guide.add_argument("--no-guide", action="store_true", help="no fit while recording")
     add_load(parser, "noticing a hand on the arm")
     notes = parser.add_argument_group("notes, kept with the recording")
     notes.add_argument("--operator", metavar="NAME")
@@ -156,6 +165,7 @@ def _check(arguments: argparse.Namespace) -> None:
         ("target", 1, 10_000),
         ("warm_up", 0, 1e6),
         ("temperature", -100, 200),
+        ("goal_mm", 1e-3, 1e3),
     ):
         value = getattr(arguments, name)
         if value is not None and not low <= value <= high:
@@ -171,11 +181,11 @@ def _say_outcome(outcome: "Outcome", arguments: argparse.Namespace, terminal: Te
     if outcome.refused:
         terminal.say(f"{outcome.refused} captures were refused")
     if outcome.signal is None and min(session.counts) > 0:
-        for line in _next_steps(arguments):
+        for line in _next_steps(outcome, arguments):
             terminal.say(line)
 
 
-def _next_steps(arguments: argparse.Namespace) -> list[str]:
+def _next_steps(outcome: "Outcome", arguments: argparse.Namespace) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
     where = [str(arguments.out), "--robot", str(arguments.robot)]
     for option in ("base", "flange"):
@@ -184,7 +194,9 @@ def _next_steps(arguments: argparse.Namespace) -> list[str]:
     where += ["--tip", arguments.tip] if arguments.tip != "ball_link" else []
     where += ["--ball", *map(repr, arguments.ball)] if arguments.ball else []
     solve = ["mukca", "solve", *where, "--out", f"{arguments.out}-calibrated"]
+    advised = outcome.advice.closing if outcome.advice else ()
     return [
+        *advised,
         f"Next: {shlex.join(['mukca', 'check', *where])}",
         f"then: {shlex.join(solve)}",
         "Better with a second placement: the base elsewhere, far from here, and another --out.",

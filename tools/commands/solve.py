@@ -80,8 +80,10 @@ def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibratio
             fix=arguments.fix,
             split_moved=arguments.split_moved,
             known=known_of(arguments.known),
+            sockets_at=arguments.sockets_at,
             distance_deviation=arguments.distance_deviation,
             without=arguments.without,
+            zeros=arguments.zeros,
             payload=arguments.payload,
             gravity=arguments.gravity,
             optimizer=arguments.optimizer,
@@ -113,6 +115,8 @@ def show(terminal: Terminal, calibration: "Calibration") -> None:
 
 def spoken(calibration: "Calibration") -> list[str]:
     """Return what the tables do not say."""
+    from ..console_tables import frame_lines
+
     result = calibration.document
     lines = [
         f"{result.optimizer}: {result.iterations} iterations in "
@@ -125,6 +129,7 @@ def spoken(calibration: "Calibration") -> list[str]:
             f"With only the ball refitted, the nominal model stands at {error:.3f} mm MAE."
         )
     lines += result.choices or ()
+    lines += frame_lines(result.frames or ())
     if result.uncertainty is not None:
         distance = result.uncertainty.distance_deviation
         lines.append(

@@ -30,6 +30,7 @@ __all__ = [
     "Coefficient",
     "Correlation",
     "CostTerms",
+    "FramePose",
     "Iteration",
     "Model",
     "PlacementErrors",
@@ -190,6 +191,26 @@ class Uncertainty(Document, kw_only=True, frozen=True):
     cannot_see: tuple[str, ...]
 
 
+class FramePose(Document, kw_only=True, frozen=True):
+    """Where a frame stands in the robot's base, as far as that is known."""
+
+    name: str
+    xyz: tuple[float, float, float]
+    """Its origin [m]."""
+    rpy: tuple[float, float, float]
+    """Its turn about the base's x, then y, then z axis [rad]."""
+    xyz_deviation: tuple[float, float, float]
+    """Standard deviation of its origin [m]."""
+    turn_deviation: tuple[float, float, float]
+    """Standard deviation of its turn about the base's x, y and z axes [rad]."""
+    sockets: int
+    """How many sockets have measured coordinates in it."""
+    points: int
+    """How many balls an instrument measured in it."""
+    socket_error: float | None
+    """Root mean square distance of those sockets from their coordinates [m]; None without any."""
+
+
 class CostTerms(Document, kw_only=True, frozen=True):
     """The first two terms of Eq. (5), mean over the placements of a role [m^2]."""
 
@@ -240,6 +261,8 @@ class Result(Document, kw_only=True, frozen=True):
     log_evidence: float | None = None
     uncertainty: Uncertainty | None = None
     scale: Scale | None = None
+    frames: tuple[FramePose, ...] | None = None
+    """Where the frames stand in which positions were measured; None where there is none."""
     choices: tuple[str, ...] | None = None
     """What became of each extension, and why."""
     history: tuple[Iteration, ...]

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 
 from ...drivers.reconnect import Reconnecting
@@ -26,12 +27,17 @@ from ...recorder.watch import Watch
 from ...solver.robot.urdf import Robot
 from ..arguments import load_of
 from ..hints import Doubts, gravity_of, lookalikes
+from ..report.figures.acceptance import ARMS, RESOLUTION, known_arm
 from ..terminal import Terminal
 from ..usage import UsageError
+from .coaching import COACHING, BackgroundCoach, setup_of
+from .neighbour import Neighbour
 
-__all__ = ["is_scripted", "joints_of", "record_session"]
+__all__ = ["goal_for", "is_scripted", "joints_of", "record_session"]
 
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
+GOAL = 3.0
+"""The goal is so many times the arm's repeatability."""
 DISTANCE = 0.05
 """Between the sockets of the printed base, where nothing else is said [m]."""
 
@@ -42,6 +48,18 @@ def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
         JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
         for joint in robot.actuated
     )
+
+
+def goal_for(robot: Robot, goal_mm: float | None = None) -> float:
+    """Return what the predicted error of distances should come to [m].
+
+    Three times what the arm repeats to, or a printed socket resolves, where nothing is given.
+    """
+    if goal_mm is not None:
+        return 1e-3 * goal_mm
+    name = known_arm([robot.name, Path(robot.source).stem])
+    repeatability = ARMS[name].repeatability if name else RESOLUTION
+    return GOAL * max(repeatability, RESOLUTION)
 
 
 def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Terminal) -> Outcome:
@@ -66,6 +84,7 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
         stack.callback(stream.close)
         recording = stack.enter_context(_recording(arguments, robot, joints, still))
         session = _session(arguments, robot, joints, recording)
+        adviser = _adviser(arguments, robot, stack) if keyboard and script is None else None
         live = script is None
         return Recorder(
             session=session,
@@ -87,6 +106,7 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
             keys=keys_with(arguments.key),
             hands_free=arguments.auto,
             sound=arguments.sound != "off",
+            adviser=adviser,
             card=_card(session, arguments) if keyboard and live else (),
         ).run()
 
@@ -130,6 +150,22 @@ def _adopt(arguments: argparse.Namespace) -> None:
     if arguments.sockets is None:
         sockets = read_metadata(file).get("sockets")
         arguments.sockets = sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS
+
+
+def _adviser(
+    arguments: argparse.Namespace, robot: Robot, stack: ExitStack
+) -> BackgroundCoach | None:
+    """Return who guides the operator, in a process of its own; None where nobody is to."""
+    if arguments.no_guide:
+        return None
+    loaded = ("robot", "base", "tip", "flange", "ball")
+    setup = setup_of(
+        {name: getattr(arguments, name) for name in loaded},
+        arguments.distance,
+        goal_for(robot, arguments.goal_mm),
+        arguments.sockets,
+    )
+    return BackgroundCoach(stack.enter_context(Neighbour(COACHING, setup)))
 
 
 def _title(arguments: argparse.Namespace, robot: Robot) -> str:

@@ -18,6 +18,7 @@ SURE = 3.0
 _SOURCES = {
     "given": "as given",
     "recording": "as the recording says",
+    "located": "by the sockets' coordinates",
     "default": "the default, since nothing says otherwise: measure it, and give it by --distance",
 }
 

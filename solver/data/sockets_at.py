@@ -1,0 +1,187 @@
+"""Measured coordinates of sockets, as people write them: a table of holes, a caliper's readings.
+
+A file of comma-separated values, with units in the header:
+
+    frame,socket,x [mm],y [mm],z [mm],deviation [mm]
+    table,front:0,0,0,30,0.05
+    table,front:1,50,0,30,0.05
+
+``frame`` is a name of your own; ``base`` is the robot's base, of several robots ``NAME:base``.
+``socket`` is a placement and the socket's number there. Lines that begin with ``#`` are notes. The
+coordinates are right-handed, and ``deviation`` is the standard deviation of each of them.
+"""
+
+import csv
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from .frames import FrameError
+from .measurements import Measurement
+from .observations import SocketAt
+
+__all__ = ["in_placements", "parse_socket_at", "read_sockets_at", "spaced"]
+
+UNITS = {"m": 1.0, "mm": 1e-3}
+COLUMNS = ("frame", "socket", "x", "y", "z", "deviation")
+_HEADER = "frame,socket,x [mm],y [mm],z [mm],deviation [mm]"
+_COLUMN = re.compile(r"(\w+)\s*(?:\[(\w+)\])?")
+_SOCKET = re.compile(r"(.+):(\d+)")
+_WORDS = re.compile(r"([^=/]+)/(.+:\d+)=([^,]+),([^,]+),([^,]+?)\+-(.+)")
+_FRAME = re.compile(r"[\w.-]+(:base)?")
+
+
+def read_sockets_at(files: Iterable[str | Path]) -> list[SocketAt]:
+    """Return the coordinates in some files.
+
+    Raises:
+        FrameError: A file that cannot be read, a line that cannot be understood, or a frame that
+            two files name, or a socket that one frame has twice; it names file and line.
+    """
+    found: list[SocketAt] = []
+    owners: dict[str, Path] = {}
+    for file in map(Path, files):
+        rows = _rows(file)
+        for frame in dict.fromkeys(row.frame for row in rows):
+            if frame in owners:
+                raise FrameError(
+                    f"{file}: frame {frame!r} is named twice, here and in {owners[frame]}; give "
+                    "each frame a name of its own, or put its sockets into one file"
+                )
+            owners[frame] = file
+        found += rows
+    return found
+
+
+def parse_socket_at(words: str) -> SocketAt:
+    """Return the coordinates in words like ``table/front:0=0.1,0.2,0.03+-0.00005`` (metres).
+
+    Raises:
+        FrameError: The words are not of that form.
+    """
+    match = _WORDS.fullmatch(words.strip())
+    if match is None:
+        raise FrameError(
+            f"{words!r} is neither a file nor FRAME/PLACEMENT:0=X,Y,Z+-DEVIATION in metres"
+        )
+    frame, socket, *numbers = match.groups()
+    return _socket_at(words, frame, socket, numbers, [1.0] * 4)
+
+
+def _rows(file: Path) -> list[SocketAt]:
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError):
+        raise FrameError(f"{file}: cannot be read as text") from None
+    kept = [(i, line) for i, line in enumerate(lines, 1) if line.split("#")[0].strip()]
+    if not kept:
+        raise FrameError(f"{file}: empty; expected the header {_HEADER}")
+    scales = _scales(file, *kept[0])
+    rows: list[SocketAt] = []
+    seen: dict[tuple[str, str], int] = {}
+    for line, text in kept[1:]:
+        where = f"{file}:{line}"
+        cells = [cell.strip() for cell in next(csv.reader([text.split("#")[0]]))]
+        if len(cells) != len(COLUMNS):
+            raise FrameError(f"{where}: {len(cells)} columns where {len(COLUMNS)} are expected")
+        if (cells[0], cells[1]) in seen:
+            raise FrameError(
+                f"{where}: socket {cells[1]} is twice in frame {cells[0]!r}, as in line "
+                f"{seen[cells[0], cells[1]]}"
+            )
+        seen[cells[0], cells[1]] = line
+        rows.append(_socket_at(where, cells[0], cells[1], cells[2:], scales))
+    if not rows:
+        raise FrameError(f"{file}: only a header; expected one socket a line below it")
+    return rows
+
+
+def _scales(file: Path, line: int, text: str) -> list[float]:
+    """Return the unit [m] of each number's column, from the header."""
+    cells = [_COLUMN.fullmatch(cell.strip()) for cell in next(csv.reader([text]))]
+    names = [None if cell is None else cell[1] for cell in cells]
+    if names != list(COLUMNS):
+        raise FrameError(f"{file}:{line}: expected the header {_HEADER}")
+    units = [cell[2] for cell in cells[2:] if cell is not None]
+    for name, unit in zip(COLUMNS[2:], units, strict=True):
+        if unit not in UNITS:
+            said = "no unit" if unit is None else f"unit {unit!r}"
+            raise FrameError(f"{file}:{line}: column {name} has {said}; write {name} [mm] or [m]")
+    return [UNITS[unit] for unit in units]
+
+
+def _socket_at(
+    where: str, frame: str, socket: str, numbers: Sequence[str], scales: Sequence[float]
+) -> SocketAt:
+    match = _SOCKET.fullmatch(socket)
+    if match is None:
+        raise FrameError(f"{where}: socket {socket!r}: expected PLACEMENT:0")
+    if not _FRAME.fullmatch(frame):
+        raise FrameError(f"{where}: frame {frame!r} is no name: letters, digits, and . _ -")
+    try:
+        values = [float(n) * scale for n, scale in zip(numbers, scales, strict=True)]
+    except ValueError:
+        values = [math.nan]
+    if not all(map(math.isfinite, values)) or values[3] <= 0:
+        raise FrameError(f"{where}: x, y, z are numbers, and the deviation a positive one")
+    x, y, z, deviation = values
+    return SocketAt(frame, (match[1], int(match[2])), (x, y, z), deviation, where)
+
+
+def in_placements(
+    sockets_at: Sequence[SocketAt],
+    train: Sequence[str],
+    test: Sequence[str],
+) -> list[SocketAt]:
+    """Return the coordinates of sockets that are trained on.
+
+    Args:
+        sockets_at: Of all sockets.
+        train: Names of the placements trained on.
+        test: Names of those held out: the fit is not told of theirs.
+
+    Raises:
+        FrameError: Coordinates of a socket of no placement.
+    """
+    kept: list[SocketAt] = []
+    for one in sockets_at:
+        if any(_is(name, one) for name in train):
+            kept.append(one)
+        elif not any(_is(name, one) for name in test):
+            names = ", ".join((*train, *test))
+            raise FrameError(
+                f"{one.where}: no placement is called {one.socket[0]!r}; there are: {names}"
+            )
+    return kept
+
+
+def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> Measurement:
+    """Return a placement whose sockets are as far apart as their coordinates say.
+
+    Unless its distance was given otherwise, or the coordinates do not tell.
+
+    Args:
+        measured: The placement.
+        name: What it is called.
+        sockets_at: Coordinates of sockets.
+    """
+    if not measured.has_distance or measured.distance_source != "default":
+        return measured
+    places = {(o.frame, o.socket[1]): o for o in sockets_at if _is(name, o)}
+    first, second = measured.sockets[:2]
+    for frame, socket in places:
+        if socket == first and (frame, second) in places:
+            a, b = places[frame, first], places[frame, second]
+            return replace(
+                measured,
+                distance=math.dist(a.coordinates, b.coordinates),
+                distance_source="located",
+                distance_deviation=math.hypot(a.deviation, b.deviation),
+            )
+    return measured
+
+
+def _is(placement: str, one: SocketAt) -> bool:
+    return one.socket[0] in (placement, placement.split("/")[-1])

@@ -1,0 +1,102 @@
+"""Sockets whose coordinates are known in a frame: a table's, or the robot's own base."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import Placement
+from mukca.solver.auto.arms import as_arms, as_scene
+from mukca.solver.auto.directions import CANNOT_SEE, cannot_see, weak_directions
+from mukca.solver.auto.estimation import estimate_all
+from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.posterior import Posterior, World
+from mukca.solver.auto.uncertainty import deviations
+from mukca.solver.data.frames import FrameError, Pose
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.observations import SocketAt, observe
+from mukca.solver.robot.kinematics import BallModel, workspace
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import Robot
+from mukca.tools.simulated_arms import Base, record
+from mukca.tools.simulated_worlds import random_pose, sockets_seen
+
+HOME = Pose(np.eye(3), np.zeros(3))
+BASES = [
+    Base(name, np.array(centre), np.array([0.0, 1.0, 0.0]))
+    for name, centre in (
+        ("front", [0.5, 0.0, 0.1]),
+        ("left", [0.35, 0.4, 0.25]),
+        ("right", [0.35, -0.4, 0.1]),
+    )
+]
+
+
+def fit(robot: Robot, placements: list[Placement], at: list[SocketAt]) -> World:
+    data = observe([measure(p, robot) for p in placements], robot, sockets_at=at)
+    model = extend(robot, choose_parameters(robot))
+    return estimate_all(as_arms(model), as_scene(data), joint_noise=False)
+
+
+def without_distance(placements: list[Placement]) -> list[Placement]:
+    return [replace(p, distance=None) for p in placements]
+
+
+@pytest.fixture(scope="module")
+def exact(true_panda: Robot) -> list[Placement]:
+    generator = np.random.default_rng(3)
+    placements = [record(true_panda, base, generator, samples=8) for base in BASES]
+    return without_distance(placements)
+
+
+@pytest.fixture(scope="module")
+def noisy(true_panda: Robot) -> list[Placement]:
+    generator = np.random.default_rng(4)
+    placements = [record(true_panda, b, generator, samples=12, noise=5e-5) for b in BASES]
+    return without_distance(placements)
+
+
+def test_a_table_gives_frame_and_sockets_back(panda: Robot, exact: list[Placement]) -> None:
+    generator = np.random.default_rng(1)
+    frame = random_pose(generator)
+    at = sockets_seen(BASES, frame, generator, deviation=1e-6)
+    found = fit(panda, exact, at)
+    assert not found.scene.arms[0].known  # a default distance is no measurement
+    places = found.frames["table"].inverse().apply(found.arms[0].centres)
+    assert np.abs(places - np.array([one.coordinates for one in at])).max() < 1e-9
+
+
+def test_an_anchored_base_is_known_within_its_interval(
+    panda: Robot, true_panda: Robot, noisy: list[Placement]
+) -> None:
+    """The base's pose and joint 1's zero: where the ball is in the base frame."""
+    generator = np.random.default_rng(2)
+    at = sockets_seen(BASES, HOME, generator, noise=5e-5, name="base")
+    free, tied = fit(panda, noisy, []).arms[0], fit(panda, noisy, at).arms[0]
+
+    def seen(found: Posterior) -> tuple[str, ...]:
+        return cannot_see(found, weak_directions(found))
+
+    assert seen(free) == CANNOT_SEE and seen(tied) == CANNOT_SEE[1:]
+    q = workspace(panda, 40, 1)
+    truth = BallModel(true_panda, []).points(np.empty(0), q)
+    off = np.abs(tied.predict(q, np.zeros_like(q)) - truth)
+    _, jacobian, _ = tied.model.linearise(tied.x, q, np.zeros_like(q))
+    size = tied.model.size
+    stated = np.sqrt(np.einsum("nij,jk,nik->ni", jacobian, tied.covariance[:size, :size], jacobian))
+    assert np.mean(off < 3 * stated) > 0.95
+    assert np.median(stated) < 3e-4  # without the anchor some millimetres
+    first = [i for i, name in enumerate(tied.model.names) if name == "panda_joint1.yaw"]
+    assert deviations(tied)[first] < deviations(free)[first]
+
+
+def test_coordinates_in_the_wrong_base_frame_are_refused(
+    panda: Robot, noisy: list[Placement]
+) -> None:
+    at = sockets_seen(BASES, HOME, np.random.default_rng(2), name="base")
+    turned = [replace(o, coordinates=(-o.coordinates[1], *o.coordinates[::2])) for o in at]
+    with pytest.raises(FrameError, match="origin and axes as the URDF's base link does"):
+        fit(panda, noisy, turned)
+    large = [replace(o, coordinates=tuple(1e3 * v for v in o.coordinates)) for o in at]
+    with pytest.raises(FrameError, match="are they millimetres"):
+        fit(panda, noisy, large)

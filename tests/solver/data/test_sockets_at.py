@@ -1,0 +1,71 @@
+"""Coordinates of sockets that people write by hand."""
+
+from pathlib import Path
+
+import pytest
+
+from mukca.solver.data.frames import FrameError
+from mukca.solver.data.sockets_at import in_placements, parse_socket_at, read_sockets_at
+
+HEADER = "frame,socket,x [mm],y [mm],z [m],deviation [mm]"
+
+
+def write(file: Path, *lines: str) -> Path:
+    file.write_text("\n".join(lines) + "\n")
+    return file
+
+
+def test_units_stand_in_the_header_and_notes_behind_a_hash(tmp_path: Path) -> None:
+    file = write(
+        tmp_path / "t.csv", "# by hand", HEADER, "", "table, front:1, 50, 0, 0.03, 0.05 # x"
+    )
+    (found,) = read_sockets_at([file])
+    assert (found.frame, found.socket) == ("table", ("front", 1))
+    assert found.coordinates == pytest.approx((0.05, 0, 0.03))
+    assert found.deviation == pytest.approx(5e-5)
+    assert found.where == f"{file}:4"
+
+
+def test_words_read_back() -> None:
+    found = parse_socket_at("left:base/session/front:0=0.1,-0.2,0.03+-5e-05")
+    assert (found.frame, found.socket) == ("left:base", ("session/front", 0))
+    assert str(found) == "left:base/session/front:0=0.1,-0.2,0.03+-5e-05"
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ([], "t.csv: empty; expected the header frame,socket,x"),
+        ([HEADER], "t.csv: only a header"),
+        (
+            ["frame,socket,x,y,z,deviation", "t,a:0,0,0,0,1"],
+            "t.csv:1: column x has no unit",
+        ),
+        ([HEADER.replace("[m]", "[in]"), "t,a:0,0,0,0,1"], "t.csv:1: column z has unit 'in'"),
+        (["socket,frame,x [m]"], "t.csv:1: expected the header frame,socket"),
+        ([HEADER, "t,a:0,0,0,0"], "t.csv:2: 5 columns where 6"),
+        ([HEADER, "t,a,0,0,0,1"], "t.csv:2: socket 'a': expected PLACEMENT:0"),
+        ([HEADER, "t,a:0,0,0,x,1"], "t.csv:2: x, y, z are numbers"),
+        ([HEADER, "t,a:0,0,0,0,-1"], "t.csv:2: .* the deviation a positive one"),
+        (
+            [HEADER, "t,a:0,0,0,0,1", "t,a:0,1,0,0,1"],
+            "t.csv:3: socket a:0 is twice in",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused_by_line(tmp_path: Path, lines: list[str], words: str) -> None:
+    with pytest.raises(FrameError, match=words):
+        read_sockets_at([write(tmp_path / "t.csv", *lines)])
+
+
+def test_a_frame_that_two_files_name_is_refused(tmp_path: Path) -> None:
+    files = [write(tmp_path / f"{n}.csv", HEADER, f"table,{n}:0,0,0,0,1") for n in "ab"]
+    with pytest.raises(FrameError, match=r"b.csv: frame 'table' is named twice, .*a.csv"):
+        read_sockets_at(files)
+
+
+def test_a_fit_is_told_of_what_it_is_trained_on_alone() -> None:
+    found = [parse_socket_at(f"t/{name}:0=0,0,0+-1") for name in ("front", "left")]
+    assert in_placements(found, ["s/front"], ["s/left"]) == found[:1]
+    with pytest.raises(FrameError, match="no placement is called 'left'; there are: s/front"):
+        in_placements(found, ["s/front"], [])
