@@ -110,10 +110,11 @@ def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_p
     q = read_placement(session / "front").positions
     balls = [model.ball(q) for model in (recorded, extracted)]
     lengths = [np.linalg.norm(p[:, None] - p, axis=2) for p in balls]
-    assert np.abs(lengths[0] - lengths[1]).max() < 1e-5
+    # 12 states of 2e-5 rad noise each, seven joints, 0.9 m away: 14 um a sample
+    assert np.abs(lengths[0] - lengths[1]).max() < 3 * 14e-6
     there = mukca.read_placements(session / "left")
     errors = [model.validate(there)[0].calibrated for model in (recorded, extracted)]
-    assert abs(errors[0].mean_absolute_error - errors[1].mean_absolute_error) < 1e-5
+    assert abs(errors[0].mean_absolute_error - errors[1].mean_absolute_error) < 14e-6
 
 
 def test_two_arms_in_one_message(extract, moves, tmp_path) -> None:
