@@ -57,20 +57,21 @@ class KeptStream:
 
     def __init__(self, file: Path, joints: Sequence[str]) -> None:
         self.file = file
+        self.trouble: str | None = None
+        """Why no more is kept; None while all is well."""
         self._rows: list[list[int]] = []
         self._count = len(joints)
         try:
-            self._stream = file.open("xb")
+            self._stream = file.open("xb", buffering=0)
             head = json.dumps({"format": FORMAT, "joints": list(joints)})
             self._stream.write(head.encode() + b"\n")
         except OSError as error:
             raise RecordingError(f"{file}: cannot be written: {error.strerror}") from None
 
     def add(self, state: JointState, connection: int) -> None:
-        """Keep a state; states with another number of joints, or with no numbers, are passed over.
+        """Keep a state; one with another number of joints, or with no numbers, is passed over.
 
-        Raises:
-            RecordingError: The disk is full, or gone.
+        Where the disk is full, :attr:`trouble` says so, and no more is kept: a session goes on.
         """
         try:
             row = [round(state.stamp / _STAMP), connection, state.effort is not None]
@@ -86,27 +87,20 @@ class KeptStream:
             self._write()
 
     def close(self) -> None:
-        """Write what is left; safe to call twice.
-
-        Raises:
-            RecordingError: The disk is full, or gone.
-        """
+        """Write what is left; safe to call twice."""
         if not self._stream.closed:
-            try:
-                self._write()
-            finally:
-                self._stream.close()
+            self._write()
+            self._stream.close()
 
     def _write(self) -> None:
-        if not self._rows:
+        rows, self._rows = self._rows, []
+        if not rows or self.trouble:
             return
-        packed = _pack(np.array(self._rows, dtype=np.int64))
-        self._rows = []
+        packed = _pack(np.array(rows, dtype=np.int64))
         try:
             self._stream.write(struct.pack("<I", len(packed)) + packed)
-            self._stream.flush()
         except OSError as error:
-            raise RecordingError(f"{self.file}: cannot be written: {error.strerror}") from None
+            self.trouble = f"{self.file}: the states were not kept to the end: {error.strerror}"
 
 
 def _pack(rows: NDArray[np.int64]) -> bytes:

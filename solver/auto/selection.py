@@ -1,7 +1,7 @@
 """Decides by the data which extensions of the geometry to keep.
 
-The geometry is fitted first. Then compliance is added, then tilt, then play (for arms that are
-coarse enough to have any), then transmission error, each to what was kept before. An extension is
+The geometry is fitted first. Then compliance is added, then tilt, then play (with zeros,
+that is for servo arms), then transmission error, each to what was kept before. An extension is
 kept if it makes the evidence (see docs/model.md) at least 150 times as large. With three placements
 or more it must also prove itself: each placement is left out of the fit once, and the errors there
 must fall by more than the standard error of that fall.
@@ -33,8 +33,6 @@ STAGES: dict[str, tuple[str, ...]] = {
     "transmission": TRANSMISSION,
 }
 """What is tried, in this order: name, and its extensions."""
-COARSE = 5e-4
-"""Play is looked for in arms whose errors are larger than this without it [m]."""
 GAIN = log(150)
 """By how much an extension must raise the logarithm of the evidence. On simulated arms without
 elasticity or transmission error, it never rose by more than 2.6; true ones that raise it by less
@@ -86,7 +84,8 @@ def select_model(
         data: Training placements.
         stages: Which of :data:`STAGES` may be tried.
         joint_noise: Whether joint angles may be noisy.
-        zeros: Whether the joints' zeros may be off by degrees.
+        zeros: Whether the joints' zeros may be off by degrees and their gears have play, as in arms
+            made of servos.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -124,10 +123,9 @@ def select_all(
     geometric = best = fit(None, [(ZERO,) if zeros else ()] * len(robots), data)
     notes: list[list[str]] = [[] for _ in robots]
     left_out = _LeftOut(fit)
-    for stage in (name for name in STAGES if name in stages):
+    tried = [name for name in STAGES if name in stages and (zeros or name != "play")]
+    for stage in tried:
         for i, own in enumerate(notes):
-            if stage == "play" and _is_fine(best, i):
-                continue
             progress(f"{stage} {data.names[i]}".strip())
             candidate, note = _tried(fit, left_out, best, stage, i)
             own.append(f"{stage}: {note}")
@@ -168,14 +166,6 @@ def _tried(
     if helps <= spread:
         return None, f"dropped, it lowers errors only {line}"
     return candidate, f"kept (log evidence {gain:+.1f}), it lowers errors {line}"
-
-
-def _is_fine(found: World, robot: int) -> bool:
-    """Tell whether a robot's noise at the ball is too small for gears with play."""
-    arm = found.arms[robot]
-    _, _, by_joints = arm.model.linearise(arm.x, arm.data.positions, arm.data.torques)
-    variance = np.trace(arm.noise.scales(by_joints), axis1=1, axis2=2)
-    return float(np.sqrt(variance.mean())) < COARSE
 
 
 def _active(found: World) -> tuple[tuple[str, ...], ...]:
