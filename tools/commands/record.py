@@ -89,6 +89,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what the predicted error of distances in the workspace should come to (default: "
         "three times the arm's repeatability)",
     )
+    guide.add_argument("--page", action="store_true", help="show the same on a page, read-only, "
+        "for a tablet beside the arm; its address is on the screen")  # fmt: skip
+    guide.add_argument("--page-host", metavar="HOST", default="127.0.0.1", help="where the page is "
+        "served; 0.0.0.0 lets the whole network see it (default: this computer alone)")  # fmt: skip
     guide.add_argument("--no-guide", action="store_true", help="no fit while recording")
     add_load(parser, "noticing a hand on the arm")
     notes = parser.add_argument_group("notes, kept with the recording")
