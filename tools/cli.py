@@ -27,6 +27,7 @@ VERBS: dict[str, str] = {
     "stream": "show a robot's live joint angles, rate and gaps",
     "plan": "say what bases, placements and samples would bring, before recording",
     "record": "record at the robot, in the terminal",
+    "extract": "find the rests of an arm in a bag or log, and make a recording of them",
     "info": "show what is in recordings",
     "convert": "write recordings in the other form",
     "check": "look at recordings before they are fitted",

@@ -149,7 +149,9 @@ def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> N
             terminal.resize(columns, rows)
             deadline = time.monotonic() + 20
             shown = terminal.screen.display
-            while not (any("SOCKET 0" in row for row in shown[:5]) and "? help" in shown[rows - 1]):
+            while not (
+                any("SOCKET 0" in row for row in shown[:5]) and "space capture" in shown[rows - 1]
+            ):
                 assert time.monotonic() < deadline, terminal.text
                 time.sleep(0.05)
                 shown = terminal.screen.display

@@ -44,6 +44,7 @@ def calibrate(
     sockets_at: str | Path | Sequence[str | Path | SocketAt] = (),
     distance_deviation: float | None = None,
     without: Sequence[str] = (),
+    zeros: bool | None = None,
     payload: float | None = None,
     gravity: Sequence[float] | None = None,
     optimizer: str | None = None,
@@ -74,8 +75,9 @@ def calibrate(
         sockets_at: (auto) Files with measured coordinates of sockets, see
             :mod:`mukca.solver.data.sockets_at`; or such coordinates.
         distance_deviation: (auto) Standard deviation of ``distance`` [m]; None for a caliper's.
-        without: (auto) Among ``compliance``, ``tilt``, ``transmission``, ``joint-noise``: what
-            not to try.
+        without: (auto) Among ``compliance``, ``tilt``, ``play``, ``transmission``,
+            ``joint-noise``: what not to try.
+        zeros: (auto) Whether the joints' zeros may be off by degrees, as on arms made of servos.
         payload: (auto) Mass at the ball beyond that of the model [kg].
         gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
         optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.
@@ -103,6 +105,7 @@ def calibrate(
         sockets_at=tuple(map(str, located)),
         distance_deviation=distance_deviation,
         without=without,
+        zeros=zeros,
         payload=payload,
         gravity=gravity,
         optimizer=optimizer,
@@ -113,10 +116,20 @@ def calibrate(
     training, held_out, warnings = _measured(robot, train, test, settings, located)
     training, inspected = _inspected(robot, training, held_out, settings)
     parameters = choose_parameters(robot, settings.free, settings.fix)
+    _check_zeros(robot, parameters, settings)
     located = in_placements(located, [m.name for m in training], [m.name for m in held_out])
     fit = _fit(robot, parameters, training, settings, located, progress)
     task = Task(robot, settings, tuple(training), tuple(held_out), tuple(warnings), inspected)
     return Calibration(compose(task, fit), fit.calibrated)
+
+
+def _check_zeros(robot: Robot, parameters: Sequence[Parameter], settings: Settings) -> None:
+    """Refuse zeros that the URDF could not hold."""
+    free = {parameter.name for parameter in parameters}
+    for joint in robot.actuated if settings.zeros else ():
+        angles = {f"{joint.name}.{angle}" for angle in ("roll", "pitch", "yaw")}
+        if joint.type == "prismatic" or not angles <= free:
+            raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")
 
 
 def _measured(

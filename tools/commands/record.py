@@ -73,6 +73,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"(default: {STILL}, or the step of its encoders)",
     )
     add("--keys", type=Path, metavar="FILE", help="read keys from a script")
+    add("--keep-stream", action="store_true", help="keep every state in a compact file beside the "
+        "samples, for mukca extract to look at again")  # fmt: skip
     hands = parser.add_argument_group("hands and ears")
     hands.add_argument("--auto", action="store_true", help="capture without a key wherever the arm "
         "comes to rest at a new, plausible pose; a key at each change of socket")  # fmt: skip

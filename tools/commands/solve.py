@@ -83,6 +83,7 @@ def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibratio
             sockets_at=arguments.sockets_at,
             distance_deviation=arguments.distance_deviation,
             without=arguments.without,
+            zeros=arguments.zeros,
             payload=arguments.payload,
             gravity=arguments.gravity,
             optimizer=arguments.optimizer,

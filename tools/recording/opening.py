@@ -14,6 +14,7 @@ from ...drivers.reconnect import Reconnecting
 from ...drivers.registry import open_driver
 from ...recorder.dataset import METADATA, read_distance, read_metadata
 from ...recorder.display import Lines, Screen
+from ...recorder.kept_stream import KeptStream, next_file
 from ...recorder.keyboard import Keyboard
 from ...recorder.keys import keys_with
 from ...recorder.metadata import Metadata
@@ -84,6 +85,8 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
         stream = Stream(driver)
         stack.callback(stream.close)
         recording = stack.enter_context(_recording(arguments, robot, joints, still))
+        if arguments.keep_stream:
+            stack.enter_context(_kept(stream, arguments, robot, terminal))
         session = _session(arguments, robot, joints, recording)
         onlooker, session = _page(arguments, session, stack)
         adviser = _adviser(arguments, robot, stack) if keyboard and script is None else None
@@ -113,6 +116,21 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
             onlooker=onlooker,
             card=_card(session, arguments) if keyboard and live else (),
         ).run()
+
+
+@contextmanager
+def _kept(
+    stream: Stream, arguments: argparse.Namespace, robot: Robot, terminal: Terminal
+) -> Generator[None, None, None]:
+    """Keep every state in a file beside the samples."""
+    kept = KeptStream(next_file(arguments.out), robot.joint_names)
+    stream.keep = kept.add
+    try:
+        yield
+    finally:
+        kept.close()
+        if kept.trouble:
+            terminal.warn(kept.trouble)
 
 
 def is_scripted(arguments: argparse.Namespace) -> bool:
