@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from .auto.closest_rigid import closest_rigid
 from .auto.posterior import Posterior, World
 from .auto.selection import STAGES, Selected, select_all
 from .auto.zeros import with_zeros
@@ -176,7 +177,7 @@ def fit_arms(
 def _fit_of(
     arm: Recorded, parameters: Sequence[Parameter], chosen: Selected, i: int, seconds: float
 ) -> Fit:
-    full, geometric = chosen.full.arms[i], chosen.geometric.arms[i]
+    full = chosen.full.arms[i]
     deflection = full.deflection.without_zeros
     calibrated = CalibratedRobot(
         arm.robot,
@@ -184,7 +185,7 @@ def _fit_of(
         with_zeros(full),
         deflection,
         arm.load,
-        with_zeros(geometric) if deflection.extensions else None,
+        closest_rigid(full, arm.load) if deflection.extensions else None,
     )
     iterates = tuple(partial(_extended, full, arm.load, x) for x in full.iterates)
     return Fit(
