@@ -107,7 +107,7 @@ def test_a_program_is_recorded_in_a_terminal(session, tmp_path):
     with emulated_program("franka", tmp_path, *recording) as emulation:
         command = [*MUKCA, *words("panda", f"franka:{emulation.address}", tmp_path)]
         with TerminalSession(command) as terminal:
-            terminal.wait_for("1 of 30 captured")
+            terminal.wait_for("0:  1/30")
             emulation.release()
             assert terminal.process.wait(150) == 0, terminal.text
     recorded = read_placement(tmp_path / "recorded").positions
