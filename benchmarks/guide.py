@@ -120,8 +120,7 @@ def truth(arm: Robot, found: Posterior, test: Placement) -> tuple[float, float]:
     return float(np.mean(errors)), float(np.median(off)) / 0.6745  # as one standard deviation
 
 
-def simulate(count: int) -> None:
-    names = list(shipped_robots())
+def simulate(count: int, names: list[str]) -> None:
     rows = []
     print("arm            poses    held-out [mm]      distances [mm]     gauge")
     print("               guided   guided  30+30      guided  30+30      guided")
@@ -167,7 +166,7 @@ def choose(robot: Robot, train: Placement, each: int) -> Placement:
     for i in range(2 * each):
         socket = i % 2
         q = np.array([s.position for s in left[socket]])
-        best = int(np.argmax(known.gains(q, socket, where)))
+        best = int(np.argmax(known.gains(q, socket, where.shape)))
         chosen.append(left[socket].pop(best))
         known = known.with_samples(q[best : best + 1], socket)
     chosen.sort(key=lambda s: s.socket)
@@ -217,6 +216,7 @@ def held_out(robot: Robot, train: Placement, test: list[Placement]) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", type=int, default=20)
+    parser.add_argument("--robots", nargs="+", help="instead of all that are shipped")
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--each", type=int, default=15)
     parser.add_argument("--draws", type=int, default=200)
@@ -224,7 +224,7 @@ def main() -> None:
     if arguments.recordings:
         recorded(arguments.recordings, arguments.each, arguments.draws)
     else:
-        simulate(arguments.arms)
+        simulate(arguments.arms, arguments.robots or list(shipped_robots()))
 
 
 if __name__ == "__main__":

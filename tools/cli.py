@@ -25,6 +25,7 @@ VERBS: dict[str, str] = {
     "robots": "list the robot models that come with the package",
     "drivers": "list the arms that can be read, and what each needs",
     "stream": "show a robot's live joint angles, rate and gaps",
+    "plan": "say what bases, placements and samples would bring, before recording",
     "record": "record at the robot, in the terminal",
     "extract": "find the rests of an arm in a bag or log, and make a recording of them",
     "info": "show what is in recordings",

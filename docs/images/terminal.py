@@ -92,7 +92,7 @@ class Film:
         wide, high = COLUMNS * WIDE + 24, ROWS * HIGH + 24
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide:.0f} {high:.0f}" '
-            f'role="img"><title>A recording and a calibration in the terminal</title>'
+            f'role="img"><title>Recordings checked, and a calibration, in the terminal</title>'
             f"<style>text{{font:14px monospace;white-space:pre}}{style}</style>"
             f'<rect width="100%" height="100%" rx="8" fill="#0d1117"/>'
             f'<g transform="translate(12 8)">{groups}</g></svg>\n'

@@ -49,11 +49,24 @@ class Workspace:
 
     slopes: np.ndarray
     """g_k, derivatives of the distances by the model's unknowns, shape (K, size)."""
+    lengths: np.ndarray
+    """The distances, shape (K,) [m]."""
 
     @property
     def mean(self) -> np.ndarray:
         """G, shape (size, size)."""
         return self.slopes.T @ self.slopes / len(self.slopes)
+
+    @property
+    def shape(self) -> np.ndarray:
+        """G of the distances relative to each other, the arm's scale left out, shape (size, size).
+
+        The scale is known by the base's length, and by how many samples there are. Poses differ in
+        what they tell of all else, so they are chosen by this.
+        """
+        scale = self.lengths @ self.slopes / (self.lengths @ self.lengths)
+        slopes = self.slopes - np.outer(self.lengths, scale)
+        return slopes.T @ slopes / len(slopes)
 
 
 def rows_at(model: ExtendedModel, x: np.ndarray, q: np.ndarray) -> Rows:
@@ -67,8 +80,10 @@ def workspace_of(model: ExtendedModel, x: np.ndarray, pairs: int = 200) -> Works
     q = workspace(model.robot, 2 * pairs)
     points, by_unknowns, _ = model.linearise(x, q, np.zeros((len(q), 2 * q.shape[1])))
     offset = points[1::2] - points[::2]
-    direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-12)
-    return Workspace(np.einsum("ni,nij->nj", direction, by_unknowns[1::2] - by_unknowns[::2]))
+    lengths: np.ndarray = np.linalg.norm(offset, axis=1).clip(1e-12)
+    direction = offset / lengths[:, None]
+    slopes = np.einsum("ni,nij->nj", direction, by_unknowns[1::2] - by_unknowns[::2])
+    return Workspace(slopes, lengths)
 
 
 @dataclass(frozen=True)
@@ -129,13 +144,13 @@ class Knowledge:
             known = known._updated(known._with_centre(J, socket), C)
         return known
 
-    def gains(self, q: np.ndarray, socket: int, where: Workspace) -> np.ndarray:
+    def gains(self, q: np.ndarray, socket: int, G: np.ndarray) -> np.ndarray:
         """Return by how much each of some samples would lower the mean variance (D2).
 
         Args:
             q: Their configurations, shape (N, m).
             socket: Where the ball would be.
-            where: What is to be known.
+            G: What is to be known, see :class:`Workspace`.
 
         Returns:
             As a share of that variance, shape (N,).
@@ -150,7 +165,7 @@ class Knowledge:
             - across[:, :, begin : begin + 3]
             + self.noise.scales(rows.by_joints) / INFORMATION
         )
-        own, G = across[:, :, :size], where.mean
+        own = across[:, :, :size]
         lowered = np.einsum("nij,nji->n", np.linalg.inv(S), own @ G @ own.transpose(0, 2, 1))
         return lowered / float(np.trace(sigma[:size, :size] @ G))
 

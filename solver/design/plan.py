@@ -69,7 +69,7 @@ def with_site(
 
 def best_of(known: Knowledge, poses: np.ndarray, socket: int, where: Workspace) -> int:
     """Return which of some poses would teach most."""
-    return int(np.argmax(known.gains(poses, socket, where)))
+    return int(np.argmax(known.gains(poses, socket, where.shape)))
 
 
 def between(sites: Sequence[Site]) -> np.ndarray:

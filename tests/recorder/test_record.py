@@ -397,7 +397,7 @@ def test_hands_free_takes_no_implausible_pose_and_has_no_patience_to_lose(by_han
         return "the ball is elsewhere" if samples[-1].position[0] > 0.5 else None
 
     outcome, _ = by_hand(
-        arm(speed=1.0, places=PLACES[:3]), (0.5, "a"), (35.0, "q"), hands_free=True, check=doubt
+        arm(speed=1.0, places=PLACES[:3]), (0.5, "a"), (35.0, "q"), hands_free=True, plausible=doubt
     )
     assert positions(outcome)[:, 0] == pytest.approx([0.1, 0.2], abs=1e-4)
 

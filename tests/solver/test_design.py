@@ -34,11 +34,11 @@ def variance(known: Knowledge, where: Workspace) -> float:
 def test_the_gain_that_is_promised_is_had(known: Knowledge, where: Workspace) -> None:
     q = workspace(known.model.robot, 12)
     known = known.with_samples(q[:6], 0).with_samples(q[6:9], 1)
-    promised = known.gains(q[9:], 1, where)
+    promised = known.gains(q[9:], 1, where.mean)
     had = [1 - variance(known.with_samples(r[None], 1), where) / variance(known, where)
            for r in q[9:]]  # fmt: skip
     assert promised == pytest.approx(had, rel=1e-6)
-    assert best_of(known, q[9:], 1, where) == int(np.argmax(had))
+    assert best_of(known, q[9:], 1, where) == int(np.argmax(known.gains(q[9:], 1, where.shape)))
 
 
 def test_the_order_of_samples_does_not_matter(known: Knowledge) -> None:
@@ -74,3 +74,11 @@ def test_a_longer_base_and_another_site_teach_more(known: Knowledge, where: Work
     before = Site(np.array([[0.4, 0.0, 0.1], [0.4, 0.05, 0.1]]), (q[:1], q[:1]))
     there = Site(np.array([[0.0, 0.4, 0.1], [0.05, 0.4, 0.1]]), (q[:20], q[20:]))
     assert with_site(short, there, where, 6, before).error(where) < short.error(where)
+
+
+def test_what_poses_are_chosen_by_leaves_the_scale_out(known: Knowledge, where: Workspace) -> None:
+    by_scale = np.zeros(known.model.size)
+    lengths = [i for i, p in enumerate(known.model.parameters) if p.unit == "m"]
+    by_scale[lengths] = known.model.ball.nominal[lengths]
+    fixed = 0.05 * float(by_scale @ where.mean @ by_scale)
+    assert float(by_scale @ where.shape @ by_scale) < fixed

@@ -35,7 +35,7 @@ FITTED = 6
 """A fit is tried from so many samples in each of two sockets on."""
 SHARE = 12
 """After so many samples in a socket, it is the other's turn."""
-LEAST = 10
+LEAST = 12
 """Fewer samples in a socket are never enough."""
 HARDLY = 0.03
 """Where the best next sample lowers the predicted error by less than this share, the placement has
@@ -44,7 +44,7 @@ PLATEAU, LATELY = 0.06, 3
 """So it has where the last few samples lowered it by less than this share."""
 CANDIDATES = 120
 """So many poses are compared."""
-NEARLY = 0.7
+NEARLY = 0.85
 """Of the poses that bring nearly as much as the best, the nearest is proposed."""
 SEAT = Noise(1e-4, 0.0)
 """The noise of a sample, before there are enough to tell [m]."""
@@ -176,14 +176,15 @@ class Coach:
         poses = self._poses[socket]
         if not len(poses):
             return None, 0.0
-        gains = known.gains(poses, socket, where)
+        gains = known.gains(poses, socket, where.shape)
         best = int(np.argmax(gains))
         if position is not None:
             far = np.abs(poses - np.array(position)).max(axis=1)
             far[gains < NEARLY * gains[best]] = np.inf
             best = int(np.argmin(far))
         # of variance; of the deviation it is half as much
-        return tuple(poses[best].tolist()), 1 - float(np.sqrt(1 - gains.max()))
+        gain = known.gains(poses[best : best + 1], socket, where.mean)
+        return tuple(poses[best].tolist()), 1 - float(np.sqrt(1 - gain.max()))
 
 
 def _positions(samples: Sequence[Sample], socket: int) -> np.ndarray:

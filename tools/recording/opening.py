@@ -27,12 +27,13 @@ from ...recorder.stream import Stream
 from ...recorder.watch import Watch
 from ...solver.robot.urdf import Robot
 from ..arguments import load_of
-from ..hints import Doubts, gravity_of, lookalikes
+from ..hints import FIRST_FAR, Doubts, gravity_of, lookalikes
 from ..report.figures.acceptance import ARMS, RESOLUTION, known_arm
 from ..terminal import Terminal
 from ..usage import UsageError
 from .coaching import COACHING, BackgroundCoach, setup_of
 from .neighbour import Neighbour
+from .page import PAGE, PageLink
 
 __all__ = ["goal_for", "is_scripted", "joints_of", "record_session"]
 
@@ -87,6 +88,7 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
         if arguments.keep_stream:
             stack.enter_context(_kept(stream, arguments, robot, terminal))
         session = _session(arguments, robot, joints, recording)
+        onlooker, session = _page(arguments, session, stack)
         adviser = _adviser(arguments, robot, stack) if keyboard and script is None else None
         live = script is None
         return Recorder(
@@ -106,10 +108,12 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
             script=script,
             push=Push(joints, gravity_of(robot, load_of(arguments))),
             check=Doubts(robot, arguments.distance),
+            plausible=Doubts(robot, arguments.distance, far=FIRST_FAR),
             keys=keys_with(arguments.key),
             hands_free=arguments.auto,
             sound=arguments.sound != "off",
             adviser=adviser,
+            onlooker=onlooker,
             card=_card(session, arguments) if keyboard and live else (),
         ).run()
 
@@ -176,14 +180,44 @@ def _adviser(
     """Return who guides the operator, in a process of its own; None where nobody is to."""
     if arguments.no_guide:
         return None
-    loaded = ("robot", "base", "tip", "flange", "ball")
     setup = setup_of(
-        {name: getattr(arguments, name) for name in loaded},
+        _loaded(arguments),
         arguments.distance,
         goal_for(robot, arguments.goal_mm),
         arguments.sockets,
     )
     return BackgroundCoach(stack.enter_context(Neighbour(COACHING, setup)))
+
+
+def _loaded(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return how the robot was loaded, for a process that loads it too."""
+    return {name: getattr(arguments, name) for name in ("robot", "base", "tip", "flange", "ball")}
+
+
+def _page(
+    arguments: argparse.Namespace, session: Session, stack: ExitStack
+) -> tuple[PageLink | None, Session]:
+    """Return what shows the page, and the session with its address.
+
+    Raises:
+        UsageError: It cannot be served there.
+    """
+    if not arguments.page:
+        return None, session
+    setup = {"robot": _loaded(arguments), "host": arguments.page_host}
+    neighbour = stack.enter_context(Neighbour(PAGE, setup))
+    neighbour.send({})
+    told: Any = None
+    while told is None and neighbour.trouble is None:
+        told = neighbour.answer()
+        time.sleep(0.02)
+    if told is None:
+        raise UsageError(f"--page-host {arguments.page_host}: no page can be served there")
+    session = session.with_message(f"page: {told['url']}")
+    if arguments.page_host not in ("127.0.0.1", "localhost", "::1"):
+        warning = "whoever knows this address can watch, from anywhere in the network"
+        session = session.with_message(warning, alarm=True)
+    return PageLink(neighbour), session
 
 
 def _title(arguments: argparse.Namespace, robot: Robot) -> str:
