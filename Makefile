@@ -10,7 +10,7 @@ export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
 unexport PYTHONDONTWRITEBYTECODE
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-fast lint install clean
+.PHONY: demo test test-fast lint install docs wheel clean
 
 demo: $(VENV)/.product  ## set up what the product needs, and run the main job on a simulated arm
 	$(BIN)/mukca demo --out demo --force
@@ -26,16 +26,33 @@ lint: $(VENV)/.tests  ## ruff and pyright (strict)
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
+docs: $(VENV)/.docs  ## the documentation as static files in build/docs; every link is checked
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --site-dir build/docs
+
+wheel: $(VENV)/.release  ## dist/: wheel and sdist, checked, and tried in an empty environment
+	rm -rf dist build/lib build/bdist.*
+	$(BIN)/python -m build
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/python tests/try_wheel.py dist/*.whl $(PYTHONS)
+
 install: $(VENV)/.tests  ## .venv with the project in it, editable, and all that its tests need
 
 clean:
-	rm -rf $(VENV) build demo *.egg-info
+	rm -rf $(VENV) build demo dist *.egg-info
 
 $(VENV)/bin/pip:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.product: $(PACKAGE) | $(VENV)/bin/pip
 	$(BIN)/pip install --quiet --editable .
+	@touch $@
+
+$(VENV)/.docs: $(PACKAGE) | $(VENV)/bin/pip
+	$(BIN)/pip install --quiet --editable '.[docs]'
+	@touch $@
+
+$(VENV)/.release: $(PACKAGE) | $(VENV)/bin/pip
+	$(BIN)/pip install --quiet --editable '.[release]'
 	@touch $@
 
 $(VENV)/.tests: $(PACKAGE) | $(VENV)/bin/pip

@@ -14,7 +14,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +27,7 @@ from mukca.solver.robot.kinematics import gravity_torques, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.simulated_arms import perturb, reachable_bases, record
+from mukca.tools.workers import add_workers, workers_of
 
 ROBOTS = ("panda", "iiwa14", "gen3_lite", "ur5e")
 
@@ -80,10 +80,11 @@ def draw(seed: int) -> dict[str, list[float]]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=200)
-    draws = parser.parse_args().draws
+    add_workers(parser)
+    arguments = parser.parse_args()
+    draws = arguments.draws
     begin = time.perf_counter()
-    with ProcessPoolExecutor() as pool:
-        results = list(pool.map(draw, range(draws)))
+    results = workers_of(arguments).map(draw, range(draws))
     print(f"{draws} draws over {', '.join(ROBOTS)} in {time.perf_counter() - begin:.0f} s")
     for kind in ("distances", "deviations", "parameters"):
         z = np.abs(np.concatenate([result[kind] for result in results]))

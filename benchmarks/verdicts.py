@@ -17,6 +17,7 @@ import numpy as np
 import mukca
 from mukca.recorder.dataset import Placement
 from mukca.solver.robot.urdf import shipped_robots
+from mukca.tools.workers import add_workers, workers_of
 
 NOISE = {"gen3_lite": 3e-4}
 """Of the ball's place, per axis [m]; 5e-5 for arms that repeat to 0.15 mm and better."""
@@ -107,29 +108,36 @@ def recordings(i: int) -> tuple[mukca.Robot, list[Placement]]:
     return robot, placements
 
 
+def of_sound(i: int) -> tuple[str, str]:
+    """Return the status of sound recordings, and the robot."""
+    robot, placements = recordings(i)
+    return status(robot, placements), robot.name
+
+
+def of_spoilt(i: int) -> tuple[str, str]:
+    """Return the status of the same after a mistake, and the robot."""
+    spoil, settings = MISTAKES[list(MISTAKES)[i % len(MISTAKES)]]
+    robot, placements = recordings(i)
+    return status(robot, [spoil(p) for p in placements], **settings), robot.name
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--good", type=int, default=60)
     parser.add_argument("--bad", type=int, default=60)
+    add_workers(parser)
     arguments = parser.parse_args()
-    sound: Counter[str] = Counter()
-    for i in range(arguments.good):
-        robot, placements = recordings(i)
-        found = status(robot, placements)
-        sound[found] += 1
+    workers = workers_of(arguments)
+    sound = workers.map(of_sound, range(arguments.good))
+    for i, (found, robot) in enumerate(sound):
         if found != "pass":
-            print(f"sound {i} ({robot.name}): {found}", flush=True)
-    print(f"sound recordings: {dict(sound)}", flush=True)
-    spoilt: Counter[str] = Counter()
-    for i in range(arguments.bad):
-        mistake = list(MISTAKES)[i % len(MISTAKES)]
-        spoil, settings = MISTAKES[mistake]
-        robot, placements = recordings(i)
-        found = status(robot, [spoil(p) for p in placements], **settings)
-        spoilt[found] += 1
+            print(f"sound {i} ({robot}): {found}")
+    print(f"sound recordings: {dict(Counter(found for found, _ in sound))}", flush=True)
+    spoilt = workers.map(of_spoilt, range(arguments.bad))
+    for i, (found, robot) in enumerate(spoilt):
         if found == "pass":
-            print(f"PASS {i} ({robot.name}): {mistake}", flush=True)
-    print(f"spoilt recordings: {dict(spoilt)}")
+            print(f"PASS {i} ({robot}): {list(MISTAKES)[i % len(MISTAKES)]}")
+    print(f"spoilt recordings: {dict(Counter(found for found, _ in spoilt))}")
 
 
 if __name__ == "__main__":

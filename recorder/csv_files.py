@@ -30,13 +30,19 @@ class Table:
     header: tuple[str, ...] | None
     lines: tuple[int, ...]
     rows: tuple[tuple[float, ...], ...]
+    units: tuple[str, ...] | None = None
+    """The line of units below the header, where there is one and it was looked for."""
 
 
-def read_table(file: Path) -> Table:
+def read_table(file: Path, *, units: bool = False) -> Table:
     """Read a file of finite numbers, with or without a header line.
 
     Cells are separated by commas, semicolons, tabs, or blanks, as the first line tells; by
     anything but commas, a number may have a decimal comma.
+
+    Args:
+        file: The file.
+        units: Whether the second line may hold the columns' units.
 
     Raises:
         RecordingError: The file is missing, empty, or only a header; its lines differ in length;
@@ -52,13 +58,16 @@ def read_table(file: Path) -> Table:
     if not records:
         raise RecordingError(f"{file}: empty; expected one configuration a line")
     header = _header(file, *records[0])
+    named = None
     if header:
         records = records[1:]
+        if units and records and not any(map(_is_number, records[0][1])):
+            named = tuple(cell.strip() for cell in records.pop(0)[1])
     if not records:
         raise RecordingError(f"{file}: only a header; expected one configuration a line below it")
     width = len(header or records[0][1])
     rows = tuple(_numbers(file, line, row, width) for line, row in records)
-    return Table(file, header, tuple(line for line, _ in records), rows)
+    return Table(file, header, tuple(line for line, _ in records), rows, named)
 
 
 def _records(text: str) -> list[tuple[int, list[str]]]:

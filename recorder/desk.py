@@ -23,6 +23,7 @@ class Desk:
         recording: Its file.
         sound: What the operator hears.
         check: Says what is odd about the last of some samples by the model; None if nothing is.
+        plausible: Likewise, of a pose that is to be captured without a key.
     """
 
     def __init__(
@@ -31,6 +32,7 @@ class Desk:
         recording: Recording,
         sound: Sound,
         check: Callable[[Sequence[Sample]], str | None] | None = None,
+        plausible: Callable[[Sequence[Sample]], str | None] | None = None,
     ) -> None:
         self.session = session
         self.refused = 0
@@ -40,6 +42,7 @@ class Desk:
         self._recording = recording
         self._sound = sound
         self._check = check
+        self._plausible = plausible
 
     def tell(self, text: str) -> None:
         """Say something to the operator."""
@@ -57,7 +60,9 @@ class Desk:
 
     def doubt(self, rest: Rest) -> str | None:
         """Say what would be odd about a sample taken at a rest; None if nothing would."""
-        return self._check((*self.session.live, self._sample(rest))) if self._check else None
+        if self._plausible is None:
+            return None
+        return self._plausible((*self.session.live, self._sample(rest)))
 
     def capture(self, rest: Rest, push: str | None = None) -> Sample | None:
         """Save a rest as a sample; None if that failed, which the operator was told.

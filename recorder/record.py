@@ -70,6 +70,8 @@ class Recorder:
     push: Push | None = None
     check: Callable[[Sequence[Sample]], str | None] | None = None
     """Says what is odd about the last of some samples by the model; None if nothing is."""
+    plausible: Callable[[Sequence[Sample]], str | None] | None = None
+    """Says why the last of some samples would not be captured without a key; None if it would."""
     keys: Mapping[str, str] = field(default_factory=lambda: KEYS)
     """What each key does."""
     hands_free: bool = False
@@ -83,7 +85,7 @@ class Recorder:
 
     def __post_init__(self) -> None:
         self._sound = Sound(self.display.bell, on=self.sound)
-        self._desk = Desk(self.session, self.recording, self._sound, self.check)
+        self._desk = Desk(self.session, self.recording, self._sound, self.check, self.plausible)
         self._controls = Controls(
             self._desk,
             self.keys,

@@ -149,7 +149,8 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
         lines = [part for line in view.card for part in textwrap.wrap(line, width - 2)]
         return [*joints, *(Text(f" {line}", style="bold") for line in lines)]
     hint = _hint(view, width) if room > 2 else []
-    messages = _messages(view.session, width, max(2, room // 2))
+    hint = hint[: max(0, room - 2)]
+    messages = _messages(view.session, width, max(2, min(room // 2, room - len(hint))))
     captures = _captures(view.session, width, room - len(messages) - len(hint))
     return [*joints, *hint, *captures, *messages]
 
@@ -157,7 +158,10 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
 def _hint(view: View, width: int) -> list[Text]:
     """The next pose in words, for the two joints that are farthest from it."""
     target = view.advice.target if view.advice else None
-    if target is None or view.position is None or view.advice is None:
+    if view.advice and view.advice.enough:
+        lines = [part for line in view.advice.closing for part in textwrap.wrap(line, width - 2)]
+        return [Text(f" {line}", style="bold cyan") for line in lines]
+    if target is None or view.position is None:
         return []
     away = zip(view.session.joints, target, view.position, strict=True)
     far = sorted(((b - a, joint) for joint, b, a in away), key=lambda pair: -abs(pair[0]))[:2]

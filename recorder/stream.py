@@ -3,6 +3,7 @@
 import math
 import threading
 from collections import deque
+from collections.abc import Callable
 
 from ..drivers import Driver, DriverError, JointState, Reason, clock
 from ..drivers.reconnect import Reconnecting
@@ -33,6 +34,8 @@ class Stream:
         """States that nobody took in time."""
         self.trouble: str | None = None
         """Why no states come, in words; None while they come."""
+        self.keep: Callable[[JointState, int], None] | None = None
+        """Given every state that is taken, and how many connections had been lost by then."""
         self.ended = False
         """Whether the driver gave up for good; :attr:`trouble` says why."""
         self._thread = threading.Thread(target=self._read, name="joint states", daemon=True)
@@ -69,7 +72,11 @@ class Stream:
             [s], the state, and how many connections had been lost by then.
         """
         waiting = self._waiting
-        return [waiting.popleft() for _ in range(min(most, len(waiting)))]
+        taken = [waiting.popleft() for _ in range(min(most, len(waiting)))]
+        if self.keep is not None:
+            for _, state, connection in taken:
+                self.keep(state, connection)
+        return taken
 
     def close(self) -> None:
         """End the thread and the connection; safe to call twice."""

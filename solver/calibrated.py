@@ -64,13 +64,27 @@ class CalibratedRobot:
         Raises:
             JointsError: Another number of joints than the robot's, or a number not finite.
         """
+        return self._points(self.values, self._corrected(q, effort), q)
+
+    def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
+        """Return where the joints truly are while their encoders read q [rad].
+
+        Args, units and errors are those of :meth:`ball`.
+
+        Returns:
+            Shape (m,) or (N, m). Tilts of the joints are no positions, and not in it.
+        """
+        rows = self._corrected(q, effort)[:, : len(self.robot.joint_names)]
+        return rows[0] if np.ndim(q) == 1 else rows
+
+    def _corrected(self, q: ArrayLike, effort: ArrayLike | None) -> np.ndarray:
+        """Return the true joint positions, and the tilts where there are any."""
         positions = self._rows(q, "joint positions")
         if not self.deflection.extensions:
-            return self._points(self.values, positions, q)
+            return positions
         efforts = None if effort is None else self._rows(effort, "joint efforts")
         moments = self.load.moments(self.robot, positions, efforts)
-        true = self.deflection.true_positions(positions, moments)
-        return self._points(self.values, true, q)
+        return self.deflection.true_positions(positions, moments)
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:
         """Return the ball's centre by the exported URDF alone, without any correction of q.

@@ -7,8 +7,10 @@ from functools import partial
 
 import numpy as np
 
+from .auto.closest_rigid import closest_rigid
 from .auto.posterior import Posterior, World
 from .auto.selection import STAGES, Selected, select_all
+from .auto.zeros import with_zeros
 from .calibrated import CalibratedRobot
 from .data.measurements import Measurement
 from .data.metrics import CALIPER_DEVIATION
@@ -38,8 +40,8 @@ class Fit:
     posterior: Posterior | None = None
     """How well everything is known; None by the paper's method, which does not say."""
     choices: tuple[str, ...] | None = None
-    """One line for each extension (compliance, tilt, transmission error): kept or not, and why.
-    None by the paper's method, which has none."""
+    """One line for each extension (compliance, tilt, ..): kept or not, and why. None by the
+    paper's method, which has none."""
     world: World | None = None
     """All robots that were fitted together, and the frames; None by the paper's method."""
 
@@ -95,6 +97,7 @@ def fit_by_auto(
     distance_deviation: float = CALIPER_DEVIATION,
     load: Load | None = None,
     without: Sequence[str] = (),
+    zeros: bool = False,
     tied: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fit:
@@ -110,8 +113,9 @@ def fit_by_auto(
         sockets_at: Measured coordinates of sockets.
         distance_deviation: Standard deviation of a base's distance [m].
         load: What pulls at the joints; None for gravity alone, straight down.
-        without: Among ``compliance``, ``tilt``, ``transmission`` and ``joint-noise``: what is not
-            tried.
+        without: Among ``compliance``, ``tilt``, ``play``, ``transmission`` and ``joint-noise``:
+            what is not tried.
+        zeros: Whether the joints' zeros may be off by degrees, as on arms made of servos.
         tied: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 
@@ -128,6 +132,7 @@ def fit_by_auto(
         sockets_at=sockets_at,
         distance_deviation=distance_deviation,
         without=without,
+        zeros=zeros,
         tied=tied,
         progress=progress,
     )[0]
@@ -141,6 +146,7 @@ def fit_arms(
     sockets_at: Sequence[SocketAt] = (),
     distance_deviation: float = CALIPER_DEVIATION,
     without: Sequence[str] = (),
+    zeros: bool = False,
     tied: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:
@@ -158,6 +164,7 @@ def fit_arms(
         scene,
         stages=[name for name in STAGES if name not in without],
         joint_noise="joint-noise" not in without,
+        zeros=zeros,
         progress=progress,
     )
     seconds = time.perf_counter() - begin
@@ -171,13 +178,14 @@ def _fit_of(
     arm: Recorded, parameters: Sequence[Parameter], chosen: Selected, i: int, seconds: float
 ) -> Fit:
     full = chosen.full.arms[i]
+    deflection = full.deflection.without_zeros
     calibrated = CalibratedRobot(
         arm.robot,
         tuple(parameters),
-        full.values,
-        full.deflection,
+        with_zeros(full),
+        deflection,
         arm.load,
-        chosen.geometric.arms[i].values if full.model.extensions else None,
+        closest_rigid(full, arm.load) if deflection.extensions else None,
     )
     iterates = tuple(partial(_extended, full, arm.load, x) for x in full.iterates)
     return Fit(

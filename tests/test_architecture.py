@@ -1,6 +1,7 @@
 """The house: which room may import from which, and what is shipped."""
 
 import ast
+import re
 import sys
 from pathlib import Path
 
@@ -76,3 +77,16 @@ def test_constraints_pin_every_dependency() -> None:
         name = requirement.split(";")[0].split("[")[0].rstrip("<>=!~,.0123456789 ")
         name = name.lower().replace("_", "-")
         assert name == "mukca" or name in pinned, requirement
+
+
+def test_the_version_stands_in_one_place() -> None:
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
+    assert not [file for file in FILES if f'"{version}"' in file.read_text()]
+
+
+def test_workflows_call_the_makefile_and_nothing_else() -> None:
+    targets = re.findall(r"^(\w[\w-]*):", (ROOT / "Makefile").read_text(), re.M)
+    for file in (ROOT / ".github" / "workflows").glob("*.yml"):
+        runs = re.findall(r"- run: (.*)", file.read_text())
+        assert runs and all(re.fullmatch(r"make (\w+)", run)[1] in targets for run in runs)

@@ -1,6 +1,7 @@
 """The examples run as they stand, from any folder, and use nothing but the public face."""
 
 import ast
+import json
 import os
 import re
 import shutil
@@ -122,3 +123,20 @@ def test_the_code_in_the_documents_runs(
     (last,) = snippets("model.md")
     exec(last, names)
     assert names["calibration"].robot.name == "panda"
+
+
+@pytest.mark.slow
+def test_the_notebook_runs_from_top_to_bottom(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("agg")
+    notebook = json.loads((EXAMPLES.parent / "docs" / "notebook.ipynb").read_text())
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec("\n".join(cells).replace("samples=30", "samples=12"), names)
+    before, after = (np.mean(names["spread"][name]) for name in ("nominal", "calibrated"))
+    assert after < 0.2 < before
+    assert Path(names["outputs"]["urdf"]).is_file()
+    assert all(not cell.get("outputs") for cell in notebook["cells"])

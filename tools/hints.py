@@ -9,7 +9,7 @@ from ..solver.data.observations import Load
 from ..solver.robot.kinematics import BallModel, gravity_torques
 from ..solver.robot.urdf import Robot, load_robot, shipped_robots
 
-__all__ = ["Doubts", "gravity_of", "lookalikes"]
+__all__ = ["FIRST_FAR", "Doubts", "gravity_of", "lookalikes"]
 
 ENOUGH = 5
 """So many samples in a socket before one of them can be called an outlier."""
@@ -55,11 +55,13 @@ class Doubts:
     Args:
         robot: The nominal robot.
         distance: Between the sockets' centres [m].
+        far: An outlier among enough samples is this far from the others [m].
     """
 
-    def __init__(self, robot: Robot, distance: float) -> None:
+    def __init__(self, robot: Robot, distance: float, far: float = FAR) -> None:
         self._robot = robot
         self._distance = distance
+        self._far = far
         self._model = BallModel(robot, [])
         self._points: dict[int, np.ndarray] = {}
         self._others: dict[str, BallModel] | None = None
@@ -84,7 +86,7 @@ class Doubts:
         if len(here) + 1 >= ENOUGH:
             centre = np.median(here, axis=0)
             usual = float(np.median(np.linalg.norm(np.array(here) - centre, axis=1)))
-            allowed = max(FAR, FAR_SHARE * usual)
+            allowed = max(self._far, FAR_SHARE * usual)
         from_where = f"the others of socket {last.socket}"
         if not here and there:
             from_where = "the other socket"

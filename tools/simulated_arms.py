@@ -170,6 +170,10 @@ def _shifted(
     return Origin((x, y, z), (roll, pitch, yaw))
 
 
+FRICTION = 0.03
+"""Under less torque than this a joint with play rests on either side [N m]."""
+
+
 @dataclass(frozen=True)
 class Imperfection:
     """What else is not ideal in an arm and its recording."""
@@ -180,6 +184,10 @@ class Imperfection:
     """Elasticity and transmission error."""
     backlash: float = 0.0
     """Full play of each joint [rad]; the hand pushes it to either side at random."""
+    play: float = 0.0
+    """Full play of each joint [rad], which rests on the side that gravity turns it to."""
+    resolution: float = 0.0
+    """The smallest step that the encoders tell [rad]."""
     hand: float = 0.0
     """Standard deviation per axis of a force of the hand on the ball [N]; it is then measured:
     the samples carry joint efforts."""
@@ -221,6 +229,13 @@ def record(
         true = _seated(arm, seats, true, moments, how.deflection)
     read = _readings(true, moments, how.deflection)
     read = read + generator.choice([-0.5, 0.5], read.shape) * how.backlash
+    if how.play:
+        torques = moments[:, :m]
+        either = generator.choice([-1.0, 1.0], read.shape)
+        side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
+        read = read + 0.5 * how.play * side
+    if how.resolution:
+        read = how.resolution * np.round(read / how.resolution)
     efforts = map(tuple, moments[:, :m].tolist()) if how.hand else [None] * len(read)
     recorded = tuple(
         Sample(tuple(q), socket=i // samples, effort=effort)

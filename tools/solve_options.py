@@ -66,8 +66,14 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         "--without",
         nargs="+",
         default=[],
-        choices=("compliance", "tilt", "transmission", "joint-noise"),
+        choices=("compliance", "tilt", "play", "transmission", "joint-noise"),
         help="what is not to be tried",
+    )
+    group.add_argument(
+        "--zeros",
+        action="store_const",
+        const=True,
+        help="the joints' zeros may be off by degrees: for arms made of servos",
     )
     add_load(parser)
 

@@ -91,7 +91,7 @@ def _tool_deviation(world: World, robot: int, frame: str, shared: list[int]) -> 
 
 def _linear(world: World, robot: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     arm = world.arms[robot]
-    return arm.model.linearise(arm.x, q, np.zeros_like(q))
+    return arm.model.linearise(arm.x, q, np.tile(0 * q, 3))
 
 
 def _inside(
@@ -99,7 +99,7 @@ def _inside(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return random configurations whose ball is in the region, and the balls in the world."""
     q = workspace(world.arms[robot].model.robot, TRIES, robot)
-    places = pose.apply(world.arms[robot].predict(q, np.zeros_like(q)))
+    places = pose.apply(world.arms[robot].predict(q, np.tile(0 * q, 3)))
     low, high = region.min(axis=0) - MARGIN, region.max(axis=0) + MARGIN
     inside = ((places > low) & (places < high)).all(axis=1)
     return q[inside][:MEETINGS], places[inside][:MEETINGS]

@@ -2,7 +2,8 @@
 
 The true joint positions follow from those read by
 
-    q' = q - c tau + sum over k = 1, 2 of a_k sin(k q) + b_k cos(k q)
+    q' = q + z - c tau - p side(tau) + sum over k = 1, 2 of a_k sin(k q) + b_k cos(k q)
+    side(tau) = tau / sqrt(tau^2 + tau_0^2)
 
 joint by joint. Joints and links bend about the two axes across as well, by the tilts
 
@@ -12,8 +13,11 @@ Here
 
     q      position as the encoder reads it [rad]
     q'     true position, to which the geometry may be applied [rad]
+    z      zero: by how much the encoder reads too little [rad]
     c      compliance, >= 0: how far the joint twists under load [rad/(N m)]
     tau    torque that the joint exerts to hold the arm, at rest the gravity torque [N m]
+    p      half the play of the gears, >= 0: the joint rests where gravity turns it to [rad]
+    tau_0  0.02 N m: under less, the joint may rest on either side
     d, e   the same about the two axes across the joint's own, b and c of
            :func:`mukca.solver.robot.kinematics.across`
     M_b    moment that holds the arm about that axis, from the model's masses [N m]
@@ -31,8 +35,11 @@ __all__ = [
     "COMPLIANCE",
     "ELASTICITY",
     "EXTENSIONS",
+    "ONE_SIDED",
+    "PLAY",
     "TILT",
     "TRANSMISSION",
+    "ZERO",
     "Deflection",
     "coefficient_names",
     "design",
@@ -41,9 +48,15 @@ __all__ = [
 COMPLIANCE = "compliance"
 TILT = "tilt"
 ELASTICITY = (COMPLIANCE, TILT)
-"""Their coefficients are never negative: nothing bends against its load."""
+"""What bends in proportion to its load."""
+ZERO = "zero"
+PLAY = "play"
+ONE_SIDED = (*ELASTICITY, PLAY)
+"""Their coefficients are never negative: nothing gives way against its load."""
 TRANSMISSION = ("harmonic_1", "harmonic_2")
-EXTENSIONS = (*ELASTICITY, *TRANSMISSION)
+EXTENSIONS = (ZERO, *ONE_SIDED, *TRANSMISSION)
+LEAST_TORQUE = 0.02
+"""tau_0 [N m]."""
 
 
 def design(extensions: Sequence[str], q: np.ndarray, moments: np.ndarray) -> np.ndarray:
@@ -69,6 +82,11 @@ def design(extensions: Sequence[str], q: np.ndarray, moments: np.ndarray) -> np.
             parts.append(-moments[:, None, :m] * own)
         elif extension == TILT:
             parts.append(-moments[:, None, m:] * tilts)
+        elif extension == ZERO:
+            parts.append(np.tile(own, (len(q), 1, 1)))
+        elif extension == PLAY:
+            sides = moments[:, :m] / np.sqrt(moments[:, :m] ** 2 + LEAST_TORQUE**2)
+            parts.append(-sides[:, None] * own)
         else:
             k = TRANSMISSION.index(extension) + 1
             parts += [np.sin(k * q)[:, None] * own, np.cos(k * q)[:, None] * own]
@@ -77,8 +95,8 @@ def design(extensions: Sequence[str], q: np.ndarray, moments: np.ndarray) -> np.
 
 def coefficient_names(extension: str, joints: Sequence[str]) -> list[str]:
     """Return the names of an extension's coefficients, in the order of :func:`design`."""
-    if extension == COMPLIANCE:
-        return [f"{joint}.compliance" for joint in joints]
+    if extension in (ZERO, COMPLIANCE, PLAY):
+        return [f"{joint}.{extension}" for joint in joints]
     if extension == TILT:
         return [f"{joint}.tilt{k}" for k in (1, 2) for joint in joints]
     k = TRANSMISSION.index(extension) + 1
@@ -93,6 +111,18 @@ class Deflection:
     """Which extensions the data support, among :data:`EXTENSIONS`."""
     coefficients: tuple[np.ndarray, ...] = ()
     """Their coefficients, each in the order of :func:`design`."""
+
+    @property
+    def zeros(self) -> np.ndarray | None:
+        """What to add to the encoders' readings, shape (m,) [rad]; None if not looked for."""
+        return dict(zip(self.extensions, self.coefficients, strict=True)).get(ZERO)
+
+    @property
+    def without_zeros(self) -> "Deflection":
+        """The rest, for a geometry that holds the zeros in its origins."""
+        if ZERO not in self.extensions:
+            return self
+        return Deflection(self.extensions[1:], self.coefficients[1:])
 
     def true_positions(self, q: np.ndarray, moments: np.ndarray) -> np.ndarray:
         """Return the true joint positions q', followed by the tilts where there are any.

@@ -20,7 +20,7 @@ from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
 from .bounded import bounded_step
-from .deflection import ELASTICITY, EXTENSIONS
+from .deflection import EXTENSIONS, ONE_SIDED
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, NU, Noise
@@ -123,7 +123,7 @@ def gauss_newton(objective: Objective, state: State, *, release: bool = True) ->
     volume = _volume_weight(objective, state, normal, spread)
     bounded = np.zeros(objective.size, dtype=bool)
     for group in state.groups:
-        bounded[group.members] = group.name in ELASTICITY and group.width > 0
+        bounded[group.members] = group.name in ONE_SIDED and group.width > 0
     held = state.at_zero & ~(release & bounded[: objective.model.size])
     released = replace(state, at_zero=held)
     prior = prior_precision(objective, released)
@@ -182,11 +182,11 @@ def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, St
 
 
 def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
-    """Return the state after a change of all unknowns: a joint never bends against its load."""
+    """Return the state after a change of all unknowns: a joint never gives way against its load."""
     size = objective.model.size
     x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
-        if group.name in ELASTICITY:
+        if group.name in ONE_SIDED:
             at_zero[group.members] = x[group.members] <= 0
     dense = objective.dense
     turns = change[size:dense].reshape(-1, 6)

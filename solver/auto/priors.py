@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..data.observations import Observations
-from .deflection import COMPLIANCE, ELASTICITY
+from .deflection import COMPLIANCE, ELASTICITY, PLAY, ZERO
 from .extended_model import ExtendedModel
 
 __all__ = ["PriorGroup", "prior_groups"]
@@ -26,6 +26,11 @@ scale to 0.06 %, so measured distances decide; where an arm is noisy, the URDF's
 DEFLECTION = 5e-4
 """Widths of extensions at the start, as an angle by which a joint is off [rad]. Transmission errors
 are hardly ever much larger, so this is the scale of the prior on their width, too."""
+ZERO_WIDTH = float(np.deg2rad(3))
+"""Width of the joints' zeros, where they may be off: as they are set by eye [rad]."""
+PRINTED = {"translation": 1e-3, "rotation": 3e-3}
+"""Scales of the widths of lengths [m] and angles [rad] where the zeros are free, too: they are then
+the larger part of what is wrong with the angles."""
 TYPICAL_SPREAD = 1.0
 """Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
 SHYEST, BOLDEST = 0.3, 10.0
@@ -166,7 +171,10 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
     begin = model.geometry
     for extension, size in zip(model.extensions, model.sizes, strict=True):
         members_here = np.arange(begin, begin + size)
-        if extension in ELASTICITY:
+        if extension == ZERO:
+            groups = [replace(g, scale=PRINTED.get(g.name, g.scale)) for g in groups]
+            groups.append(PriorGroup(ZERO, "rad", members_here, ZERO_WIDTH, learned=False))
+        elif extension in ELASTICITY:
             m = data.positions.shape[1]
             own = data.torques[:, :m] if extension == COMPLIANCE else data.torques[:, m:]
             torque = max(float(np.sqrt(np.mean(own**2))), 1e-6)
@@ -180,6 +188,7 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
                 )
             )
         else:
-            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=DEFLECTION))
+            scale = np.inf if extension == PLAY else DEFLECTION
+            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=scale))
         begin += size
     return tuple(groups)

@@ -1,9 +1,10 @@
 """Decides by the data which extensions of the geometry to keep.
 
-The geometry is fitted first. Then compliance is added, then tilt, then transmission error, each to
-what was kept before. An extension is kept if it makes the evidence (see docs/model.md) at least 150
-times as large. With three placements or more it must also prove itself: each placement is left out
-of the fit once, and the errors there must fall by more than the standard error of that fall.
+The geometry is fitted first. Then compliance is added, then tilt, then play (with zeros,
+that is for servo arms), then transmission error, each to what was kept before. An extension is
+kept if it makes the evidence (see docs/model.md) at least 150 times as large. With three placements
+or more it must also prove itself: each placement is left out of the fit once, and the errors there
+must fall by more than the standard error of that fall.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +19,7 @@ from ..paper.optimizers import NotConverged
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
 from .arms import Arms, as_scene
-from .deflection import COMPLIANCE, TILT, TRANSMISSION
+from .deflection import COMPLIANCE, PLAY, TILT, TRANSMISSION, ZERO
 from .estimation import estimate_all
 from .extended_model import extend
 from .posterior import Posterior, World
@@ -28,6 +29,7 @@ __all__ = ["STAGES", "Selected", "Selection", "held_out_error", "select_all", "s
 STAGES: dict[str, tuple[str, ...]] = {
     "compliance": (COMPLIANCE,),
     "tilt": (TILT,),
+    "play": (PLAY,),
     "transmission": TRANSMISSION,
 }
 """What is tried, in this order: name, and its extensions."""
@@ -71,6 +73,7 @@ def select_model(
     *,
     stages: Sequence[str] = tuple(STAGES),
     joint_noise: bool = True,
+    zeros: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selection:
     """Calibrate the geometry, then try one extension after the other.
@@ -81,6 +84,8 @@ def select_model(
         data: Training placements.
         stages: Which of :data:`STAGES` may be tried.
         joint_noise: Whether joint angles may be noisy.
+        zeros: Whether the joints' zeros may be off by degrees and their gears have play, as in arms
+            made of servos.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -91,6 +96,7 @@ def select_model(
         as_scene(data),
         stages=stages,
         joint_noise=joint_noise,
+        zeros=zeros,
         progress=progress,
     )
     full = chosen.full.arms[0]
@@ -104,6 +110,7 @@ def select_all(
     *,
     stages: Sequence[str] = tuple(STAGES),
     joint_noise: bool = True,
+    zeros: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selected:
     """Choose the models of several robots, each extension robot by robot; see above."""
@@ -113,10 +120,11 @@ def select_all(
         return estimate_all(Arms(tuple(models)), observed, joint_noise=joint_noise, near=near)
 
     progress("geometry")
-    geometric = best = fit(None, [()] * len(robots), data)
+    geometric = best = fit(None, [(ZERO,) if zeros else ()] * len(robots), data)
     notes: list[list[str]] = [[] for _ in robots]
     left_out = _LeftOut(fit)
-    for stage in (name for name in STAGES if name in stages):
+    tried = [name for name in STAGES if name in stages and (zeros or name != "play")]
+    for stage in tried:
         for i, own in enumerate(notes):
             progress(f"{stage} {data.names[i]}".strip())
             candidate, note = _tried(fit, left_out, best, stage, i)

@@ -24,8 +24,8 @@ from mukca.tools.emulators.kuka import encode_message
 
 
 def hostile(test):
-    """Run a test on 800 examples."""
-    return pytest.mark.slow(settings(max_examples=800, deadline=None)(test))
+    """Run a test on 300 examples."""
+    return pytest.mark.slow(settings(max_examples=300, deadline=None)(test))
 
 
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)

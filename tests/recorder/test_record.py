@@ -18,6 +18,7 @@ from mukca.drivers import Driver, clock
 from mukca.drivers.mock import Fault, Mock, SimulatedArm
 from mukca.drivers.motion import Motion
 from mukca.drivers.reconnect import Reconnecting
+from mukca.recorder.advice import Advice, Question
 from mukca.recorder.dataset import read_placement
 from mukca.recorder.keys import KEYS
 from mukca.recorder.push import Push
@@ -285,12 +286,24 @@ def test_more_states_than_can_be_looked_at_stop_neither_keys_nor_screen(
     source = arm(speed=10_000.0)  # two million states a second
     outcome, seen = record_in_real_time(source, "a*5 !s !0 q")
     assert len(outcome.session.live) == 5
-    begun = time.monotonic()
+    ends: list[float] = []
+
+    def end() -> None:
+        ends.append(time.monotonic())
+        signal.raise_signal(signal.SIGTERM)
+
+    class Ending(Seen):
+        def show(self, view: View) -> None:
+            super().show(view)
+            if len(self.views) == 5:
+                end()
+
     source = arm(places=[PLACES[0]], speed=10_000.0)
-    timer = threading.Timer(1.0, lambda: signal.raise_signal(signal.SIGTERM))
-    timer.start()
-    outcome, seen = record_in_real_time(source, "wait=1000000000")
-    assert outcome.signal == signal.SIGTERM and time.monotonic() - begun < 10
+    patience = threading.Timer(30.0, end)
+    patience.start()
+    outcome, seen = record_in_real_time(source, "wait=1000000000", Ending())
+    patience.cancel()
+    assert outcome.signal == signal.SIGTERM and time.monotonic() - ends[0] < 10
     assert len(seen.views) > 3
 
 
@@ -384,7 +397,7 @@ def test_hands_free_takes_no_implausible_pose_and_has_no_patience_to_lose(by_han
         return "the ball is elsewhere" if samples[-1].position[0] > 0.5 else None
 
     outcome, _ = by_hand(
-        arm(speed=1.0, places=PLACES[:3]), (0.5, "a"), (35.0, "q"), hands_free=True, check=doubt
+        arm(speed=1.0, places=PLACES[:3]), (0.5, "a"), (35.0, "q"), hands_free=True, plausible=doubt
     )
     assert positions(outcome)[:, 0] == pytest.approx([0.1, 0.2], abs=1e-4)
 
@@ -432,3 +445,44 @@ def test_other_keys_can_capture_and_numbers_are_typed(by_hand) -> None:
     outcome, seen = by_hand(arm(speed=1.0), *typed, keys=keys)
     assert outcome.session.counts == (1, 1)
     assert any("delete sample: 1_" in view.prompt for view in seen.views)
+
+
+class Adviser:
+    """Says what it is told to, as soon as it is asked."""
+
+    def __init__(self, *said: dict[str, object]) -> None:
+        self.trouble: str | None = None
+        self.idle = True
+        self.asked: list[Question] = []
+        self._said = list(said)
+
+    def ask(self, question: Question) -> None:
+        self.asked.append(question)
+        self.idle = False
+
+    def answer(self) -> Advice | None:
+        if self.idle:
+            return None
+        self.idle = True
+        question = self.asked[-1]
+        said = self._said[min(len(question.samples), len(self._said) - 1)]
+        return Advice(len(question.samples), question.socket, 5e-4, 3e-4, **said)  # pyright: ignore
+
+
+def test_advice_ends_a_socket_and_the_placement(by_hand) -> None:
+    adviser = Adviser({}, {"leave": True}, {"enough": True, "closing": ("go left",)})
+    typed = (0.5, "a"), (1.9, "s"), (2.2, "a"), (4.5, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, adviser=adviser, sound=True)
+    assert outcome.session.counts == (1, 1)
+    assert [(len(q.samples), q.socket) for q in adviser.asked] == [(0, 0), (1, 0), (1, 1), (2, 1)]
+    words = words_of(seen)
+    assert words.index("SOCKET 1 NOW") < words.index("ENOUGH")
+    assert outcome.advice and outcome.advice.closing == ("go left",)
+
+
+def test_advice_that_fails_ends_no_session(by_hand) -> None:
+    adviser = Adviser({})
+    adviser.trouble = "it ended with status 1"
+    outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (1.8, "q"), adviser=adviser)
+    assert len(outcome.session.live) == 1 and outcome.advice is None
+    assert any("no advice any more" in m.text for m in seen.views[-1].session.messages)

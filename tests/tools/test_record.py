@@ -149,7 +149,9 @@ def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> N
             terminal.resize(columns, rows)
             deadline = time.monotonic() + 20
             shown = terminal.screen.display
-            while not (any("SOCKET 0" in row for row in shown[:5]) and "? help" in shown[rows - 1]):
+            while not (
+                any("SOCKET 0" in row for row in shown[:5]) and "space capture" in shown[rows - 1]
+            ):
                 assert time.monotonic() < deadline, terminal.text
                 time.sleep(0.05)
                 shown = terminal.screen.display
@@ -529,3 +531,32 @@ def count_frames(terminal: TerminalSession) -> int:
 def cpu_seconds(process: int) -> float:
     fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def test_two_minutes_tell_whether_to_calibrate(session: Path, tmp_path: Path, scripted) -> None:
+    done = scripted(tmp_path / "quick", "a*10 q", "--quick", hand=session / "front")
+    assert done.status == 0, done.errors
+    assert "By its model the ball scatters by" in done.output
+    assert "worth calibrating" in done.output and "mukca solve" not in done.output
+    few = scripted(tmp_path / "few", "a*3 q", "--quick", hand=session / "front")
+    assert few.status == 0 and "Too few poses to tell" in few.output
+
+
+def test_two_minutes_tell_whether_a_calibration_holds(
+    session: Path, tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "calibrated"
+    words = ["solve", str(session / "front"), "--test", str(session / "left"), "--method", "paper"]
+    assert main([*words, "--robot", "panda", "--out", str(out)]) == 0
+    capsys.readouterr()
+    file = str(out / "calibration.json")
+    more = ["a*10 q", "--quick", "--calibration", file]
+    done = scripted(tmp_path / "quick", *more, hand=session / "right")
+    assert done.status == 0 and "Still valid" in done.output, done.output
+    moved = read_placement(session / "right")
+    rows = [s.position for s in moved.samples if s.socket == 0]
+    shifted = tmp_path / "hand.csv"
+    shifted.write_text("\n".join(",".join(map(str, (*q[:3], q[3] + 0.008, *q[4:]))) for q in rows))
+    done = scripted(tmp_path / "later", *more, hand=shifted)
+    assert done.status == 1 and "likeliest cause: panda_joint4" in done.output, done.output
+    assert scripted(tmp_path / "x", "q", "--calibration", file).status == 2

@@ -128,7 +128,10 @@ def test_a_drop_is_told_on_standard_error(tmp_path, stream):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["stream", "--driver", "nothing:x"], "no driver is called 'nothing'; there are: franka"),
+        (
+            ["stream", "--driver", "nothing:x"],
+            "no driver is called 'nothing'; there are: dynamixel, feetech, franka",
+        ),
         (["stream", "--driver", "franka:127.0.0.1:9"], "refused the connection: activate FCI"),
         (["stream", "--driver", "franka"], "a host is missing"),
         (["stream", "--driver", "ur:127.0.0.1:9", "--count", "0"], "refused"),

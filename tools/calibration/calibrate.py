@@ -42,6 +42,7 @@ class Options(TypedDict, total=False):
     sockets_at: str | Path | Sequence[str | Path | SocketAt]
     distance_deviation: float | None
     without: Sequence[str]
+    zeros: bool | None
     payload: float | None
     gravity: Sequence[float] | None
     optimizer: str | None
@@ -89,6 +90,7 @@ def calibrate(
     sockets_at: str | Path | Sequence[str | Path | SocketAt] = (),
     distance_deviation: float | None = None,
     without: Sequence[str] = (),
+    zeros: bool | None = None,
     payload: float | None = None,
     gravity: Sequence[float] | None = None,
     optimizer: str | None = None,
@@ -121,8 +123,9 @@ def calibrate(
         sockets_at: (auto) Files with measured coordinates of sockets, see
             :mod:`mukca.solver.data.sockets_at`; or such coordinates.
         distance_deviation: (auto) Standard deviation of ``distance`` [m]; None for a caliper's.
-        without: (auto) Among ``compliance``, ``tilt``, ``transmission``, ``joint-noise``: what
-            not to try.
+        without: (auto) Among ``compliance``, ``tilt``, ``play``, ``transmission``,
+            ``joint-noise``: what not to try.
+        zeros: (auto) Whether the joints' zeros may be off by degrees, as on arms made of servos.
         payload: (auto) Mass at the ball beyond that of the model [kg].
         gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
         optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.
@@ -150,6 +153,7 @@ def calibrate(
         sockets_at=tuple(map(str, located)),
         distance_deviation=distance_deviation,
         without=without,
+        zeros=zeros,
         payload=payload,
         gravity=gravity,
         optimizer=optimizer,

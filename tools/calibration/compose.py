@@ -28,6 +28,7 @@ from ..documents.calibration import (
 )
 from . import figures
 from .frames import frame_poses
+from .outlook import outlook_of
 from .task import Task
 
 __all__ = ["compose"]
@@ -76,6 +77,7 @@ def compose(task: Task, fit: Fit) -> CalibrationDocument:
         load=CarriedLoad(gravity=calibrated.load.gravity, payload=calibrated.load.payload),
         data=_samples(task, fit),
         scale=figures.scale_of(fit.calibrated, fit.posterior),
+        outlook=outlook_of(task, fit),
         **_known(fit),
     )
 

@@ -10,7 +10,7 @@ from ...solver.checks.inspection import Survey, inspect_all, next_placement
 from ...solver.data.measurements import Measurement, check_distinct, measure
 from ...solver.data.observations import SocketAt
 from ...solver.data.sockets_at import parse_socket_at, read_sockets_at, spaced
-from ...solver.robot.parameters import choose_parameters
+from ...solver.robot.parameters import Parameter, choose_parameters
 from ...solver.robot.urdf import Robot
 from ..documents.calibration import NextPlacement
 from ..usage import UsageError
@@ -40,9 +40,19 @@ def prepare(
         UsageError: Nothing to train on, or what the method does not know.
         MeasurementError: A placement does not hold what is needed.
     """
+    _check_zeros(robot, choose_parameters(robot, settings.free, settings.fix), settings)
     training, held_out, warnings = _measured(robot, train, test, settings, located)
     training, inspected = _inspected(robot, training, held_out, settings)
     return Task(robot, settings, tuple(training), tuple(held_out), tuple(warnings), inspected)
+
+
+def _check_zeros(robot: Robot, parameters: Sequence[Parameter], settings: Settings) -> None:
+    """Refuse zeros that the URDF could not hold."""
+    free = {parameter.name for parameter in parameters}
+    for joint in robot.actuated if settings.zeros else ():
+        angles = {f"{joint.name}.{angle}" for angle in ("roll", "pitch", "yaw")}
+        if joint.type == "prismatic" or not angles <= free:
+            raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")
 
 
 def _measured(

@@ -18,6 +18,7 @@ ONLY_AUTO: dict[str, Any] = {
     "sockets_at": (),
     "distance_deviation": CALIPER_DEVIATION,
     "without": (),
+    "zeros": False,
     "payload": None,
     "gravity": None,
 }
@@ -57,8 +58,10 @@ class Settings:
     distance_deviation: float | None = None
     """auto: standard deviation of the distance [m]; None for a caliper's, 3e-5."""
     without: Sequence[str] = ()
-    """auto: what is not tried, among ``compliance``, ``tilt``, ``transmission`` and
+    """auto: what is not tried, among ``compliance``, ``tilt``, ``play``, ``transmission`` and
     ``joint-noise``."""
+    zeros: bool | None = None
+    """auto: the joints' zeros may be off by degrees, as on arms made of servos."""
     payload: float | None = None
     """auto: mass at the ball beyond the model's [kg]."""
     gravity: Sequence[float] | None = None
@@ -145,6 +148,7 @@ class Settings:
             "distance_deviation": self.deviation,
             "load": self.load,
             "without": self.without,
+            "zeros": bool(self.zeros),
         }
 
     def as_dict(self) -> dict[str, Any]:
@@ -158,4 +162,4 @@ class Settings:
         }
 
 
-_WITHOUT = ("compliance", "tilt", "transmission", "joint-noise")
+_WITHOUT = ("compliance", "tilt", "play", "transmission", "joint-noise")

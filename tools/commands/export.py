@@ -23,7 +23,7 @@ formats:
 
 What a format cannot say is named, with what that costs at the ball."""
 
-OPTIONS = ("like", "flange", "tool")
+OPTIONS = ("like", "servos", "flange", "tool")
 """Options that only some formats understand; each format's ``takes`` says which."""
 
 
@@ -54,7 +54,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help="(ur) the file that ur_calibration wrote, whose hash is kept; "
-        "(mjcf) the model to correct",
+        "(mjcf) the model to correct; (lerobot) the arm's present calibration file",
+    )
+    parser.add_argument(
+        "--servos", choices=("feetech", "dynamixel"), help="(lerobot) the make of the arm's servos"
     )
     parser.add_argument(
         "--serial-number", metavar="TEXT", help="the arm's (default: as noted while recording)"
@@ -128,6 +131,7 @@ def _export(arguments: argparse.Namespace) -> "Exported":
             identity=identify(calibration, arguments.calibration, arguments.serial_number),
             file=arguments.out,
             like=arguments.like,
+            servos=arguments.servos,
             flange=arguments.flange,
             tools=_tools(arguments.tool),
         )

@@ -18,9 +18,15 @@ from ..terminal import Terminal
 
 if TYPE_CHECKING:
     from ...recorder.record import Outcome
+    from ...solver.robot.urdf import Robot
+    from ..calibration.calibration import Calibration
 
+LEAST_POSES = 5
+"""Of a quick session: with fewer it says nothing."""
 EXAMPLE = """example:
   mukca record --robot panda --driver franka:172.16.0.2 --out data/front
+  mukca record --robot panda --driver franka:172.16.0.2 --out data/front --auto --page
+  mukca record --robot panda --driver franka:172.16.0.2 --out quick/today --quick
 
 keys:
   space or a  capture         s       next socket      q  finish
@@ -51,13 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--distance", type=float, metavar="M", help="between the centres of sockets 0 and 1, in "
         "metres, as measured with a caliper (default: what is continued, or 0.05)")  # fmt: skip
     add("--sockets", type=int, metavar="N", help=f"1 to 10 (default: {SOCKETS})")
-    add(
-        "--target",
-        type=int,
-        default=TARGET,
-        metavar="N",
-        help="samples for each socket (default: %(default)s)",
-    )
+    add("--target", type=int, metavar="N", help=f"samples for each socket (default: {TARGET})")
     add(
         "--window",
         type=float,
@@ -73,6 +73,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"(default: {STILL}, or the step of its encoders)",
     )
     add("--keys", type=Path, metavar="FILE", help="read keys from a script")
+    add("--keep-stream", action="store_true", help="keep every state in a compact file beside the "
+        "samples, for mukca extract to look at again")  # fmt: skip
     hands = parser.add_argument_group("hands and ears")
     hands.add_argument("--auto", action="store_true", help="capture without a key wherever the arm "
         "comes to rest at a new, plausible pose; a key at each change of socket")  # fmt: skip
@@ -81,6 +83,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "undo, redo, delete, relabel, next, finish, help")  # fmt: skip
     hands.add_argument("--sound", choices=("bell", "off"), default="bell", help="the terminal's "
         "bell: once captured, twice refused, three times a socket done")  # fmt: skip
+    guide = parser.add_argument_group("guide")
+    guide.add_argument(
+        "--goal-mm",
+        type=float,
+        metavar="MM",
+        help="what the predicted error of distances in the workspace should come to (default: "
+        "three times the arm's repeatability)",
+    )
+    guide.add_argument("--page", action="store_true", help="show the same on a page, read-only, "
+        "for a tablet beside the arm; its address is on the screen")  # fmt: skip
+    guide.add_argument("--page-host", metavar="HOST", default="127.0.0.1", help="where the page is "
+        "served; 0.0.0.0 lets the whole network see it (default: this computer alone)")  # fmt: skip
+    guide.add_argument("--no-guide", action="store_true", help="no fit while recording")
+    quick = parser.add_argument_group("in two minutes")
+    quick.add_argument("--quick", action="store_true", help="one socket, ten poses: how far off is "
+        "this arm, and is it worth calibrating?")  # fmt: skip
+    quick.add_argument("--calibration", type=Path, metavar="FILE", help="with --quick: does this "
+        "calibration still hold? Exit status 1 if not")  # fmt: skip
     add_load(parser, "noticing a hand on the arm")
     notes = parser.add_argument_group("notes, kept with the recording")
     notes.add_argument("--operator", metavar="NAME")
@@ -99,12 +119,14 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         )
     with _interruptible():
         _check(arguments)
+        _fill_in(arguments)
         if sys.stdout.isatty():
             terminal.say("loading ...")
             sys.stdout.flush()
         from ..recording.opening import is_scripted, record_session
 
         robot = robot_of(arguments)
+        calibration = _calibration(arguments)
         outcome = record_session(arguments, robot, terminal)
         while outcome.elsewhere and outcome.signal is None:
             arguments.out = next_folder(arguments.out)
@@ -116,7 +138,51 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         _mute()
     if outcome.signal is not None:
         return 128 + outcome.signal
-    return 1 if outcome.refused and is_scripted(arguments) else 0
+    drifted = arguments.quick and _judge(arguments, robot, calibration, outcome, terminal)
+    return 1 if drifted or (outcome.refused and is_scripted(arguments)) else 0
+
+
+def _fill_in(arguments: argparse.Namespace) -> None:
+    """Set what --quick stands for, and what is left to its default."""
+    if arguments.calibration and not arguments.quick:
+        raise UsageError("--calibration is for --quick; mukca validate looks at recordings")
+    if arguments.quick:
+        arguments.sockets = 1
+        arguments.no_guide = True
+    if arguments.target is None:
+        from ..recording.quick import POSES
+
+        arguments.target = POSES if arguments.quick else TARGET
+
+
+def _calibration(arguments: argparse.Namespace) -> "Calibration | None":
+    """Return the calibration that is looked at, read before anything is recorded."""
+    if arguments.calibration is None:
+        return None
+    from ..calibration.calibration import load_calibration
+
+    return load_calibration(arguments.calibration)
+
+
+def _judge(
+    arguments: argparse.Namespace,
+    robot: "Robot",
+    calibration: "Calibration | None",
+    outcome: "Outcome",
+    terminal: Terminal,
+) -> bool:
+    """Say what a quick session shows; return whether the calibration does not hold any more."""
+    from ..recording.quick import standing, worth_calibrating
+
+    if len(outcome.session.live) < LEAST_POSES:
+        terminal.say(f"Too few poses to tell: record {LEAST_POSES} at least.")
+        return False
+    if calibration is None:
+        terminal.say(worth_calibrating(robot, arguments.out))
+        return False
+    odds = standing(calibration, arguments.out)
+    terminal.say(odds.text)
+    return not odds.valid
 
 
 def next_folder(folder: Path) -> Path:
@@ -156,6 +222,7 @@ def _check(arguments: argparse.Namespace) -> None:
         ("target", 1, 10_000),
         ("warm_up", 0, 1e6),
         ("temperature", -100, 200),
+        ("goal_mm", 1e-3, 1e3),
     ):
         value = getattr(arguments, name)
         if value is not None and not low <= value <= high:
@@ -170,12 +237,12 @@ def _say_outcome(outcome: "Outcome", arguments: argparse.Namespace, terminal: Te
     terminal.say(f"{arguments.out / 'samples.csv'}: {counts}{taken_back}")
     if outcome.refused:
         terminal.say(f"{outcome.refused} captures were refused")
-    if outcome.signal is None and min(session.counts) > 0:
-        for line in _next_steps(arguments):
+    if outcome.signal is None and min(session.counts) > 0 and not arguments.quick:
+        for line in _next_steps(outcome, arguments):
             terminal.say(line)
 
 
-def _next_steps(arguments: argparse.Namespace) -> list[str]:
+def _next_steps(outcome: "Outcome", arguments: argparse.Namespace) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
     where = [str(arguments.out), "--robot", str(arguments.robot)]
     for option in ("base", "flange"):
@@ -184,7 +251,9 @@ def _next_steps(arguments: argparse.Namespace) -> list[str]:
     where += ["--tip", arguments.tip] if arguments.tip != "ball_link" else []
     where += ["--ball", *map(repr, arguments.ball)] if arguments.ball else []
     solve = ["mukca", "solve", *where, "--out", f"{arguments.out}-calibrated"]
+    advised = outcome.advice.closing if outcome.advice else ()
     return [
+        *advised,
         f"Next: {shlex.join(['mukca', 'check', *where])}",
         f"then: {shlex.join(solve)}",
         "Better with a second placement: the base elsewhere, far from here, and another --out.",

@@ -129,6 +129,7 @@ def calibrated(
             sockets_at=arguments.sockets_at,
             distance_deviation=arguments.distance_deviation,
             without=arguments.without,
+            zeros=arguments.zeros,
             payload=arguments.payload,
             gravity=arguments.gravity,
             optimizer=arguments.optimizer,

@@ -21,6 +21,7 @@ from ...solver.robot.parameters import all_parameters
 from ...solver.robot.urdf import parse_robot
 from ...solver.robot.urdf_text import scan
 from .files import Document, DocumentError, read
+from .outlook import Outlook
 
 __all__ = [
     "FORMAT",
@@ -347,6 +348,8 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     """Coefficients of each extension of the geometry."""
     load: CarriedLoad
     data: tuple[PlacementSamples, ...]
+    outlook: Outlook | None = None
+    """None where it was not worked out."""
 
 
 def read_calibration(file: Path) -> CalibrationDocument:

@@ -19,6 +19,7 @@ from .calibration import (
     Uncertainty,
 )
 from .files import Document, read
+from .outlook import Outlook
 from .report_drawing import ArmDrawing, Coverage
 from .report_errors import (
     CrossPlacement,
@@ -91,6 +92,7 @@ class ReportDocument(Document, kw_only=True, frozen=True):
     next_placement: NextPlacement | None = None
     noise: NoiseScale | None = None
     uncertainty: Uncertainty | None = None
+    outlook: Outlook | None = None
     warnings: tuple[str, ...]
     provenance: ReportProvenance
     command: str

@@ -88,6 +88,12 @@ class Step(Document, kw_only=True, frozen=True):
     text: str
     command: str
     """To copy."""
+    expected: str = ""
+    """What it should bring, in words."""
+    before: float | None = None
+    """The error that it should lower [m]; None, here and below, where it lowers none."""
+    after: float | None = None
+    """What that error should be then [m]."""
 
 
 class UseAtPlacement(Document, kw_only=True, frozen=True):

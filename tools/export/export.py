@@ -54,6 +54,8 @@ class Request:
     """Where the result goes."""
     like: Path | None = None
     """A file of the user's of the same format, from which the rest is taken."""
+    servos: str | None = None
+    """The make of the arm's servos."""
     flange: str | None = None
     """The link that carries a tool; None for the one that carries the ball."""
     tools: Mapping[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])

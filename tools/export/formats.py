@@ -38,6 +38,11 @@ FORMATS: dict[str, Format] = {
     "ur": Format("vendor_yaml", "kinematics file of ur_description, .yaml", ("like",)),
     "franka": Format("vendor_yaml", "kinematics.yaml of franka_description, .yaml"),
     "xarm": Format("vendor_yaml", "kinematics file of xarm_description, .yaml"),
+    "lerobot": Format(
+        "lerobot",
+        "lerobot's calibration file (--like), its zeros shifted, .json",
+        ("like", "servos"),
+    ),
     "mjcf": Format("mjcf", "MuJoCo model of your own (--like), its bodies corrected", ("like",)),
     "c": Format("c_code", "C99 source of the full model, for controllers, .c", ("flange",)),
     "dh": Format("dh", "Denavit-Hartenberg table, .json or .csv"),

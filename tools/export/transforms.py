@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
+from ...solver.auto.zeros import angles_near
 from ...solver.robot.kinematics import rotation, rotation_rpy
 from ...solver.robot.urdf import Joint
 
@@ -45,9 +46,6 @@ def to_axis(axis: Sequence[float]) -> np.ndarray:
 def origin_near(T: np.ndarray, nominal: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the URDF origin of a transform, with its angles as near to others as they can be.
 
-    A rotation has two sets of roll, pitch and yaw, and infinitely many where the pitch is 90
-    degrees; all of them may be turned by 360 degrees.
-
     Args:
         T: The transform.
         nominal: x y z roll pitch yaw; only the angles count.
@@ -55,16 +53,5 @@ def origin_near(T: np.ndarray, nominal: Sequence[float] | np.ndarray) -> np.ndar
     Returns:
         x y z [m], roll pitch yaw [rad], shape (6,).
     """
-    R, near = T[:3, :3], np.asarray(nominal[3:], dtype=float)
-    cosine = math.hypot(R[0, 0], R[1, 0])
-    pitch = math.atan2(-R[2, 0], cosine)
-    if cosine > 1e-9:
-        roll, yaw = math.atan2(R[2, 1], R[2, 2]), math.atan2(R[1, 0], R[0, 0])
-    else:
-        sign = -math.copysign(1, R[2, 0])  # only roll -+ yaw is known
-        roll, known = near[0], math.atan2(-R[0, 1], R[1, 1])
-        yaw = known + sign * roll
-    both = np.array([[roll, pitch, yaw], [roll + math.pi, math.pi - pitch, yaw + math.pi]])
-    both -= 2 * math.pi * np.round((both - near) / (2 * math.pi))
-    best = both[int(np.argmin(np.abs(both - near).sum(axis=1)))]
-    return np.concatenate([T[:3, 3], best])
+    near = np.asarray(nominal[3:], dtype=float)
+    return np.concatenate([T[:3, 3], angles_near(T[:3, :3], near)])

@@ -71,6 +71,7 @@ def show_verdict(console: "Console", report: ReportDocument) -> None:
         head = "Do this next:\n" if i == 0 else ""
         console.print(Text(f"{head}{i + 1}. {step.text}:"))
         console.print(Text(f"   {step.command}"), soft_wrap=True)
+        console.print(Text(f"   Expected: {step.expected}."))
     if limits.repeatability is not None:
         repeatability = f"{1e3 * limits.repeatability:g} mm"
         console.print(

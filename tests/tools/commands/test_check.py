@@ -93,6 +93,7 @@ def test_too_little_is_told(
     assert words in told and "Nothing wrong" not in told and "mukca check" not in told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "paper"])
 def test_crossval_names_a_bad_placement_and_goes_on(
     copy: Path, capsys: pytest.CaptureFixture[str], method: str

@@ -67,6 +67,7 @@ def test_it_is_the_full_model(imagined, export, tmp_path) -> None:
     assert np.abs(model("gravity", q, m) - torques).max() < 1e-11
     true = model("true_positions", q, m)
     assert 1e-6 < np.abs(true - q).max() < 0.1
+    assert np.abs(true - calibrated.true_positions(q)).max() < 1e-12
     commanded = model("command", q, m)
     assert np.abs(model("true_positions", commanded, m) - q).max() < 1e-13
     check_flange(model, robot, calibration, q[:200])

@@ -27,6 +27,21 @@ OPTIONS = (
 )
 ARMS = {"panda_3": "frontcenter", "kuka_14": "front", "dinova_2": "front"}
 
+COLLISIONS = """[...document.querySelectorAll('svg.panel')].flatMap(svg => {
+    const edge = svg.getBoundingClientRect();
+    const texts = [...svg.querySelectorAll('text:not([transform])')].map(text => {
+        const {left, right, top, bottom} = text.getBoundingClientRect();
+        return {words: text.textContent, left, right, top, bottom};
+    }).filter(text => text.words.trim());
+    const cut = texts.filter(t => t.left < edge.left - 1 || t.right > edge.right + 1);
+    const pairs = texts.flatMap((a, i) => texts.slice(i + 1).filter(b =>
+        Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 &&
+        Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 2
+    ).map(b => [a.words, b.words]));
+    return [...cut.map(text => text.words), ...pairs];
+})"""
+"""Words in a panel that lie upon each other, or outside of it."""
+
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium"),
@@ -104,6 +119,7 @@ def test_every_plot_is_there_with_its_sentence(show, report, name, width) -> Non
             !text.hasAttribute('transform');
     }).map(text => text.textContent)"""
     assert page.evaluate(too_small) == []
+    assert page.evaluate(COLLISIONS) == []
 
 
 @pytest.mark.parametrize("scene", ["errors", "arm"])

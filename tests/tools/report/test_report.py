@@ -28,6 +28,7 @@ PLOTS = {
     "history",
     "arm-3d",
     "parameters",
+    "joints",
 }
 OF_EXTENSIONS = {"predicted-found", "groups"}
 

@@ -165,6 +165,11 @@ def test_where_both_models_fail_there_is_one_answer(document) -> None:
         (0.005, 0.002, "pass", "pass"),
         (0.005, 0.001, "warning", "pass"),
         (-0.005, None, "warning", "pass"),
+        (0.0021, 7e-4, "pass", "pass"),
+        (0.0055, 7e-4, "warning", "pass"),
+        (0.0087, 7e-4, "fail", "fail"),
+        (-0.0062, None, "fail", "fail"),
+        (0.0075, 0.0017, "warning", "pass"),
         (0.02, 7e-4, "fail", "fail"),
         (-0.583, None, "fail", "fail"),
     ],
@@ -239,6 +244,41 @@ def test_whatever_is_not_a_pass_says_what_to_do_next(document) -> None:
     document["scale"] = {"value": 0.02, "deviation": 7e-4}
     todo = figures_of(document).todo
     assert "--distance 0.04902" in todo[0].command
+    assert "falls from 10.00 mm to 0.35 mm" in todo[0].expected and todo[0].before == 0.01
     for step in todo:  # each can be copied: its verb and options exist
         words = shlex.split(step.command)[1:]
         build_parser(words[0]).parse_args(words)
+
+
+def test_each_step_says_what_it_should_bring(extended) -> None:
+    extended["outlook"] = {
+        "joints": [{"joint": "panda_joint1", "recorded": 1e-3, "workspace": 2e-3}],
+        "forecasts": [
+            {"placement": extended["placements"][1]["name"], "distance_deviation": 9e-5},
+            {"placement": extended["placements"][2]["name"], "distance_deviation": 8e-5},
+            {"placement": None, "distance_deviation": 7e-5},
+        ],
+    }
+    todo = figures_of(extended, mean_absolute_error=1e-6).todo
+    more, another = (next(s for s in todo if s.text.startswith(w)) for w in ("Train", "Record"))
+    assert more.before == another.before == 1.25e-4
+    assert more.after in (9e-5, 8e-5) and another.after == 7e-5
+    assert more.expected.endswith("falls from 0.12 mm to " + f"{1e3 * more.after:.2f} mm")
+    assert all(step.expected for step in todo)
+    del extended["outlook"]
+    assert "not told" in figures_of(extended, mean_absolute_error=1e-6).todo[-1].expected
+
+
+def test_no_step_is_to_train_on_what_is_wrong(document) -> None:
+    document["checks"] = [
+        {"level": "error", "code": "moved", "text": "it moved", "advice": "", "where": where}
+        for where in ("/home/me/session/left/hole_1.csv:3",)
+    ]
+    todo = figures_of(document, mean_absolute_error=1e-6).todo
+    assert not [step for step in todo if step.text.startswith("Train on left")]
+    assert [step for step in todo if step.text.startswith("Train on right")]
+    document["data"][1]["role"] = document["placements"][1]["role"] = "train"
+    todo = figures_of(document, mean_absolute_error=1e-6).todo
+    out = next(step for step in todo if step.text == "Leave out left")
+    assert "left" not in out.command and out.before and out.after
+    assert "the held-out error by Eq. (5) goes from" in out.expected

@@ -1,98 +1,196 @@
 """What to do where the verdict is not PASS: steps, the most useful first, each with a command."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
-from ...documents.calibration import CalibrationDocument, Role
+from .... import MukcaError
+from ....solver.data.measurements import DEFAULT_DISTANCE, Measurement
+from ....solver.data.metrics import CALIPER_DEVIATION, evaluate
+from ....solver.paper.problem import build_problem, solve
+from ...documents.calibration import CalibrationDocument, Role, Scale
+from ...documents.outlook import Outlook
 from ...documents.report_errors import PlacementReport
 from ...documents.report_verdict import Step, Verdict
-from ..words import short_names
-from .predictions import norms
+from ..words import joined, mm, short_names
+from .answers.data import placements_with_errors
+from .predictions import Predictions, norms
 from .size import likely_distance
 
 __all__ = ["solve_command", "steps"]
 
+_SPAN = 0.5
+"""A distance in the workspace [m]."""
+
 
 def steps(
-    document: CalibrationDocument, placements: Sequence[PlacementReport], verdict: Verdict
+    predictions: Predictions, placements: Sequence[PlacementReport], verdict: Verdict
 ) -> tuple[Step, ...]:
     """Return what to do next, best first; nothing where the verdict is PASS.
 
     Args:
-        document: The calibration.
-        placements: All of them.
+        predictions: The calibration.
+        placements: All of its placements.
         verdict: On the calibration.
     """
     if verdict.status == "pass":
         return ()
+    document = predictions.document
     status = {row.name: row.status for row in verdict.limits}
     found: list[Step] = []
     if status["data_checks"] != "pass":
-        text = "See what is wrong in the recordings; record anew, or leave out, what it names"
         words = ["mukca", "check", *_folders(document), "--robot", document.robot]
-        found.append(Step(text=text, command=shlex.join(words)))
+        found += [_mend(shlex.join(words)), *_leave_out(predictions, placements)]
     if document.scale is not None and status.get("scale") == "fail":
         likely = f"{likely_distance(document.scale, placements):.5f}"
-        text = "Measure the sockets' distance, and give it; this one would fit the arm"
-        found.append(Step(text=text, command=solve_command(document, given={"distance": likely})))
+        found.append(_measure(document.scale, solve_command(document, given={"distance": likely})))
     if "fail" in status.values() or "not enough" in status.values():
         found += _train_more(document, placements)
     if any(row.status == "not evaluated" and row.found is not None for row in verdict.limits[:2]):
         text = "Say how well the arm repeats, from its data sheet"
         again = solve_command(document, given={"repeatability_mm": "MM"})
-        found.append(Step(text=text, command=again))
+        found.append(Step(text=text, command=again, expected="a verdict, not a smaller error"))
     words = ["mukca", "record", "--robot", document.robot, "--driver", "NAME:ADDRESS"]
-    held_out = any(row.role == "test" for row in placements)
     text = "Record another placement far from the others, 30 samples in each socket, all varied"
-    if not held_out:
+    if any(row.role == "test" for row in placements):
+        text += ", and train on it too"
+    else:
         text += ", and hold it out by --test"
-    found.append(Step(text=text, command=shlex.join([*words, "--out", "recordings/another"])))
+    command = shlex.join([*words, "--out", "recordings/another"])
+    found.append(_forecast(document, None, text, command))
     return tuple(found)
+
+
+def _mend(command: str) -> Step:
+    text = "See what is wrong in the recordings; record anew, or leave out, what it names"
+    return Step(text=text, command=command, expected="figures that can be believed")
+
+
+def _measure(scale: Scale, command: str) -> Step:
+    """Return the step to mend the sockets' distance, and what is wrong by it."""
+    deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
+    before, after = (value * _SPAN for value in (abs(scale.value), deviation))
+    return Step(
+        text="Measure the sockets' distance, and give it; this one would fit the arm",
+        command=command,
+        expected=f"the error of a distance of {_SPAN:g} m falls from {mm(before)} to {mm(after)}",
+        before=before,
+        after=after,
+    )
+
+
+def _forecast(document: CalibrationDocument, name: str | None, text: str, command: str) -> Step:
+    """Return a step with what the posterior forecasts of it, where it does."""
+    forecasts = {} if document.outlook is None else _forecasts(document.outlook)
+    if document.uncertainty is None or name not in forecasts:
+        expected = "not told by this method: only --method auto forecasts"
+        if document.method == "auto":
+            expected = "not told: the place is out of the arm's reach"
+        return Step(text=text, command=command, expected=expected)
+    before, after = document.uncertainty.distance_deviation.median, forecasts[name]
+    return Step(
+        text=text,
+        command=command,
+        expected=f"the predicted error of distances, trained on it too, falls from {mm(before)} to "
+        f"{mm(after)}",
+        before=before,
+        after=after,
+    )
+
+
+def _forecasts(outlook: Outlook) -> dict[str | None, float]:
+    return {row.placement: row.distance_deviation for row in outlook.forecasts}
 
 
 def _train_more(document: CalibrationDocument, placements: Sequence[PlacementReport]) -> list[Step]:
     """Return the step to train on what is held out and farthest, where another stays held out."""
     positions = np.array([row.position for row in placements])
     trained = np.array([row.role == "train" for row in placements])
-    if np.sum(~trained) < 2 or not trained.any():
+    names = short_names([row.name for row in placements])
+    wrong = placements_with_errors(placements, document.checks)
+    free = ~trained & [name not in wrong for name in names]
+    if np.sum(~trained) < 2 or not trained.any() or not free.any():
         return []
     gaps = norms(positions[:, None] - positions[trained]).min(axis=1)
-    best = int(np.argmax(np.where(trained, -1.0, gaps)))
-    name = short_names([row.name for row in placements])[best]
+    best = int(np.argmax(np.where(free, gaps, -1.0)))
+    name = names[best]
     text = (
         f"Train on {name} too: recorded already, {gaps[best]:.2f} m from the nearest trained on; "
         "a second placement is what lowers the errors most"
     )
-    return [Step(text=text, command=solve_command(document, also=placements[best].name))]
+    name = placements[best].name
+    return [_forecast(document, name, text, solve_command(document, moved={name: "train"}))]
 
 
-def _folders(document: CalibrationDocument, role: Role | None = None) -> list[str]:
+def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) -> list[Step]:
+    """Return the step to leave out placements with errors, where others can be trained on.
+
+    The figures are those of Eq. (5), fitted with them and without.
+    """
+    document = predictions.document
+    names = short_names([row.name for row in placements])
+    wrong = {
+        row.name
+        for name, row in zip(names, placements, strict=True)
+        if name in placements_with_errors(placements, document.checks)
+    }
+    paired = [p for p in predictions.placements if p.measured.has_distance]
+    trained = [p.measured for p in paired if p.role == "train"]
+    kept = [m for m in trained if m.name not in wrong]
+    judges = [p.measured for p in paired if p.role == "test" and p.name not in wrong]
+    if not kept or not judges or len(kept) == len(trained):
+        return []
+    try:
+        before, after = (_held_out(predictions, train, judges) for train in (trained, kept))
+    except MukcaError:
+        return []
+    out = [name for name, row in zip(names, placements, strict=True) if row.name in wrong]
     return [
-        str(Path(row.files[0]).parent) if row.files else "?"
-        for row in document.data
-        if role in (None, row.role)
+        Step(
+            text=f"Leave out {joined(out)}",
+            command=solve_command(document, moved=dict.fromkeys(sorted(wrong))),
+            expected=f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}",
+            before=before,
+            after=after,
+        )
     ]
 
 
+def _held_out(
+    predictions: Predictions, train: Sequence[Measurement], test: Sequence[Measurement]
+) -> float:
+    """Return the mean absolute error at some placements after training on others by Eq. (5)."""
+    problem = build_problem(predictions.robot, train)
+    x = solve(problem).x
+    errors = [evaluate(problem.model.points(x, m.positions), m).mean_absolute_error for m in test]
+    return sum(errors) / len(errors)
+
+
+def _folders(document: CalibrationDocument) -> list[str]:
+    return [str(Path(row.files[0]).parent) if row.files else "?" for row in document.data]
+
+
 def solve_command(
-    document: CalibrationDocument, *, also: str | None = None, given: dict[str, str] | None = None
+    document: CalibrationDocument,
+    *,
+    moved: Mapping[str, Role | None] | None = None,
+    given: dict[str, str] | None = None,
 ) -> str:
     """Return the command that makes the calibration again, or a better one.
 
     Args:
         document: The calibration.
-        also: A placement held out that is to be trained on as well.
+        moved: Placements that get another role; None leaves them out.
         given: Settings that replace those of the calibration.
     """
-    folders = {role: _folders(document, role) for role in ("train", "test")}
+    folders: dict[Role, list[str]] = {"train": [], "test": []}
     for row, folder in zip(document.data, _folders(document), strict=True):
-        if row.name == also:
-            folders["test"].remove(folder)
-            folders["train"].append(folder)
+        role = row.role if moved is None or row.name not in moved else moved[row.name]
+        if role is not None:
+            folders[role].append(folder)
     words = ["mukca", "solve", *folders["train"]]
     if folders["test"]:
         words += ["--test", *folders["test"]]
@@ -101,6 +199,6 @@ def solve_command(
         if value not in (None, [], False):
             values = cast("list[Any]", value) if isinstance(value, list) else [value]
             words += [f"--{key.replace('_', '-')}", *([] if value is True else values)]
-    if also or given:
+    if moved or given:
         words += ["--out", "calibrated-again"]
     return shlex.join(map(str, words))

@@ -7,7 +7,7 @@ from ...documents.report import ReportDocument
 from .details import details
 from .html.frame import frame
 from .html.markup import tag
-from .plots import fit, model, samples, scenes, use
+from .plots import fit, model, outlook, samples, scenes, use
 from .plots.plot import Maker, Plot
 from .sections import answers, headline, limits_table, placements_table, todo, verdict_box
 from .tolerance import answers_by_tolerance
@@ -25,6 +25,8 @@ PLOTS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
             samples.errors_in_2d,
             fit.known_distances,
             fit.predicted_and_found,
+            outlook.error_map,
+            outlook.joints,
         ),
     ),
     ("The data", (samples.order, model.coverage, fit.cross_placement)),

@@ -117,7 +117,16 @@ def todo(report: ReportDocument) -> Element | None:
         tag("h2", "Do this next"),
         tag(
             "ol",
-            [tag("li", step.text, ":", tag("pre", step.command)) for step in report.todo],
+            [
+                tag(
+                    "li",
+                    step.text,
+                    ":",
+                    tag("pre", step.command),
+                    tag("p", f"Expected: {step.expected}.", class_="muted"),
+                )
+                for step in report.todo
+            ],
         ),
         id="todo",
     )

@@ -45,9 +45,10 @@ def next_answer(
     if advice is not None and advice.text:
         texts.append(advice.text)
     else:
-        if not trained.all():
-            names = short_names([row.name for row in placements])
-            train_on, words = _train_on(positions, trained, names)
+        names = short_names([row.name for row in placements])
+        free = ~trained & [name not in wrong for name in names]
+        if free.any():
+            train_on, words = _train_on(positions, trained, free, names)
             texts.append(words)
         gap = float(norms(positions - place).min())
         held_out = ", to hold out," if trained.all() else ""
@@ -62,10 +63,12 @@ def next_answer(
     return NextAnswer(text=" ".join(texts), train_on=train_on, place=place, joints=tuple(joints))
 
 
-def _train_on(positions: np.ndarray, trained: np.ndarray, names: list[str]) -> tuple[str, str]:
-    """Return the placement farthest from all that were trained on, and why to train on it."""
+def _train_on(
+    positions: np.ndarray, trained: np.ndarray, free: np.ndarray, names: list[str]
+) -> tuple[str, str]:
+    """Return the free placement farthest from all trained on, and why to train on it."""
     gaps = norms(positions[:, None] - positions[trained]).min(axis=1)
-    farthest = int(np.argmax(np.where(trained, -1.0, gaps)))
+    farthest = int(np.argmax(np.where(free, gaps, -1.0)))
     name = names[farthest]
     return name, (
         f"Train on {name} too: it is recorded already, and with {gaps[farthest]:.2f} m the "

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from ...words import nice_above
 from ..html.markup import Element, tag
 
-__all__ = ["Axis", "Panel", "Rows", "number"]
+__all__ = ["LINE", "Axis", "Panel", "Rows", "number"]
 
 WIDTH = 440
 """Of a panel, in its own units: on a phone about as many pixels, so that text stays readable."""
 LEFT, RIGHT, TOP, BOTTOM = 56, 14, 36, 42
+LINE = 14
+"""Height of a line of text: names of rows that are closer are left out."""
 
 
 @dataclass(frozen=True)
@@ -110,12 +112,12 @@ class Panel:
         if vertical:
             for mark in self.x_axis.marks():
                 self.vertical(mark, "grid")
-                self.text(self.x(mark), self.bottom + 15, number(mark), "tick middle")
+                self.text(self.x(mark), self.bottom + 18, number(mark), "tick middle")
         if horizontal:
             for mark in self.y_axis.marks():
                 self.horizontal(mark, "grid")
                 self.text(self.left - 6, self.y(mark) + 4, number(mark), "tick end")
-        self.text(self.right, self.bottom + 33, self.x_axis.label, "tick end")
+        self.text(self.right, self.bottom + 35, self.x_axis.label, "tick end")
         self.text(4, TOP - 2, self.y_axis.label, "tick")
         return self
 
@@ -196,8 +198,10 @@ class Rows(Panel):
         self.pitch = pitch
         if not bare:
             self.grid(horizontal=False)
+        every = math.ceil(LINE / pitch)
         for i, name in enumerate(names):
-            self._name(i, name)
+            if i % every == 0:
+                self._name(i, name)
             if i and not bare:
                 y = self.row(i) - pitch / 2
                 self.add("line", x1=4, x2=self.right, y1=y, y2=y, class_="grid")

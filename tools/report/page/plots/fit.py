@@ -1,5 +1,6 @@
 """Plots of the fit: training curves, cross-placement matrix, known distances, prediction."""
 
+import math
 from collections.abc import Sequence
 from typing import Literal
 
@@ -10,7 +11,7 @@ from ....documents.report import ReportDocument
 from ....documents.report_errors import CrossPlacement
 from ...words import joined, mm, plural, short_names
 from ..html.markup import Element, tag
-from .axes import Axis, Panel, Rows
+from .axes import LINE, Axis, Panel, Rows
 from .plot import BOTH, MODELS, Plot
 
 __all__ = ["cross_placement", "history", "known_distances", "predicted_and_found"]
@@ -154,7 +155,8 @@ def _cells(names: Sequence[str], cells: dict[tuple[int, int], float]) -> Element
         if size > 24:
             inverse = "light" if shade > 0.6 else ""
             panel.text(x + size / 2, y + size / 2 + 4, f"{value:.2f}", f"number middle {inverse}")
-    for j, name in enumerate(names):
+    every = math.ceil(LINE / (size * math.sin(math.radians(24))))
+    for j, name in list(enumerate(names))[::every]:
         x, y = panel.left + (j + 0.5) * size - 6, panel.bottom + 12
         panel.add("text", name[:14], x=x, y=y, class_="tick", transform=f"rotate(24 {x} {y})")
     return panel.root

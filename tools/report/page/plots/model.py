@@ -159,7 +159,7 @@ def _spans(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -
     panel = Rows(f"how far it moved in each socket, {unit}", names, Axis(0, high, unit), pitch=34)
     for k, span, socket in spans:
         hint = f"{socket.placement}, socket {socket.socket}: {span:.0f} {unit}"
-        panel.mark(k, span, f"curve-dot {socket.role}", hint)
+        panel.mark(k, span, f"span-dot {socket.role}", hint)
     if unit == "degrees":
         limit = HARDLY_MOVED * _DEGREES
         panel.threshold(limit, f"at least {limit:.0f} degrees", vertical=True)

@@ -86,7 +86,9 @@ def _plane(
 
 def order(report: ReportDocument) -> Plot:
     """The calibrated error of each sample in the order of recording, and the running centre."""
-    top = 1.08e3 * float(lengths(report, "calibrated").max(initial=1e-6))
+    largest = float(lengths(report, "calibrated").max(initial=1e-6))
+    means = [row.calibrated.mean_absolute_error for row in report.placements]
+    top = 1.08e3 * max(largest, FAR * max(means))
     panels = [_order_panel(report, i, name, top) for i, name in enumerate(names_of(report))]
     worst = report.answers.data.worst[0]
     ratios = list(_ratios(report))

@@ -1,0 +1,231 @@
+"""What guiding is worth: sessions that stop by themselves against 30 + 30 poses.
+
+    python benchmarks/guide.py                      20 simulated arms
+    python benchmarks/guide.py --arms 6             fewer
+    python benchmarks/guide.py --recordings DIR     choosing among the poses of real recordings
+
+A simulated arm differs from its model by 2 mm and 5 mrad a joint; each sample has 0.1 mm of noise.
+The operator's travel from pose to pose, and so the spread of the poses, match real recordings:
+about 0.8 rad root mean square a joint between consecutive poses. A guided operator hits the
+proposed pose within 0.15 rad a joint. Both fit the same rigid model.
+"""
+
+import argparse
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from mukca.recorder.dataset import Placement, Sample, read_placements
+from mukca.solver.auto.estimation import estimate
+from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.noise import Noise
+from mukca.solver.auto.posterior import Posterior
+from mukca.solver.auto.uncertainty import workspace_deviation
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.observations import Load, observe
+from mukca.solver.design.knowledge import from_prior, workspace_of
+from mukca.solver.design.plan import expected_groups
+from mukca.solver.robot.kinematics import BallModel, workspace
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import Robot, load_robot, shipped_robots
+from mukca.tools.inverse_kinematics import Guide
+from mukca.tools.recording.coach import Coach
+from mukca.tools.recording.opening import goal_for
+from mukca.tools.simulated_arms import Base, perturb, reachable_bases, record
+
+NOISE = 1e-4
+STEP = 0.8
+"""How far a joint moves from one pose to the next, where nobody guides [rad]."""
+AIM = 0.15
+"""How far a joint is off the pose that was proposed [rad]."""
+
+
+@dataclass
+class Hand:
+    """Leads a simulated arm, ball in socket."""
+
+    arm: Robot
+    generator: np.random.Generator
+
+    def __post_init__(self) -> None:
+        self.guide = Guide(self.arm)
+
+    def lead(self, q: np.ndarray | None, socket: np.ndarray, spread: float) -> np.ndarray:
+        """Return a pose near another, with the ball in a socket."""
+        for _ in range(40 if q is not None else 0):
+            start = q + self.generator.normal(0, spread, (8, len(q)))
+            start = np.clip(start, self.guide.lower + 1e-3, self.guide.upper - 1e-3)
+            pose, _ = self.guide._linear(start)
+            seats = np.tile(socket, (8, 1)) + self.generator.normal(0, NOISE, 3)
+            found, arrived = self.guide._follow(start, np.concatenate([seats, pose[:, 3:]], axis=1))
+            leans = pose[:, 5] < -np.cos(np.deg2rad(55))
+            if (arrived & leans).any():
+                return found[arrived & leans][0]
+        return self.guide.reach(socket[None] + self.generator.normal(0, NOISE, 3), self.generator)[
+            0
+        ]
+
+
+def guided(hand: Hand, base: Base, coach: Coach, most: int = 60) -> tuple[list[Sample], float]:
+    """Record until the coach has enough; return the samples and the gauge."""
+    samples: list[Sample] = []
+    socket, q, advice = 0, None, None
+    while len(samples) < most:
+        aim = q if advice is None or advice.target is None else np.array(advice.target)
+        q = hand.lead(aim, base.sockets[socket], AIM if samples else STEP)
+        samples.append(Sample(tuple(q.tolist()), socket, number=len(samples) + 1))
+        advice = coach.advise(samples, socket, q)
+        if advice.enough:
+            return samples, advice.predicted
+        if advice.leave:
+            socket = 1 - socket
+            advice = coach.advise(samples, socket, q)
+    return samples, advice.predicted if advice else np.nan
+
+
+def unguided(hand: Hand, base: Base, each: int = 30) -> list[Sample]:
+    """Record as many as the paper did, walking from pose to pose."""
+    samples: list[Sample] = []
+    for socket in (0, 1):
+        q = None
+        for _ in range(each):
+            q = hand.lead(q, base.sockets[socket], STEP)
+            samples.append(Sample(tuple(q.tolist()), socket, number=len(samples) + 1))
+    return samples
+
+
+def fitted(robot: Robot, samples: list[Sample]) -> Posterior:
+    placement = Placement("train", tuple(samples), robot.joint_names, 0.05)
+    return estimate(
+        extend(robot, choose_parameters(robot)), observe([measure(placement, robot)], robot)
+    )
+
+
+def truth(arm: Robot, found: Posterior, test: Placement) -> tuple[float, float]:
+    """Return the error held out, and the true error of distances in the workspace [m]."""
+    q = test.positions
+    balls = found.model.ball.points(found.values, q)
+    errors = []
+    for k in (0, 1):
+        here = balls[test.sockets == k]
+        errors += np.linalg.norm(here - here.mean(axis=0), axis=1).tolist()
+    q = workspace(arm, 400)
+    true, said = BallModel(arm, []).points(np.zeros(0), q), found.model.ball.points(found.values, q)
+    lengths = [np.linalg.norm(p[1::2] - p[::2], axis=1) for p in (true, said)]
+    off = np.abs(lengths[1] - lengths[0])
+    return float(np.mean(errors)), float(np.median(off)) / 0.6745  # as one standard deviation
+
+
+def simulate(count: int, names: list[str]) -> None:
+    rows = []
+    print("arm            poses    held-out [mm]      distances [mm]     gauge")
+    print("               guided   guided  30+30      guided  30+30      guided")
+    for i in range(count):
+        name = names[i % len(names)]
+        robot = load_robot(name)
+        generator = np.random.default_rng([i, 3])
+        arm = perturb(robot, generator, 2e-3, 5e-3)
+        first, second = reachable_bases(arm, generator, 2)
+        hand = Hand(arm, generator)
+        coach = Coach(robot, 0.05, goal_for(robot))
+        samples, gauge = guided(hand, first, coach)
+        test = record(arm, second, generator, samples=30)
+        one = fitted(robot, samples)
+        other = fitted(robot, unguided(hand, first))
+        a, b = truth(arm, one, test), truth(arm, other, test)
+        counts = [sum(s.socket == k for s in samples) for k in (0, 1)]
+        rows.append((*a, *b, gauge, workspace_deviation(one, Load())[0], max(counts), sum(counts)))
+        print(
+            f"{name:<14} {counts[0]:>2}+{counts[1]:<3}  {1e3 * a[0]:7.2f} {1e3 * b[0]:7.2f}    "
+            f"{1e3 * a[1]:7.2f} {1e3 * b[1]:7.2f}    {1e3 * gauge:7.2f}",
+            flush=True,
+        )
+    table = np.array(rows)
+    for label, f in (("median", np.median), ("worst", np.max)):
+        m = 1e3 * f(table, axis=0)
+        print(f"{label:<14} {f(table[:, 7]) / 2:4.0f} x2  {m[0]:7.2f} {m[2]:7.2f}    "
+              f"{m[1]:7.2f} {m[3]:7.2f}    {m[4]:7.2f}")  # fmt: skip
+    ratio = table[:, 1] / table[:, 4]
+    low, middle, high = np.quantile(ratio, [0.25, 0.5, 0.75])
+    together = np.sqrt(np.mean(table[:, 1] ** 2) / np.mean(table[:, 4] ** 2))
+    print(f"true error of distances over the gauge: all arms together {together:.2f}; "
+          f"median {middle:.2f}, quartiles {low:.2f} to {high:.2f}")  # fmt: skip
+
+
+def choose(robot: Robot, train: Placement, each: int) -> Placement:
+    """Return so many samples of each socket, chosen by predicted error before any is fitted."""
+    model = extend(robot, choose_parameters(robot))
+    known = from_prior(model, expected_groups(model), Noise(NOISE, 0.0), 2)
+    where = workspace_of(model, np.zeros(model.size))
+    left = {k: [s for s in train.samples if s.socket == k] for k in (0, 1)}
+    chosen: list[Sample] = []
+    for i in range(2 * each):
+        socket = i % 2
+        q = np.array([s.position for s in left[socket]])
+        best = int(np.argmax(known.gains(q, socket, where.shape)))
+        chosen.append(left[socket].pop(best))
+        known = known.with_samples(q[best : best + 1], socket)
+    chosen.sort(key=lambda s: s.socket)
+    return Placement("chosen", tuple(chosen), train.joint_names, train.distance)
+
+
+def recorded(folder: Path, each: int, draws: int) -> None:
+    print(f"{each} + {each} chosen against {draws} random draws, held-out error [mm]")
+    for arm, front in (("panda_3", "frontcenter"), ("kuka_14", "front"), ("dinova_2", "front")):
+        robot = load_robot(str(folder / arm / "nominal.urdf"))
+        every = [p.for_joints(robot.joint_names) for p in read_placements(folder / arm)]
+        train = next(p for p in every if p.name.endswith("/" + front))
+        test = [p for p in every if p is not train]
+        generator = np.random.default_rng(0)
+        best = held_out(robot, choose(robot, train, each), test)
+        whole = held_out(robot, train, test)
+        random = []
+        for _ in range(draws):
+            rows = [s for k in (0, 1) for s in _draw(train, k, each, generator)]
+            drawn = Placement("drawn", tuple(rows), train.joint_names, train.distance)
+            random.append(held_out(robot, drawn, test))
+        below = float(np.mean(np.array(random) < best))
+        low, middle = np.quantile(random, [0.25, 0.5])
+        print(f"{arm:<10} chosen {1e3 * best:.3f}  all {1e3 * whole:.3f}  random: best quartile "
+              f"{1e3 * low:.3f}, median {1e3 * middle:.3f}; {below:.0%} of them below",
+              flush=True)  # fmt: skip
+
+
+def _draw(train: Placement, socket: int, each: int, generator: np.random.Generator) -> list[Sample]:
+    here = [s for s in train.samples if s.socket == socket]
+    return [here[i] for i in generator.permutation(len(here))[:each]]
+
+
+def held_out(robot: Robot, train: Placement, test: list[Placement]) -> float:
+    """Return the mean held-out error by a rigid fit [m]."""
+    data = observe([measure(train, robot)], robot)
+    found = estimate(extend(robot, choose_parameters(robot)), data)
+    errors = []
+    for placement in test:
+        balls = found.model.ball.points(found.values, placement.positions)
+        for k in (0, 1):
+            here = balls[placement.sockets == k]
+            errors.append(np.linalg.norm(here - here.mean(axis=0), axis=1).mean())
+    return float(np.mean(errors))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--arms", type=int, default=20)
+    parser.add_argument("--robots", nargs="+", help="instead of all that are shipped")
+    parser.add_argument("--recordings", type=Path)
+    parser.add_argument("--each", type=int, default=15)
+    parser.add_argument("--draws", type=int, default=200)
+    arguments = parser.parse_args()
+    if arguments.recordings:
+        recorded(arguments.recordings, arguments.each, arguments.draws)
+    else:
+        simulate(arguments.arms, arguments.robots or list(shipped_robots()))
+
+
+if __name__ == "__main__":
+    main()

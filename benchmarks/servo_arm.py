@@ -1,0 +1,113 @@
+"""A servo arm with play and coarse encoders: are its zeros found, and what is left of its errors?
+
+::
+
+    python benchmarks/servo_arm.py [--arms 5] [--samples 20] [--play 0.7] [--seed 0]
+
+An SO-101 whose zeros are off by up to 5 degrees and whose lengths by 0.3 mm, with 0.7 degrees of
+play in each joint, which rests where gravity turns it to, and encoders of 0.088 degrees. One
+placement of 2 x 20 configurations in a base whose place on the arm's own base is known to 0.3 mm;
+another placement, whose place is known as well, is held out. Printed are how far the ball is from
+where the model puts it there, and for each joint how far the zero that was found is off: off the
+true one, and off the one that the joint has where gravity holds it to one side of its play. The
+roll's zero needs to know where the ball is in the gripper, and is named unknown.
+"""
+
+import argparse
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from mukca.solver.auto.priors import ZERO_WIDTH
+from mukca.solver.auto.selection import select_model
+from mukca.solver.auto.zeros import with_zeros as zeros_in
+from mukca.solver.calibrated import CalibratedRobot
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.observations import Load, SocketAt, observe
+from mukca.solver.robot.kinematics import gravity_torques
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.solver.robot.urdf_text import Origin
+from mukca.tools.export.transforms import moved, origin_near, rigid
+from mukca.tools.simulated_arms import Base, Imperfection, perturb, reachable_bases, record
+
+TICK = 2 * math.pi / 4096
+LARGEST = math.radians(5)
+ANCHORED = Base("anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0.0]), 0.15)
+BASE_KNOWN = 3e-4  # m: a base clipped to the arm's own
+
+
+def with_zeros(arm: Robot, zeros: np.ndarray) -> Robot:
+    """Return the arm whose joints stand at q + zero where they read q."""
+    left = iter(zeros)
+    joints = []
+    for joint in arm.joints:
+        if joint.actuated:
+            old = (*joint.origin.xyz, *joint.origin.rpy)
+            *xyz, roll, pitch, yaw = origin_near(rigid(old) @ moved(joint, next(left)), old)
+            joint = replace(joint, origin=Origin(tuple(xyz), (roll, pitch, yaw)))
+        joints.append(joint)
+    return replace(arm, joints=tuple(joints))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--robot", default="so101")
+    parser.add_argument("--arms", type=int, default=5)
+    parser.add_argument("--samples", type=int, default=20)
+    parser.add_argument("--play", type=float, default=0.7)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    for seed in range(arguments.seed, arguments.seed + arguments.arms):
+        one_arm(arguments, seed)
+
+
+def one_arm(arguments: argparse.Namespace, seed: int) -> None:
+    """Simulate, calibrate, and print one arm."""
+    generator = np.random.default_rng(seed)
+    nominal = load_robot(arguments.robot)
+    zeros = generator.uniform(-LARGEST, LARGEST, len(nominal.actuated))
+    arm = with_zeros(perturb(nominal, generator, 3e-4, 0.0), zeros)
+    how = Imperfection(noise=3e-4, play=math.radians(arguments.play), resolution=TICK)
+    bases = [ANCHORED, *reachable_bases(arm, generator, 1)]
+    placements = [
+        record(arm, base, generator, samples=arguments.samples, imperfection=how) for base in bases
+    ]
+    train, test = (measure(placement, nominal) for placement in placements)
+    at = [
+        SocketAt("base", (train.name, k), tuple(centre), BASE_KNOWN)
+        for k, centre in enumerate(bases[0].sockets)
+    ]
+    parameters = tuple(choose_parameters(nominal))
+    data = observe([train], nominal, sockets_at=at)
+    begin = time.perf_counter()
+    chosen = select_model(nominal, parameters, data, zeros=True)
+    seconds = time.perf_counter() - begin
+    full, urdf = chosen.full, zeros_in(chosen.geometric)
+    found = CalibratedRobot(
+        nominal, parameters, zeros_in(full), full.deflection.without_zeros, Load(), urdf
+    )
+    models = (found.nominal_ball, found.geometric_ball, found.ball)
+    where = np.repeat(bases[1].sockets, arguments.samples, axis=0)
+    errors = [np.linalg.norm(model(test.positions) - where, axis=1).mean() for model in models]
+    print(f"arm {seed} ({seconds:.1f} s), mm held out, nominal > URDF > corrected:", end=" ")
+    print(" > ".join(f"{1e3 * error:.1f}" for error in errors))
+    print("  " + "; ".join(chosen.notes))
+    sides = np.sign(gravity_torques(arm, train.positions)).mean(axis=0)
+    loaded = zeros - 0.5 * how.play * sides
+    rows = zip(nominal.joint_names, full.deflection.zeros, zeros, loaded, strict=True)
+    for joint, zero, truth, under_load in rows:
+        k = full.model.names.index(f"{joint}.zero")
+        deviation = float(np.sqrt(full.covariance[k, k]))
+        word = "decided" if deviation < 0.5 * ZERO_WIDTH else "unknown"
+        off, of_load = math.degrees(zero - truth), math.degrees(zero - under_load)
+        print(
+            f"  {joint:14} {word} {math.degrees(truth):+.2f} deg, off {off:+.2f}, under load "
+            f"{of_load:+.2f} +- {math.degrees(deviation):.2f}"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+"""What the documentation's builder adds: the messages and the examples, taken from the code."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+ROOMS = {
+    "drivers": "Drivers: the connection to the arm",
+    "recorder": "Recorder: recordings and their files",
+    "solver": "Solver: models, data and fits",
+    "tools": "Tools: options, files and reports",
+}
+MESSAGES = "<!-- every message -->"
+EXAMPLES = "<!-- every example -->"
+BARE = {"ValueError", "TypeError", "RuntimeError", "OSError", "AttributeError", "AssertionError"}
+
+
+def on_startup(**_: Any) -> None:
+    """Lay the package out for the API reference, whatever the folder of the clone is called."""
+    package = ROOT / "build/api/mukca"
+    package.mkdir(parents=True, exist_ok=True)
+    for name in ("__init__.py", *ROOMS):
+        link = package / name
+        if not link.exists():
+            link.symlink_to(ROOT / name)
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Fill in what is taken from the code, and lead links to examples to their page."""
+    markdown = re.sub(r"\]\(\.\./examples/plugin[^)]*\)", "](examples.md#plugin)", markdown)
+    markdown = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples.md#\1)", markdown)
+    if MESSAGES in markdown:
+        markdown = markdown.replace(MESSAGES, "\n".join(_messages()))
+    if EXAMPLES in markdown:
+        markdown = markdown.replace(EXAMPLES, "\n".join(_examples()))
+    return markdown
+
+
+def _messages() -> Iterator[str]:
+    for room, title in ROOMS.items():
+        yield f"\n### {title}\n"
+        for file in sorted((ROOT / room).rglob("*.py")):
+            if "emulators" in file.parts:
+                continue
+            texts = list(dict.fromkeys(_raised(ast.parse(file.read_text()))))
+            if texts:
+                yield f"\n**{file.relative_to(ROOT)}**\n"
+            for text in texts:
+                yield f"- {_safe(text)}"
+
+
+def _raised(tree: ast.AST) -> Iterator[str]:
+    """Yield the message of every error that the code raises for users."""
+    for node in ast.walk(tree):
+        if not (isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call)):
+            continue
+        name = ast.unparse(node.exc.func)
+        words = [text for argument in node.exc.args if (text := _text(argument))]
+        if name not in BARE and words and len(words[-1]) > 12:
+            yield words[-1]
+
+
+def _text(node: ast.expr) -> str:
+    """Return a text as it is written, with an ellipsis for what is put in."""
+    match node:
+        case ast.Constant(value=str(value)):
+            return value
+        case ast.JoinedStr(values=values):
+            return "".join(_text(value) for value in values)
+        case ast.FormattedValue():
+            return "\N{HORIZONTAL ELLIPSIS}"
+        case ast.BinOp(left=left, op=ast.Add(), right=right):
+            return _text(left) + _text(right)
+        case _:
+            return ""
+
+
+def _safe(text: str) -> str:
+    return re.sub(r"([<>*_`\[\]|])", r"\\\1", " ".join(text.split()))
+
+
+def _examples() -> Iterator[str]:
+    for file in sorted((ROOT / "examples").glob("*.py")):
+        yield f"\n## {file.stem} {{ #{file.stem} }}\n\n```python\n{file.read_text()}```"
+    yield "\n## A plug-in for an arm of your own { #plugin }\n"
+    for file in sorted((ROOT / "examples/plugin").rglob("*")):
+        if file.suffix in {".py", ".toml"}:
+            kind = "python" if file.suffix == ".py" else "toml"
+            name = file.relative_to(ROOT)
+            yield f"\n`{name}`\n\n```{kind}\n{file.read_text()}```"

@@ -1,0 +1,146 @@
+"""The best geometry for programs that correct nothing: what ``calibrated.urdf`` holds.
+
+A URDF knows neither elasticity nor transmission error. The geometry that comes nearest to the full
+model depends on the poses it is meant for: at all poses of the workspace alike it errs too much at
+each of them. So places near those recorded are imagined, some 0.2 m away, with the ball held there
+in postures like those recorded. The geometry is fitted to what the full model says of them, and to
+the samples.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..data.observations import Load
+from ..robot.kinematics import BallModel
+from .posterior import Posterior
+from .zeros import with_zeros
+
+__all__ = ["closest_rigid"]
+
+PLACES, POSTURES = 40, 20
+"""How many places are imagined, and how many postures at each."""
+AWAY = 0.15
+"""Standard deviation of a place from the one recorded, per axis, as a share of the arm's length."""
+SWAY = 0.3
+"""Standard deviation of a posture from the one recorded [rad], before the ball is put back."""
+COMMON = 0.3
+"""How much of the error that all postures at a place have in common counts. What they differ by
+makes a tool miss a point that was taught in another posture; a common error shifts the place."""
+RECORDED = 10.0
+"""How much a recorded sample counts beside an imagined one."""
+SEAT = 3e-4
+"""Standard deviation to which the geometry is to follow the full model [m]; prior against data."""
+ROUNDS = 4
+
+
+@dataclass(frozen=True)
+class _Poses:
+    """Configurations with the ball at some places."""
+
+    positions: np.ndarray
+    """Shape (N, m) [rad]."""
+    places: np.ndarray
+    """Which place each is at, shape (N,)."""
+    targets: np.ndarray
+    """Where the ball is there, shape (N, 3) [m]."""
+    weights: np.ndarray
+    """How much each counts, shape (N,)."""
+
+
+def closest_rigid(full: Posterior, load: Load) -> np.ndarray:
+    """Return the geometry whose balls are nearest to the full model's around the places recorded.
+
+    It minimises, over places p, imagined ones and sockets, and postures i at them,
+
+        sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / SEAT^2 + x^T P x      e = Phi(x, q) - target
+
+    where the target is the full model's ball, or a recorded sample's socket, w is 1 or, for a
+    sample, RECORDED times its robust weight, and P is the prior precision of the geometry, whose
+    mean has the joints' zeros in it.
+
+    Args:
+        full: The full model.
+        load: What pulls at the joints.
+
+    Returns:
+        The free numbers of the geometry, shape (geometry,) [m, rad].
+    """
+    model = full.model
+    poses = _joined(_recorded(full), _imagined(full, load))
+    q, n = poses.positions, model.geometry
+    root = np.sqrt(poses.weights) / SEAT
+    prior = np.zeros((n, n))
+    for group in full.groups:
+        if group.members[0] < n:
+            prior[np.ix_(group.members, group.members)] = group.precision(
+                group.members, group.width
+            )
+    x = with_zeros(full) - model.ball.nominal
+    zeros = with_zeros(full) - full.values
+    for _ in range(ROUNDS // 2):
+        linear = model.ball.linearise(model.ball.nominal + x, q)
+        errors = _apart(linear.points - poses.targets, poses.places) * root[:, None]
+        J = _apart(linear.by_parameters, poses.places) * root[:, None, None]
+        errors, J = errors.ravel(), J.reshape(-1, n)
+        hessian, slope = J.T @ J + prior, J.T @ errors + prior @ (x - zeros)
+        unit = 1 / np.sqrt(np.diag(hessian))
+        x = x - unit * np.linalg.solve(hessian * unit[:, None] * unit, unit * slope)
+    return model.ball.nominal + x
+
+
+def _apart(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return values, of shape (N, ...), without most of what those at one place have in common."""
+    starts = np.flatnonzero(np.diff(places, prepend=-1))
+    counts = np.diff([*starts.tolist(), len(places)])
+    sums = np.add.reduceat(values, starts, axis=0)
+    means = sums / counts.reshape(-1, *[1] * (values.ndim - 1))
+    return values - (1 - COMMON) * np.repeat(means, counts, axis=0)
+
+
+def _imagined(full: Posterior, load: Load) -> _Poses:
+    """Return configurations like those recorded, with the ball at places near those recorded.
+
+    The nominal robot puts it there, which is near enough: what counts is what each model says of
+    one configuration. Those out of the joints' limits or of reach are left out.
+    """
+    robot, recorded = full.model.robot, full.data.positions
+    generator = np.random.default_rng(0)
+    ball = BallModel(robot, [])
+    length = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+    around = recorded[generator.integers(len(recorded), size=PLACES)]
+    centres = ball.points(np.empty(0), around)
+    centres = centres + generator.normal(0, AWAY * length, centres.shape)
+    places = np.repeat(np.arange(PLACES), POSTURES)
+    q = recorded[generator.integers(len(recorded), size=len(places))]
+    q = q + generator.normal(0, SWAY, q.shape)
+    for _ in range(ROUNDS):
+        linear = ball.linearise(np.empty(0), q)
+        back = np.linalg.pinv(linear.by_joints, rcond=1e-2)
+        step = (back @ (centres[places] - linear.points)[:, :, None])[:, :, 0]
+        q = q + step.clip(-SWAY, SWAY)
+    off = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
+    lower, upper = (np.array([getattr(j, k) for j in robot.actuated]) for k in ("lower", "upper"))
+    kept = (off < 0.01 * length) & np.all((q >= lower) & (q <= upper), axis=1)
+    q, places = q[kept], places[kept]
+    targets = full.predict(q, load.moments(robot, q, None))
+    return _Poses(q, places, targets, np.ones(len(q)))
+
+
+def _recorded(full: Posterior) -> _Poses:
+    """Return the samples in sockets, with the ball where the full model has the socket."""
+    seated = full.data.sockets >= 0
+    order = np.argsort(full.data.sockets[seated], kind="stable")
+    sockets = full.data.sockets[seated][order]
+    weights = RECORDED * full.weights[seated][order]
+    return _Poses(full.data.positions[seated][order], sockets, full.centres[sockets], weights)
+
+
+def _joined(one: _Poses, other: _Poses) -> _Poses:
+    """Return both one's and the other's poses; their places are different ones."""
+    return _Poses(
+        np.concatenate([one.positions, other.positions]),
+        np.concatenate([one.places, other.places + 1 + one.places.max(initial=-1)]),
+        np.concatenate([one.targets, other.targets]),
+        np.concatenate([one.weights, other.weights]),
+    )

@@ -1,0 +1,50 @@
+"""Zeros of joints, put into the geometry.
+
+An arm that stands at q + z where it reads q is one whose joint frames are turned by z about the
+joints' axes, so that any URDF can hold its zeros:
+
+    R_i' = R_i R(axis_i, z_i)
+
+with R_i the rotation of joint i's origin.
+"""
+
+import numpy as np
+
+from ..robot.kinematics import rotation, rotation_rpy
+from .posterior import Posterior
+
+__all__ = ["angles_near", "with_zeros"]
+
+
+def with_zeros(posterior: Posterior) -> np.ndarray:
+    """Return the geometric parameters of a model, its zeros put into them, shape (geometry,)."""
+    zeros, model = posterior.deflection.zeros, posterior.model
+    if zeros is None:
+        return posterior.values
+    values, origins = posterior.values.copy(), model.ball.origins(posterior.values)
+    place = {parameter.index: i for i, parameter in enumerate(model.parameters)}
+    for joint, zero in zip(model.robot.actuated, zeros, strict=True):
+        j = model.robot.joints.index(joint)
+        rows = [place[6 * j + k] for k in (3, 4, 5)]
+        R = rotation_rpy(origins[j, 3:].tolist()).full() @ rotation(joint.axis, zero).full()
+        values[rows] = angles_near(R, origins[j, 3:])
+    return values
+
+
+def angles_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Return roll, pitch and yaw of a rotation, as near to others as they can be [rad].
+
+    A rotation has two sets of them, and infinitely many where the pitch is 90 degrees; all may be
+    turned by 360 degrees.
+    """
+    cosine = float(np.hypot(R[0, 0], R[1, 0]))
+    pitch = float(np.arctan2(-R[2, 0], cosine))
+    if cosine > 1e-9:
+        roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
+    else:
+        sign = -np.copysign(1, R[2, 0])  # only roll -+ yaw is known
+        roll = near[0]
+        yaw = np.arctan2(-R[0, 1], R[1, 1]) + sign * roll
+    both = np.array([[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]])
+    both -= 2 * np.pi * np.round((both - near) / (2 * np.pi))
+    return both[int(np.argmin(np.abs(both - near).sum(axis=1)))]

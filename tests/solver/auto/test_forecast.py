@@ -1,0 +1,78 @@
+"""What is forecast comes true, and what is said of joints and places is what they do."""
+
+import numpy as np
+import pytest
+
+from mukca.solver.auto.estimation import estimate
+from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.forecast import after_recording, error_map, joint_effects
+from mukca.solver.auto.posterior import Posterior
+from mukca.solver.auto.uncertainty import workspace_deviation
+from mukca.solver.data.measurements import Measurement, measure
+from mukca.solver.data.observations import Load, observe
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import Robot
+from mukca.tools.simulated_arms import reachable_bases, record
+
+LOAD = Load()
+
+
+@pytest.fixture(scope="module")
+def recorded(panda: Robot, true_panda: Robot) -> list[Measurement]:
+    generator = np.random.default_rng(5)
+    bases = reachable_bases(true_panda, generator, 2)
+    placements = [record(true_panda, b, generator, samples=20, noise=1e-4) for b in bases]
+    return [measure(placement, panda) for placement in placements]
+
+
+@pytest.fixture(scope="module")
+def first(panda: Robot, recorded) -> Posterior:
+    return estimate(extend(panda, choose_parameters(panda)), observe(recorded[:1], panda))
+
+
+def samples(panda: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.ndarray]]:
+    moments = LOAD.torques(panda, measured)
+    return [(measured.positions[rows], moments[rows]) for rows in measured.slices]
+
+
+def test_a_second_placement_brings_what_was_forecast(panda, recorded, first) -> None:
+    both = estimate(first.model, observe(recorded, panda))
+    forecast = after_recording(first, samples(panda, recorded[1]))
+    before, expected, found = (workspace_deviation(p, LOAD)[0] for p in (first, forecast, both))
+    assert expected < 0.95 * before
+    assert found == pytest.approx(expected, rel=0.15)
+
+
+def test_recording_the_same_base_again_does_not_tell_its_distance(panda, recorded, first) -> None:
+    """However often: the caliper's 0.06 % of scale stays."""
+    sure = after_recording(first, samples(panda, recorded[1]) * 1)
+    for _ in range(20):
+        sure = after_recording(sure, samples(panda, recorded[1]))
+    by_scale = first.model.by_scale()
+    size = first.model.size
+    scale = float(by_scale @ sure.covariance[:size, :size] @ by_scale) ** 0.5
+    assert 4e-4 < scale < 7e-4
+
+
+def test_what_a_joint_moves_the_ball_by_is_what_its_correction_does(panda, recorded) -> None:
+    model = extend(panda, choose_parameters(panda))
+    x = np.zeros(model.size)
+    x[model.names.index("panda_joint4.yaw")] = 1e-3
+    pairs = samples(panda, recorded[0])
+    found = {row.joint: row for row in joint_effects(model, x, LOAD, pairs)}
+    moved = [model.predict(x, q, m) - model.predict(0 * x, q, m) for q, m in pairs]
+    offsets = np.concatenate([shift - shift.mean(axis=0) for shift in moved])
+    expected = float(np.mean(np.sum(offsets**2, axis=1))) ** 0.5
+    assert found["panda_joint4"].recorded == pytest.approx(expected, rel=1e-2)
+    assert found["panda_joint4"].workspace > 1e-5
+    assert all(row.recorded == 0 for name, row in found.items() if name != "panda_joint4")
+
+
+def test_places_are_known_best_where_it_was_recorded(first) -> None:
+    found = error_map(first, LOAD)
+    centre = first.points.mean(axis=0)
+    cells = np.array(found.cells)
+    away = np.linalg.norm(cells[:, :2] - centre[:2], axis=1)
+    near, far = cells[away < 0.3, 2], cells[away > 1.0, 2]
+    assert np.median(near) < 0.6 * np.median(far)
+    assert (cells[:, 2] > 0).all() and 0.05 < found.width < 0.15

@@ -1,0 +1,108 @@
+"""What arms made of servos need: zeros that are off by degrees, and play in the gears."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.recorder.dataset import Placement
+from mukca.solver.auto.deflection import LEAST_TORQUE, PLAY, ZERO, Deflection
+from mukca.solver.auto.selection import select_model
+from mukca.solver.auto.zeros import angles_near, with_zeros
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.observations import SocketAt, observe
+from mukca.solver.robot.kinematics import gravity_torques, rotation_rpy
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.calibration.calibrate import calibrate
+from mukca.tools.simulated_arms import Base, Imperfection, record
+from mukca.tools.usage import UsageError
+
+ZEROS = np.radians([3.0, -4.0, 5.0, -2.0, 0.0])
+ANCHORED = Base("anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0.0]), 0.15)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot("so101")
+
+
+@pytest.fixture(scope="module")
+def placement(robot):
+    """An arm as nominal, but that it stands at q + zero where it reads q."""
+    recorded = record(robot, ANCHORED, np.random.default_rng(0), samples=12, noise=1e-4)
+    samples = tuple(
+        replace(sample, position=tuple(np.array(sample.position) - ZEROS))
+        for sample in recorded.samples
+    )
+    return replace(recorded, samples=samples)
+
+
+@pytest.fixture(scope="module")
+def found(robot, placement: Placement):
+    measured = measure(placement, robot)
+    at = [SocketAt("base", ("anchored", k), tuple(c), 1e-4) for k, c in enumerate(ANCHORED.sockets)]
+    data = observe([measured], robot, sockets_at=at)
+    return select_model(robot, choose_parameters(robot), data, stages=(), zeros=True).full
+
+
+@pytest.mark.slow
+def test_zeros_are_found(found):
+    assert found.model.extensions == (ZERO,)
+    error = np.degrees(found.deflection.zeros - ZEROS)
+    deviation = np.degrees(np.sqrt(np.diag(found.covariance)))[found.model.geometry :]
+    assert np.abs(error[:4]).max() < 0.2
+    assert deviation[:4].max() < 0.1
+    assert deviation[4] > 2.5, "the roll's zero is told only by where the ball is"
+
+
+@pytest.mark.slow
+def test_a_urdf_holds_the_zeros(found, placement):
+    positions = placement.positions
+    by_origins = found.model.ball.points(with_zeros(found), positions)
+    assert by_origins == pytest.approx(found.predict(positions, 0 * positions), abs=1e-12)
+    assert found.deflection.without_zeros.extensions == ()
+
+
+@pytest.mark.parametrize("angles", [(0.3, -0.2, 2.9), (1.5708, 1.5707963267948966, -1.5708)])
+def test_angles_of_a_rotation_are_near_the_others(angles):
+    R = rotation_rpy(angles).full()
+    back = angles_near(R, np.array(angles) + 1e-3)
+    assert rotation_rpy(back).full() == pytest.approx(R, abs=1e-9)
+    assert back == pytest.approx(angles, abs=5e-3)
+
+
+def test_play_rests_where_gravity_turns_it_to():
+    play = Deflection((PLAY,), (np.array([0.01, 0.02]),))
+    torques = np.array([[1.0, -1.0], [-5.0, 0.0], [LEAST_TORQUE, 0.0]])
+    shift = play.true_positions(np.zeros((3, 2)), torques)
+    assert shift == pytest.approx(
+        np.array([[-0.01, 0.02], [0.01, 0.0], [-0.01 / 2**0.5, 0.0]]), abs=1e-5
+    )
+
+
+def test_a_simulated_arm_with_play_sags(robot):
+    how = Imperfection(play=0.02, resolution=0.0)
+    one, sagged = (
+        record(robot, ANCHORED, np.random.default_rng(1), samples=6, imperfection=i).positions
+        for i in (Imperfection(), how)
+    )
+    assert np.abs(sagged - one) == pytest.approx(0.01)
+    torques = gravity_torques(robot, one)
+    loaded = np.abs(torques) > 0.05
+    assert loaded.sum() > 20
+    assert (np.sign(sagged - one) == np.sign(torques))[loaded].all()
+
+
+def test_a_simulated_encoder_has_steps(robot):
+    how = Imperfection(resolution=0.01)
+    read = record(robot, ANCHORED, np.random.default_rng(1), samples=3, imperfection=how).positions
+    assert read / 0.01 == pytest.approx(np.round(read / 0.01))
+
+
+def test_zeros_need_angles_that_are_free(robot, placement):
+    with pytest.raises(UsageError, match="--zeros: elbow_flex must turn, and its angles be free"):
+        calibrate(robot, placement, zeros=True, fix=["elbow_flex.yaw"])
+    with pytest.raises(mukca.MukcaError, match="belongs to --method auto"):
+        calibrate(robot, placement, zeros=True, method="paper")

@@ -1,0 +1,46 @@
+"""Plans before the first print: more placements and longer bases promise more, in every form."""
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from mukca.tools.cli import main
+
+WORDS = ["plan", "--robot", "ur3e", "--placements", "2", "--samples", "4"]
+
+
+@pytest.mark.slow
+def test_a_plan_is_a_table_a_picture_and_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "plan.svg"
+    words = [*WORDS, "--distance", "0.05", "0.2", "--out", str(file), "--json"]
+    assert main(words) == 0
+    said = capsys.readouterr()
+    plans = json.loads(said.out)["plans"]
+    for plan in plans:
+        assert len(plan["places"]) == 2
+        assert plan["predicted"][1] < plan["predicted"][0] < 0.01
+    assert plans[1]["predicted"][0] < plans[0]["predicted"][0]
+    assert f"{1e3 * plans[0]['predicted'][0]:.2f}" in said.err and "[mm]" in said.err
+    texts = [e.text for e in ElementTree.parse(file).iter() if e.tag.endswith("text")]
+    assert f"{1e3 * plans[0]['predicted'][1]:.2f} mm" in texts
+    assert main(words) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--placements", "0"], "--placements 0: expected 1 to 8"),
+        (["--samples", "2"], "--samples 2: expected"),
+        (["--distance", "0.05", "nan"], "--distance nan: expected"),
+    ],
+)
+def test_bad_numbers_are_one_line(
+    words: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*WORDS, *words]) == 2
+    errors = capsys.readouterr().err
+    assert told in errors and errors.count("\n") == 1

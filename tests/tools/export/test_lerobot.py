@@ -1,0 +1,132 @@
+"""lerobot's calibration file: each reading moves by the zero that was found, and nothing else."""
+
+import hashlib
+import json
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.calibration.calibration import load_calibration
+from mukca.tools.documents.calibration import Coefficient
+from mukca.tools.documents.files import encode
+
+JOINTS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
+ZEROS = np.radians([0.5, -4.0, 3.0, 20.0, 1.0])
+KNOWN = np.radians([2.9, 0.2, 0.1, 0.1, 0.3])
+TICKS = [0, round(-4 / 360 * 4096), round(3 / 360 * 4096), 0, round(1 / 360 * 4096)]
+
+
+def present(**changes):
+    """What the arm has now."""
+    motors = {
+        name: {"id": number, "drive_mode": 0, "homing_offset": 37 * number, "range_min": 700,
+               "range_max": 3300 + number}
+        for number, name in enumerate((*JOINTS, "gripper"), 1)
+    }  # fmt: skip
+    motors["elbow_flex"] |= changes
+    return motors
+
+
+@pytest.fixture
+def calibration(calibrations, tmp_path):
+    document = load_calibration(calibrations / "so101.json").document
+    zeros = tuple(
+        Coefficient(name=f"{name}.zero", unit="rad", value=zero, standard_deviation=known)
+        for name, zero, known in zip(JOINTS, ZEROS.tolist(), KNOWN.tolist(), strict=True)
+    )
+    file = tmp_path / "calibration.json"
+    file.write_bytes(encode(msgspec.structs.replace(document, coefficients=zeros)))
+    return file
+
+
+@pytest.fixture
+def like(tmp_path):
+    file = tmp_path / "my_arm.json"
+    file.write_text(json.dumps(present()))
+    return file
+
+
+def degrees(motor, actual, sign):
+    """What lerobot tells of a motor, from the servo's count without an offset."""
+    position = actual + sign * motor["homing_offset"]
+    return (position - (motor["range_min"] + motor["range_max"]) / 2) * 360 / 4095
+
+
+@pytest.mark.parametrize(("make", "sign"), [("feetech", -1), ("dynamixel", 1)])
+def test_each_reading_moves_by_its_zero(export, calibration, like, tmp_path, make, sign):
+    out = tmp_path / "new.json"
+    words = (calibration, "--to", "lerobot", "--like", like, "--servos", make, "--out", out)
+    status, shown, _ = export(*words)
+    assert status == 0
+    old, new = present(), json.loads(out.read_text())
+    assert list(new) == list(old)
+    for name, ticks in zip((*JOINTS, "gripper"), (*TICKS, 0), strict=True):
+        moved = degrees(new[name], 1234, sign) - degrees(old[name], 1234, sign)
+        assert moved == pytest.approx(ticks * 360 / 4095)
+        same = {key: value for key, value in old[name].items() if key != "homing_offset"}
+        assert new[name] == {**same, "homing_offset": new[name]["homing_offset"]}
+    assert "shoulder_pan   +0.50 +- 2.90 deg, not decided by the data, left as it is" in shown
+    assert "shoulder_lift  -4.00 +- 0.20 deg, -46 ticks" in shown
+    assert "wrist_flex     +20.00 +- 0.10 deg, +228 ticks are too many" in shown
+
+
+def test_the_old_file_stays_and_its_digest_is_noted(export, calibration, like, tmp_path):
+    before = like.read_bytes()
+    out = tmp_path / "new.json"
+    export(calibration, "--to", "lerobot", "--like", like, "--servos", "feetech", "--out", out)
+    assert like.read_bytes() == before
+    beside = json.loads((tmp_path / "new.json.mukca.json").read_text())
+    assert beside["calibration_file_sha256"] == hashlib.sha256(before).hexdigest()
+    assert [zero["ticks"] for zero in beside["zeros"]] == TICKS
+
+
+def test_the_urdf_beside_it_has_the_new_zeros(export, calibration, like, tmp_path):
+    """Where the old readings are by the calibrated URDF, the new ones are by this one."""
+    out = tmp_path / "new.json"
+    export(calibration, "--to", "lerobot", "--like", like, "--servos", "feetech", "--out", out)
+    calibrated = load_calibration(calibration).calibrated
+    robot = load_robot(tmp_path / "new.urdf")
+    q = np.random.default_rng(0).uniform(-1, 1, (20, 5))
+    shifted = q + np.array(TICKS) * 2 * math.pi / 4096
+    new = type(calibrated)(robot, (), np.empty(0))
+    assert new.ball(shifted) == pytest.approx(calibrated.geometric_ball(q), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "says"),
+    [
+        ({}, ("--servos", "feetech"), "needs --like FILE"),
+        ({}, ("--like", "LIKE"), "needs --like FILE"),
+        ({"homing_offset": -2040}, ("--like", "LIKE", "--servos", "feetech"), "offset of -2074"),
+        ({"range_min": 4000}, ("--like", "LIKE", "--servos", "feetech"), "range_min is not below"),
+    ],
+)
+def test_what_cannot_be_gets_one_line(export, calibration, like, tmp_path, change, words, says):
+    like.write_text(json.dumps(present(**change)))
+    given = [like if word == "LIKE" else word for word in words]
+    out = tmp_path / "new.json"
+    status, _, error = export(calibration, "--to", "lerobot", *given, "--out", out)
+    assert status == 2 and says in error and error.count("\n") == 1
+    assert not out.exists()
+
+
+def test_joints_that_were_read_the_other_way_are_refused(
+    export, calibration, like, tmp_path
+) -> None:
+    (tmp_path / "placement.json").write_text('{"sessions": [{"driver": "feetech:p?signs=-1,1"}]}')
+    document = load_calibration(calibration).document
+    data = msgspec.structs.replace(document.data[0], files=(str(tmp_path / "hole_0.csv"),))
+    calibration.write_bytes(encode(msgspec.structs.replace(document, data=(data,))))
+    words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
+    status, _, error = export(calibration, *words, "--out", tmp_path / "new.json")
+    assert status == 2 and "recorded with signs=" in error
+
+
+def test_without_zeros_there_is_nothing_to_write(export, calibrations, like, tmp_path):
+    words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
+    out = tmp_path / "new.json"
+    status, _, error = export(calibrations / "fitted.json", *words, "--out", out)
+    assert status == 2 and "solve with --zeros" in error

@@ -1,0 +1,54 @@
+"""The node for ROS 2 in examples/, with a stand-in for rclpy."""
+
+import runpy
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mukca.tools.calibration.calibration import load_calibration
+
+SCRIPT = Path(__file__).parents[3] / "examples" / "ros" / "true_joint_states.py"
+
+
+class Node:
+    def __init__(self, name: str) -> None:
+        self.published: list[SimpleNamespace] = []
+
+    def create_publisher(self, kind, topic, depth) -> SimpleNamespace:
+        assert topic == "joint_states_true"
+        return SimpleNamespace(publish=self.published.append)
+
+    def create_subscription(self, kind, topic, callback, depth) -> None:
+        assert topic == "joint_states"
+
+
+@pytest.fixture
+def module(monkeypatch: pytest.MonkeyPatch):
+    for name in ("rclpy", "rclpy.node", "sensor_msgs", "sensor_msgs.msg"):
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    sys.modules["rclpy.node"].Node = Node  # type: ignore[attr-defined]
+    sys.modules["sensor_msgs.msg"].JointState = SimpleNamespace  # type: ignore[attr-defined]
+    return runpy.run_path(str(SCRIPT))
+
+
+def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations) -> None:
+    file = calibrations / "panda.json"
+    node = module["TrueJointStates"](str(file))
+    calibrated = load_calibration(file).calibrated
+    names = [*calibrated.robot.joint_names[::-1], "finger"]
+    position = np.linspace(-1, 1, 8).tolist()
+    read = np.array(position[6::-1])
+    message = SimpleNamespace(name=names, position=list(position))
+    node.correct(message)
+    node.correct(SimpleNamespace(name=["finger"], position=[0.02]))
+    (published,) = node.published
+    assert published.position[7] == position[7]
+    assert np.array_equal(published.position[6::-1], calibrated.true_positions(read))
+    assert published.position != position
+
+
+def test_it_is_short() -> None:
+    assert len(SCRIPT.read_text().splitlines()) <= 45

@@ -1,0 +1,68 @@
+"""A simulated session at a Panda as a stream of joint states, and logs that are made of it."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.drivers.driver import JointState
+from mukca.drivers.mock import Fault, SimulatedArm
+from mukca.drivers.motion import Motion
+from mukca.recorder.dataset import read_placement
+from mukca.tools.cli import main
+
+RATE = 40.0
+HOLD, MOVE = 0.95, 0.6
+PAUSES = (0, 7, 20)
+"""Before these samples the arm also rested in the air."""
+
+
+class Session:
+    """What the arm did: rests at known places, moves between, states missing here and there."""
+
+    def __init__(self, folder: Path) -> None:
+        placement = read_placement(folder)
+        rng = np.random.default_rng(4)
+        self.places: list[tuple[float, ...]] = []
+        self.sockets: list[int | None] = []
+        """The socket of each rest; None for a pause in the air."""
+        for i, sample in enumerate(placement.samples):
+            if i in PAUSES:
+                away = np.array(sample.position) + rng.uniform(0.3, 0.4, 7)
+                self.places.append(tuple(away.tolist()))
+                self.sockets.append(None)
+            self.places.append(sample.position)
+            self.sockets.append(sample.socket)
+        lost = [f"silent@{(HOLD + MOVE) * k + 0.8}+0.5" for k in range(4, 24, 5)]
+        lost += [f"nan@{(HOLD + MOVE) * 8 + 0.1}+0.05", f"zeros@{(HOLD + MOVE) * 9 + 0.05}+0.1"]
+        self.hold, self.move = HOLD, MOVE
+        motion = Motion(self.places, hold=HOLD, move=MOVE)
+        arm = SimulatedArm(
+            motion, rate=RATE, noise=2e-5, faults=[Fault.parse(text) for text in lost]
+        )
+        self.states: list[JointState] = [
+            arm.state(moment)
+            for moment in np.arange(0, motion.duration, 1 / RATE).tolist()
+            if not arm.shows("silent", moment)
+        ]
+
+
+@pytest.fixture(scope="session")
+def moves(session: Path) -> Session:
+    return Session(session / "front")
+
+
+@pytest.fixture
+def extract(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Run `mukca extract`: status, output, error."""
+
+    def run(*words: object) -> tuple[int, str, str]:
+        try:
+            status = main(["extract", *map(str, words)])
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        return status, out, err
+
+    return run

@@ -1,0 +1,208 @@
+"""Bags of all kinds, written by rosbags itself from a simulated session."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.recorder.dataset import read_placement
+
+rosbags = pytest.importorskip("rosbags", reason="the extra bags is not installed")
+
+from rosbags.rosbag1 import Writer as Writer1  # noqa: E402
+from rosbags.rosbag2 import StoragePlugin  # noqa: E402
+from rosbags.rosbag2 import Writer as Writer2  # noqa: E402
+from rosbags.typesys import Stores, get_typestore  # noqa: E402
+
+NAMES = tuple(f"panda_joint{i}" for i in range(1, 8))
+START = 1_700_000_000
+TYPE = "sensor_msgs/msg/JointState"
+
+
+class Bag:
+    """Writes joint states into a bag of any kind."""
+
+    def __init__(self, path: Path, kind: str) -> None:
+        self.ros1 = kind == "bag"
+        self.types = get_typestore(Stores.ROS1_NOETIC if self.ros1 else Stores.ROS2_HUMBLE)
+        plugin = {"db3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
+        self.writer = (
+            Writer1(path) if self.ros1 else Writer2(path, version=9, storage_plugin=plugin[kind])
+        )
+        self.writer.open()
+        self.topics = {}
+
+    def topic(self, name: str, type_: str = TYPE):
+        if name not in self.topics:
+            self.topics[name] = self.writer.add_connection(name, type_, typestore=self.types)
+        return self.topics[name]
+
+    def write(self, topic: str, stamp: float, names, position, effort=(), header=True) -> None:
+        known = self.types.types
+        nanoseconds = round((START + stamp) * 1e9) if header else 0
+        time = known["builtin_interfaces/msg/Time"](*divmod(nanoseconds, 1_000_000_000))
+        head = known["std_msgs/msg/Header"]
+        header_ = head(seq=0, stamp=time, frame_id="") if self.ros1 else head(time, "")
+        message = known[TYPE](
+            header_, list(names), np.array(position, float), np.zeros(0), np.array(effort, float)
+        )
+        serialize = self.types.serialize_ros1 if self.ros1 else self.types.serialize_cdr
+        connection = self.topic(topic)
+        moment = round((START + stamp + 0.003) * 1e9)
+        self.writer.write(connection, moment, serialize(message, TYPE))
+
+    def close(self) -> None:
+        self.writer.close()
+
+
+def busy_bag(path: Path, kind: str, moves) -> None:
+    """A bag as a lab's: grippers, another arm, names in another order, half messages."""
+    bag = Bag(path, kind)
+    shuffled = [3, 6, 0, 1, 5, 4, 2]
+    for i, state in enumerate(moves.states):
+        names = [NAMES[k] for k in shuffled] + ["panda_finger_joint1"]
+        position = [state.position[k] for k in shuffled] + [0.04]
+        if i % 7 == 0:  # another publisher on the same topic, and in another order
+            names, position = names[::-1], position[::-1]
+        bag.write("/joint_states", state.stamp, names, position, [0.1] * 8)
+        if i % 5 == 0:
+            bag.write("/joint_states", state.stamp + 1e-3, ["panda_finger_joint1"], [0.04])
+            bag.write("/joint_states", state.stamp + 2e-3, NAMES[:5], state.position[:5])
+        if i % 10 == 0:  # the same, now and then, on a topic of its own
+            bag.write("/franka/joint_states", state.stamp, NAMES, state.position)
+    bag.close()
+
+
+@pytest.mark.parametrize("kind", ["bag", "db3", "mcap"])
+def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind) -> None:
+    path = tmp_path / ("session.bag" if kind == "bag" else "session")
+    busy_bag(path, kind, moves)
+    out = tmp_path / "recordings"
+    status, shown, err = extract(path, "--robot", "panda", "--out", out)
+    assert status == 0, err
+    assert "read /joint_states" in shown and "/franka/joint_states" in shown
+    assert "lack a joint" in shown and "Look at the picture" in shown
+    placement = read_placement(out / "placement_1")
+    expected = [(q, s) for q, s in zip(moves.places, moves.sockets, strict=True) if s is not None]
+    assert placement.sockets.tolist() == [socket for _, socket in expected]
+    assert np.abs(placement.positions - [q for q, _ in expected]).max() < 4e-5
+    assert placement.joint_names == NAMES and placement.distance == 0.05
+    assert placement.efforts is None
+    svg = (out / "rests.svg").read_text()
+    assert svg.count("opacity") == len(moves.places) and "panda_joint7" in svg
+
+
+def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_path) -> None:
+    bag = Bag(tmp_path / "session", "mcap")
+    for state in moves.states:
+        bag.write("/joint_states", state.stamp, NAMES, state.position)
+    bag.close()
+    bare = next((tmp_path / "session").glob("*.mcap"))
+    assert extract(bare, "--robot", "panda", "--out", tmp_path / "out")[0] == 0
+    robot = mukca.load_robot("panda")
+    recorded, extracted = (
+        mukca.calibrate(robot, mukca.read_placements(folder), method="paper")
+        for folder in (session / "front", tmp_path / "out")
+    )
+    # distances between balls do not depend on where the base frame stands
+    q = read_placement(session / "front").positions
+    balls = [model.ball(q) for model in (recorded, extracted)]
+    lengths = [np.linalg.norm(p[:, None] - p, axis=2) for p in balls]
+    # 12 states of 2e-5 rad noise each, seven joints, 0.9 m away: 14 um a sample
+    assert np.abs(lengths[0] - lengths[1]).max() < 3 * 14e-6
+    there = mukca.read_placements(session / "left")
+    errors = [model.validate(there)[0].calibrated for model in (recorded, extracted)]
+    assert abs(errors[0].mean_absolute_error - errors[1].mean_absolute_error) < 14e-6
+
+
+def test_two_arms_in_one_message(extract, moves, tmp_path) -> None:
+    bag = Bag(tmp_path / "two", "db3")
+    names = [f"{side}_{name}" for name in NAMES for side in ("right", "left")]
+    for state in moves.states:
+        both = [value for left in state.position for value in (-left, left)]
+        bag.write("/joint_states", state.stamp, names, both, header=False)
+    bag.close()
+    status, _, err = extract(tmp_path / "two", "--robot", "panda")
+    assert status == 2 and "--joints 'right_*'" in err
+    words = ("--joints", "left_*", "--out", tmp_path / "out")
+    assert extract(tmp_path / "two", "--robot", "panda", *words)[0] == 0
+    count = sum(socket is not None for socket in moves.sockets)
+    assert len(read_placement(tmp_path / "out" / "placement_1").samples) == count
+
+
+def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path) -> None:
+    bag = Bag(tmp_path / "one", "db3")
+    for state in moves.states[:1500]:
+        bag.write("/joint_states", state.stamp, NAMES, state.position, np.arange(7.0))
+    bag.close()
+    words = ("--efforts", "--out", tmp_path / "out")
+    assert extract(tmp_path / "one", "--robot", "panda", *words)[0] == 0
+    efforts = read_placement(tmp_path / "out" / "placement_1").efforts
+    assert efforts is not None and np.allclose(efforts, np.arange(7.0))
+
+
+def write_other(path: Path) -> None:
+    bag = Bag(path, "db3")
+    types = bag.types
+    text = types.types["std_msgs/msg/String"]("hello")
+    connection = bag.topic("/chatter", "std_msgs/msg/String")
+    bag.writer.write(connection, 1, types.serialize_cdr(text, "std_msgs/msg/String"))
+    bag.close()
+
+
+def write_names(path: Path) -> None:
+    bag = Bag(path, "db3")
+    bag.write("/joint_states", 0.0, ["shoulder", "elbow"], [0.1, 0.2])
+    bag.close()
+
+
+def write_torn(path: Path) -> None:
+    bag = Bag(path, "mcap")
+    for i in range(2000):
+        bag.write("/joint_states", 0.02 * i, NAMES, [0.1] * 7)
+    bag.close()
+    file = next(path.glob("*.mcap"))
+    file.write_bytes(file.read_bytes()[:5000])
+
+
+def write_empty(path: Path) -> None:
+    path.mkdir()
+    (path / "session.db3").touch()
+
+
+@pytest.mark.parametrize(
+    ("write", "said"),
+    [
+        (write_other, "no sensor_msgs/JointState; it has /chatter (std_msgs/msg/String)"),
+        (write_names, "it has shoulder, elbow; name them in chain order by --joints"),
+        (write_torn, "not a whole bag"),
+        (write_empty, "nothing that can be read"),
+        (lambda path: None, "no such file"),
+    ],
+)
+def test_a_bag_that_cannot_be_used_gets_one_line(extract, tmp_path, write, said) -> None:
+    path, out = tmp_path / "bag", tmp_path / "out"
+    write(path)
+    status, shown, err = extract(path, "--robot", "panda", "--out", out)
+    assert status == 2 and said in err and len(err.splitlines()) == 1 and not shown
+    assert not out.exists()
+
+
+def test_another_topic_may_be_asked_for_and_without_out_nothing_is_written(
+    extract, moves, tmp_path
+) -> None:
+    busy_bag(tmp_path / "session", "db3", moves)
+    before = sorted(tmp_path.rglob("*"))
+    words = (tmp_path / "session", "--robot", "panda", "--topic")
+    status, _, err = extract(*words, "/left")
+    assert status == 2 and "no sensor_msgs/JointState on /left; it has" in err
+    status, shown, _ = extract(*words, "/franka/joint_states")
+    assert "read /franka/joint_states" in shown and status == 1  # five states a second: no rest
+    status, shown, err = extract(*words, "/joint_states", "--json")
+    rests = json.loads(shown)["rests"]
+    assert status == 0 and "Nothing was written" in err
+    assert [rest["socket"] for rest in rests] == moves.sockets
+    assert all(rest["end"] > rest["begin"] > START - 1 for rest in rests)
+    assert sorted(tmp_path.rglob("*")) == before

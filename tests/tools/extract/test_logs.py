@@ -1,0 +1,263 @@
+"""CSV logs, lerobot data sets, and streams that the recorder kept."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.drivers.driver import JointState
+from mukca.recorder.dataset import read_placement
+from mukca.recorder.kept_stream import KeptStream, next_file, read_kept
+
+NAMES = tuple(f"panda_joint{i}" for i in range(1, 8))
+
+
+def check(placement: Path, moves, within: float = 4e-5) -> None:
+    """All samples of the session, and nothing else."""
+    read = read_placement(placement)
+    expected = [(q, s) for q, s in zip(moves.places, moves.sockets, strict=True) if s is not None]
+    assert read.sockets.tolist() == [socket for _, socket in expected]
+    assert np.abs(read.positions - [q for q, _ in expected]).max() < within
+
+
+def finite(moves) -> list[JointState]:
+    return [state for state in moves.states if np.isfinite(state.position).all()]
+
+
+# -- CSV -------------------------------------------------------------------------------------------
+
+
+def foreign(file: Path, moves) -> None:
+    """A log as a German spreadsheet has it: BOM, semicolons, decimal commas, a row of units."""
+    order = [2, 0, 1, 3, 6, 5, 4]
+    lines = [";".join(["gripper", "Timestamp", *(f"left/{NAMES[k]}" for k in order)])]
+    lines.append(";".join(["mm", "ms", *["[deg]"] * 7]))
+    for state in finite(moves):
+        angles = [np.degrees(state.position[k]) for k in order]
+        cells = [f"{value:.9f}" for value in (40.0, 1e3 * state.stamp, *angles)]
+        lines.append(";".join(cells).replace(".", ","))
+    file.write_text("\ufeff" + "\n".join(lines) + "\n", encoding="utf-8")
+
+
+def test_a_foreign_csv_log(extract, moves, tmp_path) -> None:
+    foreign(tmp_path / "log.csv", moves)
+    words = ("--robot", "panda", "--out", tmp_path / "out")
+    status, _, err = extract(tmp_path / "log.csv", *words)
+    assert status == 0, err
+    check(tmp_path / "out" / "placement_1", moves)
+
+
+def plain(file: Path, moves, head: str = "t", scale: float = 1.0, step: float = 1.0) -> Path:
+    lines = [",".join([head, *NAMES])]
+    for state in finite(moves)[:100]:
+        numbers = (step * state.stamp, *(scale * value for value in state.position))
+        lines.append(",".join(map(repr, numbers)))
+    file.write_text("\n".join(lines) + "\n")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("given", "words", "said"),
+    [
+        ({"scale": 57.3}, (), "if these are degrees, say --units degrees"),
+        ({"head": "number"}, (), "no column of time"),
+        ({"step": 1e3}, (), "name its column time[ms]"),
+        ({}, ("--joints", "a,b"), "2 names, but the model has 7"),
+        ({}, ("--joints", "right_*"), "no state has all of right_*"),
+        ({}, ("--units", "turns"), "radians or degrees"),
+        ({}, ("--topic", "/js"), "--topic is for bags"),
+        ({}, ("--window", "100"), "--window 100"),
+    ],
+)
+def test_a_csv_log_that_cannot_be_used(extract, moves, tmp_path, given, words, said) -> None:
+    file = plain(tmp_path / "log.csv", moves, **given)
+    status, _, err = extract(file, "--robot", "panda", *words, "--out", tmp_path / "out")
+    assert status == 2 and said in err and len(err.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+# -- lerobot ---------------------------------------------------------------------------------------
+
+
+def data_set(folder: Path, moves, version: str, values: np.ndarray, names: list[str]) -> None:
+    """A data set of two episodes, one for each socket, as lerobot lays it out."""
+    import pyarrow
+    from pyarrow import parquet
+
+    states = finite(moves)
+    fps = 40
+    stamps = np.array([state.stamp for state in states])
+    # from one episode to the next while the arm moved
+    episodes = (
+        stamps - stamps[0] > 13 * (moves.hold + moves.move) + moves.hold + moves.move / 2
+    ).astype(int)
+    info = {
+        "codebase_version": version,
+        "robot_type": "panda",
+        "fps": fps,
+        "features": {
+            "observation.state": {
+                "dtype": "float32",
+                "shape": [values.shape[1]],
+                "names": names if version == "v3.0" else {"motors": names},
+            }
+        },
+    }
+    (folder / "meta").mkdir(parents=True)
+    (folder / "meta" / "info.json").write_text(json.dumps(info))
+    for episode in (0, 1):
+        mine = np.flatnonzero(episodes == episode)
+        table = pyarrow.table(
+            {
+                "observation.state": pyarrow.array(
+                    values[mine].tolist(), pyarrow.list_(pyarrow.float32())
+                ),
+                "timestamp": pyarrow.array(stamps[mine] - stamps[mine[0]], pyarrow.float32()),
+                "episode_index": pyarrow.array(episodes[mine]),
+            }
+        )
+        chunk = folder / "data" / "chunk-000"
+        chunk.mkdir(parents=True, exist_ok=True)
+        parquet.write_table(table, chunk / f"episode_{episode:06}.parquet")
+
+
+@pytest.mark.parametrize("version", ["v2.1", "v3.0"])
+def test_lerobot_in_degrees(extract, moves, tmp_path, version) -> None:
+    pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
+    angles = np.degrees([state.position for state in finite(moves)])
+    values = np.hstack([angles, np.full((len(angles), 1), 50.0)])
+    suffix = ".pos" if version == "v3.0" else ""
+    names = [f"{name}{suffix}" for name in (*NAMES, "gripper")]
+    data_set(tmp_path / "set", moves, version, values, names)
+    words = ("--robot", "panda", "--out", tmp_path / "out")
+    status, _, err = extract(tmp_path / "set", *words)
+    assert status == 2 and "does not say its units" in err and not (tmp_path / "out").exists()
+    status, shown, _ = extract(tmp_path / "set", *words, "--units", "degrees")
+    assert status == 0 and "2 episodes" in shown
+    check(tmp_path / "out" / "placement_1", moves)
+
+
+def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path) -> None:
+    pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
+    # as drivers/lerobot.py has it, in true ticks
+    motors = {
+        name: {
+            "id": i,
+            "drive_mode": i % 2,
+            "homing_offset": 7,
+            "range_min": 10,
+            "range_max": 4000 + i,
+        }
+        for i, name in enumerate(NAMES)
+    }
+    (tmp_path / "arm.json").write_text(json.dumps(motors))
+    ticks = np.array([state.position for state in finite(moves)]) * 4096 / (2 * np.pi)
+    spans = np.array([motor["range_max"] - motor["range_min"] for motor in motors.values()])
+    signs = np.array([-1 if motor["drive_mode"] else 1 for motor in motors.values()])
+    values = np.clip(signs * ticks / spans * 200, -100, 100)
+    clipped = np.any(np.abs(values) == 100, axis=1)
+    data_set(tmp_path / "set", moves, "v3.0", values, list(NAMES))
+    words = ("--units", tmp_path / "arm.json", "--out", tmp_path / "out")
+    status, shown, err = extract(tmp_path / "set", "--robot", "panda", *words)
+    assert status == 0, err
+    assert ("are left out" in shown) == bool(clipped.any())
+    reached = read_placement(tmp_path / "out" / "placement_1").positions
+    near = np.abs(reached[:, None] - np.array(moves.places)[None]).max(axis=2).min(axis=1)
+    assert near.max() < 4e-5 and len(reached) >= 20
+    status, _, err = extract(
+        tmp_path / "set", "--robot", "panda", "--units", tmp_path / "set" / "meta" / "info.json"
+    )
+    assert status == 2 and "info.json" in err
+
+
+def test_a_damaged_data_set(extract, moves, tmp_path) -> None:
+    pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
+    values = np.degrees([state.position for state in finite(moves)])
+    data_set(tmp_path / "set", moves, "v2.1", values, list(NAMES))
+    words = (tmp_path / "set", "--robot", "panda", "--units", "degrees")
+    file = tmp_path / "set" / "data" / "chunk-000" / "episode_000001.parquet"
+    file.write_bytes(file.read_bytes()[:-200])
+    status, _, err = extract(*words)
+    assert status == 2 and "episode_000001.parquet" in err and len(err.splitlines()) == 1
+    info = tmp_path / "set" / "meta" / "info.json"
+    info.write_text(info.read_text().replace("v2.1", "v9.0"))
+    status, _, err = extract(*words)
+    assert status == 2 and "version v9.0" in err
+    info.write_text("{}}")
+    status, _, err = extract(*words)
+    assert status == 2 and "cannot be read" in err
+
+
+# -- the recorder's own stream ---------------------------------------------------------------------
+
+
+def test_a_kept_stream_reads_back(tmp_path) -> None:
+    rng = np.random.default_rng(0)
+    states = [
+        JointState(
+            1.7e9 + 1e-3 * i,
+            tuple(rng.uniform(-3, 3, 3).tolist()),
+            tuple(rng.uniform(-80, 80, 3).tolist()),
+        )
+        for i in range(2500)
+    ]
+    file = next_file(tmp_path)
+    kept = KeptStream(file, ["a", "b", "c"])
+    for i, state in enumerate(states):
+        kept.add(state, i // 1000)
+        kept.add(JointState(state.stamp, (float("nan"),) * 3), 0)
+        kept.add(JointState(state.stamp, (0.1,)), 0)
+    kept.close()
+    kept.close()
+    read = read_kept(file)
+    assert read.joints == ("a", "b", "c") and read.efforts is not None
+    assert np.abs(read.stamps - [state.stamp for state in states]).max() <= 1e-6
+    assert np.abs(read.positions - [state.position for state in states]).max() < 0.51e-9
+    assert np.abs(read.efforts - [state.effort for state in states]).max() < 0.51e-4
+    assert read.connections.tolist() == [i // 1000 for i in range(2500)]
+    assert next_file(tmp_path).name == "states_2.stream"
+
+
+def test_what_a_crash_tore_off_is_not_read(tmp_path) -> None:
+    kept = KeptStream(tmp_path / "a.stream", ["a"])
+    for i in range(2500):
+        kept.add(JointState(1e-3 * i, (0.1,)), 0)
+    kept.close()
+    data = (tmp_path / "a.stream").read_bytes()
+    (tmp_path / "a.stream").write_bytes(data[:-3])
+    assert len(read_kept(tmp_path / "a.stream").stamps) == 2000
+
+
+def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path) -> None:
+    rng = np.random.default_rng(0)
+    kept = KeptStream(tmp_path / "a.stream", NAMES)
+    position, effort = np.zeros(7), np.zeros(7)
+    for i in range(5000):
+        read = position + rng.normal(0, 2e-5, 7)  # a moving arm's noise, as its encoders have it
+        torque = effort + rng.normal(0, 0.02, 7)
+        kept.add(JointState(1e-3 * i, tuple(read.tolist()), tuple(torque.tolist())), 0)
+        position = position + 1e-3 * np.sin(1e-3 * i + np.arange(7))
+    kept.close()
+    a_day = (tmp_path / "a.stream").stat().st_size / 5 * 86_400
+    assert a_day < 4e9
+
+
+def test_extract_reads_what_the_recorder_kept(extract, moves, tmp_path) -> None:
+    folder = tmp_path / "front"
+    folder.mkdir()
+    kept = KeptStream(next_file(folder), NAMES)
+    for state in moves.states:
+        kept.add(state, 0)
+    kept.close()
+    status, shown, err = extract(folder, "--robot", "panda", "--out", tmp_path / "out")
+    assert status == 0, err
+    assert "read states_1.stream" in shown
+    check(tmp_path / "out" / "placement_1", moves)
+    status, _, err = extract(folder / "states_1.stream", "--robot", "ur5e")
+    assert status == 2 and "it has panda_joint1" in err
+    (folder / "states_1.stream").write_bytes(b"something else\n")
+    status, _, err = extract(folder, "--robot", "panda")
+    assert status == 2 and "not a whole stream" in err and len(err.splitlines()) == 1
+    assert mukca.load_robot("panda").joint_names == NAMES

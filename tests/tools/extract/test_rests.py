@@ -1,0 +1,115 @@
+"""Every rest is found and no other; what was a sample is proposed as one."""
+
+import numpy as np
+import pytest
+
+from mukca.recorder.session import JointLimits
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.extract.log import Log
+from mukca.tools.extract.propose import assign, placements_of, propose
+from mukca.tools.extract.rests import find_rests
+from mukca.tools.recording.opening import joints_of
+from mukca.tools.usage import UsageError
+
+
+@pytest.fixture(scope="module")
+def log(moves) -> Log:
+    return Log(
+        np.array([state.stamp for state in moves.states]),
+        np.array([state.position for state in moves.states]),
+        None,
+        np.zeros(len(moves.states), dtype=int),
+    )
+
+
+@pytest.fixture(scope="module")
+def found(log):
+    return find_rests(log, joints_of(load_robot("panda")), window=0.3, still=5e-4)
+
+
+def test_every_rest_is_found_and_no_other(found, moves) -> None:
+    assert len(found) == len(moves.places)
+    positions = np.array([one.rest.position for one in found])
+    assert np.abs(positions - np.array(moves.places)).max() < 4 * 2e-5 / np.sqrt(10)
+    for one in found:
+        assert 0.3 <= one.end - one.begin <= moves.hold + 0.05
+        assert one.rest.states >= 10
+
+
+def test_samples_are_told_from_pauses(found, moves) -> None:
+    robot = load_robot("panda")
+    proposals = propose(robot, found, joints_of(robot), 0.05)
+    assert [p.socket if p.placement else None for p in proposals] == moves.sockets
+    assert {p.placement for p in proposals} == {"placement_1", None}
+    assert all("not in a socket" in p.why for p in proposals if not p.placement)
+
+
+def still(position: float, begin: float, end: float) -> list[tuple[float, float]]:
+    rng = np.random.default_rng(int(10 * begin))
+    return [(t, position + rng.normal(0, 1e-5)) for t in np.arange(begin, end, 0.02).tolist()]
+
+
+def rests_of(states: list[tuple[float, float]], parts: list[int] | None = None):
+    stamps, values = (np.array(column) for column in zip(*states, strict=True))
+    numbers = np.array(parts) if parts else np.zeros(len(stamps), dtype=int)
+    log = Log(stamps, np.stack([values, np.sin(values)], axis=1), None, numbers)
+    joints = (JointLimits("a"), JointLimits("b"))
+    return find_rests(log, joints, window=0.3, still=5e-4)
+
+
+def test_a_rest_torn_by_a_drop_out_is_one(moves) -> None:
+    (one,) = rests_of(still(0.4, 0, 1.0) + still(0.4, 1.4, 2.4))
+    assert one.end - one.begin > 2
+
+
+def test_a_short_stop_and_a_slow_move_are_no_rests() -> None:
+    slow = [(t, 0.4 + 0.02 * t) for t in np.arange(0, 3, 0.02).tolist()]
+    assert rests_of(slow) == []
+    assert rests_of(still(0.4, 0, 0.4)) == []
+
+
+def test_no_average_goes_across_two_episodes() -> None:
+    first, second = still(0.4, 0, 0.5), still(0.4, 0.5, 1.0)
+    assert len(rests_of(first + second)) == 1
+    assert rests_of(first + second, [0] * len(first) + [1] * len(second)) == []
+
+
+def test_sockets_of_several_bases_are_paired(session) -> None:
+    """Three bases in one log, the second one's sockets used in turns."""
+    from mukca.recorder.dataset import read_placement
+    from mukca.recorder.rest import Rest
+    from mukca.tools.extract.rests import Found
+
+    robot = load_robot("panda")
+    truth, found = [], []
+    for name in ("front", "left", "right"):
+        samples = list(read_placement(session / name).samples)
+        if name == "left":
+            samples.sort(key=lambda sample: sample.position)
+        first = samples[0].socket
+        truth += [(name, int(sample.socket != first)) for sample in samples]
+        for sample in samples:
+            at = float(len(found))
+            rest = Rest(sample.position, (1e-5,) * 7, None, None, at, 30)
+            found.append(Found(at, at + 0.5, rest))
+    proposals = propose(robot, found, joints_of(robot), 0.05)
+    names = {"placement_1": "front", "placement_2": "left", "placement_3": "right"}
+    assert [(names[p.placement or ""], p.socket) for p in proposals] == truth
+
+
+def test_the_rests_as_the_user_says(found) -> None:
+    robot = load_robot("panda")
+    proposals = propose(robot, found, joints_of(robot), 0.05)
+    given = assign(proposals, ["a:0=2-5,7", "a:1=16-20"])
+    numbers = {(p.placement, p.socket): [] for p in given}
+    for number, proposal in enumerate(given, start=1):
+        numbers[proposal.placement, proposal.socket].append(number)
+    assert numbers["a", 0] == [2, 3, 4, 5, 7] and numbers["a", 1] == [16, 17, 18, 19, 20]
+    assert list(placements_of(given, robot.joint_names, 0.05)) == ["a"]
+    for words, said in (
+        (["a:0=1-99"], "the rests are 1 to"),
+        (["a=1"], "PLACEMENT:SOCKET=RESTS"),
+        (["a:0=1", "a:1=1"], "assigned twice"),
+    ):
+        with pytest.raises(UsageError, match=said):
+            assign(proposals, words)

@@ -1,0 +1,126 @@
+"""Advice while recording: poses a hand can reach, an honest gauge, and an end."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mukca.recorder.advice import Advice, Question
+from mukca.recorder.dataset import Sample, read_placement
+from mukca.solver.robot.kinematics import BallModel
+from mukca.solver.robot.urdf import Robot
+from mukca.tools.inverse_kinematics import MAX_TILT, Guide
+from mukca.tools.recording.coach import LEAST, SHARE, Coach
+from mukca.tools.recording.coaching import COACHING, BackgroundCoach, setup_of
+from mukca.tools.recording.neighbour import Neighbour
+from mukca.tools.recording.reach import FOOT, TABLE, Reach, skeleton
+
+
+@pytest.fixture(scope="module")
+def samples(session: Path) -> list[Sample]:
+    taken = read_placement(session / "front").samples
+    return [replace(sample, number=i) for i, sample in enumerate(taken, start=1)]
+
+
+@pytest.fixture(scope="module")
+def coach(panda: Robot) -> Coach:
+    return Coach(panda, 0.05, goal=1e-6)
+
+
+def test_poses_can_be_reached_by_a_hand(panda: Robot) -> None:
+    centre = np.array([0.5, 0.0, 0.1])
+    q = Reach(panda).poses(centre, 30)
+    assert len(q) == 30
+    assert BallModel(panda, []).points(np.zeros(0), q) == pytest.approx(np.tile(centre, (30, 1)))
+    lower = np.array([joint.lower for joint in panda.actuated])
+    upper = np.array([joint.upper for joint in panda.actuated])
+    assert np.all((q - lower) / (upper - lower) > 0.049)
+    assert np.all((upper - q) / (upper - lower) > 0.049)
+    neck = Guide(panda)._linear(q)[0][:, 3:]
+    assert np.all(neck[:, 2] < -np.cos(MAX_TILT) + 1e-6)
+    heights = skeleton(panda)(q)[0].reshape(30, -1, 3)[:, 2:-1, 2]
+    assert np.all(heights > centre[2] - FOOT + TABLE)
+
+
+def test_no_pose_is_proposed_where_none_is(panda: Robot) -> None:
+    assert len(Reach(panda).poses(np.array([3.0, 0.0, 0.1]), 10)) == 0
+
+
+def test_the_prediction_falls_and_each_socket_has_its_turn(
+    coach: Coach, samples: list[Sample]
+) -> None:
+    first = coach.advise(samples[:4], 0)
+    assert not first.fitted and first.target is not None and not first.leave
+    assert coach.advise(samples[:SHARE], 0).leave
+    whole = coach.advise(samples, 1)
+    assert whole.fitted and whole.predicted < first.predicted
+    assert whole.mean_error and whole.mean_error < 1.5e-4
+    assert whole.distance == pytest.approx(0.05, abs=1e-4)
+    assert whole.last_error and abs(whole.scale or 1) < 0.01
+
+
+def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sample]) -> None:
+    easy = Coach(panda, 0.05, goal=1.0)
+    few = [s for s in samples if s.number <= 6 or 12 < s.number <= 18]
+    assert not easy.advise(few, 1).enough
+    assert len(samples) >= 2 * LEAST
+    done = easy.advise(samples, 1)
+    assert done.enough and not done.leave
+
+
+@pytest.mark.slow
+def test_another_placement_is_weighed(coach: Coach, samples: list[Sample]) -> None:
+    words = coach.closing(samples)
+    assert "A second placement near" in words[0] and "measured to 0.1 mm" in words[1]
+    now = float(words[0].split(" known to ")[1].split()[0])
+    then, tied = (float(line.split()[-2]) for line in words[:2])
+    assert now > then > tied
+
+
+def test_the_nearest_of_the_good_poses_is_proposed(coach: Coach, samples: list[Sample]) -> None:
+    anywhere = coach.advise(samples[:8], 0)
+    assert anywhere.target is not None
+    poses = coach._poses[0]
+    near = coach.advise(samples[:8], 0, poses[3])
+    far = np.abs(np.array(anywhere.target) - poses[3]).max()
+    assert np.abs(np.array(near.target) - poses[3]).max() <= far
+
+
+@pytest.fixture
+def neighbour(panda: Robot):
+    robot = {"robot": "panda", "base": None, "tip": "ball_link", "flange": None, "ball": None}
+    with Neighbour(COACHING, setup_of(robot, 0.05, 3e-4, 2)) as neighbour:
+        yield neighbour
+
+
+def answered(ask: Callable[[], Advice | None], trouble: Callable[[], object]) -> Advice | None:
+    """Wait in real time: a process starts."""
+    end = time.monotonic() + 60
+    while time.monotonic() < end and not trouble():
+        if advice := ask():
+            return advice
+        time.sleep(0.02)
+    return None
+
+
+def test_a_process_beside_the_recorder_answers(
+    neighbour: Neighbour, samples: list[Sample], coach: Coach
+) -> None:
+    background = BackgroundCoach(neighbour)
+    begun = time.monotonic()
+    background.ask(Question(tuple(samples[:5]), 0, None))
+    assert time.monotonic() - begun < 1.0 and not background.idle
+    advice = answered(background.answer, lambda: background.trouble)
+    assert advice and advice.count == 5 and advice.target and background.idle
+    assert advice.predicted == pytest.approx(coach.advise(samples[:5], 0).predicted)
+
+
+def test_a_process_that_dies_is_told(neighbour: Neighbour) -> None:
+    background = BackgroundCoach(neighbour)
+    neighbour._process.kill()
+    assert answered(background.answer, lambda: background.trouble) is None
+    assert "it ended" in str(background.trouble)
+    background.ask(Question((), 0, None))

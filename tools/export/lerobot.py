@@ -1,0 +1,165 @@
+"""lerobot's calibration file of an arm made of servos, with the zeros that were found.
+
+A servo's position is its own count, shifted by its homing offset: Feetech servos subtract it,
+Dynamixel servos add it. A joint whose true angle is its reading plus z gets there by
+
+    n = round(4096 z / 2 pi)    homing_offset' = homing_offset - n (Feetech), + n (Dynamixel)
+
+in ticks of the position. The ends of the range stay as they are, since a shift of these as well
+would cancel that of the zero. What the ticks cannot hold, 0.044 degrees at most, and the zeros that
+are not written stay in the URDF that comes beside the file.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ...drivers.lerobot import MotorCalibration, read_lerobot
+from ...solver.auto.priors import ZERO_WIDTH
+from ...solver.auto.zeros import angles_near
+from ...solver.robot.kinematics import rotation, rotation_rpy
+from .export import Exported, ExportError, Request, losses_without
+
+__all__ = ["export"]
+
+TICK = 2 * math.pi / 4096
+SIGNS = {"feetech": -1, "dynamixel": 1}
+"""How a homing offset changes the position, by the make of the servos."""
+KNOWN = 0.5 * ZERO_WIDTH
+"""A zero that is not known to this is not written [rad]."""
+MOST_TICKS = 100
+"""A larger shift would bring the servo's own limits too far off the joint's [ticks]."""
+LARGEST_OFFSET = {"feetech": 2047, "dynamixel": 1 << 20}
+
+
+@dataclass(frozen=True)
+class Zero:
+    """What was found of one joint."""
+
+    joint: str
+    motor: str
+    zero: float
+    """To be added to the reading [rad]."""
+    deviation: float
+    ticks: int
+    """By how much the position is to grow; 0 where nothing is written."""
+    why: str = ""
+    """Why nothing is written."""
+
+    def __str__(self) -> str:
+        angle = f"{math.degrees(self.zero):+.2f} +- {math.degrees(self.deviation):.2f} deg"
+        return f"{self.motor:14} {angle}, {self.why or f'{self.ticks:+d} ticks'}"
+
+
+def export(request: Request) -> Exported:
+    """Return the new file, the URDF that goes with it, and the digests of what they are from."""
+    make = request.servos
+    if request.like is None or make is None:
+        raise ExportError(
+            "--to lerobot needs --like FILE, the arm's present calibration file, and --servos "
+            f"{' or '.join(SIGNS)}"
+        )
+    if request.file.suffix != ".json" or request.file.resolve() == request.like.resolve():
+        raise ExportError(f"--out {request.file}: name another .json file than the present one")
+    _check_signs(request)
+    motors = read_lerobot(request.like)
+    zeros = _zeros(request, motors)
+    shifted = _shifted(motors, zeros, make)
+    written = {name: asdict(motor) for name, motor in shifted.items()}
+    files = {
+        request.file.name: (json.dumps(written, indent=4) + "\n").encode(),
+        f"{request.file.name}.mukca.json": _origin(request, zeros),
+        f"{request.file.stem}.urdf": _urdf(request, zeros),
+    }
+    lines = (
+        *map(str, zeros),
+        "lerobot asks once whether to write the new file to the motors; it has no effect before.",
+        f"Then load {request.file.stem}.urdf, not calibrated.urdf, which holds the old zeros.",
+        "The recorded ends stay: each joint's own lie so many ticks off them. Policies that were "
+        "trained before see other angles.",
+    )
+    return Exported(files, losses_without(request, ()), lines)
+
+
+def _check_signs(request: Request) -> None:
+    """Refuse zeros of joints that were read with another sign than lerobot's."""
+    for file in {f for data in request.calibration.document.data for f in data.files}:
+        try:
+            text = (Path(file).parent / "placement.json").read_text()
+        except OSError:
+            continue
+        if "signs=" in text:
+            raise ExportError(
+                f"{file}: recorded with signs=.., which lerobot does not know; its angles turn the "
+                "other way, so shift its zeros by hand"
+            )
+
+
+def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zero]:
+    """Return what was found of each joint, in chain order."""
+    document = request.calibration.document
+    found = {c.name: c for c in document.coefficients or () if c.name.endswith(".zero")}
+    joints = document.model.joint_names
+    if not found:
+        raise ExportError("--to lerobot: no zeros were looked for; solve with --zeros")
+    named = dict(zip(joints, motors, strict=False))  # the gripper's is the last motor
+    if set(joints) <= set(motors):
+        named = {joint: joint for joint in joints}
+    elif len(motors) < len(joints):
+        raise ExportError(f"{request.like}: {len(motors)} motors for {len(joints)} joints")
+    zeros: list[Zero] = []
+    for joint in joints:
+        value = found[f"{joint}.zero"]
+        ticks, why = round(value.value / TICK), ""
+        if value.standard_deviation > KNOWN:
+            ticks, why = 0, "not decided by the data, left as it is"
+        elif abs(ticks) > MOST_TICKS:
+            ticks, why = 0, f"{ticks:+d} ticks are too many: calibrate by lerobot anew first"
+        zeros.append(Zero(joint, named[joint], value.value, value.standard_deviation, ticks, why))
+    return zeros
+
+
+def _shifted(
+    motors: Mapping[str, MotorCalibration], zeros: list[Zero], make: str
+) -> dict[str, MotorCalibration]:
+    """Return the motors with their homing offsets shifted, and nothing else."""
+    shifted = dict(motors)
+    for zero in zeros:
+        motor = motors[zero.motor]
+        offset = motor.homing_offset + SIGNS[make] * zero.ticks
+        if abs(offset) > LARGEST_OFFSET[make]:
+            raise ExportError(f"{zero.motor}: no servo takes a homing offset of {offset}")
+        shifted[zero.motor] = replace(motor, homing_offset=offset)
+    return shifted
+
+
+def _origin(request: Request, zeros: list[Zero]) -> bytes:
+    """Return what the files were made from, for the file beside them."""
+    assert request.like is not None
+    content = {
+        **asdict(request.identity),
+        "calibration_file": request.like.name,
+        "calibration_file_sha256": hashlib.sha256(request.like.read_bytes()).hexdigest(),
+        "zeros": [asdict(zero) for zero in zeros],
+    }
+    return (json.dumps(content, indent=2) + "\n").encode()
+
+
+def _urdf(request: Request, zeros: list[Zero]) -> bytes:
+    """Return the calibrated URDF, less the zeros that the servos hold from now on."""
+    calibrated, robot = request.calibration.calibrated, request.calibration.robot
+    values = calibrated.values if calibrated.exported is None else calibrated.exported
+    values, origins = values.copy(), request.origins
+    place = {parameter.index: i for i, parameter in enumerate(calibrated.parameters)}
+    for joint, zero in zip(robot.actuated, zeros, strict=True):
+        j = robot.joints.index(joint)
+        back = rotation(joint.axis, -zero.ticks * TICK).full()
+        R = rotation_rpy(origins[j, 3:].tolist()).full() @ back
+        values[[place[6 * j + k] for k in (3, 4, 5)]] = angles_near(R, origins[j, 3:])
+    without = replace(calibrated, exported=np.asarray(values))
+    return without.urdf(request.file.parent)

@@ -1,0 +1,140 @@
+"""Data sets of lerobot, versions 2.1 and 3.0: what the arm's joints read, frame after frame.
+
+Their units are not recorded, so the user says them. Degrees are lerobot's: ticks of the servo
+from the middle of its range, of which it counts 4095 a turn where the servo has 4096. Without
+degrees, values run from -100 to 100 over the range that the arm's calibration file holds.
+"""
+
+import json
+import re
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from ...drivers.lerobot import MotorCalibration, read_lerobot
+from .log import ExtractError, Log, Question, columns_of, unknown_joints
+
+__all__ = ["INFO", "read"]
+
+INFO = Path("meta") / "info.json"
+STATE = "observation.state"
+VERSIONS = ("v2.0", "v2.1", "v3.0")
+SERVO_ARMS = re.compile(r"so10|so_|koch|omx|lekiwi|moss", re.I)
+"""Types of robots whose degrees come from ticks of 4095 a turn."""
+FRAMES = 10
+"""A window holds as many frames at least."""
+
+
+def read(question: Question) -> Log:
+    """Return the joint states of all episodes of a data set, each a part of its own.
+
+    Raises:
+        ExtractError: pyarrow is not installed, the data set is damaged, or has no such states.
+    """
+    info = _info(question.path)
+    names = [name.removesuffix(".pos").removeprefix("main_") for name in _names(info, question)]
+    columns = columns_of(names, question)
+    if columns is None:
+        raise unknown_joints(names, question)
+    values, stamps, episodes = _table(question)
+    positions, kept = _radians(values[:, columns], [names[i] for i in columns], info, question)
+    order = np.lexsort((stamps, episodes))
+    order = order[kept[order]]
+    fps = float(info.get("fps") or 30)
+    notes = [
+        f"read {len(set(episodes.tolist()))} episodes, {len(stamps)} frames at {fps:g} a second"
+    ]
+    if len(order) < len(stamps):
+        clipped = len(stamps) - len(order)
+        notes.append(f"{clipped} frames have a joint at the end of its range, and are left out")
+    return Log(
+        stamps[order].astype(float),
+        positions[order],
+        None,
+        episodes[order].astype(int),
+        tuple(notes),
+        least_window=FRAMES / fps,
+    )
+
+
+def _info(folder: Path) -> dict[str, Any]:
+    try:
+        info: Any = json.loads((folder / INFO).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ExtractError(f"{folder / INFO}: cannot be read: {error}") from None
+    content = cast("dict[str, Any]", info) if isinstance(info, dict) else {}
+    version = content.get("codebase_version")
+    if version not in VERSIONS:
+        raise ExtractError(
+            f"{folder / INFO}: a data set of version {version}; {', '.join(VERSIONS)} can be read"
+        )
+    return content
+
+
+def _names(info: dict[str, Any], question: Question) -> list[str]:
+    """Return what the data set calls the numbers of a state."""
+    try:
+        names: Any = info["features"][STATE]["names"]
+        while isinstance(names, dict):  # {"motors": [...]} in older ones
+            names = next(iter(cast("dict[str, Any]", names).values()))
+        return [str(name) for name in names]
+    except (KeyError, TypeError, StopIteration):
+        raise ExtractError(
+            f"{question.path / INFO}: features has no {STATE} with names: no joint states"
+        ) from None
+
+
+def _table(question: Question) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the states, their times, and their episodes."""
+    try:
+        from pyarrow import ArrowException, parquet
+    except ImportError:
+        raise ExtractError("lerobot data sets need pyarrow: pip install 'mukca[lerobot]'") from None
+    files = sorted((question.path / "data").rglob("*.parquet"))
+    if not files:
+        raise ExtractError(f"{question.path / 'data'}: no parquet files; is it all downloaded?")
+    parts: list[tuple[np.ndarray, ...]] = []
+    for file in files:
+        try:
+            table = parquet.read_table(file, columns=[STATE, "timestamp", "episode_index"])
+            states = np.array(table[STATE].to_pylist(), dtype=float)
+            times = table["timestamp"].to_numpy(), table["episode_index"].to_numpy()
+        except (ArrowException, OSError, KeyError, ValueError) as error:
+            words = " ".join(str(error).split())
+            raise ExtractError(f"{file}: not a whole table of states: {words}") from None
+        parts.append((states, *times))
+    states, stamps, episodes = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return states, stamps, episodes
+
+
+def _radians(
+    values: np.ndarray, names: list[str], info: dict[str, Any], question: Question
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions in radians, and which states can be used."""
+    everything = np.atleast_1d(np.isfinite(values).all(axis=1))
+    if question.units == "radians":
+        return values, everything
+    if question.units == "degrees":
+        servo = SERVO_ARMS.search(str(info.get("robot_type")))
+        return np.radians(values) * (4095 / 4096 if servo else 1.0), everything
+    if question.units is None:
+        raise ExtractError(
+            f"{question.path}: a data set does not say its units: give --units degrees, or "
+            "--units FILE, the arm's calibration file, for values from -100 to 100"
+        )
+    motors = read_lerobot(Path(question.units))
+    missing = [name for name in names if name not in motors]
+    if missing:
+        raise ExtractError(f"{question.units}: no motor is called {', '.join(missing)}")
+    if np.abs(values).max(initial=0.0) > 100 + 1e-6:
+        raise ExtractError(f"{question.path}: values beyond 100; say --units degrees")
+    scale = [_per_value(motors[name]) for name in names]
+    inside = np.atleast_1d((np.abs(values) < 100 - 1e-6).all(axis=1))
+    return values * scale, everything & inside
+
+
+def _per_value(motor: MotorCalibration) -> float:
+    """Return the angle that one of 100 parts of half the range is [rad]."""
+    ticks = (motor.range_max - motor.range_min) / 200
+    return (-1 if motor.drive_mode else 1) * ticks * 2 * np.pi / 4096

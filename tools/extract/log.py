@@ -1,0 +1,122 @@
+"""Joint states out of a log, and which of its joints are the model's."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ... import MukcaError
+
+__all__ = ["ExtractError", "Log", "Question", "columns_of", "merged", "unknown_joints"]
+
+
+class ExtractError(MukcaError):
+    """A log cannot be read, or does not hold what is looked for; the line says what would work."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is looked for in a log."""
+
+    path: Path
+    joints: tuple[str, ...]
+    """The model's joints that move, in chain order."""
+    prismatic: tuple[bool, ...]
+    """Which of them slide."""
+    named: str | None = None
+    """How the log calls them: names between commas, or one word in which ``*`` stands for each of
+    the model's names; None to look for the model's names."""
+    topic: str | None = None
+    """(bags) The topic; None for the one with most states."""
+    units: str | None = None
+    """``radians``, ``degrees``, or the path of a lerobot calibration file."""
+    efforts: bool = False
+    """Whether to read efforts, which many logs have in units of their own."""
+
+
+@dataclass(frozen=True)
+class Log:
+    """The states of the model's joints, oldest first within each part."""
+
+    stamps: np.ndarray
+    """Shape (N,) [s]."""
+    positions: np.ndarray
+    """In chain order, shape (N, m) [rad], [m] for a prismatic joint."""
+    efforts: np.ndarray | None
+    """Shape (N, m) [N m]."""
+    parts: np.ndarray
+    """Number of the connection, or episode, that each state belongs to, shape (N,); between two
+    parts anything may have happened."""
+    notes: tuple[str, ...] = ()
+    """What people should know about it, a line each."""
+    least_window: float = 0.0
+    """A window must be as long as this to hold enough states [s]."""
+
+
+_CLEAN = re.compile(r"\s*[\[(].*?[\])]\s*$|\.pos$|_(deg|rad|degrees|radians)$")
+
+
+def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
+    """Return where a log has the model's joints; None where it lacks one.
+
+    A log's name fits if it is the model's, or ends or begins it with a mark between, as
+    ``left/joint1`` and ``panda_joint1`` fit ``joint1``; a unit behind it does not count.
+
+    Raises:
+        ExtractError: More than one name fits a joint.
+    """
+    wanted = question.joints
+    if question.named is not None:
+        named = question.named
+        words = named.split(",") if "*" not in named else [named.replace("*", j) for j in wanted]
+        wanted = tuple(word.strip() for word in words)
+        if len(wanted) != len(question.joints):
+            raise ExtractError(
+                f"--joints {named}: {len(wanted)} names, but the model has {len(question.joints)} "
+                f"joints: {', '.join(question.joints)}"
+            )
+        return [names.index(word) for word in wanted] if set(wanted) <= set(names) else None
+    if set(wanted) <= set(names):
+        return [names.index(joint) for joint in wanted]
+    found: list[int] = []
+    for joint in wanted:
+        fitting = [i for i, name in enumerate(names) if _fits(name, joint)]
+        if len(fitting) > 1:
+            some = ", ".join(names[i] for i in fitting)
+            raise ExtractError(
+                f"{question.path}: {joint!r} may be any of {some}; say which arm, as in "
+                f"--joints '{names[fitting[0]].replace(joint, '*')}'"
+            )
+        found += fitting
+    return found if len(set(found)) == len(wanted) else None
+
+
+def _fits(name: str, joint: str) -> bool:
+    name = _CLEAN.sub("", _CLEAN.sub("", name))
+    long, short = (name, joint) if len(name) >= len(joint) else (joint, name)
+    return long == short or (long.endswith(short) and long[-len(short) - 1] in "_/.-:")
+
+
+def unknown_joints(names: Sequence[str], question: Question, where: str = "") -> ExtractError:
+    """Return the error for a log whose joints are not the model's."""
+    wanted = question.named or ", ".join(question.joints)
+    return ExtractError(
+        f"{question.path}: no state{where} has all of {wanted}; it has "
+        f"{', '.join(names) or 'no joints'}; name them in chain order by --joints A,B,..."
+    )
+
+
+def merged(logs: Sequence[Log]) -> Log:
+    """Return several logs as one, each a part of its own."""
+    shift = np.cumsum([0, *(int(log.parts.max()) + 1 for log in logs[:-1])])
+    efforts = [log.efforts for log in logs if log.efforts is not None]
+    return Log(
+        np.concatenate([log.stamps for log in logs]),
+        np.concatenate([log.positions for log in logs]),
+        np.concatenate(efforts) if len(efforts) == len(logs) else None,
+        np.concatenate([log.parts + by for log, by in zip(logs, shift, strict=True)]),
+        tuple(note for log in logs for note in log.notes),
+        max(log.least_window for log in logs),
+    )

@@ -1,0 +1,178 @@
+"""Proposes in which socket of which placement the ball sat at each rest.
+
+Even the nominal model puts the balls of one socket within some millimetres of each other, and
+those of a base's other socket about the sockets' distance away. Rests elsewhere were pauses.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...recorder.convert import sample_files
+from ...recorder.dataset import Placement, Sample
+from ...recorder.session import JointLimits, Session
+from ...solver.robot.kinematics import BallModel
+from ...solver.robot.urdf import Robot
+from ..usage import UsageError
+from .rests import Found
+
+__all__ = ["Proposal", "assign", "placements_of", "propose"]
+
+TOGETHER = 1 / 3
+"""Balls nearer to each other than this share of the sockets' distance are in one socket."""
+APART = 0.4
+"""The distance of two sockets of a base comes out as measured, but for this share of it."""
+LEAST = 4
+"""Fewer rests at one place are no socket."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What a rest may be."""
+
+    found: Found
+    ball: np.ndarray
+    """The ball's centre by the nominal model, shape (3,) [m]."""
+    placement: str | None = None
+    """The placement's name; None where the rest is no sample."""
+    socket: int = 0
+    why: str = ""
+    """Why it is none."""
+
+
+def propose(
+    robot: Robot, found: Sequence[Found], joints: Sequence[JointLimits], distance: float
+) -> list[Proposal]:
+    """Return for each rest its placement and socket, as the nominal model suggests.
+
+    Args:
+        robot: The nominal robot.
+        found: The rests.
+        joints: Its joints that move, in chain order.
+        distance: Of the sockets of a base [m].
+    """
+    if not found:
+        return []
+    positions = np.array([one.rest.position for one in found])
+    balls = BallModel(robot, []).points(np.empty(0), positions)
+    proposals = [Proposal(one, ball) for one, ball in zip(found, balls, strict=True)]
+    sockets = [group for group in _together(balls, TOGETHER * distance) if len(group) >= LEAST]
+    for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
+        for socket, group in enumerate(pair):
+            for i in group:
+                named = f"placement_{number}"
+                proposals[i] = replace(proposals[i], placement=named, socket=socket)
+    return _usable(proposals, joints)
+
+
+def _together(points: np.ndarray, within: float) -> list[list[int]]:
+    """Return groups of points, each within a distance of another one of its group."""
+    near = np.linalg.norm(points[:, None] - points[None], axis=2) <= within
+    left = set(range(len(points)))
+    groups: list[list[int]] = []
+    while left:
+        group, fresh = set[int](), {min(left)}
+        while fresh:
+            group |= fresh
+            fresh = {int(j) for i in fresh for j in np.flatnonzero(near[i])} - group
+        groups.append(sorted(group))
+        left -= group
+    return groups
+
+
+def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[list[list[int]]]:
+    """Return the sockets of each base, the earlier first; the bases in order of time."""
+    centres = [np.median(balls[group], axis=0) for group in groups]
+    off = {
+        (i, j): abs(float(np.linalg.norm(centres[i] - centres[j])) - distance)
+        for i in range(len(groups))
+        for j in range(i + 1, len(groups))
+    }
+    partner: dict[int, int] = {}
+    for i, j in sorted(off, key=lambda pair: off[pair]):
+        if off[i, j] <= APART * distance and i not in partner and j not in partner:
+            partner[i], partner[j] = j, i
+    alone = [[i] for i in range(len(groups)) if i not in partner]
+    bases = [[i, j] for i, j in partner.items() if i < j] + alone
+    return [[groups[i] for i in base] for base in sorted(bases)]
+
+
+def _usable(proposals: list[Proposal], joints: Sequence[JointLimits]) -> list[Proposal]:
+    """Leave out what the recorder would refuse, with its reason."""
+    sessions: dict[str, Session] = {}
+    kept: list[Proposal] = []
+    for proposal in proposals:
+        if proposal.placement is None:
+            kept.append(replace(proposal, why=proposal.why or "not in a socket"))
+            continue
+        before = sessions.get(proposal.placement, Session(tuple(joints), sockets=100))
+        session = before.switched(proposal.socket)
+        why = session.refusal(proposal.found.rest.position)
+        if why:
+            kept.append(replace(proposal, placement=None, why=why))
+            continue
+        sample = _sample(proposal, session.next_number)
+        sessions[proposal.placement] = session.captured(sample)
+        kept.append(proposal)
+    return kept
+
+
+def assign(proposals: Sequence[Proposal], words: Sequence[str]) -> list[Proposal]:
+    """Return the proposals with placements and sockets that the user gives instead.
+
+    Args:
+        proposals: All rests.
+        words: As in ``front:0=1-30``: placement, socket, and the rests' numbers from 1, in ranges
+            with commas between. Rests that no word names are left out.
+
+    Raises:
+        UsageError: A word that is none, a number without a rest, or a rest named twice.
+    """
+    given = [replace(p, placement=None, socket=0, why="not assigned") for p in proposals]
+    for word in words:
+        match = re.fullmatch(r"([\w.-]+):(\d)=(\d+(?:-\d+)?(?:,\d+(?:-\d+)?)*)", word)
+        if match is None:
+            raise UsageError(f"--assign {word}: write PLACEMENT:SOCKET=RESTS, as in front:0=1-30")
+        for part in match[3].split(","):
+            first, _, last = part.partition("-")
+            for number in range(int(first), int(last or first) + 1):
+                if not 1 <= number <= len(given):
+                    raise UsageError(f"--assign {word}: the rests are 1 to {len(given)}")
+                if given[number - 1].placement is not None:
+                    raise UsageError(f"--assign {word}: rest {number} is assigned twice")
+                given[number - 1] = replace(
+                    given[number - 1], placement=match[1], socket=int(match[2]), why=""
+                )
+    return given
+
+
+def placements_of(
+    proposals: Sequence[Proposal], joint_names: Sequence[str], distance: float
+) -> dict[str, dict[str, bytes]]:
+    """Return the files of each placement, by its name."""
+    samples: dict[str, list[Sample]] = {}
+    for proposal in proposals:
+        if proposal.placement is not None:
+            those = samples.setdefault(proposal.placement, [])
+            those.append(_sample(proposal, len(those) + 1))
+    return {
+        name: sample_files(
+            Placement(name, tuple(those), joint_names=tuple(joint_names), distance=distance)
+        )
+        for name, those in samples.items()
+    }
+
+
+def _sample(proposal: Proposal, number: int) -> Sample:
+    rest = proposal.found.rest
+    return Sample(
+        position=rest.position,
+        socket=proposal.socket,
+        effort=rest.effort,
+        number=number,
+        stamp=rest.stamp,
+        states=rest.states,
+        spread=rest.spread,
+    )

@@ -1,0 +1,86 @@
+"""Finds where the arm rested, by the recorder's own rule (:mod:`mukca.recorder.watch`)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...drivers.driver import JointState
+from ...recorder.rest import Rest
+from ...recorder.session import STOOD_STILL, JointLimits, Session
+from ...recorder.watch import JUMP, Watch
+from .log import Log
+
+__all__ = ["Found", "find_rests"]
+
+
+@dataclass(frozen=True)
+class Found:
+    """One rest of the arm."""
+
+    begin: float
+    """When it was seen to be still [s], by the log's stamps."""
+    end: float
+    rest: Rest
+    """The average over the stillest window."""
+
+
+def find_rests(
+    log: Log, joints: Sequence[JointLimits], *, window: float, still: float
+) -> list[Found]:
+    """Return the rests of an arm in the order of the log.
+
+    A rest is what a recording by a key script would capture: the arm has been still for longer
+    than a whole window, and nothing is wrong with the states. If they are missing for a while and
+    the arm then stands where it stood, it is one rest.
+
+    Args:
+        log: The joint states.
+        joints: The model's joints that move, in chain order.
+        window: How long an average is [s].
+        still: Largest standard deviation of a joint that is still [rad], [m].
+    """
+    watch = Watch(joints, window=window, still=still, live=False)
+    same = Session(tuple(joints)).same
+    found: list[Found] = []
+    now: Found | None = None
+    for i in _slow_enough(log):
+        stamp = float(log.stamps[i])
+        effort = None if log.efforts is None else tuple(log.efforts[i].tolist())
+        state = JointState(stamp, tuple(log.positions[i].tolist()), effort)
+        looked = watch.feed(state, stamp, int(log.parts[i]))
+        rest = watch.rest
+        if rest is None or not looked:
+            now = now if rest else None
+            continue
+        if not watch.settled or watch.trouble(stamp) is not None:
+            continue
+        if now is None or not same(now.rest.position, rest.position, STOOD_STILL):
+            now = Found(stamp - window, stamp, rest)
+            if found and same(found[-1].rest.position, rest.position, STOOD_STILL):
+                now = _joined(found.pop(), now)
+            found.append(now)
+        else:
+            found[-1] = now = _joined(now, Found(stamp, stamp, rest))
+    return found
+
+
+def _slow_enough(log: Log) -> list[int]:
+    """Return the states but those at the beginning of a part in which the arm was already fast.
+
+    The speed before the first state is not known, so the next one would look like a jump.
+    """
+    begins = np.flatnonzero(np.diff(log.parts, prepend=log.parts[0] - 1))
+    ends = [*begins[1:].tolist(), len(log.parts)]
+    kept: list[int] = []
+    for begin, end in zip(begins.tolist(), ends, strict=True):
+        steps = np.abs(np.diff(log.positions[begin:end], axis=0)).max(axis=1, initial=0.0)
+        slow = np.flatnonzero(steps < JUMP / 2)
+        kept += range(begin + int(slow[0]), end) if len(slow) else []
+    return kept
+
+
+def _joined(first: Found, second: Found) -> Found:
+    """Return two rests at one place as one, with the stiller window of both."""
+    stiller = min((first.rest, second.rest), key=lambda rest: max(rest.spread))
+    return replace(first, end=second.end, rest=stiller)

@@ -1,0 +1,205 @@
+"""Works out, from the samples so far, how good a calibration would be and what to do next."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...recorder.advice import Advice
+from ...recorder.dataset import Placement, Sample
+from ...solver.auto.estimation import estimate
+from ...solver.auto.extended_model import extend
+from ...solver.auto.noise import Noise
+from ...solver.auto.posterior import Posterior
+from ...solver.auto.uncertainty import scale
+from ...solver.data.measurements import measure
+from ...solver.data.metrics import CALIPER_DEVIATION
+from ...solver.data.observations import observe
+from ...solver.design.knowledge import (
+    Knowledge,
+    Workspace,
+    from_fit,
+    from_prior,
+    workspace_of,
+)
+from ...solver.design.plan import expected_groups
+from ...solver.paper.optimizers import NotConverged
+from ...solver.robot.parameters import choose_parameters
+from ...solver.robot.urdf import Robot
+from .reach import Reach
+from .sites import closing_words
+
+__all__ = ["Coach"]
+
+FITTED = 6
+"""A fit is tried from so many samples in each of two sockets on."""
+SHARE = 12
+"""After so many samples in a socket, it is the other's turn."""
+LEAST = 12
+"""Fewer samples in a socket are never enough."""
+HARDLY = 0.03
+"""Where the best next sample lowers the predicted error by less than this share, the placement has
+given what it can."""
+PLATEAU, LATELY = 0.06, 3
+"""So it has where the last few samples lowered it by less than this share."""
+CANDIDATES = 120
+"""So many poses are compared."""
+NEARLY = 0.85
+"""Of the poses that bring nearly as much as the best, the nearest is proposed."""
+SEAT = Noise(1e-4, 0.0)
+"""The noise of a sample, before there are enough to tell [m]."""
+
+
+class Coach:
+    """Gives advice on one placement.
+
+    Args:
+        robot: The nominal robot.
+        distance: Between sockets 0 and 1 [m].
+        goal: What the predicted error of distances should come to [m].
+        sockets: How many sockets the base has.
+    """
+
+    def __init__(self, robot: Robot, distance: float, goal: float, sockets: int = 2) -> None:
+        self._robot = robot
+        self._distance = distance
+        self._goal = goal
+        self._sockets = sockets
+        self._model = extend(robot, choose_parameters(robot))
+        self._nominal = np.zeros(self._model.size)
+        self._reach = Reach(robot)
+        self._poses: dict[int, np.ndarray] = {}
+        self._history: dict[int, float] = {}
+
+    def advise(
+        self, samples: Sequence[Sample], socket: int, position: Sequence[float] | None = None
+    ) -> Advice:
+        """Return advice.
+
+        Args:
+            samples: Those that count.
+            socket: The active one.
+            position: Where the arm is.
+        """
+        counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
+        posterior = self._fitted(samples, counts)
+        known = self._known(samples, posterior)
+        where = workspace_of(self._model, self._nominal if posterior is None else posterior.x)
+        predicted = known.error(where)
+        self._history[len(samples)] = predicted if posterior is not None else np.inf
+        target, gain = self._next(known, where, samples, socket, position)
+        ready = posterior is not None and min(counts[:2]) >= LEAST
+        enough = ready and (predicted <= self._goal or gain < HARDLY or self._flat(len(samples)))
+        lagging = min(counts) < SHARE
+        advice = Advice(
+            count=len(samples),
+            socket=socket,
+            predicted=predicted,
+            goal=self._goal,
+            leave=not enough and lagging and counts[socket] >= SHARE,
+            enough=enough,
+            target=target,
+            gain=gain,
+        )
+        return advice if posterior is None else _with_fit(advice, posterior, samples)
+
+    def _flat(self, count: int) -> bool:
+        """Tell whether the last few samples hardly lowered the predicted error."""
+        before = self._history.get(count - LATELY)
+        return (
+            before is not None
+            and np.isfinite(before)
+            and self._history[count] > (1 - PLATEAU) * before
+        )
+
+    def _fitted(self, samples: Sequence[Sample], counts: list[int]) -> Posterior | None:
+        """Return a fit to the samples; None where there are too few, or it does not settle."""
+        if self._sockets < 2 or min(counts[:2]) < FITTED:
+            return None
+        try:
+            data = observe([measure(self._placement(samples), self._robot)], self._robot)
+            return estimate(self._model, data)
+        except (NotConverged, np.linalg.LinAlgError):
+            return None
+
+    def _placement(self, samples: Sequence[Sample]) -> Placement:
+        return Placement("here", tuple(samples), self._robot.joint_names, self._distance)
+
+    def _known(self, samples: Sequence[Sample], posterior: Posterior | None) -> Knowledge:
+        """Return what is known: by the fit, or before there is one, by the samples' poses alone."""
+        if posterior is not None:
+            return from_fit(posterior)
+        known = from_prior(self._model, expected_groups(self._model), SEAT, self._sockets)
+        centres = [self._centre(samples, k) for k in range(self._sockets)]
+        for socket in range(self._sockets):
+            q = _positions(samples, socket)
+            known = known.with_samples(q, socket) if len(q) else known
+        first, second = centres[:2] if self._sockets > 1 else (None, None)
+        if first is not None and second is not None:
+            along = (second - first) / np.linalg.norm(second - first).clip(1e-6)
+            known = known.with_lengths({0: -along, 1: along}, CALIPER_DEVIATION)
+        return known
+
+    def _centre(self, samples: Sequence[Sample], socket: int) -> np.ndarray | None:
+        """Return where a socket is by the nominal model [m]; None without a sample in it."""
+        q = _positions(samples, socket)
+        if not len(q):
+            return None
+        points = self._model.ball.points(self._model.ball.nominal, q)
+        return np.asarray(np.median(points, axis=0))
+
+    def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
+        """Return what another placement would bring, in words; this takes some seconds."""
+        counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
+        if self._sockets != 2 or min(counts) == 0:
+            return ()
+        known = self._known(samples, self._fitted(samples, counts))
+        centres = [self._centre(samples, k) for k in (0, 1)]
+        here = np.array([c for c in centres if c is not None])
+        where = workspace_of(self._model, known.x)
+        return closing_words(known, where, self._reach, here, self._distance)
+
+    def _next(
+        self,
+        known: Knowledge,
+        where: Workspace,
+        samples: Sequence[Sample],
+        socket: int,
+        position: Sequence[float] | None,
+    ) -> tuple[tuple[float, ...] | None, float]:
+        """Return the pose that would lower the predicted error most, and by what share."""
+        if socket not in self._poses:
+            centre = self._centre(samples, socket)
+            if centre is None:
+                return None, 0.0
+            self._poses[socket] = self._reach.poses(centre, CANDIDATES)
+        poses = self._poses[socket]
+        if not len(poses):
+            return None, 0.0
+        gains = known.gains(poses, socket, where.shape)
+        best = int(np.argmax(gains))
+        if position is not None:
+            far = np.abs(poses - np.array(position)).max(axis=1)
+            far[gains < NEARLY * gains[best]] = np.inf
+            best = int(np.argmin(far))
+        # of variance; of the deviation it is half as much
+        gain = known.gains(poses[best : best + 1], socket, where.mean)
+        return tuple(poses[best].tolist()), 1 - float(np.sqrt(1 - gain.max()))
+
+
+def _positions(samples: Sequence[Sample], socket: int) -> np.ndarray:
+    return np.array([s.position for s in samples if s.socket == socket])
+
+
+def _with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) -> Advice:
+    """Return advice with what a fit says of the samples."""
+    order = sorted(range(len(samples)), key=lambda i: samples[i].socket)
+    errors = np.linalg.norm(posterior.residuals, axis=1)[np.argsort(order)]
+    return replace(
+        advice,
+        fitted=True,
+        last_error=float(errors[-1]),
+        mean_error=float(errors.mean()),
+        scale=scale(posterior)[0],
+        distance=float(np.linalg.norm(posterior.centres[1] - posterior.centres[0])),
+    )

@@ -1,0 +1,193 @@
+"""A page beside the recorder, for a tablet beside the arm: the process that serves it.
+
+It only shows: GET alone, under an address that holds a random token, and nothing is loaded from
+elsewhere. The recorder sends what is known as lines; browsers get it as server-sent events.
+"""
+
+import json
+import os
+import secrets
+import sys
+import threading
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+from ...recorder.view import View
+from .neighbour import Neighbour, lines_from_recorder
+
+__all__ = ["PAGE", "PageLink"]
+
+PAGE = "mukca.tools.recording.page"
+"""This module, for the process that runs it."""
+PATIENCE = 2.0
+"""A browser hears something at least this often [s]."""
+MOST = 8
+"""Browsers that are served at once."""
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; "
+    "script-src 'unsafe-inline'; connect-src 'self'; img-src data:",
+}
+
+
+class PageLink:
+    """Sends views to the page's process; never waits.
+
+    Args:
+        neighbour: The process.
+    """
+
+    def __init__(self, neighbour: Neighbour) -> None:
+        self._neighbour = neighbour
+
+    def __call__(self, view: View) -> None:
+        """Send a view, unless the one before is still being taken in."""
+        self._neighbour.answer()
+        self._neighbour.send(state_of(view))
+
+
+def state_of(view: View) -> dict[str, Any]:
+    """Return what the page shows of a view."""
+    session, advice = view.session, view.advice
+    return {
+        "title": view.title,
+        "words": view.ready.words,
+        "colour": view.ready.colour,
+        "reason": view.ready.reason,
+        "socket": session.socket,
+        "counts": session.counts,
+        "target": session.target,
+        "joints": [(j.name, *_finite(j.lower, j.upper), j.prismatic) for j in session.joints],
+        "position": view.position,
+        "next": advice.target if advice else None,
+        "predicted": advice.predicted if advice else None,
+        "goal": advice.goal if advice else None,
+        "mean": advice.mean_error if advice else None,
+        "last": advice.last_error if advice else None,
+        "closing": advice.closing if advice and advice.enough else (),
+        "messages": [(m.text, m.alarm) for m in session.messages[-4:]],
+    }
+
+
+def _finite(lower: float, upper: float) -> tuple[float, float]:
+    return max(lower, -3.2), min(upper, 3.2)
+
+
+class Board:
+    """The newest state, and those who wait for it."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._state, self._number = "{}", 0
+
+    def post(self, state: str) -> None:
+        """Show another state."""
+        with self._changed:
+            self._state, self._number = state, self._number + 1
+            self._changed.notify_all()
+
+    def after(self, number: int) -> tuple[str | None, int]:
+        """Return the first state after one by its number; None if none came in time."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._number != number, PATIENCE)
+            return (None if self._number == number else self._state), self._number
+
+
+class Server(ThreadingHTTPServer):
+    """Serves the page and its events."""
+
+    daemon_threads = True
+
+    def __init__(self, host: str, board: Board) -> None:
+        self.board = board
+        self.token = secrets.token_urlsafe(16)
+        self.page = (Path(__file__).parent / "page.html").read_bytes()
+        self.free = threading.Semaphore(MOST)
+        super().__init__((host, 0), Handler)
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        host, port = self.server_address[:2]
+        return f"http://{host!s}:{port}/{self.token}/"
+
+
+class Handler(BaseHTTPRequestHandler):
+    """Answers one browser."""
+
+    server: Server  # pyright: ignore[reportIncompatibleVariableOverride]
+
+    def do_GET(self) -> None:
+        """Send the page, or events until the browser goes away."""
+        root, _, name = self.path.removeprefix("/").partition("/")
+        if not secrets.compare_digest(root.encode(), self.server.token.encode()):
+            self.send_error(404)
+        elif name == "":
+            self._begin("text/html; charset=utf-8")
+            self.wfile.write(self.server.page)
+        elif name == "events":
+            self._stream()
+        else:
+            self.send_error(404)
+
+    def log_message(self, format: str, *args: object) -> None:  # noqa: A002
+        """Say nothing: the terminal is the recorder's."""
+
+    def _begin(self, kind: str) -> None:
+        self.send_response(200)
+        for name, value in {"Content-Type": kind, **HEADERS}.items():
+            self.send_header(name, value)
+        self.end_headers()
+
+    def _stream(self) -> None:
+        if not self.server.free.acquire(blocking=False):
+            self.send_error(503)
+            return
+        try:
+            self._begin("text/event-stream")
+            number = -1
+            while True:
+                state, number = self.server.board.after(number)
+                self.wfile.write(f"data: {state}\n\n".encode() if state else b": still here\n\n")
+        except OSError:
+            return
+        finally:
+            self.server.free.release()
+
+
+def main() -> None:
+    """Serve until the recorder ends."""
+    os.nice(10)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    lines = lines_from_recorder()
+    setup = next(lines)
+    import numpy as np
+
+    from ...solver.robot.urdf import load_robot
+    from .reach import skeleton
+
+    places = skeleton(load_robot(**setup["robot"]))
+    board = Board()
+    server = Server(setup["host"], board)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    next(lines)
+    _answer({"url": server.url})
+    for state in lines:
+        for name in ("position", "next"):
+            if state[name] is not None:
+                drawn = places(np.array([state[name]]))[0].reshape(-1, 3)
+                state[f"{name}_drawn"] = [[0, 0, 0], *drawn.round(4).tolist()]
+        board.post(json.dumps(state))
+        _answer({})
+
+
+def _answer(value: dict[str, str]) -> None:
+    sys.stdout.write(json.dumps(value) + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

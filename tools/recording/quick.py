@@ -1,0 +1,55 @@
+"""What ten poses in one socket tell: is it worth calibrating, does a calibration still hold?"""
+
+from pathlib import Path
+
+import numpy as np
+
+from ...recorder.dataset import read_placement
+from ...solver.data.measurements import measure
+from ...solver.robot.kinematics import BallModel
+from ...solver.robot.urdf import Robot
+from ..calibration.calibration import Calibration
+from ..calibration.odds import Odds, odds_of
+from .opening import goal_for
+
+__all__ = ["POSES", "standing", "worth_calibrating"]
+
+POSES = 10
+"""So many poses are taken."""
+
+
+def worth_calibrating(robot: Robot, folder: Path) -> str:
+    """Return how far off an arm is by its model, and whether it is worth calibrating.
+
+    Args:
+        robot: The nominal robot.
+        folder: Where the poses were recorded.
+    """
+    measured = measure(read_placement(folder), robot, sockets=1)
+    balls = BallModel(robot, []).points(np.zeros(0), measured.positions)
+    away = np.linalg.norm(balls - balls.mean(axis=0), axis=1)
+    error, good = float(away.mean()), goal_for(robot)
+    verdict = "worth calibrating" if error > good else "as good as a calibration would make it"
+    return (
+        f"By its model the ball scatters by {1e3 * error:.2f} mm about one point (mean of "
+        f"{len(away)} poses, {1e3 * away.max():.2f} mm at most). A calibrated arm of this kind "
+        f"keeps within {1e3 * good:.2f} mm: {verdict}. Its size was not looked at; that takes two "
+        "sockets."
+    )
+
+
+def standing(calibration: Calibration, folder: Path) -> Odds:
+    """Return whether a calibration still holds by poses recorded since.
+
+    Args:
+        calibration: The calibration.
+        folder: Where the poses were recorded.
+
+    Raises:
+        MeasurementError: They are not of its robot.
+    """
+    measured = measure(read_placement(folder), calibration.robot, sockets=1)
+    summary = calibration.document.summary
+    then = summary.test or summary.train
+    before = then.loaded.mean_absolute_error if then else goal_for(calibration.robot)
+    return odds_of(calibration.calibrated, measured, before, goal_for(calibration.robot))

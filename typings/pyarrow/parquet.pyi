@@ -1,0 +1,6 @@
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+def read_table(source: Path, *, columns: Sequence[str]) -> Any: ...
+def write_table(table: Any, where: Path) -> None: ...
