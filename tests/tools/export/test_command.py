@@ -3,10 +3,12 @@
 import hashlib
 import json
 
+import msgspec
 import numpy as np
 import pytest
 
 from mukca.tools.calibration.calibration import load_calibration
+from mukca.tools.documents.files import encode
 from mukca.tools.export.formats import FORMATS
 
 
@@ -37,6 +39,14 @@ def test_a_calibration_of_pure_geometry_loses_nothing(export, calibrations, tmp_
     file = calibrations / "fitted.json"
     _, out, _ = export(file, "--to", "mdh", "--out", tmp_path / "a.json", "--json")
     assert json.loads(out)["losses"] == []
+
+
+def test_a_distorted_model_is_warned_of(export, calibrations, tmp_path) -> None:
+    document = load_calibration(calibrations / "panda.json").document
+    file = tmp_path / "bent.json"
+    file.write_bytes(encode(msgspec.structs.replace(document, distorted=("a/front",))))
+    status, _, err = export(file, "--to", "dh", "--out", tmp_path / "a.csv")
+    assert status == 0 and "sockets' distance at a/front" in err
 
 
 def test_nothing_is_overwritten_unless_told_so(export, calibrations, tmp_path) -> None:

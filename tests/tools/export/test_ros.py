@@ -177,6 +177,11 @@ def test_a_tool_is_added_to_the_urdf(export, calibrations, tmp_path) -> None:
     assert np.abs(place.translation - [0.01, 0.02, 0.1]).max() < 1e-12
     assert np.abs(pinocchio.log3(place.rotation) - [0, 0, 1.5]).max() < 1e-12
     assert "sha256" in text and 'link name="camera"' in text
+    yourdfpy = pytest.importorskip("yourdfpy", reason="the extra meshes is not installed")
+    other = yourdfpy.URDF.load(str(out), load_meshes=False)
+    other.update_cfg(dict(zip(calibration.robot.joint_names, q[0], strict=True)))
+    ball = other.get_transform("ball_link", "base_link")[:3, 3]
+    assert np.abs(ball - calibration.calibrated.geometric_ball(q[0])).max() < 1e-9
 
 
 def like(folder: Path, z: float = 0.1625, hash_: str = "hash: calib_12788084448423163542") -> Path:
