@@ -5,8 +5,10 @@ distance makes a wrong arm, and fits as well as the right one. But a link is mac
 than 0.1 %: an arm that comes out longer by more has most likely a wrong distance.
 """
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -16,10 +18,12 @@ from ..data.observations import Known, KnownDistance, distance_covariance, find_
 from .finding import Finding, where_of
 from .rigid import RigidFit
 
-__all__ = ["DistanceVerdict", "Scale", "judge_distances", "named"]
+__all__ = ["DistanceVerdict", "Scale", "judge_distances", "named", "size_level"]
 
 SUSPECT, WRONG = 0.003, 0.01
 """Change of an arm's scale that no arm should have, and that none has."""
+ARMS = 0.002
+"""Standard deviation of the scale of real arms about their models."""
 DEVIATIONS = 3
 CORRELATED = 3
 """Errors of a sample and the next are correlated by about a half: so much larger is the variance
@@ -43,6 +47,22 @@ class Scale:
     value: float
     """By how much the arm is larger than its model, 0.02 for 2 %."""
     deviation: float
+
+
+def size_level(value: float, deviation: float | None) -> Literal["error", "warning"] | None:
+    """Return whether an arm that came out so much larger than its model is the arm at all.
+
+    Arms scatter by 0.2 %. One that is off by more than three standard deviations of that and of
+    what is known of it, which is 0.6 % with a caliper's distance, has most likely a wrong distance.
+
+    Args:
+        value: By how much it is larger, 0.02 for 2 %.
+        deviation: Standard deviation of that; None where the method does not say.
+    """
+    size, known = abs(value), deviation or 0.0
+    if size > min(WRONG, DEVIATIONS * math.hypot(known, ARMS)):
+        return "error"
+    return "warning" if size > max(SUSPECT, DEVIATIONS * known) else None
 
 
 @dataclass(frozen=True)
@@ -212,17 +232,16 @@ def _other_distance(measured: Measurement, length: float) -> Finding:
 
 def _scale_findings(judged: Sequence[Measurement], scale: Scale) -> list[Finding]:
     """Return whether the arm's size is believable; nothing without a base, whose distance it is."""
-    size = abs(scale.value)
-    if not judged or size < SUSPECT or abs(np.log1p(scale.value)) < DEVIATIONS * scale.deviation:
+    level = size_level(scale.value, scale.deviation)
+    if not judged or level is None or abs(np.log1p(scale.value)) < DEVIATIONS * scale.deviation:
         return []
     given = judged[0].distance
     likely = given / (1 + scale.value)
     longer = "longer" if scale.value > 0 else "shorter"
     text = (
-        f"the arm comes out {100 * size:.1f} % {longer} than its model (+- "
+        f"the arm comes out {100 * abs(scale.value):.1f} % {longer} than its model (+- "
         f"{100 * scale.deviation:.2f} %); more likely the sockets are {1e3 * likely:.1f} mm apart "
         f"than {1e3 * given:.1f}"
     )
     advice = f"that distance is {_SOURCES[judged[0].distance_source]}"
-    level = "error" if size > WRONG else "warning"
     return [Finding(level, "scale", where_of(judged), text, advice)]

@@ -2,18 +2,12 @@
 
 from collections.abc import Sequence
 
+from ....solver.checks.distances import size_level
 from ...documents.calibration import PlacementErrors, Scale
 from ...documents.report_verdict import LimitResult, Status
 from ..words import joined, short_names
 
 __all__ = ["distance_text", "likely_distance", "scale_row", "scale_text"]
-
-UNUSUAL = 0.003
-"""Real arms came out within 0.5 % of their models, most of them within a quarter percent."""
-IMPOSSIBLE = 0.01
-"""A link is machined to better than 0.1 %: an arm that is this much off is not the arm."""
-SURE = 3.0
-"""A warning needs this many standard deviations."""
 
 _SOURCES = {
     "given": "as given",
@@ -51,11 +45,8 @@ def scale_text(scale: Scale) -> str:
 
 def scale_row(scale: Scale, placements: Sequence[PlacementErrors]) -> LimitResult:
     """Return whether the arm's size is believable, and what is more likely where it is not."""
-    status: Status = "pass"
-    if abs(scale.value) > IMPOSSIBLE:
-        status = "fail"
-    elif abs(scale.value) > max(UNUSUAL, SURE * (scale.deviation or 0.0)):
-        status = "warning"
+    level = size_level(scale.value, scale.deviation)
+    status: Status = "pass" if level is None else "fail" if level == "error" else "warning"
     text = scale_text(scale)
     spaced = any(row.role == "train" and row.distance for row in placements)
     if status != "pass" and not spaced:
