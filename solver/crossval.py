@@ -18,7 +18,7 @@ from .paper.optimizers import NotConverged
 from .robot.parameters import Parameter
 from .robot.urdf import Robot
 
-__all__ = ["Job", "Plan", "jobs", "resampled", "run_job"]
+__all__ = ["Errors", "Job", "Plan", "jobs", "resampled", "run_job"]
 
 
 @dataclass(frozen=True)
@@ -60,13 +60,27 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     return [*(left_out if count > 1 else []), *alone, *again]
 
 
-def run_job(plan: Plan, job: Job) -> list[Metrics] | None:
-    """Fit, and return the metrics of every placement; None if the fit did not settle."""
+@dataclass(frozen=True)
+class Errors:
+    """How far off a calibration is at every placement."""
+
+    full: tuple[Metrics, ...]
+    """By the full model."""
+    loaded: tuple[Metrics, ...]
+    """By its URDF alone, which is what most programs load."""
+
+
+def run_job(plan: Plan, job: Job) -> Errors | None:
+    """Fit, and return the errors at every placement; None if the fit did not settle."""
     try:
         robot = _fit(plan, job)
     except NotConverged:
         return None
-    return [evaluate(robot.ball(m.positions, m.efforts), m) for m in plan.measurements]
+    data = plan.measurements
+    return Errors(
+        tuple(evaluate(robot.ball(m.positions, m.efforts), m) for m in data),
+        tuple(evaluate(robot.geometric_ball(m.positions), m) for m in data),
+    )
 
 
 def _fit(plan: Plan, job: Job) -> CalibratedRobot:

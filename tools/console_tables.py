@@ -122,12 +122,14 @@ def left_out_table(result: Mapping[str, Any]) -> Table:
     table.add_column("placement", overflow="fold")
     for title in _COLUMNS:
         table.add_column(title, justify="right")
+    table.add_column("MAE of the URDF alone", justify="right")
     spreads = {row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])}
     if spreads:
         table.add_column("MAE over bootstrap fits to all", justify="right")
     rows: list[Mapping[str, Any]] = [*result["left_out"], {"name": "= mean", **result["summary"]}]
     for row in rows:
         cells = [_mm(row[field.name]) for field in fields(Metrics)]
+        cells.append(_mm(row["loaded"]["mean_absolute_error"]))
         if spreads:
             cells.append(f"+- {_mm(spreads[row['name']])}" if row["name"] in spreads else "")
         table.add_row(row["name"], *cells)

@@ -81,9 +81,9 @@ def closest_rigid(full: Posterior, load: Load) -> np.ndarray:
     for _ in range(ROUNDS // 2):
         linear = model.ball.linearise(model.ball.nominal + x, q)
         errors = _apart(linear.points - poses.targets, poses.places) * root[:, None]
-        J = _apart(linear.by_parameters, poses.places) * root[:, None, None]
-        errors, J = errors.ravel(), J.reshape(-1, n)
-        hessian, slope = J.T @ J + prior, J.T @ errors + prior @ (x - zeros)
+        slopes = _apart(linear.by_parameters, poses.places) * root[:, None, None]
+        J = slopes.reshape(-1, n)
+        hessian, slope = J.T @ J + prior, J.T @ errors.ravel() + prior @ (x - zeros)
         unit = 1 / np.sqrt(np.diag(hessian))
         x = x - unit * np.linalg.solve(hessian * unit[:, None] * unit, unit * slope)
     return model.ball.nominal + x

@@ -19,7 +19,7 @@ from ..terminal import Terminal
 from ..workers import Workers, add_workers, workers_of
 
 if TYPE_CHECKING:
-    from ...solver.crossval import Job, Plan
+    from ...solver.crossval import Errors, Job, Plan
     from ...solver.data.metrics import Metrics
 
 WORTH = 0.05
@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 def run_all(
     plan: "Plan", work: "list[Job]", workers: Workers, terminal: Terminal
-) -> "list[list[Metrics] | None]":
+) -> "list[Errors | None]":
     """Run fits, in order, with a progress bar; None where one failed."""
     from ...solver.crossval import run_job
 
@@ -102,39 +102,49 @@ def run_all(
         )
 
 
-def summary(
-    names: list[str], work: "list[Job]", metrics: "list[list[Metrics] | None]"
-) -> dict[str, Any]:
+def summary(names: list[str], work: "list[Job]", metrics: "list[Errors | None]") -> dict[str, Any]:
     """Return errors with each placement left out, the matrix, and the bootstrap's spread.
 
     A fit that did not settle leaves None: in the matrix for a whole row, and in ``left_out`` for
     the figures of a placement.
     """
     from ...solver.crossval import spread
-    from ...solver.data.metrics import mean_metrics
 
-    by_kind: dict[str, list[list[Metrics] | None]] = {}
+    by_kind: dict[str, list[Errors | None]] = {}
     for job, row in zip(work, metrics, strict=True):
         by_kind.setdefault(job.kind, []).append(row)
-    left_out = [None if row is None else row[i] for i, row in enumerate(by_kind["left_out"])]
-    told = [m for m in left_out if m is not None]
-    matrix = [row and [m.mean_absolute_error for m in row] for row in by_kind["alone"]]
+    rows = by_kind["left_out"]
+    left_out = [None if row is None else row.full[i] for i, row in enumerate(rows)]
+    by_urdf = [None if row is None else row.loaded[i] for i, row in enumerate(rows)]
+    matrix = [row and [m.mean_absolute_error for m in row.full] for row in by_kind["alone"]]
     result: dict[str, Any] = {
         "left_out": [
-            {"name": name, **(_NOTHING if m is None else m.as_dict())}
-            for name, m in zip(names, left_out, strict=True)
+            {"name": name, **_figures(m), "loaded": _figures(loaded)}
+            for name, m, loaded in zip(names, left_out, by_urdf, strict=True)
         ],
-        "summary": mean_metrics(told).as_dict() if told else _NOTHING,
+        "summary": {**_mean(left_out), "loaded": _mean(by_urdf)},
         "cross_placement": {"names": names, "matrix": matrix},
     }
     drawn = [row for row in by_kind.get("bootstrap", []) if row is not None]
     if len(drawn) > 1:
-        errors = [[m.mean_absolute_error for m in row] for row in drawn]
+        errors = [[m.mean_absolute_error for m in row.full] for row in drawn]
         result["bootstrap"] = [
             {"name": name, "standard_deviation": s}
             for name, s in zip(names, spread(errors), strict=True)
         ]
     return result
+
+
+def _figures(metrics: "Metrics | None") -> Mapping[str, float | None]:
+    return _NOTHING if metrics is None else metrics.as_dict()
+
+
+def _mean(metrics: "Sequence[Metrics | None]") -> Mapping[str, float | None]:
+    """Return the mean figures of those fits that settled."""
+    from ...solver.data.metrics import mean_metrics
+
+    told = [m for m in metrics if m is not None]
+    return _figures(mean_metrics(told) if told else None)
 
 
 def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:

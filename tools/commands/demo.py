@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 def record_words(folder: Path, out: Path) -> list[str]:
     """Return the command that records a placement while the mock moves the arm, sped up."""
     hand = out / "hand" / folder.name
-    driver = f"mock:{hand}?rate=250&speed={SPEED}&hold=0.65&move=0.6"
+    driver = f"mock:{hand}?rate=100&speed={SPEED}&hold=0.65&move=0.6"
     words = ["record", "--robot", "panda", "--driver", driver, "--out", str(folder)]
     return [*words, "--keys", str(out / KEYS)]
 

@@ -32,6 +32,9 @@ _EPILOG = """mounts:
   franka-flange   four M6 on the Franka arms' flange
   iso-50-4-m6     any flange with the pattern ISO 9409-1-50-4-M6: UR, Kinova Gen3, ...
   iiwa14          the KUKA iiwa's flange and media flanges, any four of their seven M6
+  xarm            six M5 on the flange of an xArm 5, 6 or 7
+  so101           a block with grooves for the jaws of an SO-101
+  interbotix      a block between the fingers of a ViperX or WidowX
   gen3-lite       slotted holes for M3 to M5 on circles of 32 to 52 mm: measure your flange
   none            the socket base alone
 

@@ -123,7 +123,8 @@ class BallPart:
     @property
     def position(self) -> tuple[float, float, float]:
         """The ball's centre in the flange's frame."""
-        return 0.0, 0.0, self.height - self.mount.origin
+        x, y, z = np.insert(self.mount.aside, self.mount.axis, self.height - self.mount.origin)
+        return float(x), float(y), float(z)
 
     @property
     def throat(self) -> float:

@@ -7,6 +7,10 @@ millimetres. Sources of the patterns:
 - KUKA, LBR iiwa media flanges: seven M6 and a 6 mm pin on that circle, 45 degrees apart.
 - Franka hand: franka_description gives fingertips of 17.5 mm width and 18.5 mm length, whose middle
   is the frame ``hand_tcp``.
+- UFACTORY's user manual of the xArm 5, 6 and 7: flange A50/63, six M5 on a circle of 50 mm.
+- SO-101: its published part wrist_roll_follower_so101_v1: the fixed jaw is 16.5 mm wide 30 mm from
+  its end, and narrower beyond; the two jaws' faces are parallel where they are 40 mm apart.
+- ViperX and WidowX: their descriptions let the fingers open from 42 to 114 mm and from 30 to 74 mm.
 - ISO 273 (medium) for screw holes, ISO 4762 for screw heads.
 """
 
@@ -66,6 +70,10 @@ class Mount:
     """Height of the ball's centre above that origin; None: as short as the tilt allows."""
     lettering: float | None = None
     """Radius of the ring on which the ball's height may be engraved, its outer edge."""
+    axis: int = 2
+    """Which axis of the flange's frame points along the part: 0, 1, 2 for x, y, z."""
+    aside: tuple[float, float] = (0.0, 0.0)
+    """Where the part's axis stands in that frame, along its other two axes."""
     links: Mapping[str, str] = field(default_factory=dict[str, str])
     """The flange frame's link in the models of robots."""
     note: str = ""
@@ -151,6 +159,11 @@ class Grip:
     """Height of the flange frame's origin above the block's lower end."""
     reach: float | None = None
     """From that origin to the ball's centre; None: as short as the tilt allows."""
+    groove: tuple[float, float] | None = None
+    """Width and depth of a groove for each finger, in which the block cannot turn."""
+    axis: int = 2
+    """See :class:`Mount`."""
+    aside: tuple[float, float] = (0.0, 0.0)
     links: Mapping[str, str] = field(default_factory=dict[str, str])
     note: str = ""
 
@@ -171,8 +184,16 @@ class Grip:
 
     def mount(self) -> Mount:
         """Return the block with its shoulder, a cone of less than 45 degrees' overhang."""
-        block = Prism((rectangle(_middle(self.depth), _middle(self.width), 1.0),), self.length)
+        block: Solid = Prism(
+            (rectangle(_middle(self.depth), _middle(self.width), 1.0),), self.length
+        )
         low = self.width / 2
+        if self.groove is not None:
+            across, deep = self.groove
+            floor = low = low - deep
+            for side in ((floor, self.width), (-self.width, -floor)):
+                cut = Prism((rectangle(_middle(across), side),), self.length + 2)
+                block = block - cut.at(z=-1)
         shoulder = union(Frustum(3.3, low, low + 3), cylinder(low + 3, 1.5).at(z=3.3))
         diagonal = math.hypot(self.width / 2, self.depth / 2) - 0.5
         start = self.length - 0.3  # the cone begins inside the block
@@ -184,6 +205,8 @@ class Grip:
             corners=((diagonal, self.length), (low + 3, start + 4.8)),
             origin=self.origin,
             reach=self.reach,
+            axis=self.axis,
+            aside=self.aside,
             links=self.links,
             note=self.note,
         )
@@ -204,12 +227,44 @@ MOUNTS: Mapping[str, BoltCircle | Grip] = {
         note="the fingertips' rubber gives way as well: franka-flange holds the ball firmer",
     ),
     "franka-flange": BoltCircle(50, links={"panda": "panda_link8", "fr3": "fr3_link8"}),
-    "iso-50-4-m6": BoltCircle(50, links={"ur3e": "tool0", "ur5e": "tool0", "ur10e": "tool0"}),
+    "iso-50-4-m6": BoltCircle(
+        50,
+        links={
+            **dict.fromkeys(("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e"), "tool0"),
+            "piper": "link6",
+        },
+    ),
     "iiwa14": BoltCircle(
         50,
         count=8,
         links={"iiwa14": "tool0"},
         note="tool0 is the face of the basic flange: on a media flange add its height to z",
+    ),
+    "xarm": BoltCircle(
+        50,
+        count=6,
+        screw="M5",
+        links={"xarm6": "link_eef", "xarm7": "link_eef"},
+        note="for xArm 5, 6 and 7; measure the flange of a Lite 6 or an 850",
+    ),
+    "so101": Grip(
+        width=45,
+        depth=45,
+        length=30,
+        origin=23.7,
+        groove=(16.6, 2.5),
+        aside=(-20, 0),  # the frame lies in the face of the fixed jaw
+        links={"so101": "gripper_frame_link"},
+        note="hold it by a rubber band round the jaws: without torque the gripper does not",
+    ),
+    "interbotix": Grip(
+        width=50,
+        depth=50,
+        length=40,
+        origin=40,
+        axis=0,
+        links=dict.fromkeys(("vx300s", "wx250s"), "ee_gripper_link"),
+        note="hold it by a rubber band round the fingers: without torque the gripper does not",
     ),
     "gen3-lite": BoltCircle(
         32,

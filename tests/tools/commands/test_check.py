@@ -118,3 +118,7 @@ def test_crossval_ends_with_advice(session: Path, capsys: pytest.CaptureFixture[
     assert status == 0
     last = told.strip().splitlines()[-1]
     assert last.startswith(("Train on all", "More placements would bring little")), told
+    assert main([*words, "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    for row in (*result["left_out"], result["summary"]):  # this method corrects nothing
+        assert row["loaded"].items() <= row.items()

@@ -25,7 +25,9 @@ def test_the_ball_is_where_its_position_says(name: str) -> None:
     centre, radius = mesh_checks.fit_sphere(top)
     assert centre == pytest.approx((0, 0, part.height), abs=0.005)
     assert radius == pytest.approx(part.ball / 2, abs=0.005)
-    assert part.position == pytest.approx((0, 0, part.height - part.mount.origin))
+    along, aside = part.mount.axis, part.mount.aside
+    assert part.position[along] == pytest.approx(part.height - part.mount.origin)
+    assert np.delete(part.position, along) == pytest.approx(aside)
 
 
 def test_a_cup_holds_a_bought_ball_at_the_same_place() -> None:
@@ -81,6 +83,7 @@ def test_the_neck_of_the_mesh_is_the_one_that_was_reckoned_with(name: str) -> No
         ("franka-flange", "default"),
         ("iiwa14", "three"),
         ("gen3-lite", "long"),
+        ("so101", "default"),
         ("thick neck", "nearest"),
         ("iso-50-4-m6 bought", "loose"),
     ],
@@ -130,7 +133,21 @@ def test_too_short_a_reach_is_refused_with_one_that_works() -> None:
     check_tilt(SocketBase(), BallPart(ISO, reach=70))
 
 
-@pytest.mark.parametrize("mount", [BoltCircle(50, 8), BoltCircle(32, 4, "M5", slot=10)])
+def test_the_jaws_of_an_so101_lie_in_grooves() -> None:
+    """16.5 mm wide at most, faces 40 mm apart; beside them there is material to stop a turn."""
+    mesh = printed_parts.ball_mesh("so101")
+    jaws = [(x, side * y) for x in (-8.2, 0, 8.2) for y in (20.1, 22) for side in (1, -1)]
+    stops = [(side * 8.4, other * 21) for side in (1, -1) for other in (1, -1)]
+    within = [(x, y) for x in (-15, 0, 15) for y in (-19.9, 0, 19.9)]
+    for z in (0.5, 15, 29):
+        for places, filled in ((jaws, False), (stops, True), (within, True)):
+            inside = mesh.contains([(x, y, z) for x, y in places])
+            assert (inside == filled).all(), (z, filled)
+
+
+@pytest.mark.parametrize(
+    "mount", [BoltCircle(50, 6, "M5"), BoltCircle(50, 8), BoltCircle(32, 4, "M5", slot=10)]
+)
 def test_screws_find_their_holes(mount: BoltCircle) -> None:
     """Straight through the plate, at the circle, and through all of a slot's length."""
     part = BallPart(mount.mount())
