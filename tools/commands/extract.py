@@ -85,10 +85,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     folders = placements_of(proposals, robot.joint_names, arguments.distance)
     outputs: dict[str, str] = {}
     if arguments.out is not None and folders:
-        about = {
-            **_about(arguments, robot, joints),
-            "sessions": [_session(arguments, window, still)],
-        }
+        session = {"extracted_from": str(arguments.log), "window": window, "still": still}
+        about = {**_about(arguments, robot, joints), "sessions": [session]}
         outputs = _write(arguments.out, folders, about, log, proposals, robot)
     _say_outputs(outputs, folders, arguments, terminal)
     if arguments.json:
