@@ -3,16 +3,17 @@
     python benchmarks/recorder.py                 a minute
     python benchmarks/recorder.py --minutes 10    the long one
 
-``mukca record`` runs on a simulated 7-joint arm that streams 1000 states a second and forgets what
-is not read within 0.1 s, as a socket's buffer does. A key is pressed every other second. The
+``mukca record`` runs on a simulated Panda that streams 1000 states a second and forgets what is not
+read within 0.1 s, as a socket's buffer does. A key is pressed every other second, and the socket
+changed half-way, so that the live fit runs after every capture; the page is open and followed. The
 baseline, in the same run, is a bare loop that reads the same arm and does nothing else; the
 simulated arm itself runs in the same process in both.
 """
 
 import argparse
+import contextlib
 import fcntl
 import os
-import random
 import re
 import struct
 import subprocess
@@ -22,11 +23,17 @@ import termios
 import threading
 import time
 from pathlib import Path
+from urllib.request import urlopen
 
+import numpy as np
 import psutil
 
+from mukca.recorder.convert import write_holes
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.simulated_arms import Base, perturb
+from mukca.tools.simulated_arms import record as record_arm
+
 RATE = 1000
-HOME = (0.0, -0.3, 0.0, -2.0, 0.0, 1.8, 0.7)
 BARE = """
 import sys, time
 from mukca.drivers.registry import open_driver
@@ -62,10 +69,25 @@ class Terminal:
         return found[-1].decode() if found else "?"
 
 
-def write_hand(file: Path) -> None:
-    generator = random.Random(0)
-    rows = [[q + generator.uniform(-0.6, 0.6) for q in HOME] for _ in range(1000)]
-    file.write_text("\n".join(",".join(map(repr, row)) for row in rows))
+def write_hand(folder: Path, each: int) -> None:
+    """Write where a hand leads a Panda: so many poses in each of two sockets."""
+    arm = perturb(load_robot("panda"), np.random.default_rng(0), 2e-3, 5e-3)
+    base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
+    write_holes(record_arm(arm, base, np.random.default_rng(1), samples=each, noise=1e-4), folder)
+
+
+class Browser:
+    """Follows the page, as a tablet does."""
+
+    def __init__(self, url: str) -> None:
+        self.events = 0
+        self._url = url
+        threading.Thread(target=self._follow, daemon=True).start()
+
+    def _follow(self) -> None:
+        with contextlib.suppress(OSError), urlopen(self._url + "events") as stream:
+            for line in stream:
+                self.events += line.startswith(b"data")
 
 
 def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> float:
@@ -74,7 +96,7 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
     driver = f"mock:{hand}?rate={RATE}&buffer=0.1&hold=1.5&move=0.5"
     words = [sys.executable, "-m", "mukca", "record", "--robot", "panda", "--driver", driver]
     recorder = subprocess.Popen(
-        [*words, "--out", str(out), "--target", "1000"],
+        [*words, "--out", str(out), "--target", "1000", "--page", "--goal-mm", "0.001"],
         stdin=terminal.slave,
         stdout=terminal.slave,
         stderr=terminal.slave,
@@ -85,14 +107,22 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
     while not terminal.frames:
         time.sleep(0.05)
     time.sleep(5.0)  # what it allocates once
+    browser = Browser(terminal.last(r"http://[!-~]+/"))
+    beside = process.children()
+    alone = [cpu(child) for child in beside]
     begun, used, frames, size = time.monotonic(), cpu(process), terminal.frames, terminal.size
     memory = [process.memory_info().rss]
+    switched = False
     while time.monotonic() - begun < seconds:
         time.sleep(2.0)
         os.write(terminal.master, b" ")
+        if not switched and time.monotonic() - begun > seconds / 2:
+            switched = True
+            os.write(terminal.master, b"s")
         memory.append(process.memory_info().rss)
     elapsed = time.monotonic() - begun
     share = (cpu(process) - used) / elapsed
+    shares = [(cpu(child) - a) / elapsed for child, a in zip(beside, alone, strict=True)]
     frames, size = terminal.frames - frames, terminal.size - size
     missed, captured = terminal.last(r"missed (\d+)"), terminal.last(r"captured sample (\d+)")
     os.write(terminal.master, b"q")
@@ -102,6 +132,9 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
     print(f"  captures             {captured}")
     print(f"  frames               {frames / elapsed:.1f} /s, {size / elapsed / 1e3:.1f} kB/s")
     print(f"  share of one core    {share:.1%}")
+    print(f"  beside it            {' and '.join(f'{s:.1%}' for s in shares)} (fit and page)")
+    print(f"  events to a browser  {browser.events / elapsed:.1f} /s")
+    print(f"  predicted error      {terminal.last(r'predicted ([0-9.]+)')} mm at the end")
     print(f"  memory               {memory[0] / 1e6:.1f} MB, after a tenth of the time "
           f"{memory[len(memory) // 10] / 1e6:.1f}, at the end {memory[-1] / 1e6:.1f}")  # fmt: skip
     return share
@@ -117,8 +150,8 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=1.0)
     minutes = parser.parse_args().minutes
     with tempfile.TemporaryDirectory() as folder:
-        hand = Path(folder) / "hand.csv"
-        write_hand(hand)
+        hand = Path(folder) / "hand"
+        write_hand(hand, max(20, round(15 * minutes)))
         address = f"{hand}?rate={RATE}&buffer=0.1&hold=1.5&move=0.5"
         words = [sys.executable, "-c", BARE, address, "10"]
         bare, missed = subprocess.check_output(words, text=True).split()

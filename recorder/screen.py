@@ -161,7 +161,7 @@ def _hint(view: View, width: int) -> list[Text]:
     if view.advice and view.advice.enough:
         lines = [part for line in view.advice.closing for part in textwrap.wrap(line, width - 2)]
         return [Text(f" {line}", style="bold cyan") for line in lines]
-    if target is None or view.position is None:
+    if target is None or view.position is None or (view.advice and view.advice.leave):
         return []
     away = zip(view.session.joints, target, view.position, strict=True)
     far = sorted(((b - a, joint) for joint, b, a in away), key=lambda pair: -abs(pair[0]))[:2]

@@ -30,18 +30,40 @@ __all__ = [
 ]
 
 
-def add_robot(parser: argparse.ArgumentParser) -> None:
-    """Add ``--robot`` and what says where its chain begins and ends."""
+def add_robot(parser: argparse.ArgumentParser, *, several: bool = False) -> None:
+    """Add ``--robot`` and what says where its chain begins and ends.
+
+    Args:
+        parser: Where to.
+        several: Whether there may be several robots, each with a name; then
+            :func:`.several.robots_of` reads the arguments.
+    """
     group = parser.add_argument_group("robot")
+    more = "; several as NAME=R, each by an option of its own" if several else ""
+    each = "; of several robots NAME=LINK" if several else ""
+    action = "append" if several else "store"
     group.add_argument(
-        "--robot", required=True, metavar="R", help="a shipped robot's name, or a URDF file"
+        "--robot",
+        required=True,
+        action=action,
+        metavar="R",
+        help=f"a shipped robot's name, or a URDF file{more}",
     )
-    group.add_argument("--base", metavar="LINK", help="the base link (default: the root)")
     group.add_argument(
-        "--tip", metavar="LINK", default="ball_link", help="the ball's link (default: %(default)s)"
+        "--base", action=action, metavar="LINK", help=f"the base link (default: the root{each})"
     )
     group.add_argument(
-        "--flange", metavar="LINK", help="for a URDF without a ball: the link that carries it"
+        "--tip",
+        action=action,
+        metavar="LINK",
+        default=None if several else "ball_link",
+        help=f"the ball's link (default: ball_link{each})",
+    )
+    group.add_argument(
+        "--flange",
+        action=action,
+        metavar="LINK",
+        help=f"for a URDF without a ball: the link that carries it{each}",
     )
     group.add_argument(
         "--ball",

@@ -21,7 +21,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="auto: geometry, elasticity and transmission error, as far as the data support "
         "them; paper: Eq. (5), geometry alone (default: %(default)s)",
     )
-    add_robot(parser)
+    add_robot(parser, several=True)
     fit = parser.add_argument_group("fit")
     fit.add_argument(
         "--distance",

@@ -24,7 +24,7 @@ INFORMATION = (NU + 3) / (NU + 5)
 """How much one sample with such noise tells, relative to one with Gaussian noise of scale C_i."""
 NEGLIGIBLE = 0.05
 """Whatever moves the ball by less than this share of the noise is taken for zero."""
-SMALLEST = 1e-8
+SMALLEST = 1e-7
 """Least value of s_x [m]."""
 LARGEST_FACTOR = 4
 """s_x^2 and s_q^2 change by at most this factor in one step."""

@@ -286,14 +286,15 @@ def distance_covariance(known: Sequence[Known]) -> np.ndarray:
 
     A base that was measured once with a wrong result is wrong by the same amount wherever it
     stands. So placements whose stated distances are equal share that error, and recording more
-    of them does not make it smaller.
+    of them does not make it smaller. Who states a distance to better than its base repeats is
+    believed.
     """
     covariance = np.zeros((len(known), len(known)))
     for i, one in enumerate(known):
         for j, other in enumerate(known):
             if i == j or (one.on_base and other.on_base and one.distance == other.distance):
                 covariance[i, j] = one.deviation * other.deviation
-        covariance[i, i] += SEAT_DEVIATION**2 * one.on_base
+        covariance[i, i] += min(SEAT_DEVIATION, one.deviation) ** 2 * one.on_base
     return covariance
 
 

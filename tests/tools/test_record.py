@@ -357,8 +357,9 @@ def test_the_closing_words_run_as_they_are_printed(
     done = scripted(Path("my data/front"), *words, hand=session / "front")
     assert done.status == 0, done.errors
     commands = [line.split(": ", 1)[1] for line in done.output.splitlines() if ": mukca " in line]
-    assert [shlex.split(line)[1] for line in commands] == ["check", "solve"]
-    for line in commands:
+    assert [shlex.split(line)[1] for line in commands] == ["check", "solve", "record"]
+    assert shlex.split(commands[2])[-1] == "my data/front-2"
+    for line in commands[:2]:
         assert main(shlex.split(line)[1:]) in (0, 1), line
 
 

@@ -1,40 +1,86 @@
 """From recordings to a calibration: check, fit, measure the errors."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, TypedDict, overload
 
 import numpy as np
 
 from ...recorder.dataset import Placement
-from ...solver.checks.changes import split_at
-from ...solver.checks.distances import named
-from ...solver.checks.inspection import Survey, inspect_all, next_placement
-from ...solver.data.measurements import Measurement, check_distinct, measure
-from ...solver.data.observations import KnownDistance, SocketAt
-from ...solver.data.sockets_at import in_placements, parse_socket_at, read_sockets_at, spaced
-from ...solver.fit import Fit, fit_by_auto, fit_by_paper
+from ...solver.data.observations import KnownDistance, Recorded, SocketAt
+from ...solver.data.sockets_at import in_placements
+from ...solver.fit import Fit, fit_arms, fit_by_auto, fit_by_paper
 from ...solver.paper.optimizers import NotConverged
-from ...solver.robot.parameters import Parameter, choose_parameters
+from ...solver.robot.parameters import choose_parameters
 from ...solver.robot.urdf import Robot
-from ..documents.calibration import NextPlacement
 from ..usage import UsageError
+from .arms import ArmsCalibration
 from .calibration import Calibration
 from .compose import compose
+from .prepare import as_list, coordinates_of, prepare
 from .settings import Settings
-from .task import Inspected, Task
+from .task import Task
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 __all__ = ["calibrate"]
+
+Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
+"""Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
+
+
+class Options(TypedDict, total=False):
+    """The options of :func:`calibrate`."""
+
+    method: str
+    distance: float | None
+    free: Sequence[str]
+    fix: Sequence[str]
+    split_moved: bool
+    known: Sequence[str | KnownDistance]
+    sockets_at: str | Path | Sequence[str | Path | SocketAt]
+    distance_deviation: float | None
+    without: Sequence[str]
+    zeros: bool | None
+    payload: float | None
+    gravity: Sequence[float] | None
+    optimizer: str | None
+    regularization: float | None
+    max_iterations: int | None
+    repeatability_mm: float | None
+    progress: Callable[[str], None]
 
 
 def _silent(_: str) -> None:
     pass
 
 
+@overload
 def calibrate(
     robot: Robot,
     train: Placement | Sequence[Placement],
     *,
     test: Placement | Sequence[Placement] = (),
+    **options: "Unpack[Options]",
+) -> Calibration: ...
+
+
+@overload
+def calibrate(
+    robot: Mapping[str, Robot],
+    train: Recordings,
+    *,
+    test: Recordings = (),
+    **options: "Unpack[Options]",
+) -> ArmsCalibration: ...
+
+
+def calibrate(
+    robot: Robot | Mapping[str, Robot],
+    train: Recordings,
+    *,
+    test: Recordings = (),
     method: str = "auto",
     distance: float | None = None,
     free: Sequence[str] = (),
@@ -52,15 +98,17 @@ def calibrate(
     max_iterations: int | None = None,
     repeatability_mm: float | None = None,
     progress: Callable[[str], None] = _silent,
-) -> Calibration:
+) -> Calibration | ArmsCalibration:
     """Calibrate a robot from recordings.
 
     One placement is enough to calibrate; others, held out by ``test``, show how well it worked.
     Nothing is written before :meth:`Calibration.save`.
 
     Args:
-        robot: The nominal robot, see :func:`mukca.load_robot`.
-        train: The placements to fit, see :func:`mukca.read_placements`.
+        robot: The nominal robot, see :func:`mukca.load_robot`; or several robots by name, which
+            recorded at the same bases, so that it comes out where they stand to each other.
+        train: The placements to fit, see :func:`mukca.read_placements`. Of several robots they are
+            given by name, too, and those of one base have one name.
         test: Placements that the fit does not see. One that is trained on is left out of them.
         method: ``auto``: geometry, elasticity and transmission error, as far as the data
             support them; ``paper``: Eq. (5) of the paper, geometry alone.
@@ -94,7 +142,7 @@ def calibrate(
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not settle.
     """
-    located = _coordinates(sockets_at)
+    located = coordinates_of(sockets_at)
     settings = Settings(
         method=method,
         distance=distance,
@@ -113,119 +161,113 @@ def calibrate(
         max_iterations=max_iterations,
         repeatability_mm=repeatability_mm,
     ).settled()
-    training, held_out, warnings = _measured(robot, train, test, settings, located)
-    training, inspected = _inspected(robot, training, held_out, settings)
-    parameters = choose_parameters(robot, settings.free, settings.fix)
-    _check_zeros(robot, parameters, settings)
-    located = in_placements(located, [m.name for m in training], [m.name for m in held_out])
-    fit = _fit(robot, parameters, training, settings, located, progress)
-    task = Task(robot, settings, tuple(training), tuple(held_out), tuple(warnings), inspected)
+    if isinstance(robot, Mapping):
+        return _calibrate_arms(robot, train, test, settings, located, progress)
+    if isinstance(train, Mapping) or isinstance(test, Mapping):
+        raise UsageError("placements by the names of robots need robots by name, too")
+    task = prepare(robot, train, test, settings, located)
+    names = ([m.name for m in part] for part in (task.train, task.test))
+    fit = _fit(task, in_placements(located, *names), progress)
     return Calibration(compose(task, fit), fit.calibrated)
 
 
-def _check_zeros(robot: Robot, parameters: Sequence[Parameter], settings: Settings) -> None:
-    """Refuse zeros that the URDF could not hold."""
-    free = {parameter.name for parameter in parameters}
-    for joint in robot.actuated if settings.zeros else ():
-        angles = {f"{joint.name}.{angle}" for angle in ("roll", "pitch", "yaw")}
-        if joint.type == "prismatic" or not angles <= free:
-            raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")
-
-
-def _measured(
-    robot: Robot,
-    train: Placement | Sequence[Placement],
-    test: Placement | Sequence[Placement],
-    settings: Settings,
-    located: Sequence[SocketAt] = (),
-) -> tuple[list[Measurement], list[Measurement], list[str]]:
-    """Return the checked placements to train and to test on, and what to warn of."""
-    training, held_out = _as_list(train), _as_list(test)
-    if not training:
-        raise UsageError("no placement to train on; read some by mukca.read_placements")
-    trained = {p.path.resolve() for p in training if p.path is not None}
-    kept = [p for p in held_out if p.path is None or p.path.resolve() not in trained]
-    warnings = [f"{p.path}: trained on, so left out of the test" for p in held_out if p not in kept]
-    sockets = 1 if settings.method == "auto" else 2
-    measured = [p for p in (*training, *held_out) if p.samples and p.samples[0].point is not None]
-    if measured and settings.method == "paper":
-        raise UsageError(
-            f"{measured[0].path or measured[0].name}: measured points; --method paper knows "
-            "sockets only, --method auto knows both"
-        )
-    fitted, validated = (
-        [
-            spaced(measure(p, robot, settings.distance, sockets=sockets), p.name, located)
-            for p in placements
-        ]
-        for placements in (training, kept)
-    )
-    check_distinct([*fitted, *validated])
-    warnings += [line for m in (*fitted, *validated) for line in m.warnings]
-    return fitted, validated, warnings
-
-
-def _coordinates(
-    sockets_at: str | Path | Sequence[str | Path | SocketAt],
-) -> list[SocketAt]:
-    """Return the coordinates of sockets that files, words, or they themselves give."""
-    every = [sockets_at] if isinstance(sockets_at, str | Path) else sockets_at
-    given = [one for one in every if isinstance(one, SocketAt)]
-    others = [one for one in every if not isinstance(one, SocketAt)]
-    words = [str(one) for one in others if "=" in str(one) and not Path(one).exists()]
-    files = [one for one in others if str(one) not in words]
-    return [*given, *map(parse_socket_at, words), *read_sockets_at(files)]
-
-
-def _as_list(placements: Placement | Sequence[Placement]) -> list[Placement]:
-    return [placements] if isinstance(placements, Placement) else list(placements)
-
-
-def _inspected(
-    robot: Robot, train: list[Measurement], test: list[Measurement], settings: Settings
-) -> tuple[list[Measurement], Inspected]:
-    """Look at all placements; what is held out is looked at here and never by the fit.
-
-    Returns:
-        The placements to train on, split where a base moved if asked for; and what was found.
-    """
-    parameters = choose_parameters(robot)
-    points = [m for m in train if m.kind == "points"]
-    train, test = ([m for m in part if m.kind == "sockets"] for part in (train, test))
-    if not train and not test:
-        return points, Inspected((), None)
-    known = named(train, settings.distances)
-
-    def look(placements: Sequence[Measurement]) -> Survey:
-        deviation = settings.deviation
-        return inspect_all(robot, parameters, placements, known=known, deviation=deviation)
-
-    survey = look([*train, *test])
-    if settings.split_moved:
-        alone = look(train) if test else survey
-        train = [split_at(one.measured, one.changes) for one in alone.placements]
-    hint = NextPlacement(text=next_placement(robot, survey))
-    return [*train, *points], Inspected(survey.findings, hint)
-
-
-def _fit(
-    robot: Robot,
-    parameters: Sequence[Parameter],
-    train: Sequence[Measurement],
+def _calibrate_arms(
+    robots: Mapping[str, Robot],
+    train: Recordings,
+    test: Recordings,
     settings: Settings,
     located: Sequence[SocketAt],
     progress: Callable[[str], None],
-) -> Fit:
-    try:
-        if settings.method == "paper":
-            fit = fit_by_paper(robot, parameters, train, **settings.of_paper())
-        else:
-            options = settings.of_auto()
-            fit = fit_by_auto(
-                robot, parameters, train, **options, sockets_at=located, progress=progress
+) -> ArmsCalibration:
+    """Calibrate several robots together; see :func:`calibrate`."""
+    if settings.method != "auto":
+        raise UsageError("several robots: --method paper knows one, --method auto knows both")
+    for one in located:
+        if one.frame == "base":
+            raise UsageError(
+                f"{one.where}: the base of which robot? Write {next(iter(robots))}:base"
             )
+    training, held_out = _by_robot(robots, train), _by_robot(robots, test)
+    empty = next((name for name in robots if not training[name]), None)
+    if empty is not None:
+        raise UsageError(f"{empty}: no placement to train on; the robots are {', '.join(robots)}")
+    tasks = {
+        name: prepare(robot, training[name], held_out[name], settings, located)
+        for name, robot in robots.items()
+    }
+    every = list(tasks.values())
+    places = [m.placement.place for task in every for m in task.train]
+    judged = [m.placement.place for task in every for m in task.test]
+    arms = [Recorded(t.robot, t.train, settings.load, name) for name, t in tasks.items()]
+    parameters = [choose_parameters(r, settings.free, settings.fix) for r in robots.values()]
+    options = {k: v for k, v in settings.of_auto().items() if k != "load"}
+    fits = _settled(
+        lambda: fit_arms(
+            arms,
+            parameters,
+            sockets_at=in_placements(located, places, judged),
+            progress=progress,
+            **options,
+        )
+    )
+    assert fits[0].world is not None
+    calibrations = {
+        name: Calibration(compose(task, fit), fit.calibrated)
+        for (name, task), fit in zip(tasks.items(), fits, strict=True)
+    }
+    return ArmsCalibration(calibrations, fits[0].world)
+
+
+def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, list[Placement]]:
+    """Return each robot's placements: as given by name, or as each of them says."""
+    found: dict[str, list[Placement]] = {name: [] for name in robots}
+    named = ", ".join(robots)
+    if isinstance(placements, Mapping):
+        pairs = [(name, p) for name, own in placements.items() for p in as_list(own)]
+    else:
+        pairs = [(p.robot_name, p) for p in as_list(placements)]
+    for name, placement in pairs:
+        where = placement.path or placement.name
+        if name is None:
+            raise UsageError(f"{where}: whose is it? Write NAME:{where}; the robots are {named}")
+        if name not in found:
+            raise UsageError(f"{where}: of robot {name!r}, but the robots are {named}")
+        if any(p.place == placement.place for p in found[name]):
+            raise UsageError(
+                f"{where}: robot {name} has two placements called {placement.place!r}; rename a "
+                "folder, since placements of one name are one base for all robots"
+            )
+        found[name].append(placement)
+    return found
+
+
+def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None]) -> Fit:
+    settings = task.settings
+    parameters = choose_parameters(task.robot, settings.free, settings.fix)
+    if settings.method == "paper":
+        options = settings.of_paper()
+        return _settled(lambda: [fit_by_paper(task.robot, parameters, task.train, **options)])[0]
+    options = settings.of_auto()
+    return _settled(
+        lambda: [
+            fit_by_auto(
+                task.robot,
+                parameters,
+                task.train,
+                **options,
+                sockets_at=located,
+                progress=progress,
+            )
+        ]
+    )[0]
+
+
+def _settled(fit: Callable[[], list[Fit]]) -> list[Fit]:
+    """Return fits, if they settled to finite numbers."""
+    try:
+        fits = fit()
     except np.linalg.LinAlgError as error:
         raise NotConverged(f"the fit did not settle ({error}); run mukca check") from None
-    if not np.isfinite(fit.calibrated.values).all():
+    if not all(np.isfinite(one.calibrated.values).all() for one in fits):
         raise NotConverged("the fit did not settle: its numbers are not finite; run mukca check")
-    return fit
+    return fits

@@ -20,6 +20,7 @@ from ..documents.calibration import (
     FORMAT,
     CalibrationDocument,
     CarriedLoad,
+    FramePose,
     Model,
     PlacementErrors,
     Provenance,
@@ -114,9 +115,17 @@ def _known(fit: Fit) -> dict[str, Any]:
         "groups": figures.prior_widths(fit.posterior),
         "noise": figures.noise_scale(fit.posterior),
         "log_evidence": fit.posterior.log_evidence,
-        "frames": (frame_poses(fit.world) or None) if fit.world is not None else None,
+        "frames": _frames(fit),
         "uncertainty": figures.uncertainty_of(fit.posterior, fit.calibrated.load),
     }
+
+
+def _frames(fit: Fit) -> tuple[FramePose, ...] | None:
+    """Return where the frames stand; of several robots, the first tells it, in its own base."""
+    world = fit.world
+    return (
+        None if world is None or fit.posterior is not world.arms[0] else frame_poses(world) or None
+    )
 
 
 def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:

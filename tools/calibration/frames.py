@@ -1,15 +1,14 @@
 """The frames of a calibration as figures: where each stands, and how well that is known."""
 
-import math
-
 import numpy as np
 
 from ...solver.auto.posterior import World
 from ...solver.data.frames import Pose
 from ...solver.data.observations import WORLD, Located
+from ...solver.robot.joined import rpy_of
 from ..documents.calibration import FramePose
 
-__all__ = ["frame_poses", "rpy_of"]
+__all__ = ["frame_poses"]
 
 
 def frame_poses(world: World) -> tuple[FramePose, ...]:
@@ -68,15 +67,6 @@ def _error(world: World, pose: Pose, located: list[Located]) -> float | None:
     off = centres[[one.socket for one in located]] - places
     squares: np.ndarray = np.sum(off**2, axis=1)
     return float(squares.mean()) ** 0.5
-
-
-def rpy_of(rotation: np.ndarray) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw of a rotation Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
-    pitch = math.asin(max(-1.0, min(1.0, -float(rotation[2, 0]))))
-    if math.cos(pitch) < 1e-9:  # roll and yaw turn about one axis: all of it is called yaw
-        return 0.0, pitch, math.atan2(-float(rotation[0, 1]), float(rotation[1, 1]))
-    roll = math.atan2(float(rotation[2, 1]), float(rotation[2, 2]))
-    return roll, pitch, math.atan2(float(rotation[1, 0]), float(rotation[0, 0]))
 
 
 def _three(values: np.ndarray) -> tuple[float, float, float]:

@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Write the files, and say what they leave out."""
     _check(arguments)
-    exported = _export(arguments)
+    exported = _export(arguments, terminal)
     folder: Path = arguments.out.parent
     refuse_existing(folder, exported.files, force=arguments.force)
     written = write_files(folder, exported.files)
@@ -118,12 +118,18 @@ def _tools(words: Sequence[str]) -> dict[str, tuple[float, ...]]:
     return tools
 
 
-def _export(arguments: argparse.Namespace) -> "Exported":
+def _export(arguments: argparse.Namespace, terminal: Terminal) -> "Exported":
     from ..calibration.calibration import load_calibration
     from ..export.export import Request, identify
     from ..export.formats import export
 
     calibration = load_calibration(arguments.calibration)
+    if calibration.document.distorted:
+        places = ", ".join(calibration.document.distorted)
+        terminal.warn(
+            f"{arguments.calibration}: the model does not reproduce the sockets' distance at "
+            f"{places}; it was accepted by --accept-distorted"
+        )
     return export(
         Request(
             format=arguments.to,

@@ -244,19 +244,21 @@ def _say_outcome(outcome: "Outcome", arguments: argparse.Namespace, terminal: Te
 
 def _next_steps(outcome: "Outcome", arguments: argparse.Namespace) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
-    where = [str(arguments.out), "--robot", str(arguments.robot)]
+    robot = ["--robot", str(arguments.robot)]
     for option in ("base", "flange"):
         value = getattr(arguments, option)
-        where += [f"--{option}", value] if value else []
-    where += ["--tip", arguments.tip] if arguments.tip != "ball_link" else []
-    where += ["--ball", *map(repr, arguments.ball)] if arguments.ball else []
-    solve = ["mukca", "solve", *where, "--out", f"{arguments.out}-calibrated"]
+        robot += [f"--{option}", value] if value else []
+    robot += ["--tip", arguments.tip] if arguments.tip != "ball_link" else []
+    robot += ["--ball", *map(repr, arguments.ball)] if arguments.ball else []
+    out = str(arguments.out)
+    again = ["--driver", arguments.driver, "--distance", repr(arguments.distance)]
+    again += ["--out", str(next_folder(arguments.out))]
     advised = outcome.advice.closing if outcome.advice else ()
     return [
         *advised,
-        f"Next: {shlex.join(['mukca', 'check', *where])}",
-        f"then: {shlex.join(solve)}",
-        "Better with a second placement: the base elsewhere, far from here, and another --out.",
+        f"Next: {shlex.join(['mukca', 'check', out, *robot])}",
+        f"then: {shlex.join(['mukca', 'solve', out, *robot, '--out', f'{out}-calibrated'])}",
+        f"or, better, the base elsewhere first: {shlex.join(['mukca', 'record', *robot, *again])}",
     ]
 
 

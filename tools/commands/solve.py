@@ -3,12 +3,14 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from ..arguments import known_of, placements_of, robot_of, split_test
+from ..arguments import known_of, placements_of, split_test
 from ..files import refuse_existing
+from ..several import placements_by_robot, robots_of, split_by_robot
 from ..solve_options import add_options
 from ..terminal import Terminal
 
 if TYPE_CHECKING:
+    from ..calibration.arms import ArmsCalibration
     from ..calibration.calibration import Calibration
     from ..documents.report import ReportDocument
 
@@ -16,7 +18,8 @@ EXAMPLE = """example:
   mukca solve recordings/front --test recordings --robot panda --out calibrated
 
 A placement is a folder with a recording, or with hole_0.csv and hole_1.csv; a folder of
-placements stands for all of them."""
+placements stands for all of them. Two arms that recorded at the same bases:
+  mukca solve left:session/left right:session/right --robot left=panda --robot right=fr3"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,29 +30,75 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
-    from ..report.console import show_verdict
+    from ..calibration.arms import ArmsCalibration
 
     if arguments.out is not None:
         refuse_existing(arguments.out, force=arguments.force)
-    calibration = calibrated(arguments, terminal)
-    show(terminal, calibration)
+    found = calibrated(arguments, terminal)
+    if isinstance(found, ArmsCalibration):
+        return _run_several(found, arguments, terminal)
+    show(terminal, found)
     status, outputs = 0, dict[str, str]()
-    if calibration.document.distorted and not arguments.accept_distorted:
-        terminal.warn(calibration.distortion)
+    if _refused(found, arguments, terminal):
         status = 1
-        terminal.say("Verdict: FAIL, the sockets' distance is not reproduced.")
     else:
         if arguments.out is not None:
-            outputs = calibration.save(
+            outputs = found.save(
                 arguments.out, force=arguments.force, accept_distorted=arguments.accept_distorted
             )
-        report = figures_of(calibration, arguments.out is not None)
-        show_verdict(terminal.console, report)
-        status = 1 if report.verdict.status == "fail" else 0
+        status = judge(found, terminal, written=arguments.out is not None)
         for line in last_words(outputs):
             terminal.say(line)
     if arguments.json:
-        terminal.emit({**calibration.result.as_dict(), "outputs": outputs})
+        terminal.emit({**found.result.as_dict(), "outputs": outputs})
+    return status
+
+
+def _refused(calibration: "Calibration", arguments: argparse.Namespace, terminal: Terminal) -> bool:
+    """Say so where a model does not reproduce the sockets' distance, and is not to be used."""
+    if not calibration.document.distorted or arguments.accept_distorted:
+        return False
+    terminal.warn(calibration.distortion)
+    terminal.say("Verdict: FAIL, the sockets' distance is not reproduced.")
+    return True
+
+
+def judge(calibration: "Calibration", terminal: Terminal, *, written: bool) -> int:
+    """Print the verdict, and return the exit status."""
+    from ..report.console import show_verdict
+
+    report = figures_of(calibration, written)
+    show_verdict(terminal.console, report)
+    return 1 if report.verdict.status == "fail" else 0
+
+
+def _run_several(
+    found: "ArmsCalibration", arguments: argparse.Namespace, terminal: Terminal
+) -> int:
+    """Show and write the calibrations of several robots, and where they stand."""
+    for name, calibration in found.items():
+        terminal.say(f"Robot {name}")
+        show(terminal, calibration)
+    refused = [_refused(one, arguments, terminal) for one in found.values()]
+    status, outputs = 1 if any(refused) else 0, dict[str, str]()
+    if not any(refused):
+        if arguments.out is not None:
+            outputs = found.save(
+                arguments.out, force=arguments.force, accept_distorted=arguments.accept_distorted
+            )
+        for name, calibration in found.items():
+            terminal.say(f"Robot {name}")
+            status |= judge(calibration, terminal, written=arguments.out is not None)
+    for pair in found.document.between.values():
+        terminal.say(pair.text)
+    if outputs:
+        terminal.say(
+            f"Wrote {outputs['urdf']}, all robots in one URDF, and a folder for each robot."
+        )
+    else:
+        terminal.say("Nothing was written; add --out DIR to keep the calibrated URDFs.")
+    if arguments.json:
+        terminal.emit({**found.as_dict(), "outputs": outputs})
     return status
 
 
@@ -62,18 +111,15 @@ def figures_of(calibration: "Calibration", written: bool) -> "ReportDocument":
     return report_figures(calibration.document, "calibration", Options())
 
 
-def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibration":
+def calibrated(
+    arguments: argparse.Namespace, terminal: Terminal
+) -> "Calibration | ArmsCalibration":
     """Return the calibration that the arguments ask for, and say what to heed."""
-    from ..calibration.calibrate import calibrate
+    from ..calibration.calibrate import Options, calibrate
 
-    robot = robot_of(arguments)
-    test, left_out = split_test(arguments.train, arguments.test)
-    train = placements_of(arguments.train)
+    robot = robots_of(arguments)
     with terminal.progress() as progress:
-        calibration = calibrate(
-            robot,
-            train,
-            test=placements_of(test),
+        options = Options(
             method=arguments.method,
             distance=arguments.distance,
             free=arguments.free,
@@ -92,8 +138,19 @@ def calibrated(arguments: argparse.Namespace, terminal: Terminal) -> "Calibratio
             repeatability_mm=arguments.repeatability_mm,
             progress=progress,
         )
-    document = calibration.document
-    for line in [*left_out, *document.warnings, *map(str, document.checks or ())]:
+        if isinstance(robot, dict):
+            mine, others, left_out = split_by_robot(arguments.train, arguments.test, robot)
+            train, test = placements_by_robot(mine), placements_by_robot(others)
+            calibration = calibrate(robot, train, test=test, **options)
+            every = list(calibration.values())
+        else:
+            held_out, left_out = split_test(arguments.train, arguments.test)
+            train, test = placements_of(arguments.train), placements_of(held_out)
+            calibration = calibrate(robot, train, test=test, **options)
+            every = [calibration]
+    documents = [one.document for one in every]
+    heeded = [line for d in documents for line in (*d.warnings, *map(str, d.checks or ()))]
+    for line in [*left_out, *heeded]:
         terminal.warn(line)
     return calibration
 

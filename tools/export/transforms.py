@@ -2,33 +2,28 @@
 
 import math
 from collections.abc import Sequence
+from functools import cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ...solver.auto.zeros import angles_near
 from ...solver.robot.kinematics import rotation, rotation_rpy
-from ...solver.robot.urdf import Joint
 
-__all__ = ["moved", "origin_near", "rigid", "to_axis"]
+__all__ = ["origin_near", "rigid", "to_axis"]
 
 
 def rigid(origin: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the transform of a URDF origin: x y z [m], roll pitch yaw [rad]."""
-    T = np.eye(4)
-    T[:3, :3] = rotation_rpy(ca.DM(np.asarray(origin[3:], dtype=float))).full()
-    T[:3, 3] = origin[:3]
-    return T
+    return _rigid()(origin).full()
 
 
-def moved(joint: Joint, q: float) -> np.ndarray:
-    """Return the transform by which a joint at position q moves its child link."""
-    T = np.eye(4)
-    if joint.type == "prismatic":
-        T[:3, 3] = np.array(joint.axis) * q
-    else:
-        T[:3, :3] = rotation(joint.axis, ca.DM(q)).full()
-    return T
+@cache
+def _rigid() -> Any:
+    origin = ca.SX.sym("origin", 6)
+    T = ca.vertcat(ca.horzcat(rotation_rpy(origin[3:]), origin[:3]), ca.DM([[0, 0, 0, 1]]))
+    return ca.Function("rigid", [origin], [ca.densify(T)])
 
 
 def to_axis(axis: Sequence[float]) -> np.ndarray:

@@ -5,7 +5,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from ...solver.robot.kinematics import link_frames
+from ...solver.robot.kinematics import link_frames, workspace
 from ...solver.robot.row_function import RowFunction
 from ...solver.robot.urdf import Robot
 from ..inverse_kinematics import Guide, SimulationError
@@ -15,11 +15,11 @@ __all__ = ["Reach", "skeleton"]
 MARGIN = 0.05
 """How far a pose keeps from each end of a joint's range, as a share of it."""
 TABLE = 0.03
-"""How far above the socket's foot each link's frame must be [m]."""
+"""How far above the table each link's frame must be [m]."""
+MOVES = 0.15
+"""A frame that moves by less than this is part of the robot's foot [m]."""
 FOOT = 0.03
 """The ball's centre is about so high above the table [m]."""
-WIDEST = 60
-"""Rounds of random starts at most."""
 
 
 class Reach:
@@ -39,7 +39,7 @@ class Reach:
         """Return poses with the ball at a place, spread over all that is reachable.
 
         Inside the limits with a margin, the ball's neck within the socket's cone, and no link
-        beyond the shoulder below the table.
+        that moves below the table, on which the robot stands, or the socket if that is lower.
 
         Args:
             centre: The socket's, shape (3,) [m].
@@ -63,8 +63,14 @@ class Reach:
         """Return which poses are clear of the limits and of the table, shape (N,)."""
         margin = MARGIN * (self._guide.upper - self._guide.lower)
         inside = np.all((q > self._guide.lower + margin) & (q < self._guide.upper - margin), axis=1)
-        height = self._frames(q)[0].reshape(len(q), -1, 3)[:, 2:-1, 2]
-        return inside & np.all(height > centre[2] - FOOT + TABLE, axis=1)
+        height = self._frames(q)[0].reshape(len(q), -1, 3)[:, self._moving, 2]
+        return inside & np.all(height > min(0.0, centre[2] - FOOT) + TABLE, axis=1)
+
+    @cached_property
+    def _moving(self) -> np.ndarray:
+        """Which frames move, the ball's left out, as indices."""
+        places = self._frames(workspace(self.robot, 50))[0].reshape(50, -1, 3)[:, :-1]
+        return np.flatnonzero(np.ptp(places, axis=0).max(axis=1) > MOVES)
 
     @cached_property
     def _frames(self) -> RowFunction:

@@ -3,10 +3,12 @@
 import hashlib
 import json
 
+import msgspec
 import numpy as np
 import pytest
 
 from mukca.tools.calibration.calibration import load_calibration
+from mukca.tools.documents.files import encode
 from mukca.tools.export.formats import FORMATS
 
 
@@ -33,10 +35,34 @@ def test_what_a_format_cannot_say_has_its_price(export, calibrations, tmp_path) 
     assert 0 < loss["mean"] <= np.linalg.norm(full - rigid, axis=1).max()
 
 
+def test_where_the_base_frame_stands_has_no_price(export, calibrations, tmp_path) -> None:
+    """The corrections are none, and the two sets of origins differ by a shift of the base."""
+    document = load_calibration(calibrations / "panda.json").document
+    shifted = tuple(
+        msgspec.structs.replace(p, exported=p.calibrated + 0.01 * (p.name == "panda_joint1.x"))
+        for p in document.parameters
+    )
+    nothing = {name: tuple(0.0 for _ in values) for name, values in document.deflection.items()}
+    file = tmp_path / "shifted.json"
+    changed = msgspec.structs.replace(document, parameters=shifted, deflection=nothing)
+    file.write_bytes(encode(changed))
+    _, out, _ = export(file, "--to", "dh", "--out", tmp_path / "a.csv", "--json")
+    (loss,) = json.loads(out)["losses"]
+    assert loss["largest"] < 1e-9
+
+
 def test_a_calibration_of_pure_geometry_loses_nothing(export, calibrations, tmp_path) -> None:
     file = calibrations / "fitted.json"
     _, out, _ = export(file, "--to", "mdh", "--out", tmp_path / "a.json", "--json")
     assert json.loads(out)["losses"] == []
+
+
+def test_a_distorted_model_is_warned_of(export, calibrations, tmp_path) -> None:
+    document = load_calibration(calibrations / "panda.json").document
+    file = tmp_path / "bent.json"
+    file.write_bytes(encode(msgspec.structs.replace(document, distorted=("a/front",))))
+    status, _, err = export(file, "--to", "dh", "--out", tmp_path / "a.csv")
+    assert status == 0 and "sockets' distance at a/front" in err
 
 
 def test_nothing_is_overwritten_unless_told_so(export, calibrations, tmp_path) -> None:

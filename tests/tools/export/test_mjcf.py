@@ -121,6 +121,30 @@ def test_mujoco_reads_back_the_calibrated_arm(export, imagined, tmp_path) -> Non
     assert "the ball's place" in said and "Keyframes" in said
 
 
+def test_a_model_with_rounded_numbers_moves_as_the_calibrated_arm(
+    export, calibrations, tmp_path
+) -> None:
+    calibration = load_calibration(calibrations / "ur5e.json")
+    robot, mine, out = calibration.robot, tmp_path / "mine.xml", tmp_path / "out.xml"
+    text = re.sub(r"-?\d+\.\d{6,}(e-\d+)?", lambda n: f"{float(n[0]):.5f}", model_of(robot))
+    mine.write_text(text)
+    words = ("--to", "mjcf", "--like", mine, "--out", out)
+    assert export(calibrations / "ur5e.json", *words)[0] == 0
+    q = workspace(robot, 12)
+    last = f"{robot.joint_names[-1]}_body"
+    where = [balls(out, robot, last, point, q) for point in np.vstack([np.zeros(3), np.eye(3)])]
+    # the same motion: one point fixed to the last body follows the ball exactly
+    place = np.stack([axis - where[0] for axis in where[1:]], axis=2)
+    expected = calibration.calibrated.geometric_ball(q)
+    # unknown: the ball on the last body, and the small step from one base frame to the other
+    off, turn = expected - where[0], np.zeros((12, 3, 3))
+    for i, (x, y, z) in enumerate(expected):
+        turn[i] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+    unknowns = np.concatenate([place, np.eye(3)[None].repeat(12, 0), turn], axis=2)
+    solved = np.linalg.lstsq(unknowns.reshape(-1, 9), off.ravel(), rcond=None)[0]
+    assert np.abs(unknowns.reshape(-1, 9) @ solved - off.ravel()).max() < 1e-9
+
+
 def test_all_else_is_untouched_to_the_byte(export, calibrations, tmp_path) -> None:
     mine, out = tmp_path / "mine.xml", tmp_path / "corrected.xml"
     text = model_of(load_robot("panda"))

@@ -5,6 +5,7 @@ the file carries stand as ``${...}`` of the file's keys.
 """
 
 import re
+from functools import reduce
 from pathlib import Path
 
 import msgspec
@@ -16,6 +17,9 @@ from mukca.solver.robot.urdf import load_robot, parse_robot
 from mukca.solver.robot.urdf_text import scan
 from mukca.tools.calibration.calibration import Calibration, load_calibration
 from mukca.tools.documents.files import encode
+from mukca.tools.export.export import Request, identify
+from mukca.tools.export.folding import folded_origins
+from mukca.tools.export.transforms import rigid
 
 xacro = pytest.importorskip("xacro", reason="xacro is not installed")
 yaml = pytest.importorskip("yaml", reason="PyYAML comes with xacro")
@@ -143,6 +147,20 @@ def test_a_fixed_joint_that_moved_goes_into_the_next_one(export, calibrations, t
     check_yaml(file, load_calibration(file), "ur", UR, export, tmp_path)
 
 
+def test_several_joints_that_moved_go_into_the_next_one(calibrations) -> None:
+    file = calibrations / "panda.json"
+    calibration = load_calibration(file)
+    identity = identify(calibration, file, None)
+    request = Request("franka", calibration, identity, Path("a.yaml"))
+    carried = "panda_joint5"
+    ((_, folded),) = folded_origins(request, {carried}).items()
+    at = [joint.name for joint in calibration.robot.joints].index(carried)
+    nominal = [rigid(j.origin.xyz + j.origin.rpy) for j in calibration.robot.joints[:at]]
+    found = reduce(np.matmul, [*nominal, rigid(folded)])
+    expected = reduce(np.matmul, map(rigid, request.origins[: at + 1]))
+    assert np.abs(found - expected).max() < 1e-12
+
+
 def test_a_xacro_of_ones_own_includes_the_overlay(export, imagined, tmp_path) -> None:
     file, calibration = imagined
     out = tmp_path / "overlay.xacro"
@@ -177,6 +195,11 @@ def test_a_tool_is_added_to_the_urdf(export, calibrations, tmp_path) -> None:
     assert np.abs(place.translation - [0.01, 0.02, 0.1]).max() < 1e-12
     assert np.abs(pinocchio.log3(place.rotation) - [0, 0, 1.5]).max() < 1e-12
     assert "sha256" in text and 'link name="camera"' in text
+    yourdfpy = pytest.importorskip("yourdfpy", reason="the extra meshes is not installed")
+    other = yourdfpy.URDF.load(str(out), load_meshes=False)
+    other.update_cfg(dict(zip(calibration.robot.joint_names, q[0], strict=True)))
+    ball = other.get_transform("ball_link", "base_link")[:3, 3]
+    assert np.abs(ball - calibration.calibrated.geometric_ball(q[0])).max() < 1e-9
 
 
 def like(folder: Path, z: float = 0.1625, hash_: str = "hash: calib_12788084448423163542") -> Path:

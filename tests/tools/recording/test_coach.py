@@ -11,12 +11,12 @@ import pytest
 from mukca.recorder.advice import Advice, Question
 from mukca.recorder.dataset import Sample, read_placement
 from mukca.solver.robot.kinematics import BallModel
-from mukca.solver.robot.urdf import Robot
+from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.inverse_kinematics import MAX_TILT, Guide
 from mukca.tools.recording.coach import LEAST, SHARE, Coach
 from mukca.tools.recording.coaching import COACHING, BackgroundCoach, setup_of
 from mukca.tools.recording.neighbour import Neighbour
-from mukca.tools.recording.reach import FOOT, TABLE, Reach, skeleton
+from mukca.tools.recording.reach import TABLE, Reach, skeleton
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +41,15 @@ def test_poses_can_be_reached_by_a_hand(panda: Robot) -> None:
     assert np.all((upper - q) / (upper - lower) > 0.049)
     neck = Guide(panda)._linear(q)[0][:, 3:]
     assert np.all(neck[:, 2] < -np.cos(MAX_TILT) + 1e-6)
-    heights = skeleton(panda)(q)[0].reshape(30, -1, 3)[:, 2:-1, 2]
-    assert np.all(heights > centre[2] - FOOT + TABLE)
+    heights = skeleton(panda)(q)[0].reshape(30, -1, 3)[:, 3:-1, 2]
+    assert np.all(heights > TABLE)
+
+
+@pytest.mark.parametrize(("name", "z"), [("ur10", 0.25), ("ur3e", 0.2), ("iiwa14", -0.1)])
+def test_there_are_poses_with_the_socket_high_or_low(name: str, z: float) -> None:
+    robot = load_robot(name)
+    reach = 0.45 * float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+    assert len(Reach(robot).poses(np.array([reach, 0.1, z]), 20)) == 20
 
 
 def test_no_pose_is_proposed_where_none_is(panda: Robot) -> None:

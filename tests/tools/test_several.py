@@ -1,0 +1,97 @@
+"""Several robots on the command line: whose placements, what is written, what is wrong."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.recorder.convert import write_holes
+from mukca.solver.data.frames import Pose, turn
+from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.tools.cli import main
+from mukca.tools.simulated_arms import Base, perturb
+from mukca.tools.simulated_worlds import recorded_by_both
+
+ROBOTS = ["--robot", "left=panda", "--robot", "right=ur5e", "--without", "compliance", "tilt"]
+ROBOTS += ["transmission", "joint-noise"]
+
+
+@pytest.fixture(scope="module")
+def cell(true_panda: Robot, shared: Callable[..., Path]) -> Path:
+    """Two arms face to face, and two bases that both visited."""
+
+    def make(folder: Path) -> None:
+        generator = np.random.default_rng(11)
+        arms = [true_panda, perturb(load_robot("ur5e"), generator, 2e-3, 5e-3)]
+        poses = [Pose(np.eye(3), np.zeros(3)), Pose(turn([0, 0, np.pi]), np.array([1.2, 0, 0]))]
+        bases = [
+            Base("front", np.array([0.6, 0.0, 0.15]), np.array([1.0, 0, 0])),
+            Base("side", np.array([0.55, 0.35, 0.3]), np.array([0, 1.0, 0])),
+        ]
+        recorded = recorded_by_both(arms, poses, bases, generator, samples=8, noise=1e-4)
+        for name, placements in zip(("left", "right"), recorded, strict=True):
+            for placement in placements:
+                write_holes(placement, folder / name / placement.name)
+
+    return shared("cell", make)
+
+
+@pytest.mark.slow
+def test_two_arms_are_written_each_and_together(
+    cell: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("left", "right"):  # one by its own word, the other by the command's
+        for folder in (cell / name).iterdir():
+            text = json.dumps({"robot_name": "right"} if name == "right" else {})
+            (folder / "placement.json").write_text(text)
+    out = tmp_path / "out"
+    words = [f"left:{cell / 'left'}", str(cell / "right"), *ROBOTS, "--out", str(out), "--json"]
+    main(["solve", *words])
+    captured = capsys.readouterr()
+    result = json.loads(captured.out)
+    pose = result["left_to_right"]
+    assert pose["xyz"] == pytest.approx([1.2, 0, 0], abs=0.05)
+    assert pose["shared_sockets"] == 4 and 5e-5 < pose["tool_deviation"] < 1e-3
+    assert [row["robot"] for row in result["placements"]] == ["left", "left", "right", "right"]
+    assert set(result["robots"]) == {"left", "right"}
+    assert "Tool to tool" in pose["text"] and "joint 1 zero" in captured.err
+    files = {str(file.relative_to(out)) for file in out.rglob("*") if file.is_file()}
+    assert {"arms.urdf", "arms.json", "left/calibrated.urdf", "right/calibration.json"} <= files
+    right = mukca.load_robot(out / "arms.urdf", tip="right_ball_link")
+    assert right.base == "world" and len(right.actuated) == 6
+
+
+def test_one_base_is_said_in_words(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [f"{name}:{cell / name / 'front'}" for name in ("left", "right")]
+    main(["solve", *words, *ROBOTS, "--json"])
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["left_to_right"]["xyz"] is None
+    assert "two sockets shared leave it free to turn about their line" in captured.err
+    assert "two placements cure it, three are better" in captured.err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["CELL/left", *ROBOTS], "left/front: whose is it; write left:"),
+        (["left:CELL/left/front", *ROBOTS], "right: no placement to train on"),
+        (["left:CELL/left", "--robot", "panda", "--robot", "ur5e"], "each needs a name, as in"),
+        (["x", "--robot", "a=panda", "--robot", "a=ur5e"], "two robots are called 'a'"),
+        (["x", *ROBOTS, "--tip", "up=hand"], "--tip up=hand: no robot is called 'up'"),
+        (
+            ["left:CELL/left", "right:CELL/right", *ROBOTS[:4], "--method", "paper"],
+            "several robots",
+        ),
+    ],
+)
+def test_what_cannot_be_is_one_line(
+    cell: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str
+) -> None:
+    for folder in (cell / "left").iterdir():
+        (folder / "placement.json").unlink(missing_ok=True)
+    assert main(["solve", *(word.replace("CELL", str(cell)) for word in words)]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert said in line.replace("?", "")
