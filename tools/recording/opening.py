@@ -294,6 +294,7 @@ def _recording(
             distance=arguments.distance,
             sockets=arguments.sockets,
             model_sha256=robot.sha256,
+            robot_name=arguments.robot_name or "",
             session={
                 "driver": arguments.driver,
                 "window": arguments.window,
