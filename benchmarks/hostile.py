@@ -19,7 +19,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from mukca.drivers import JointState, dynamixel, feetech, xarm
+from mukca.drivers import JointState, damiao, dynamixel, feetech, xarm
 from mukca.drivers.franka_state import LAYOUTS, decode_state
 from mukca.drivers.fri import decode_message
 from mukca.drivers.kinova_actuator import decode_reply
@@ -104,7 +104,17 @@ def protocols() -> list[Protocol]:
             largest=6.5,
         )
     )
+    feedback = bytes.fromhex("03851e7ff825191b")
+    found.append(Protocol("damiao", feedback, damiao_position, sound_damiao, largest=12.5))
     return found
+
+
+def damiao_position(data: bytes) -> tuple[float, ...]:
+    return (damiao.decode_feedback(data, 3)[0],)
+
+
+def sound_damiao(data: bytes) -> bool:
+    return len(data) == 8 and data[0] & 0x0F == 3
 
 
 def xarm_position(data: bytes) -> tuple[float, ...]:

@@ -8,7 +8,8 @@ The emulator is a program of its own and writes down when it sent each state (it
 latency is from then to when the state was read here, by the clock that both share. The CPU share
 is of one core, for reading and decoding alone. The baseline of each line is a loop that receives
 the same bytes and decodes nothing; the ratio of the two is printed. The last line is the UR read
-by the driver ur-rtde instead, where that is installed.
+by the driver ur-rtde instead, where that is installed. Servos send a state only when they are
+asked: there the lost ones are requests that had to be repeated, and there is no bare loop.
 """
 
 import argparse
@@ -31,9 +32,13 @@ STREAMS = {
     "kuka-2.7": ("kuka", ("--version", "2.7")),
     "kuka-2.7 at 1 kHz": ("kuka", ("--version", "2.7", "--rate", "1000")),
     "ur": ("ur", ("--version", "5.11")),
+    "xarm": ("xarm", ("--version", "xarm6")),
+    "feetech": ("feetech", ()),
+    "dynamixel": ("dynamixel", ()),
 }
-RATES = {"franka": 1000.0, "kuka": 200.0, "ur": 500.0}
-CLOCKS = {"franka": 0.0, "kuka": 1_700_000_000.0, "ur": 0.0}  # where the controllers' clocks start
+RATES = {"franka": 1000.0, "kuka": 200.0, "ur": 500.0, "xarm": 250.0}
+CLOCKS = {"franka": 0.0, "kuka": 1_700_000_000.0, "ur": 0.0, "xarm": 5.0}  # where clocks start
+POLLED = {"feetech": "?rate=300", "dynamixel": "&rate=200"}  # as fast as such a bus is at 1 Mbaud
 
 
 def main() -> None:
@@ -63,20 +68,27 @@ def measure(
     try:
         assert emulator.stdout
         select.select([emulator.stdout], [], [], 30)
-        address = json.loads(emulator.stdout.readline())["driver"]
+        address = json.loads(emulator.stdout.readline())["driver"] + POLLED.get(name, "")
         host = address.split(":")[1]
         with open_driver(f"ur-rtde:{host}" if "ur-rtde" in name else address) as driver:
             arrivals, cpu = read(driver, seconds)
-            missed = driver.missed
-        with open_driver(address) as driver:
-            bare = receive(driver, min(seconds, 10.0))
+            missed, rejected = driver.missed, driver.rejected
+        bare = cpu
+        if name not in POLLED:
+            with open_driver(address) as driver:
+                bare = receive(driver, min(seconds, 10.0))
     finally:
         emulator.terminate()
         emulator.wait(30)
     sent = sent_times(journal)
-    rate = 1000.0 if "1 kHz" in name else RATES[controller]
-    numbers = [round((stamp - CLOCKS[controller]) * rate) for _, stamp in arrivals]
-    count = numbers[-1] - numbers[0] + 1
+    if name in POLLED:  # the first state was read before
+        assert len(sent) == len(arrivals) + 1 + rejected
+        numbers = list(sent)[1:] if not rejected else []
+        count = len(sent) - 1
+    else:
+        rate = 1000.0 if "1 kHz" in name else RATES[controller]
+        numbers = [round((stamp - CLOCKS[controller]) * rate) for _, stamp in arrivals]
+        count = numbers[-1] - numbers[0] + 1
     latencies = sorted(
         1e3 * (arrival - sent[number])
         for number, (arrival, _) in zip(numbers, arrivals, strict=True)

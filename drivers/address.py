@@ -2,6 +2,7 @@
 
 import math
 import socket
+from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import parse_qsl, urlsplit
 
@@ -28,6 +29,19 @@ class Options(dict[str, str]):
             return int(text, 0)
         except ValueError:
             raise self.wrong(name, "a whole number") from None
+
+    def integers(self, name: str, default: Sequence[int]) -> tuple[int, ...]:
+        """Return an option that is a list of whole numbers, as in 1,2,4.
+
+        Raises:
+            DriverError: BAD_ADDRESS for anything else.
+        """
+        if name not in self:
+            return tuple(default)
+        try:
+            return tuple(int(part) for part in self[name].split(","))
+        except ValueError:
+            raise self.wrong(name, "a list of whole numbers, as in 1,2,4") from None
 
     def positive(self, name: str, default: float) -> float:
         """Return an option as a positive number.

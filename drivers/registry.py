@@ -57,6 +57,9 @@ DRIVERS: dict[str, DriverInfo] = {
     info.name: info
     for info in (
         DriverInfo(
+            "damiao", "mukca.drivers.damiao:Damiao", "OpenArm: Damiao motors, CAN", needs=("can",)
+        ),
+        DriverInfo(
             "dynamixel",
             "mukca.drivers.dynamixel:Dynamixel",
             "ViperX, WidowX, Koch: Dynamixel X servos, serial",

@@ -89,9 +89,9 @@ def choose_map(options: Options, arms: dict[str, ServoMap], default: str | None)
 
 
 def _by_ids(options: Options) -> ServoMap:
-    ids = [int(part) for part in options["ids"].split(",") if part.strip().isdecimal()]
-    count = len(options["ids"].split(","))
-    if len(ids) != count or len(set(ids)) != count or not all(0 <= servo < 253 for servo in ids):
+    ids = options.integers("ids", ())
+    count = len(ids)
+    if len(set(ids)) != count or not all(0 <= servo < 253 for servo in ids):
         raise options.wrong("ids", "a list of the joints' servos, as in 1,2,4,6,7")
     return _map([f"joint{index}" for index in range(1, count + 1)], ids)
 

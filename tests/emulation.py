@@ -89,6 +89,7 @@ def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
     emulate.add_arguments(parser)
     with VirtualTime().running() as time, pytest.MonkeyPatch.context() as patch:
         patch.setattr("mukca.drivers.piper.open_bus", _VirtualBus)
+        patch.setattr("mukca.drivers.damiao.open_bus", _VirtualBus)
         running = _Peer(parser.parse_args(words), time)
         try:
             address = running.emulator.driver_address.partition(":")[2]
@@ -137,6 +138,9 @@ class _VirtualBus:
                 frame.timestamp = clock.now()
                 return frame
         return None
+
+    def send(self, message: can.Message) -> None:
+        self._bus.send(message)
 
     def shutdown(self) -> None:
         self._bus.shutdown()
@@ -197,7 +201,7 @@ def _words(name: str, folder: Path, options: tuple[str, ...]) -> tuple[list[str]
 
 def own_address(name: str, options: tuple[str, ...] = ()) -> str:
     """Return an address for an emulator that nobody else uses."""
-    if name == "piper" or (name == "kinova" and "can" in options):
+    if name in ("piper", "damiao") or (name == "kinova" and "can" in options):
         return own_bus()
     if name in ("kinova", "feetech", "dynamixel"):  # a terminal of its own
         return ""

@@ -189,11 +189,16 @@ def _ratios(rulers: Sequence[Known], fit: RigidFit) -> _Ratios:
 
 
 def _odd(ratios: _Ratios) -> np.ndarray:
-    """Return which placements contradict the others; none where there are too few to tell."""
+    """Return which distances contradict the others.
+
+    Of two, it is the one that is not nearly what the model says; of one, nothing can be said.
+    """
     logarithms = ratios.logarithms
-    if len(logarithms) < 3:
+    away = np.abs(logarithms)
+    if len(logarithms) < 3 and not (away < ODD).any():
         return np.zeros(len(logarithms), dtype=bool)
-    away = np.abs(logarithms - np.median(logarithms))
+    if len(logarithms) > 2:
+        away = np.abs(logarithms - np.median(logarithms))
     return away > np.maximum(ODD, 5 * ratios.own)
 
 

@@ -243,8 +243,13 @@ def _check_sockets(measured: Measurement, least: int) -> None:
             f"{where}: only socket {measured.sockets[0]} has samples; the distance between two "
             "sockets sets the scale, so record hole_0.csv and hole_1.csv, or tie it by --known"
         )
-    for socket in measured.sockets:
+    for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
         samples = [s for s in measured.placement.samples if s.socket == socket]
+        if not np.ptp(rows, axis=0).any() and len(samples) > 1:
+            raise MeasurementError(
+                f"{samples[0].where or where}: all {len(samples)} samples of socket {socket} are "
+                "the same configuration; guide the arm to another one for each"
+            )
         if len(samples) < 2:
             raise MeasurementError(
                 f"{samples[0].where or where}: one sample in socket {socket}; at least 2 are "

@@ -13,6 +13,7 @@ from kortex_stand_in import TORQUES, kortex_arm
 from rosbridge import ARM, joint_state, rosbridge
 
 from mukca.drivers import JointState
+from mukca.drivers.damiao import Damiao
 from mukca.drivers.dynamixel import Dynamixel
 from mukca.drivers.feetech import Feetech
 from mukca.drivers.franka import Franka
@@ -250,6 +251,17 @@ class TestXArm6Old(OfXArm):
 class TestXArm7(OfXArm):
     options = ("--version", "xarm7")
     joints = 7
+
+
+class TestDamiao(Emulated):
+    driver = Damiao
+    emulator = "damiao"
+    options = ("--noise", "1e-2")  # so that no two states are the same in its coarse units
+    losses = ()  # answers carry no numbers
+    tolerance = 2e-4
+    joints = 7
+    nobody = own_bus()
+    wrong = "can0?signs=2"
 
 
 class TestPiper(Emulated):

@@ -74,6 +74,12 @@ def allowed_by_dynamixel(channel, message):
     return channel == "line" and message[:-2] in [head + b"\1\2\4\6\7\x08" for head in heads]
 
 
+def allowed_by_damiao(channel, message):
+    """Refresh, and the query for PMAX, to motors 1 to 7."""
+    asked = message[1:] in (b"\0\xcc" + bytes(5), b"\0\x33\x15" + bytes(4))
+    return channel == "7ff" and asked and message[0] in range(1, 8)
+
+
 def allowed_by_piper(channel, message):
     """Nothing at all."""
     return False
@@ -85,11 +91,12 @@ ALLOWED = {
     "ur": allowed_by_ur,
     "kinova": allowed_by_kinova,
     "piper": allowed_by_piper,
+    "damiao": allowed_by_damiao,
     "xarm": allowed_by_piper,
     "feetech": allowed_by_feetech,
     "dynamixel": allowed_by_dynamixel,
 }
-POLLED = ("kinova", "feetech", "dynamixel")
+POLLED = ("damiao", "kinova", "feetech", "dynamixel")
 FAULTS = ("drop:0.05", "duplicate:0.05", "garble:0.02", "silent@1+0.5", "hangup@2+0.5")
 
 
@@ -105,6 +112,7 @@ FAULTS = ("drop:0.05", "duplicate:0.05", "garble:0.02", "silent@1+0.5", "hangup@
         ("kinova", "serial"),
         ("kinova", "can"),
         ("piper", "1"),
+        ("damiao", "openarm"),
         ("xarm", "xarm6"),
         ("xarm", "xarm6-old"),
         ("feetech", "so101"),
@@ -137,6 +145,8 @@ def test_nothing_else_is_sent(name, version, faults, tmp_path):
         ("kuka", "udp", bytes.fromhex("0a080881800d10001805120a0a080900000000000000")),
         ("ur", "tcp", b"\0\x0dI" + bytes(10)),  # an input
         ("kinova", "line", struct.pack("<hBB", 0x26, 0, 0x10) + bytes(16)),  # joint zero
+        ("damiao", "001", b"\xff" * 7 + b"\xfc"),  # enable
+        ("damiao", "7ff", bytes.fromhex("0100551500004841")),  # write a register
         ("xarm", "30000", b"\0"),
         ("piper", "151", bytes(8)),  # motion control
         ("feetech", "line", bytes.fromhex("ffff0104032801ce")),  # torque on

@@ -23,8 +23,8 @@ SAMPLES = 8
 STATES = 40  # at least so many are averaged, at 200 Hz for 0.25 s
 NOISE = 2e-5  # rad, of the emulated encoders
 TICK = math.pi / 4096
-ROUNDING = {"piper": 1e-5, "feetech": TICK, "dynamixel": TICK}  # rad
-RATES = {"kinova": 20, "feetech": 20, "dynamixel": 20}  # polled states in a window
+ROUNDING = {"piper": 1e-5, "feetech": TICK, "dynamixel": TICK, "damiao": 2e-4}  # rad
+RATES = {"kinova": 20, "damiao": 20, "feetech": 20, "dynamixel": 20}  # polled states in a window
 LEVER = 0.5  # m: what rounding does at the ball
 MOTION = ("--hold", "0.9", "--move", "0.7", "--noise", str(NOISE))
 QUICK = ("--hold", "0.6", "--move", "0.5", "--noise", str(NOISE))
@@ -38,6 +38,7 @@ ARMS = [
     ("kinova", "gen3_lite", "serial"),
     ("piper", "piper", "1"),
     ("xarm", "xarm6", "xarm6"),
+    ("damiao", "openarm", "openarm"),
     ("feetech", "so101", "so101"),
     ("dynamixel", "vx300s", "vx300s"),
 ]

@@ -14,6 +14,7 @@ from ..emulators.sabotage import KINDS, Fault, Sabotage
 from ..terminal import Terminal
 
 EMULATORS = {
+    "damiao": "damiao:DamiaoEmulator",
     "dynamixel": "dynamixel:DynamixelEmulator",
     "feetech": "feetech:FeetechEmulator",
     "franka": "franka:FrankaEmulator",

@@ -1,11 +1,13 @@
 """``mukca plan``: what bases, placements and samples would bring, before the first print."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..arguments import UsageError, add_robot, robot_of
 from ..terminal import Terminal
+from ..workers import add_workers, workers_of
 
 if TYPE_CHECKING:
     from ..recording.planning import Plan
@@ -31,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, metavar="FILE.svg", help="write a picture of the placements")
     add("--force", action="store_true", help="overwrite the picture")
     add("--json", action="store_true", help="print one JSON object, SI units")
+    add_workers(parser)
 
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
@@ -47,11 +50,13 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     if arguments.out:
         refuse_existing(arguments.out.parent, [arguments.out.name], force=arguments.force)
     robot = robot_of(arguments)
+    work = partial(plan, robot, placements=arguments.placements, samples=arguments.samples)
     with terminal.progress(len(arguments.distance)) as progress:
-        plans = [
-            plan(robot, distance, arguments.placements, arguments.samples, progress)
-            for distance in arguments.distance
-        ]
+        plans = workers_of(arguments).map(
+            work,
+            arguments.distance,
+            lambda i: progress(f"sockets {1e3 * arguments.distance[i]:g} mm apart"),
+        )
     _show(plans, arguments, terminal)
     if arguments.out:
         write_files(arguments.out.parent, {arguments.out.name: picture(robot, plans[0]).encode()})

@@ -25,6 +25,7 @@ DRIVERS = {
     **dict.fromkeys(("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur20"), "ur:HOST"),
     **dict.fromkeys(("gen3", "gen3_lite"), "kinova:kortex://HOST"),
     "piper": "piper:can0",
+    "openarm": "damiao:can0",
     **dict.fromkeys(("xarm6", "xarm7", "lite6", "uf850"), "xarm:HOST"),
     **{name: f"feetech:PORT?arm={name}" for name in ("so101", "so100")},
     **{name: f"dynamixel:PORT?arm={name}" for name in ("vx300s", "wx250s", "koch")},

@@ -1,6 +1,5 @@
 """A plan of recordings for an arm: where the base should stand, and what that would bring."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,13 +41,7 @@ class Plan:
         return {"distance": self.distance, "places": self.places, "predicted": self.errors}
 
 
-def plan(
-    robot: Robot,
-    distance: float,
-    placements: int,
-    samples: int,
-    progress: Callable[[str], None] = lambda _: None,
-) -> Plan:
+def plan(robot: Robot, distance: float, placements: int, samples: int) -> Plan:
     """Return where a base should stand, and what is predicted.
 
     Args:
@@ -56,12 +49,10 @@ def plan(
         distance: Between the base's sockets [m].
         placements: How many at most.
         samples: In each socket.
-        progress: Is told what is being planned.
 
     Raises:
         SimulationError: The arm reaches no place for the base.
     """
-    progress(f"sockets {1e3 * distance:g} mm apart")
     model = extend(robot, choose_parameters(robot))
     where = workspace_of(model, np.zeros(model.size))
     reach = Reach(robot)

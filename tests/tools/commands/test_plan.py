@@ -16,7 +16,7 @@ def test_a_plan_is_a_table_a_picture_and_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "plan.svg"
-    words = [*WORDS, "--distance", "0.05", "0.2", "--out", str(file), "--json"]
+    words = [*WORDS, "--distance", "0.05", "0.2", "--out", str(file), "--json", "--processes", "1"]
     assert main(words) == 0
     said = capsys.readouterr()
     plans = json.loads(said.out)["plans"]

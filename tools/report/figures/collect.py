@@ -154,6 +154,6 @@ def _earned(predictions: Predictions, covered: Coverage, limits: Limits) -> tupl
     ]
     if document.scale is not None:
         rows.insert(0, scale_row(document.scale, document.placements))
-    if document.method == "auto" or document.uncertainty is not None:
-        rows.append(prediction_row(document.uncertainty, limits.mean_absolute_error))
+    limit = limits.mean_absolute_error
+    rows.append(prediction_row(document.uncertainty, limit, document.method))
     return tuple(rows)

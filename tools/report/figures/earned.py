@@ -100,14 +100,18 @@ def travel_row(coverage: Coverage) -> LimitResult:
     return _row("travel", "travel of each joint", "not enough", text)
 
 
-def prediction_row(uncertainty: Uncertainty | None, limit: Limit) -> LimitResult:
+def prediction_row(uncertainty: Uncertainty | None, limit: Limit, method: str) -> LimitResult:
     """Return whether the error that is predicted of distances is small beside the limit.
 
     Args:
         uncertainty: How well the calibration is known; None where that could not be computed.
         limit: On the held-out error.
+        method: ``paper`` or ``auto``.
     """
     title = "predicted error of distances"
+    if uncertainty is None and method == "paper":
+        words = "the paper's method does not say how well it knows; --method auto does"
+        return _row("predicted_distance", title, "not evaluated", words)
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
         return _row("predicted_distance", title, "fail", words)

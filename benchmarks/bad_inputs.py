@@ -1,0 +1,292 @@
+"""What `mukca solve` says to bad input: a table, one row for each mistake.
+
+    python benchmarks/bad_inputs.py [--only WORD]
+
+A simulated Panda is recorded at two places; then one thing is spoilt, and it is calibrated on the
+first and tested on the second. Whatever comes out may be no PASS, no traceback and no NaN. Exit
+status 1 if something is.
+"""
+
+import argparse
+import contextlib
+import io
+import re
+import shutil
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import mukca
+from mukca.recorder.convert import write_holes
+from mukca.tools.cli import main as mukca_main
+from mukca.tools.simulated_arms import Base, perturb, record
+
+ALONG_Y = np.array([0.0, 1.0, 0.0])
+FAST = ["--without", "compliance", "tilt", "transmission"]
+Spoil = Callable[[Path], list[str] | None]
+"""Spoils the recordings in a folder; returns other options, if it takes some."""
+
+
+def rows_of(file: Path) -> np.ndarray:
+    return np.loadtxt(file, delimiter=",", ndmin=2)
+
+
+def write(file: Path, rows: np.ndarray) -> None:
+    np.savetxt(file, rows, delimiter=",", fmt="%.8f")
+
+
+def all_rows(change: Callable[[np.ndarray], np.ndarray], *, of: str = "*") -> Spoil:
+    """Change the samples of each socket, of one placement or of all."""
+
+    def spoil(folder: Path) -> None:
+        for file in sorted(folder.glob(f"{of}/hole_*.csv")):
+            write(file, change(rows_of(file)))
+
+    return spoil
+
+
+def text(words: bytes, file: str = "front/hole_0.csv") -> Spoil:
+    return lambda folder: (folder / file).write_bytes(words) and None
+
+
+def first_line(words: str) -> Spoil:
+    """Put a line before the samples."""
+
+    def spoil(folder: Path) -> None:
+        file = folder / "front/hole_0.csv"
+        file.write_text(f"{words}\n{file.read_text()}")
+
+    return spoil
+
+
+def cell(words: str) -> Spoil:
+    """Replace a number in the third line."""
+
+    def spoil(folder: Path) -> None:
+        file = folder / "front/hole_0.csv"
+        lines = file.read_text().splitlines()
+        lines[2] = ",".join([words, *lines[2].split(",")[1:]])
+        file.write_text("\n".join(lines))
+
+    return spoil
+
+
+def options(*words: str) -> Spoil:
+    return lambda _: list(words)
+
+
+def flipped(joint: int) -> Spoil:
+    return all_rows(lambda q: q * np.where(np.arange(7) == joint, -1, 1))
+
+
+def shifted(joint: int, angle: float) -> Spoil:
+    return all_rows(lambda q: q + angle * np.eye(7)[joint])
+
+
+def alike(q: np.ndarray) -> np.ndarray:
+    order = np.argsort(np.abs(q - np.median(q, axis=0)).max(axis=1))
+    return q[np.sort(order[:8])]
+
+
+def noisy(q: np.ndarray) -> np.ndarray:
+    return q + np.random.default_rng(0).normal(0, 5e-3, q.shape)
+
+
+def guided(count: int, *places: tuple[float, float, float], distance: float = 0.05) -> np.ndarray:
+    """Samples of the arm in the two sockets of a base, at one place after the other."""
+    generator = np.random.default_rng(9)
+    parts = [
+        record(
+            ARM, Base("b", np.array(at), ALONG_Y, distance), generator, samples=count, noise=5e-5
+        )
+        for at in places
+    ]
+    return np.concatenate([part.positions for part in parts])
+
+
+def base_moved(folder: Path) -> None:
+    after = guided(10, (0.503, 0.002, 0.1))
+    file = folder / "front/hole_1.csv"
+    write(file, np.concatenate([rows_of(file)[:10], after[10:]]))
+
+
+def base_moved_between(folder: Path) -> None:
+    write(folder / "front/hole_1.csv", guided(20, (0.5, 0.2, 0.1))[20:])
+
+
+def all_in_one_socket(folder: Path) -> None:
+    write(folder / "front/hole_1.csv", guided(20, (0.5, 0.0, 0.1))[:20])
+
+
+def exchange(folder: Path) -> None:
+    """Every fourth sample of socket 0 is in the file of socket 1, and the other way round."""
+    files = [folder / f"front/hole_{k}.csv" for k in (0, 1)]
+    a, b = map(rows_of, files)
+    a[::4], b[::4] = b[::4].copy(), a[::4].copy()
+    write(files[0], a)
+    write(files[1], b)
+
+
+def other_placement(folder: Path) -> None:
+    shutil.copy(folder / "left/hole_1.csv", folder / "front/hole_1.csv")
+
+
+def delete(name: str) -> Spoil:
+    def spoil(folder: Path) -> None:
+        path = folder / name
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+    return spoil
+
+
+def copied(source: str, target: str) -> Spoil:
+    def spoil(folder: Path) -> None:
+        (shutil.copytree if (folder / source).is_dir() else shutil.copy)(
+            folder / source,
+            folder / target,
+            **({"dirs_exist_ok": True} if "." not in source else {}),
+        )
+
+    return spoil
+
+
+def broken_urdf(words: str) -> Spoil:
+    def spoil(folder: Path) -> list[str]:
+        (folder / "arm.urdf").write_text(words)
+        return ["--robot", str(folder / "arm.urdf")]
+
+    return spoil
+
+
+def occupied(folder: Path) -> list[str]:
+    (folder / "out").mkdir()
+    (folder / "out" / "calibration.json").write_text("mine")
+    return ["--out", str(folder / "out")]
+
+
+MISTAKES: dict[str, Spoil] = {
+    "an empty file": text(b""),
+    "a header alone": text(b"q1,q2,q3,q4,q5,q6,q7\n"),
+    "one sample in a socket": all_rows(lambda q: q[:1], of="front"),
+    "a file of socket 1 missing": delete("front/hole_1.csv"),
+    "an empty folder": delete("front"),
+    "a word in a cell": cell("closed"),
+    "NaN in a cell": cell("nan"),
+    "infinity in a cell": cell("inf"),
+    "an empty cell": cell(""),
+    "1e6 rad in a cell": cell("1000000"),
+    "a row too long": cell("0.1,0.2"),
+    "six columns": all_rows(lambda q: q[:, :6]),
+    "eight columns": all_rows(lambda q: np.c_[q, q[:, 0]]),
+    "a time before the joints": all_rows(lambda q: np.c_[np.arange(len(q)), q]),
+    "degrees": all_rows(np.rad2deg),
+    "columns of another robot's names": first_line("a1,a2,a3,a4,a5,a6,a6"),
+    "the columns reversed": all_rows(lambda q: q[:, ::-1]),
+    "bytes that are no text": text(bytes(range(256)) * 4),
+    "a damaged placement.json": text(b"{", "front/placement.json"),
+    "a placement.json with 5 m": text(b'{"distance": 5}', "front/placement.json"),
+    "all samples zero": all_rows(lambda q: 0 * q),
+    "all samples the same": all_rows(lambda q: np.tile(q[:1], (len(q), 1))),
+    "hole_1 a copy of hole_0": copied("front/hole_0.csv", "front/hole_1.csv"),
+    "front is a copy of left": copied("left", "front"),
+    "hole_1 is left's": other_placement,
+    "all in one socket": all_in_one_socket,
+    "every fourth in the other socket": exchange,
+    "base moved by 3.6 mm amid socket 1": base_moved,
+    "base moved between its sockets": base_moved_between,
+    "joint 2's sign": flipped(1),
+    "joint 4's sign": flipped(3),
+    "joint 6's sign": flipped(5),
+    "the last joint's sign": flipped(6),
+    "columns 3 and 5 exchanged": all_rows(lambda q: q[:, [0, 1, 4, 3, 2, 5, 6]]),
+    "columns 6 and 7 exchanged": all_rows(lambda q: q[:, [0, 1, 2, 3, 4, 6, 5]]),
+    "joint 3's zero off by 0.5 rad": shifted(2, 0.5),
+    "joint 5's zero off by a quarter": shifted(4, np.pi / 2),
+    "5 mrad of noise on each joint": all_rows(noisy),
+    "3 samples a socket": all_rows(lambda q: q[:3]),
+    "5 samples a socket": all_rows(lambda q: q[:5]),
+    "3 samples a socket held out": all_rows(lambda q: q[:3], of="left"),
+    "the eight most alike": all_rows(alike),
+    "joint 5 held still": all_rows(lambda q: np.where(np.arange(7) == 4, q.mean(axis=0), q)),
+    "--distance 0.12": options("--distance", "0.12"),
+    "--distance 0.051": options("--distance", "0.051"),
+    "--distance 0.048": options("--distance", "0.048"),
+    "--distance 0.0505": options("--distance", "0.0505"),
+    "--distance 50": options("--distance", "50"),
+    "--distance -0.05": options("--distance", "-0.05"),
+    "--distance nan": options("--distance", "nan"),
+    "--known to no socket": options("--known", "front:0-back:0=0.4"),
+    "--known in no form": options("--known", "0.4"),
+    "--known 30 mm wrong": options("--known", "front:0-left:0=0.4"),
+    "--payload -1": options("--payload", "-1"),
+    "--gravity 0 0 0": options("--gravity", "0", "0", "0"),
+    "--repeatability-mm 0": options("--repeatability-mm", "0"),
+    "--free nothing": options("--free", "elbow"),
+    "another arm's model (iiwa 14)": options("--robot", "iiwa14"),
+    "another arm's model (UR5e)": options("--robot", "ur5e"),
+    "no such robot": options("--robot", "pandda"),
+    "no such tip": options("--tip", "finger"),
+    "a URDF that is no XML": broken_urdf("<robot"),
+    "a URDF without joints": broken_urdf('<robot name="r"><link name="a"/></robot>'),
+    "results that are there already": occupied,
+}
+
+
+def said(folder: Path, spoil: Spoil) -> tuple[int, str, bool]:
+    """Return the exit status, what was said in short, and whether that may not be."""
+    words = ["solve", str(folder / "front"), "--test", str(folder / "left"), "--robot", "panda"]
+    words += [*FAST, *(spoil(folder) or [])]
+    out = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+            status = mukca_main(words)
+    except SystemExit as stop:
+        status = int(stop.code or 0)
+    except Exception:
+        return 70, traceback.format_exc().splitlines()[-1], True
+    told = out.getvalue().replace(f"{folder}/", "")
+    lines = [line.strip() for line in told.splitlines() if line.strip()]
+    verdict = [line for line in lines if line.startswith("Verdict:")]
+    reasons = [line for line in lines if re.match(r"(warning|error|mukca|Fail|Not enough)", line)]
+    short = "; ".join([*verdict, *(reasons or lines[-1:])[:2]])
+    passed = any("PASS" in line and "FAIL" not in line for line in verdict)
+    nan = re.search(r"\bnan\b", re.sub("distance nan|is nan, not", "", told), re.IGNORECASE)
+    return status, short, passed or bool(nan) or "Traceback" in told
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--only", default="", metavar="WORD", help="mistakes with this in their name"
+    )
+    arguments = parser.parse_args()
+    wrong = 0
+    with tempfile.TemporaryDirectory() as start:
+        sound = Path(start) / "sound"
+        for name, place in (("front", (0.5, 0.0, 0.1)), ("left", (0.35, 0.4, 0.1))):
+            base = Base(name, np.array(place), ALONG_Y)
+            placement = record(ARM, base, np.random.default_rng(1), samples=20, noise=5e-5)
+            write_holes(placement, sound / name)
+        print("| what was done | status | what was said |\n|---|---|---|")
+        for i, (mistake, spoil) in enumerate(MISTAKES.items()):
+            if arguments.only not in mistake:
+                continue
+            folder = Path(shutil.copytree(sound, Path(start) / str(i)))
+            status, short, bad = said(folder, spoil)
+            wrong += bad
+            print(
+                f"| {mistake} | {status} | {'WRONG: ' * bad}{short.replace('|', '/')} |", flush=True
+            )
+    print(f"\n{len(MISTAKES)} mistakes, {wrong} answered wrongly", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+ROBOT = mukca.load_robot("panda")
+ARM = perturb(ROBOT, np.random.default_rng(7), 1e-3, 3e-3)
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,77 @@
+"""An OpenArm's Damiao motors, switched off, on a CAN bus.
+
+Shown by hand against the package damiao-motor 1.0.6: its controller reads these answers, and asks
+by the same requests.
+"""
+
+import can
+
+from ...drivers import JointState
+from ...drivers.canbus import open_bus, parse_can_address
+from .emulator import Emulator
+from .piper import DEFAULT_BUS
+
+__all__ = ["DamiaoEmulator"]
+
+HALF_RANGE = 12.5  # rad
+PMAX_BYTES = b"\x00\x00\x48\x41"  # 12.5 as a float, lowest byte first
+REST = b"\x7f\xf8\x00\x19\x1b"  # no speed, no torque, 25 and 27 degrees
+
+
+class DamiaoEmulator(Emulator):
+    """Seven motors that answer when they are asked."""
+
+    JOINTS = 7
+    VERSIONS = ("openarm",)
+    RATES = {"openarm": 1000.0}  # noqa: RUF012
+    status = 0
+
+    def listen(self, address: str) -> None:
+        """Join the bus."""
+        self._address = address or DEFAULT_BUS
+        self._bus = open_bus(parse_can_address(self._address))
+        self._state: JointState | None = None
+        self.watch(self._bus.fileno(), self._overhear)
+
+    @property
+    def driver_address(self) -> str:
+        """The bus."""
+        return f"damiao:{self._address}"
+
+    @property
+    def streaming(self) -> bool:
+        """Nothing is sent that was not asked for."""
+        return False
+
+    def send_state(self, number: int, state: JointState, moment: float) -> None:
+        """Send nothing: these motors only answer."""
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()
+
+    def _overhear(self) -> None:
+        frame = self._bus.recv(0)
+        if frame is None or 0x11 <= frame.arbitration_id <= 0x17:  # our own come back
+            return
+        data = bytes(frame.data)
+        self.journal.received(f"{frame.arbitration_id:03x}", data)
+        motor = data[0]
+        if frame.arbitration_id != 0x7FF or len(data) != 8 or not 1 <= motor <= self.JOINTS:
+            return
+        self.begin()
+        moment = self.moment
+        if any(self.sabotage.strikes(kind, moment) for kind in ("hangup", "busy")):
+            return
+        if data[2:4] == b"\x33\x15":
+            self._answer(motor, data[:4] + PMAX_BYTES, moment)
+        elif data[2] == 0xCC:
+            if motor == 1 or self._state is None:
+                self._state = self.next_state(moment)
+            count = round((self._state.position[motor - 1] + HALF_RANGE) / 25 * 65535)
+            head = bytes([self.status << 4 | motor]) + count.to_bytes(2, "big")
+            self._answer(motor, head + REST, moment)
+
+    def _answer(self, motor: int, data: bytes, moment: float) -> None:
+        for sent_as, packet in self.packets(data, moment, 0x10 + motor):
+            self._bus.send(can.Message(arbitration_id=sent_as, data=packet, is_extended_id=False))
