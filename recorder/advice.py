@@ -50,6 +50,8 @@ class Advice:
     """The configuration that would improve it most."""
     gain: float = 0.0
     """By what share it would lower the predicted error."""
+    doubt: str | None = None
+    """What is odd about the samples, in words."""
     closing: tuple[str, ...] = ()
     """What another placement would bring, a line each, once this one is enough."""
 

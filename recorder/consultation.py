@@ -54,6 +54,8 @@ class Consultation:
         if advice is None or (advice.count, advice.socket) != (len(session.live), session.socket):
             return
         before, self.advice = self.advice, advice
+        if advice.doubt and not (before and before.doubt):
+            self._desk.alarm(advice.doubt)
         done = advice.enough or advice.leave
         if done and not (before and (before.enough or before.leave)):
             self._sound.play(DONE)

@@ -138,19 +138,19 @@ def read_kept(file: Path) -> KeptStates:
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
     try:
-        head, _, rest = data.partition(b"\n")
-        described = json.loads(head)
+        place = data.find(b"\n") + 1
+        described = json.loads(data[:place])
         joints = tuple(map(str, described["joints"]))
         if described["format"] != FORMAT:
             raise ValueError
         columns = 3 + 2 * len(joints)
         blocks = [np.empty((0, columns), np.int64)]
-        while len(rest) >= 4:
-            (length,) = struct.unpack_from("<I", rest)
-            if len(rest) < 4 + length:
+        while place + 4 <= len(data):
+            (length,) = struct.unpack_from("<I", data, place)
+            place += 4 + length
+            if place > len(data):
                 break  # torn off by a crash
-            blocks.append(_unpack(rest[4 : 4 + length], columns))
-            rest = rest[4 + length :]
+            blocks.append(_unpack(data[place - length : place], columns))
     except (ValueError, KeyError, TypeError, zlib.error, struct.error):
         raise RecordingError(f"{file}: not a whole stream of states ({FORMAT})") from None
     rows = np.concatenate(blocks)

@@ -1,6 +1,7 @@
 """What nominal models can tell the operator while recording."""
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from ..solver.data.observations import Load
 from ..solver.robot.kinematics import BallModel, gravity_torques
 from ..solver.robot.urdf import Robot, load_robot, shipped_robots
 
-__all__ = ["FIRST_FAR", "Doubts", "gravity_of", "lookalikes"]
+__all__ = ["FIRST_FAR", "Doubts", "gravity_of", "lookalikes", "strangers"]
 
 ENOUGH = 5
 """So many samples in a socket before one of them can be called an outlier."""
@@ -64,11 +65,10 @@ class Doubts:
         self._far = far
         self._model = BallModel(robot, [])
         self._points: dict[int, np.ndarray] = {}
-        self._others: dict[str, BallModel] | None = None
 
     def __call__(self, samples: Sequence[Sample]) -> str | None:
         """Return what is odd, in words; None if nothing is."""
-        return self._of_model(samples) or self._of_place(samples)
+        return self._of_place(samples)
 
     def _ball(self, sample: Sample, last: bool) -> np.ndarray:
         """Return its centre [m], reckoned once for each sample: the stream must not wait."""
@@ -102,28 +102,34 @@ class Doubts:
             "placement"
         )
 
-    def _of_model(self, samples: Sequence[Sample]) -> str | None:
-        """Return which shipped robot the poses of a socket fit far better; None if none does."""
-        last = samples[-1]
-        q = np.array([s.position for s in samples if s.socket == last.socket])
-        if len(q) < FIRST_POSES:
+
+def strangers(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
+    """Return a function that says which shipped robot some poses fit far better than a model.
+
+    It takes seconds when it has cause to look, so it is not for the recorder's own process.
+
+    Args:
+        robot: The model.
+    """
+    own_model = BallModel(robot, [])
+
+    def check(samples: Sequence[Sample]) -> str | None:
+        q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
+        if len(q) < FIRST_POSES or (own := _scatter(own_model, q)) < STRANGE:
             return None
-        own = _scatter(self._model, q)
-        if own < STRANGE:
-            return None
-        if self._others is None:
-            self._others = {
-                other.name: BallModel(other, []) for other in _shipped(len(self._robot.actuated))
-            }
-        found = {name: _scatter(model, q) for name, model in self._others.items()}
+        found = {
+            other.name: _scatter(BallModel(other, []), q) for other in _shipped(len(robot.actuated))
+        }
         best = min(found, key=lambda name: found[name], default=None)
-        if best is None or found[best] > own / STRANGER or best == self._robot.name:
+        if best is None or found[best] > own / STRANGER or best == robot.name:
             return None
         return (
-            f"this moves like a {best}: by its model the ball of socket {last.socket} scatters by "
-            f"{1e3 * found[best]:.0f} mm, by that of {self._robot.name} by {1e3 * own:.0f} mm. Is "
+            f"this moves like a {best}: by its model the ball of one socket scatters by "
+            f"{1e3 * found[best]:.0f} mm, by that of {robot.name} by {1e3 * own:.0f} mm. Is "
             "--robot right?"
         )
+
+    return check
 
 
 def lookalikes(robot: Robot) -> Callable[[Sequence[float]], str | None]:
@@ -132,11 +138,9 @@ def lookalikes(robot: Robot) -> Callable[[Sequence[float]], str | None]:
     Args:
         robot: The one that is recorded, which is left out.
     """
-    others: list[Robot] = []
+    others = _shipped(len(robot.actuated))
 
     def alike(position: Sequence[float]) -> str | None:
-        if not others:
-            others.extend(_shipped(len(position)))
         names = [
             other.name
             for other in others
@@ -151,10 +155,11 @@ def lookalikes(robot: Robot) -> Callable[[Sequence[float]], str | None]:
     return alike
 
 
-def _shipped(joints: int) -> list[Robot]:
+@lru_cache(maxsize=8)
+def _shipped(joints: int) -> tuple[Robot, ...]:
     """Return the shipped robots with so many joints."""
     robots = [load_robot(name) for name in shipped_robots()]
-    return [robot for robot in robots if len(robot.actuated) == joints]
+    return tuple(robot for robot in robots if len(robot.actuated) == joints)
 
 
 def _scatter(model: BallModel, q: np.ndarray) -> float:

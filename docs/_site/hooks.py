@@ -32,11 +32,20 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     """Fill in what is taken from the code, and lead links to examples to their page."""
     markdown = re.sub(r"\]\(\.\./examples/plugin[^)]*\)", "](examples.md#plugin)", markdown)
     markdown = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples.md#\1)", markdown)
+    markdown = re.sub(r"\[([^\]]+)\]\(\.\./([^)#]+)\)", _outside, markdown)
     if MESSAGES in markdown:
         markdown = markdown.replace(MESSAGES, "\n".join(_messages()))
     if EXAMPLES in markdown:
         markdown = markdown.replace(EXAMPLES, "\n".join(_examples()))
     return markdown
+
+
+def _outside(link: re.Match[str]) -> str:
+    """Name a file of the project that is no page; one that is missing stays, and is reported."""
+    text, path = link[1], link[2]
+    if not (ROOT / path).exists():
+        return link[0]
+    return f"`{path}`" if text.strip("`") in path else f"{text} (`{path}`)"
 
 
 def _messages() -> Iterator[str]:

@@ -470,7 +470,8 @@ class Adviser:
 
 
 def test_advice_ends_a_socket_and_the_placement(by_hand) -> None:
-    adviser = Adviser({}, {"leave": True}, {"enough": True, "closing": ("go left",)})
+    odd = {"doubt": "this moves like a crane"}
+    adviser = Adviser({}, {"leave": True} | odd, {"enough": True, "closing": ("go left",)})
     typed = (0.5, "a"), (1.9, "s"), (2.2, "a"), (4.5, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, adviser=adviser, sound=True)
     assert outcome.session.counts == (1, 1)
@@ -478,6 +479,7 @@ def test_advice_ends_a_socket_and_the_placement(by_hand) -> None:
     words = words_of(seen)
     assert words.index("SOCKET 1 NOW") < words.index("ENOUGH")
     assert outcome.advice and outcome.advice.closing == ("go left",)
+    assert seen.alarms == ["this moves like a crane"]
 
 
 def test_advice_that_fails_ends_no_session(by_hand) -> None:

@@ -55,8 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="seconds that a sample averages (default: %(default)s)",
     )
-    add("--still", type=float, default=STILL, metavar="RAD", help="largest standard deviation over "
-        "the window of an arm that is still (default: %(default)s)")  # fmt: skip
+    add("--still", type=float, metavar="RAD", help="largest standard deviation over the window of "
+        f"an arm that is still (default: {STILL}, or the step of its encoders)")  # fmt: skip
     add("--json", action="store_true", help="print one JSON object, SI units")
 
 
@@ -69,11 +69,15 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     _check(arguments)
     robot = robot_of(arguments)
     joints = joints_of(robot)
-    log = read_log(_question(arguments, joints))
-    window = max(arguments.window, log.least_window)
+    with terminal.progress() as step:
+        step(f"reading {arguments.log}")
+        log = read_log(_question(arguments, joints))
+        window = max(arguments.window, log.least_window)
+        still = max(STILL, log.resolution) if arguments.still is None else arguments.still
+        step(f"looking for rests in {len(log.stamps)} states")
+        found = find_rests(log, joints, window=window, still=still)
     for note in log.notes:
         terminal.say(note)
-    found = find_rests(log, joints, window=window, still=arguments.still)
     proposals = propose(robot, found, joints, arguments.distance)
     if arguments.assign:
         proposals = assign(proposals, arguments.assign)
@@ -81,7 +85,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     folders = placements_of(proposals, robot.joint_names, arguments.distance)
     outputs: dict[str, str] = {}
     if arguments.out is not None and folders:
-        about = {**_about(arguments, robot, joints), "sessions": [_session(arguments, window)]}
+        session = {"extracted_from": str(arguments.log), "window": window, "still": still}
+        about = {**_about(arguments, robot, joints), "sessions": [session]}
         outputs = _write(arguments.out, folders, about, log, proposals, robot)
     _say_outputs(outputs, folders, arguments, terminal)
     if arguments.json:
@@ -99,7 +104,7 @@ def _check(arguments: argparse.Namespace) -> None:
     """Refuse numbers that mean nothing, and an output that exists."""
     for name, low, high in (("distance", 1e-3, 10.0), ("window", 0.02, 10.0), ("still", 1e-9, 0.1)):
         value = getattr(arguments, name)
-        if not low <= value <= high:
+        if value is not None and not low <= value <= high:
             raise UsageError(f"--{name} {value:g}: expected {low:g} to {high:g}")
     if arguments.out is not None:
         refuse_existing(arguments.out, force=arguments.force)
@@ -154,10 +159,6 @@ def _about(
         "sockets": 2,
         "model_sha256": robot.sha256,
     }
-
-
-def _session(arguments: argparse.Namespace, window: float) -> dict[str, Any]:
-    return {"extracted_from": str(arguments.log), "window": window, "still": arguments.still}
 
 
 def _write(

@@ -22,6 +22,8 @@ STATE = "observation.state"
 VERSIONS = ("v2.0", "v2.1", "v3.0")
 SERVO_ARMS = re.compile(r"so10|so_|koch|omx|lekiwi|moss", re.I)
 """Types of robots whose degrees come from ticks of 4095 a turn."""
+TICK = 2 * np.pi / 4096
+"""The step of such an arm's encoders [rad]."""
 FRAMES = 10
 """A window holds as many frames at least."""
 
@@ -55,6 +57,7 @@ def read(question: Question) -> Log:
         episodes[order].astype(int),
         tuple(notes),
         least_window=FRAMES / fps,
+        resolution=TICK if SERVO_ARMS.search(str(info.get("robot_type"))) else 0.0,
     )
 
 
@@ -137,4 +140,4 @@ def _radians(
 def _per_value(motor: MotorCalibration) -> float:
     """Return the angle that one of 100 parts of half the range is [rad]."""
     ticks = (motor.range_max - motor.range_min) / 200
-    return (-1 if motor.drive_mode else 1) * ticks * 2 * np.pi / 4096
+    return (-1 if motor.drive_mode else 1) * ticks * TICK

@@ -53,6 +53,8 @@ class Log:
     """What people should know about it, a line each."""
     least_window: float = 0.0
     """A window must be as long as this to hold enough states [s]."""
+    resolution: float = 0.0
+    """The step of the joints' encoders, where they are coarse [rad]."""
 
 
 _CLEAN = re.compile(r"\s*[\[(].*?[\])]\s*$|\.pos$|_(deg|rad|degrees|radians)$")
@@ -119,4 +121,5 @@ def merged(logs: Sequence[Log]) -> Log:
         np.concatenate([log.parts + by for log, by in zip(logs, shift, strict=True)]),
         tuple(note for log in logs for note in log.notes),
         max(log.least_window for log in logs),
+        max(log.resolution for log in logs),
     )

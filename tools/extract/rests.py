@@ -40,7 +40,7 @@ def find_rests(
         window: How long an average is [s].
         still: Largest standard deviation of a joint that is still [rad], [m].
     """
-    watch = Watch(joints, window=window, still=still, live=False)
+    watch = Watch(joints, window=window, still=still, live=False, resolution=log.resolution)
     same = Session(tuple(joints)).same
     found: list[Found] = []
     now: Found | None = None

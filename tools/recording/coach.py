@@ -26,6 +26,7 @@ from ...solver.design.plan import expected_groups
 from ...solver.paper.optimizers import NotConverged
 from ...solver.robot.parameters import choose_parameters
 from ...solver.robot.urdf import Robot
+from ..hints import strangers
 from .reach import Reach
 from .sites import closing_words
 
@@ -69,6 +70,7 @@ class Coach:
         self._nominal = np.zeros(self._model.size)
         self._reach = Reach(robot)
         self._poses: dict[int, np.ndarray] = {}
+        self._stranger = strangers(robot)
         self._history: dict[int, float] = {}
 
     def advise(
@@ -100,6 +102,7 @@ class Coach:
             enough=enough,
             target=target,
             gain=gain,
+            doubt=self._stranger(samples) if samples else None,
         )
         return advice if posterior is None else _with_fit(advice, posterior, samples)
 

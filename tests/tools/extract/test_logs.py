@@ -172,6 +172,21 @@ def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path) ->
     assert status == 2 and "info.json" in err
 
 
+def test_servos_with_coarse_encoders(extract, moves, tmp_path) -> None:
+    """Positions in ticks of 1.5 mrad, which trembling joints step over: still at rest."""
+    pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
+    rng = np.random.default_rng(1)
+    true = np.array([state.position for state in finite(moves)])
+    ticks = np.round(true * 4096 / (2 * np.pi) + rng.normal(0, 0.35, true.shape))
+    data_set(tmp_path / "set", moves, "v2.1", ticks * 360 / 4095, list(NAMES))
+    info = tmp_path / "set" / "meta" / "info.json"
+    info.write_text(info.read_text().replace('"panda"', '"so101_follower"'))
+    words = ("--units", "degrees", "--out", tmp_path / "out")
+    status, _, err = extract(tmp_path / "set", "--robot", "panda", *words)
+    assert status == 0, err
+    check(tmp_path / "out" / "placement_1", moves, within=2e-3)
+
+
 def test_a_damaged_data_set(extract, moves, tmp_path) -> None:
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     values = np.degrees([state.position for state in finite(moves)])
