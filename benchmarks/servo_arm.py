@@ -22,15 +22,15 @@ import numpy as np
 
 from mukca.solver.auto.priors import ZERO_WIDTH
 from mukca.solver.auto.selection import select_model
+from mukca.solver.auto.zeros import angles_near
 from mukca.solver.auto.zeros import with_zeros as zeros_in
 from mukca.solver.calibrated import CalibratedRobot
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observations import Load, SocketAt, observe
-from mukca.solver.robot.kinematics import gravity_torques
+from mukca.solver.robot.kinematics import gravity_torques, rotation, rotation_rpy
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.solver.robot.urdf_text import Origin
-from mukca.tools.export.transforms import moved, origin_near, rigid
 from mukca.tools.simulated_arms import Base, Imperfection, perturb, reachable_bases, record
 
 TICK = 2 * math.pi / 4096
@@ -45,9 +45,9 @@ def with_zeros(arm: Robot, zeros: np.ndarray) -> Robot:
     joints = []
     for joint in arm.joints:
         if joint.actuated:
-            old = (*joint.origin.xyz, *joint.origin.rpy)
-            *xyz, roll, pitch, yaw = origin_near(rigid(old) @ moved(joint, next(left)), old)
-            joint = replace(joint, origin=Origin(tuple(xyz), (roll, pitch, yaw)))
+            R = rotation_rpy(joint.origin.rpy) @ rotation(joint.axis, next(left))
+            roll, pitch, yaw = angles_near(np.array(R.full()), np.array(joint.origin.rpy)).tolist()
+            joint = replace(joint, origin=Origin(joint.origin.xyz, (roll, pitch, yaw)))
         joints.append(joint)
     return replace(arm, joints=tuple(joints))
 

@@ -27,7 +27,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--distance",
         type=float,
         metavar="M",
-        help="distance of the sockets' centres in metres (default: the recording's, or 0.05)",
+        help="distance of the sockets' centres in metres (default: the recording's, or 0.05); "
+        "1 mm wrong makes the arm 2 %% too long",
     )
     words = "joint names, JOINT.x .. JOINT.yaw, JOINT.xyz or JOINT.rpy; * stands for any text"
     fit.add_argument("--free", nargs="+", default=[], metavar="P", help=f"what is free: {words}")

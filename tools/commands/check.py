@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
 EXAMPLE = """example:
-  mukca check recordings --robot panda
+  mukca check recordings --robot panda --distance 0.0501
 
 Exit status 1 if something should be mended before training on it."""
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 LEAST_POSES = 5
 """Of a quick session: with fewer it says nothing."""
 EXAMPLE = """example:
-  mukca record --robot panda --driver franka:172.16.0.2 --out data/front
+  mukca record --robot panda --driver franka:172.16.0.2 --distance 0.0501 --out data/front
   mukca record --robot panda --driver franka:172.16.0.2 --out data/front --auto --page
   mukca record --robot panda --driver franka:172.16.0.2 --out quick/today --quick
 

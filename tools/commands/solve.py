@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..documents.report import ReportDocument
 
 EXAMPLE = """example:
-  mukca solve recordings/front --test recordings --robot panda --out calibrated
+  mukca solve recordings/front --test recordings --robot panda --distance 0.0501 --out calibrated
 
 A placement is a folder with a recording, or with hole_0.csv and hole_1.csv; a folder of
 placements stands for all of them. Two arms that recorded at the same bases:
