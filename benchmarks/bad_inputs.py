@@ -221,7 +221,7 @@ MISTAKES: dict[str, Spoil] = {
     "--distance nan": options("--distance", "nan"),
     "--known to no socket": options("--known", "front:0-back:0=0.4"),
     "--known in no form": options("--known", "0.4"),
-    "--known 30 mm wrong": options("--known", "front:0-left:0=0.4"),
+    "--known 10 mm wrong": options("--known", "front:0-front:1=0.06"),
     "--payload -1": options("--payload", "-1"),
     "--gravity 0 0 0": options("--gravity", "0", "0", "0"),
     "--repeatability-mm 0": options("--repeatability-mm", "0"),

@@ -33,8 +33,8 @@ from mukca.solver.robot.kinematics import BallModel, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot, shipped_robots
 from mukca.tools.inverse_kinematics import Guide
+from mukca.tools.recording.beside import goal_for
 from mukca.tools.recording.coach import Coach
-from mukca.tools.recording.opening import goal_for
 from mukca.tools.simulated_arms import Base, perturb, reachable_bases, record
 
 NOISE = 1e-4

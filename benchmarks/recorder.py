@@ -106,8 +106,8 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
     process = psutil.Process(recorder.pid)
     while not terminal.frames:
         time.sleep(0.05)
-    time.sleep(5.0)  # what it allocates once
     browser = Browser(terminal.last(r"http://[!-~]+/"))
+    time.sleep(5.0)  # what it allocates once
     beside = process.children()
     alone = [cpu(child) for child in beside]
     begun, used, frames, size = time.monotonic(), cpu(process), terminal.frames, terminal.size

@@ -31,6 +31,8 @@ class Metadata:
     """Distance between the centres of sockets 0 and 1 [m]."""
     sockets: int = SOCKETS
     model_sha256: str = ""
+    robot_name: str = ""
+    """Which of several robots it is; empty for the only one."""
     session: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """What holds only for this start of the recorder: driver, window, notes."""
 
@@ -41,6 +43,7 @@ class Metadata:
             "joints": list(self.joints),
             "distance": self.distance,
             "sockets": self.sockets,
+            **({"robot_name": self.robot_name} if self.robot_name else {}),
         }
 
 

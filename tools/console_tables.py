@@ -40,7 +40,8 @@ def metrics_table(placements: Sequence[PlacementErrors], summaries: Summaries) -
     for role, title, summary in parts:
         for row in placements:
             if row.role == role:
-                table.add_row(row.name, "+".join(map(str, row.samples)), *_cells(row))
+                name = row.name if row.kind == "sockets" else f"{row.name} (true error)"
+                table.add_row(name, "+".join(map(str, row.samples)), *_cells(row))
                 _add_full(table, row)
         if summary is not None:
             removed = f"{100 * _removed(summary):.1f} % less"

@@ -22,8 +22,9 @@ from mukca.recorder.session import Session
 from mukca.recorder.view import View
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.inverse_kinematics import Guide
+from mukca.tools.recording.beside import goal_for
 from mukca.tools.recording.coach import LEAST, SHARE, Coach
-from mukca.tools.recording.opening import goal_for, joints_of
+from mukca.tools.recording.opening import joints_of
 from mukca.tools.simulated_arms import Base, perturb
 
 COLUMNS, ROWS = 84, 24

@@ -128,12 +128,24 @@ def _imagined(full: Posterior, load: Load) -> _Poses:
 
 
 def _recorded(full: Posterior) -> _Poses:
-    """Return the samples in sockets, with the ball where the full model has the socket."""
+    """Return the samples, with the ball where the full model has the socket.
+
+    A ball that an instrument measured is at a place of its own, where the full model has it; what
+    it has in common with the others at that place is itself, so its weight makes up for that.
+    """
     seated = full.data.sockets >= 0
+    measured = np.flatnonzero(~seated)
+    alone = _Poses(
+        full.data.positions[measured],
+        np.arange(len(measured)),
+        full.points[measured],
+        RECORDED / COMMON**2 * full.weights[measured],
+    )
     order = np.argsort(full.data.sockets[seated], kind="stable")
     sockets = full.data.sockets[seated][order]
     weights = RECORDED * full.weights[seated][order]
-    return _Poses(full.data.positions[seated][order], sockets, full.centres[sockets], weights)
+    poses = _Poses(full.data.positions[seated][order], sockets, full.centres[sockets], weights)
+    return _joined(poses, alone)
 
 
 def _joined(one: _Poses, other: _Poses) -> _Poses:

@@ -113,42 +113,47 @@ def judge_distances(
         fit: To all of them, one socket after the other.
         moved: Names of those whose base moved, so that their sockets are not its own distance
             apart.
-        known: Distances measured beside those between each placement's sockets.
+        known: Distances measured beside those between each placement's sockets, see :func:`named`.
         deviation: Standard deviation of the latter [m].
     """
-    labels = _labels(measurements)
     bases = [m for m in measurements if m.has_distance and m.name not in moved]
-    rulers: list[Known] = []
-    for m in bases:
-        a, b = (labels.index((m.name, socket)) for socket in m.sockets[:2])
-        rulers.append(Known(a, b, m.distance, deviation, on_base=True))
-    ends = [(k, *(find_socket(labels, end) for end in (k.first, k.second))) for k in known]
-    told = [(k, a, b) for k, a, b in ends if not {labels[a][0], labels[b][0]} & set(moved)]
-    rulers += [Known(a, b, k.distance, k.deviation) for k, a, b in told]
+    told = [k for k in known if not {k.first[0], k.second[0]} & set(moved)]
+    rulers = _rulers(_labels(measurements), bases, told, deviation)
     if not rulers:
         return DistanceVerdict((), {}, None)
-    ratios = _ratios(rulers, fit)
+    ratios, n = _ratios(rulers, fit), len(bases)
     odd, lengths = _odd(ratios), ratios.expected.tolist()
-    single: dict[str, Finding] = {}
-    for m, length, is_odd in zip(bases, lengths, odd.tolist(), strict=False):
-        if length < SAME_PLACE * m.distance:
-            single[m.name] = _one_socket(m, length)
-        elif is_odd:
-            single[m.name] = _other_distance(m, length)
-    wrong = [
-        _wrong_known(k, length)
-        for (k, _, _), length, is_odd in zip(
-            told, lengths[len(bases) :], odd[len(bases) :].tolist(), strict=True
-        )
-        if is_odd
-    ]
+    one = [length < SAME_PLACE * m.distance for m, length in zip(bases, lengths, strict=False)]
+    single = {
+        m.name: _one_socket(m, lengths[i]) if one[i] else _other_distance(m, lengths[i])
+        for i, m in enumerate(bases)
+        if one[i] or odd[i]
+    }
+    wrong = [_wrong_known(k, lengths[n + i]) for i, k in enumerate(told) if odd[n + i]]
     kept = ~odd
-    kept[: len(bases)] &= [m.name not in single for m in bases]
+    kept[:n] &= ~np.array(one, dtype=bool)
     if not kept.any():
         return DistanceVerdict(tuple(wrong), single, None)
     scale = ratios.scale(kept)
     judged = [m for m in bases if m.name not in single]
     return DistanceVerdict((*wrong, *_scale_findings(judged, scale)), single, scale)
+
+
+def _rulers(
+    labels: Sequence[tuple[str, int]],
+    bases: Sequence[Measurement],
+    known: Sequence[KnownDistance],
+    deviation: float,
+) -> list[Known]:
+    """Return the distances of bases, then those known beside them, by the sockets' indices."""
+    rulers: list[Known] = []
+    for m in bases:
+        a, b = (labels.index((m.name, socket)) for socket in m.sockets[:2])
+        rulers.append(Known(a, b, m.distance, deviation, on_base=True))
+    for k in known:
+        a, b = (labels.index(end) for end in (k.first, k.second))
+        rulers.append(Known(a, b, k.distance, k.deviation))
+    return rulers
 
 
 def named(

@@ -561,3 +561,14 @@ def test_two_minutes_tell_whether_a_calibration_holds(
     done = scripted(tmp_path / "later", *more, hand=shifted)
     assert done.status == 1 and "likeliest cause: panda_joint4" in done.output, done.output
     assert scripted(tmp_path / "x", "q", "--calibration", file).status == 2
+
+
+def test_a_page_for_others_is_warned_of_and_one_that_cannot_be_is_told(
+    tmp_path: Path, scripted
+) -> None:
+    seen = scripted(tmp_path / "front", "a q", "--page", "--page-host", "127.0.0.2")
+    assert seen.status == 0 and "page: http://127.0.0.2:" in seen.output
+    assert "! whoever knows this address can watch" in seen.output
+    done = scripted(tmp_path / "left", "a q", "--page", "--page-host", "203.0.113.1")
+    assert done.status == 2 and "no page can be served there" in done.errors
+    assert done.errors.count("\n") == 1

@@ -54,6 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = required.add_argument
     add("--driver", required=True, metavar="NAME[:ADDRESS]", help="see mukca drivers")
     add("--out", required=True, type=Path, metavar="DIR/PLACEMENT", help="continued if it exists")
+    add("--robot-name", metavar="NAME", help="which of several robots it is, as solve --robot "
+        "NAME=R has it")  # fmt: skip
     add("--distance", type=float, metavar="M", help="between the centres of sockets 0 and 1, in "
         "metres, as measured with a caliper (default: what is continued, or 0.05)")  # fmt: skip
     add("--sockets", type=int, metavar="N", help=f"1 to 10 (default: {SOCKETS})")

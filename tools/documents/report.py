@@ -9,6 +9,7 @@ from typing import Any
 from ...solver.checks.inspection import Finding
 from .calibration import (
     Coefficient,
+    FramePose,
     Iteration,
     NextPlacement,
     NoiseScale,
@@ -87,6 +88,7 @@ class ReportDocument(Document, kw_only=True, frozen=True):
     groups: tuple[PriorWidth, ...] | None = None
     log_evidence: float | None = None
     scale: Scale | None = None
+    frames: tuple[FramePose, ...] | None = None
     distance_text: str = ""
     """The distances between sockets that were used, and where each is from."""
     next_placement: NextPlacement | None = None

@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
-from pathlib import Path
 from typing import Any
 
 from ...drivers.reconnect import Reconnecting
@@ -28,18 +27,13 @@ from ...recorder.watch import Watch
 from ...solver.robot.urdf import Robot
 from ..arguments import load_of
 from ..hints import FIRST_FAR, Doubts, gravity_of, lookalikes
-from ..report.figures.acceptance import ARMS, RESOLUTION, known_arm
 from ..terminal import Terminal
 from ..usage import UsageError
-from .coaching import COACHING, BackgroundCoach, setup_of
-from .neighbour import Neighbour
-from .page import PAGE, PageLink
+from .beside import adviser_of, page_of
 
-__all__ = ["goal_for", "is_scripted", "joints_of", "record_session"]
+__all__ = ["is_scripted", "joints_of", "record_session"]
 
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
-GOAL = 3.0
-"""The goal is so many times the arm's repeatability."""
 DISTANCE = 0.05
 """Between the sockets of the printed base, where nothing else is said [m]."""
 
@@ -50,18 +44,6 @@ def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
         JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
         for joint in robot.actuated
     )
-
-
-def goal_for(robot: Robot, goal_mm: float | None = None) -> float:
-    """Return what the predicted error of distances should come to [m].
-
-    Three times what the arm repeats to, or a printed socket resolves, where nothing is given.
-    """
-    if goal_mm is not None:
-        return 1e-3 * goal_mm
-    name = known_arm([robot.name, Path(robot.source).stem])
-    repeatability = ARMS[name].repeatability if name else RESOLUTION
-    return GOAL * max(repeatability, RESOLUTION)
 
 
 def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Terminal) -> Outcome:
@@ -88,8 +70,8 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
         if arguments.keep_stream:
             stack.enter_context(_kept(stream, arguments, robot, terminal))
         session = _session(arguments, robot, joints, recording)
-        onlooker, session = _page(arguments, session, stack)
-        adviser = _adviser(arguments, robot, stack) if keyboard and script is None else None
+        onlooker, session = page_of(arguments, session, stack)
+        adviser = adviser_of(arguments, robot, stack) if keyboard and script is None else None
         live = script is None
         return Recorder(
             session=session,
@@ -174,52 +156,6 @@ def _adopt(arguments: argparse.Namespace) -> None:
         arguments.sockets = sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS
 
 
-def _adviser(
-    arguments: argparse.Namespace, robot: Robot, stack: ExitStack
-) -> BackgroundCoach | None:
-    """Return who guides the operator, in a process of its own; None where nobody is to."""
-    if arguments.no_guide:
-        return None
-    setup = setup_of(
-        _loaded(arguments),
-        arguments.distance,
-        goal_for(robot, arguments.goal_mm),
-        arguments.sockets,
-    )
-    return BackgroundCoach(stack.enter_context(Neighbour(COACHING, setup)))
-
-
-def _loaded(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return how the robot was loaded, for a process that loads it too."""
-    return {name: getattr(arguments, name) for name in ("robot", "base", "tip", "flange", "ball")}
-
-
-def _page(
-    arguments: argparse.Namespace, session: Session, stack: ExitStack
-) -> tuple[PageLink | None, Session]:
-    """Return what shows the page, and the session with its address.
-
-    Raises:
-        UsageError: It cannot be served there.
-    """
-    if not arguments.page:
-        return None, session
-    setup = {"robot": _loaded(arguments), "host": arguments.page_host}
-    neighbour = stack.enter_context(Neighbour(PAGE, setup))
-    neighbour.send({})
-    told: Any = None
-    while told is None and neighbour.trouble is None:
-        told = neighbour.answer()
-        time.sleep(0.02)
-    if told is None:
-        raise UsageError(f"--page-host {arguments.page_host}: no page can be served there")
-    session = session.with_message(f"page: {told['url']}")
-    if arguments.page_host not in ("127.0.0.1", "localhost", "::1"):
-        warning = "whoever knows this address can watch, from anywhere in the network"
-        session = session.with_message(warning, alarm=True)
-    return PageLink(neighbour), session
-
-
 def _title(arguments: argparse.Namespace, robot: Robot) -> str:
     out = str(arguments.out)
     folder = out if len(out) <= 36 else f"…{out[-35:]}"
@@ -294,6 +230,7 @@ def _recording(
             distance=arguments.distance,
             sockets=arguments.sockets,
             model_sha256=robot.sha256,
+            robot_name=arguments.robot_name or "",
             session={
                 "driver": arguments.driver,
                 "window": arguments.window,

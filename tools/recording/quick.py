@@ -10,7 +10,7 @@ from ...solver.robot.kinematics import BallModel
 from ...solver.robot.urdf import Robot
 from ..calibration.calibration import Calibration
 from ..calibration.odds import Odds, odds_of
-from .opening import goal_for
+from .beside import goal_for
 
 __all__ = ["POSES", "standing", "worth_calibrating"]
 

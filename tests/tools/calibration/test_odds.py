@@ -14,7 +14,7 @@ from mukca.solver.data.measurements import measure
 from mukca.solver.robot.urdf import Robot
 from mukca.tools.calibration.calibration import Calibration
 from mukca.tools.calibration.odds import Odds, odds_of
-from mukca.tools.recording.opening import goal_for
+from mukca.tools.recording.beside import goal_for
 
 Ask = Callable[[int, float], Odds]
 

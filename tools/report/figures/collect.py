@@ -128,6 +128,7 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         groups=document.groups,
         log_evidence=document.log_evidence,
         scale=document.scale,
+        frames=document.frames,
         distance_text=distance_text(document.placements),
         next_placement=document.next_placement,
         noise=document.noise,

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from ...documents.files import encode
 from ...documents.report import ReportDocument
 from .details import details
+from .frames import frames
 from .html.frame import frame
 from .html.markup import tag
 from .plots import fit, model, outlook, samples, scenes, use
@@ -61,6 +62,7 @@ def page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
         limits_table(report),
         answers(report, table_map.element()),
         placements_table(report),
+        frames(report),
         *(
             tag("section", tag("h2", title), [plot.element() for plot in group], class_="plots")
             for title, group in sections
