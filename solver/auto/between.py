@@ -86,7 +86,7 @@ def _tool_deviation(world: World, robot: int, frame: str, shared: list[int]) -> 
     slopes[:, :, own[robot]] = pose.rotation @ by_second
     slopes[:, :, begin : begin + 6] = pose.slopes(points)
     squares: np.ndarray = np.einsum("nij,jk,nik->n", slopes, world.covariance, slopes)
-    return float(squares.mean()) ** 0.5
+    return max(float(squares.mean()), 0.0) ** 0.5
 
 
 def _linear(world: World, robot: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -91,6 +91,11 @@ class World:
     """See :attr:`Posterior.log_evidence`."""
 
     def frame_covariance(self, frame: str) -> np.ndarray:
-        """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""
+        """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6).
+
+        Where priors have shrunk to nothing, rounding may leave a variance below zero: it is none.
+        """
         begin = self.own[-1].stop + 6 * list(self.frames).index(frame)
-        return self.covariance[begin : begin + 6, begin : begin + 6]
+        block = self.covariance[begin : begin + 6, begin : begin + 6]
+        values, vectors = np.linalg.eigh((block + block.T) / 2)
+        return (vectors * values.clip(min=0)) @ vectors.T

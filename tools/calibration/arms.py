@@ -129,7 +129,7 @@ def _base_to_base(one: Between) -> BaseToBase:
     """Return numbers and words; the numbers only where they mean something."""
     axis = one.unseen
     known = axis is None
-    deviation = np.sqrt(np.diag(one.covariance))
+    deviation = np.sqrt(np.diag(one.covariance).clip(min=0))
     return BaseToBase(
         xyz=_three(one.pose.translation) if known else None,
         rpy=rpy_of(one.pose.rotation) if known else None,
@@ -143,7 +143,7 @@ def _base_to_base(one: Between) -> BaseToBase:
 
 def _words(one: Between) -> str:
     first, second = one.names
-    deviation = np.sqrt(np.diag(one.covariance))
+    deviation = np.sqrt(np.diag(one.covariance).clip(min=0))
     place = " ".join(f"{1e3 * value:+.2f}" for value in one.pose.translation)
     turned = " ".join(f"{np.degrees(value):+.3f}" for value in rpy_of(one.pose.rotation))
     frames = (

@@ -27,7 +27,7 @@ def frame_poses(world: World) -> tuple[FramePose, ...]:
 
 
 def _frame(world: World, name: str, located: list[Located]) -> FramePose:
-    pose, deviation = world.frames[name], np.sqrt(np.diag(world.frame_covariance(name)))
+    pose, deviation = world.frames[name], np.sqrt(np.diag(world.frame_covariance(name)).clip(min=0))
     k = list(world.frames).index(name)
     measured = [arm.instrument for arm in world.scene.arms if arm.instrument is not None]
     return FramePose(
