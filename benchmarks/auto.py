@@ -22,8 +22,9 @@ import numpy as np
 from mukca.recorder.dataset import Placement, find_placements, read_placement
 from mukca.solver.auto.posterior import Posterior
 from mukca.solver.auto.selection import select_model
+from mukca.solver.data.known import KnownDistance
 from mukca.solver.data.measurements import Measurement, measure
-from mukca.solver.data.observations import KnownDistance, observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import gravity_torques, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot

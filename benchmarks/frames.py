@@ -24,8 +24,9 @@ from mukca.solver.auto.estimation import estimate_all
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.posterior import World
 from mukca.solver.data.frames import IDENTITY, Pose, turn
+from mukca.solver.data.known import SocketAt
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import Recorded, SocketAt, observe_all
+from mukca.solver.data.observe import Recorded, observe_all
 from mukca.solver.robot.kinematics import BallModel, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot, shipped_robots

@@ -25,8 +25,9 @@ from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.noise import Noise
 from mukca.solver.auto.posterior import Posterior
 from mukca.solver.auto.uncertainty import workspace_deviation
+from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import Load, observe
+from mukca.solver.data.observe import observe
 from mukca.solver.design.knowledge import from_prior, workspace_of
 from mukca.solver.design.plan import expected_groups
 from mukca.solver.robot.kinematics import BallModel, workspace

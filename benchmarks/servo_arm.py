@@ -25,8 +25,10 @@ from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.zeros import angles_near
 from mukca.solver.auto.zeros import with_zeros as zeros_in
 from mukca.solver.calibrated import CalibratedRobot
+from mukca.solver.data.known import SocketAt
+from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import Load, SocketAt, observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import gravity_torques, rotation, rotation_rpy
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot

@@ -22,9 +22,10 @@ import numpy as np
 
 from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import deviations, distance_deviations, prior_deviations
+from mukca.solver.data.known import SEAT_DEVIATION
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.metrics import CALIPER_DEVIATION
-from mukca.solver.data.observations import SEAT_DEVIATION, observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import gravity_moments, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot

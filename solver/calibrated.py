@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .. import MukcaError
 from .auto.deflection import Deflection
-from .data.observations import Load
+from .data.load import Load
 from .robot.kinematics import BallModel
 from .robot.parameters import Parameter
 from .robot.urdf import Robot

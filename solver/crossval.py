@@ -10,9 +10,10 @@ import numpy as np
 
 from ..recorder.dataset import Sample
 from .calibrated import CalibratedRobot
+from .data.known import KnownDistance
+from .data.load import Load
 from .data.measurements import Measurement
 from .data.metrics import CALIPER_DEVIATION, Metrics, evaluate
-from .data.observations import KnownDistance, Load
 from .fit import fit_by_auto, fit_by_paper
 from .paper.optimizers import NotConverged
 from .robot.parameters import Parameter

@@ -12,9 +12,11 @@ from .auto.posterior import Posterior, World
 from .auto.selection import STAGES, Selected, select_all
 from .auto.zeros import with_zeros
 from .calibrated import CalibratedRobot
+from .data.known import KnownDistance, SocketAt
+from .data.load import Load
 from .data.measurements import Measurement
 from .data.metrics import CALIPER_DEVIATION
-from .data.observations import KnownDistance, Load, Recorded, SocketAt, observe_all
+from .data.observe import Recorded, observe_all
 from .paper.optimizers import MAX_ITERATIONS
 from .paper.problem import REGULARIZATION, build_problem, solve
 from .robot.kinematics import BallModel

@@ -9,8 +9,8 @@ from .usage import UsageError
 
 if TYPE_CHECKING:
     from ..recorder.dataset import Placement
+    from ..solver.data.load import Load
     from ..solver.data.measurements import Measurement
-    from ..solver.data.observations import Load
     from ..solver.robot.urdf import Robot
     from .calibration.settings import Settings
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from ..recorder.dataset import Sample
-from ..solver.data.observations import Load
+from ..solver.data.load import Load
 from ..solver.robot.kinematics import BallModel, gravity_torques
 from ..solver.robot.urdf import Robot, load_robot, shipped_robots
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..recorder.dataset import Placement, Sample
 from ..solver.data.frames import Pose, turn
-from ..solver.data.observations import SocketAt
+from ..solver.data.known import SocketAt
 from ..solver.robot.kinematics import BallModel, workspace
 from ..solver.robot.urdf import Robot
 from .simulated_arms import Base, record

@@ -21,7 +21,8 @@ from itertools import pairwise
 import numpy as np
 
 from ..data.frames import Landmarks, Pose, check_base, place_frames
-from ..data.observations import WORLD, Located, Observations, Scene
+from ..data.known import WORLD, Located
+from ..data.observations import Observations, Scene
 from .extended_model import ExtendedModel
 
 __all__ = ["Arms", "Rows", "as_arms", "as_scene"]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..data.observations import Load
+from ..data.load import Load
 from ..robot.kinematics import BallModel
 from .posterior import Posterior
 from .zeros import with_zeros

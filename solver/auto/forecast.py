@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..data.observations import SEAT_DEVIATION, Load
+from ..data.known import SEAT_DEVIATION
+from ..data.load import Load
 from ..robot.kinematics import gravity_moments, workspace
 from .extended_model import ExtendedModel
 from .noise import INFORMATION

@@ -37,7 +37,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..data.frames import Pose
-from ..data.observations import WORLD, Observations, Scene
+from ..data.known import WORLD
+from ..data.observations import Observations, Scene
 from .arms import Arms, Rows, as_arms, as_scene
 from .extended_model import ExtendedModel
 from .noise import Noise

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..data.frames import IDENTITY
-from ..data.observations import Load
+from ..data.load import Load
 from ..robot.kinematics import gravity_moments, workspace
 from .noise import INFORMATION
 from .posterior import Posterior

@@ -7,9 +7,11 @@ import numpy as np
 from ..auto.estimation import estimate
 from ..auto.extended_model import extend
 from ..auto.uncertainty import workspace_deviation
+from ..data.known import KnownDistance, KnownError
+from ..data.load import Load
 from ..data.measurements import Measurement
 from ..data.metrics import CALIPER_DEVIATION
-from ..data.observations import KnownDistance, KnownError, Load, observe
+from ..data.observe import observe
 from ..paper.optimizers import NotConverged
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot

@@ -12,9 +12,9 @@ from typing import Literal
 
 import numpy as np
 
+from ..data.known import Known, KnownDistance, distance_covariance, find_socket
 from ..data.measurements import Measurement
 from ..data.metrics import CALIPER_DEVIATION
-from ..data.observations import Known, KnownDistance, distance_covariance, find_socket
 from .finding import Finding, where_of
 from .rigid import RigidFit
 

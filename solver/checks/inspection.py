@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..data.known import KnownDistance
 from ..data.measurements import Measurement
 from ..data.metrics import CALIPER_DEVIATION
-from ..data.observations import KnownDistance
 from ..robot.parameters import Parameter, choose_parameters
 from ..robot.urdf import Robot
 from .advice import farthest_place, place_advice

@@ -19,8 +19,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from .frames import FrameError
+from .known import SocketAt
 from .measurements import Measurement
-from .observations import SocketAt
 
 __all__ = ["in_placements", "parse_socket_at", "read_sockets_at", "spaced"]
 

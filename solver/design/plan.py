@@ -7,8 +7,9 @@ import numpy as np
 
 from ..auto.extended_model import ExtendedModel
 from ..auto.priors import PriorGroup, prior_groups
+from ..data.known import SEAT_DEVIATION
 from ..data.metrics import CALIPER_DEVIATION
-from ..data.observations import SEAT_DEVIATION, Observations
+from ..data.observations import Observations
 from .knowledge import Knowledge, Workspace
 
 __all__ = ["Site", "best_of", "between", "expected_groups", "with_site"]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Sample, read_placement
-from mukca.solver.data.observations import Load
+from mukca.solver.data.load import Load
 from mukca.solver.robot.kinematics import gravity_torques
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.hints import Doubts, gravity_of, lookalikes, strangers

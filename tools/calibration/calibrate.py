@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, TypedDict, overload
 import numpy as np
 
 from ...recorder.dataset import Placement
-from ...solver.data.observations import KnownDistance, Recorded, SocketAt
+from ...solver.data.known import KnownDistance, SocketAt
+from ...solver.data.observe import Recorded
 from ...solver.data.sockets_at import in_placements
 from ...solver.fit import Fit, fit_arms, fit_by_auto, fit_by_paper
 from ...solver.paper.optimizers import NotConverged

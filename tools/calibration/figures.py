@@ -12,6 +12,7 @@ from ...solver.auto.noise import NU
 from ...solver.auto.posterior import Posterior
 from ...solver.calibrated import CalibratedRobot
 from ...solver.data.frames import Pose, fit_pose
+from ...solver.data.load import Load
 from ...solver.data.measurements import Measurement
 from ...solver.data.metrics import (
     Metrics,
@@ -21,7 +22,6 @@ from ...solver.data.metrics import (
     found_deviation,
     mean_metrics,
 )
-from ...solver.data.observations import Load
 from ...solver.fit import Predict
 from ...solver.paper.problem import ball_only, build_problem, solve
 from ...solver.robot.kinematics import BallModel

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...solver.auto.posterior import World
 from ...solver.data.frames import Pose
-from ...solver.data.observations import WORLD, Located
+from ...solver.data.known import WORLD, Located
 from ...solver.robot.joined import rpy_of
 from ..documents.calibration import FramePose
 

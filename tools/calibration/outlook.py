@@ -7,8 +7,8 @@ from ...solver.auto.forecast import after_recording, error_map, joint_effects
 from ...solver.auto.posterior import Posterior
 from ...solver.auto.uncertainty import workspace_deviation
 from ...solver.checks.inspection import farthest_place
+from ...solver.data.load import Load
 from ...solver.data.measurements import Measurement
-from ...solver.data.observations import Load
 from ...solver.fit import Fit
 from ...solver.robot.urdf import Robot
 from ..documents.outlook import Forecast, Outlook

@@ -7,8 +7,8 @@ from ...recorder.dataset import Placement
 from ...solver.checks.changes import split_at
 from ...solver.checks.distances import named
 from ...solver.checks.inspection import Survey, inspect_all, next_placement
+from ...solver.data.known import SocketAt
 from ...solver.data.measurements import Measurement, check_distinct, measure
-from ...solver.data.observations import SocketAt
 from ...solver.data.sockets_at import parse_socket_at, read_sockets_at, spaced
 from ...solver.robot.parameters import Parameter, choose_parameters
 from ...solver.robot.urdf import Robot

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+from ...solver.data.known import KnownDistance, parse_known
+from ...solver.data.load import Load
 from ...solver.data.metrics import CALIPER_DEVIATION
-from ...solver.data.observations import KnownDistance, Load, parse_known
 from ...solver.robot.kinematics import STANDARD_GRAVITY
 from ..usage import UsageError
 

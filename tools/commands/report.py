@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _options(arguments: argparse.Namespace) -> "Options":
-    from ...solver.data.observations import parse_known
+    from ...solver.data.known import parse_known
     from ..arguments import known_of
     from ..report.build import Options
 

@@ -15,8 +15,8 @@ from ...solver.auto.deflection import EXTENSIONS, Deflection, coefficient_names
 from ...solver.auto.directions import Direction
 from ...solver.calibrated import CalibratedRobot
 from ...solver.checks.inspection import Finding
+from ...solver.data.load import Load
 from ...solver.data.metrics import Metrics
-from ...solver.data.observations import Load
 from ...solver.robot.parameters import all_parameters
 from ...solver.robot.urdf import parse_robot
 from ...solver.robot.urdf_text import scan

@@ -14,7 +14,7 @@ from ...solver.auto.posterior import Posterior
 from ...solver.auto.uncertainty import scale
 from ...solver.data.measurements import measure
 from ...solver.data.metrics import CALIPER_DEVIATION
-from ...solver.data.observations import observe
+from ...solver.data.observe import observe
 from ...solver.design.knowledge import (
     Knowledge,
     Workspace,

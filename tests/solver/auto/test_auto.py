@@ -11,9 +11,10 @@ from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import deviations
+from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.metrics import evaluate
-from mukca.solver.data.observations import Load, observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record

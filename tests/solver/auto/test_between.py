@@ -11,8 +11,9 @@ from mukca.solver.auto.estimation import estimate_all
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.posterior import World
 from mukca.solver.data.frames import FrameError, Pose, turn
+from mukca.solver.data.known import KnownError
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import KnownError, Recorded, observe_all
+from mukca.solver.data.observe import Recorded, observe_all
 from mukca.solver.robot.joined import Placed, joined_urdf
 from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.parameters import choose_parameters

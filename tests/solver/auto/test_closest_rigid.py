@@ -7,9 +7,10 @@ from mukca.solver.auto.closest_rigid import closest_rigid
 from mukca.solver.auto.deflection import Deflection
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
+from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.metrics import evaluate
-from mukca.solver.data.observations import Load, observe
+from mukca.solver.data.observe import observe
 from mukca.solver.fit import fit_by_auto, fit_by_paper
 from mukca.solver.robot.kinematics import workspace
 from mukca.solver.robot.parameters import choose_parameters

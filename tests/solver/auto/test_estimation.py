@@ -13,8 +13,10 @@ from mukca.solver.auto.normal_equations import leverage, normal_equations, predi
 from mukca.solver.auto.objective import build_objective, linearise, start
 from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import workspace_deviation
+from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import Load, Observations, observe
+from mukca.solver.data.observations import Observations
+from mukca.solver.data.observe import observe
 from mukca.solver.paper.optimizers import NotConverged
 from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.parameters import choose_parameters

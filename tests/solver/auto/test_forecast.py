@@ -8,8 +8,9 @@ from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.forecast import after_recording, error_map, joint_effects
 from mukca.solver.auto.posterior import Posterior
 from mukca.solver.auto.uncertainty import workspace_deviation
+from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import Measurement, measure
-from mukca.solver.data.observations import Load, observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot
 from mukca.tools.simulated_arms import reachable_bases, record

@@ -13,8 +13,9 @@ from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.posterior import Posterior, World
 from mukca.solver.auto.uncertainty import deviations
 from mukca.solver.data.frames import FrameError, Pose
+from mukca.solver.data.known import SocketAt
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import SocketAt, observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import BallModel, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot

@@ -15,7 +15,7 @@ from mukca.solver.auto.objective import build_objective, linearise, start
 from mukca.solver.data.frames import FrameError, Pose
 from mukca.solver.data.measurements import MeasurementError, measure
 from mukca.solver.data.metrics import evaluate
-from mukca.solver.data.observations import observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import BallModel, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot, shipped_robots

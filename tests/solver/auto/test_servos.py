@@ -10,8 +10,9 @@ from mukca.recorder.dataset import Placement
 from mukca.solver.auto.deflection import LEAST_TORQUE, PLAY, ZERO, Deflection
 from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.zeros import angles_near, with_zeros
+from mukca.solver.data.known import SocketAt
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import SocketAt, observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import gravity_torques, rotation_rpy
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot

@@ -16,7 +16,7 @@ from mukca.solver.auto.uncertainty import (
     prior_deviations,
 )
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import gravity_torques, workspace
 from mukca.solver.robot.parameters import choose_parameters
 

@@ -9,7 +9,7 @@ from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.uncertainty import scale
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import observe
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.tools.simulated_arms import Base, record
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import read_placement
+from mukca.solver.data.known import KnownError, parse_known
+from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import KnownError, Load, observe, parse_known
+from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import gravity_moments
 
 

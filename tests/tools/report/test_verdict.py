@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from mukca.solver.data.observations import parse_known
+from mukca.solver.data.known import parse_known
 from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.calibration.calibration import Calibration
 from mukca.tools.cli import build_parser, main

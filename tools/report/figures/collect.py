@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ....solver.checks.inspection import fitted_alone
-from ....solver.data.observations import KnownDistance
+from ....solver.data.known import KnownDistance
 from ...documents.calibration import CalibrationDocument, misfit
 from ...documents.files import fields_of
 from ...documents.report import FORMAT, ReportDocument, ReportProvenance

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....solver.data.observations import KnownDistance, KnownError
+from ....solver.data.known import KnownDistance, KnownError
 from ...documents.report_errors import KnownDistanceErrors, ModelName
 from .predictions import PlacementPrediction, Predictions, norms
 

@@ -1,0 +1,163 @@
+"""What is known of places: distances between sockets, and coordinates in a frame.
+
+Each comes twice: with sockets by the names that a user gives (:class:`KnownDistance`,
+:class:`SocketAt`), and by their indices in a fit (:class:`Known`, :class:`Located`).
+"""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ... import MukcaError
+from .metrics import CALIPER_DEVIATION
+
+__all__ = [
+    "SEAT_DEVIATION",
+    "WORLD",
+    "Known",
+    "KnownDistance",
+    "KnownError",
+    "Located",
+    "SocketAt",
+    "distance_covariance",
+    "find_socket",
+    "parse_known",
+]
+
+
+SEAT_DEVIATION = 1e-5
+"""Standard deviation of the distance between a base's sockets from one placement to the next [m]:
+bolting it down bends it a little, and dust keeps the ball from its seat."""
+
+WORLD = -1
+"""Stands for the world in place of a frame's index: the base of the first robot."""
+
+
+class KnownError(MukcaError):
+    """A known distance that cannot be understood, or whose sockets are not there."""
+
+
+@dataclass(frozen=True)
+class KnownDistance:
+    """A measured distance between two sockets, which are named as a user names them."""
+
+    first: tuple[str, int]
+    """Placement and socket."""
+    second: tuple[str, int]
+    distance: float
+    """[m]."""
+    deviation: float = CALIPER_DEVIATION
+    """Its standard deviation [m]."""
+
+    def __str__(self) -> str:
+        """Return the words that :func:`parse_known` reads."""
+        (a, i), (b, j) = self.first, self.second
+        return f"{a}:{i}-{b}:{j}={self.distance!r}+-{self.deviation!r}"
+
+
+@dataclass(frozen=True)
+class Known:
+    """A measured distance between two sockets, by their indices among all sockets of a fit."""
+
+    first: int
+    second: int
+    distance: float
+    """[m]."""
+    deviation: float
+    """Its standard deviation [m]."""
+    on_base: bool = False
+    """Whether the two sockets are on one base, which may have been recorded at several places."""
+
+
+@dataclass(frozen=True)
+class SocketAt:
+    """Measured coordinates of a socket in a frame, which are named as a user names them."""
+
+    frame: str
+    """``base`` is the robot's own base, of several robots ``NAME:base``."""
+    socket: tuple[str, int]
+    """Placement and socket."""
+    coordinates: tuple[float, float, float]
+    """In that frame [m]."""
+    deviation: float
+    """Standard deviation of each coordinate [m]."""
+    where: str = ""
+    """File and line, for messages."""
+
+    def __str__(self) -> str:
+        """Return the words that :func:`.sockets_at.parse_socket_at` reads."""
+        (name, socket), (x, y, z) = self.socket, self.coordinates
+        return f"{self.frame}/{name}:{socket}={x!r},{y!r},{z!r}+-{self.deviation!r}"
+
+
+@dataclass(frozen=True)
+class Located:
+    """Measured coordinates of a socket, by indices among all sockets and frames of a fit."""
+
+    socket: int
+    frame: int
+    """:data:`WORLD` for the base of the first robot."""
+    coordinates: tuple[float, float, float]
+    """In that frame [m]."""
+    deviation: float
+    """Standard deviation of each coordinate [m]."""
+    where: str = ""
+
+
+def distance_covariance(known: Sequence[Known]) -> np.ndarray:
+    """Return the covariance of the errors of K known distances, shape (K, K) [m^2].
+
+    A base that was measured once with a wrong result is wrong by the same amount wherever it
+    stands. So placements whose stated distances are equal share that error, and recording more
+    of them does not make it smaller. Who states a distance to better than its base repeats is
+    believed.
+    """
+    covariance = np.zeros((len(known), len(known)))
+    for i, one in enumerate(known):
+        for j, other in enumerate(known):
+            if i == j or (one.on_base and other.on_base and one.distance == other.distance):
+                covariance[i, j] = one.deviation * other.deviation
+        covariance[i, i] += min(SEAT_DEVIATION, one.deviation) ** 2 * one.on_base
+    return covariance
+
+
+_KNOWN = re.compile(r"(.+):(\d+)-(.+):(\d+)=([^+]+?)(?:\+-(.+))?")
+
+
+def parse_known(text: str) -> KnownDistance:
+    """Return the distance in words like ``left:0-right:0=0.175+-0.0001`` (metres).
+
+    Raises:
+        KnownError: The words are not of that form, or the numbers cannot be.
+    """
+    match = _KNOWN.fullmatch(text.strip())
+    form = "expected A:0-B:0=0.175+-0.0001: placement, socket, distance and deviation in metres"
+    if match is None:
+        raise KnownError(f"known distance {text!r}: {form}")
+    try:
+        distance = float(match[5])
+        deviation = CALIPER_DEVIATION if match[6] is None else float(match[6])
+    except ValueError:
+        raise KnownError(f"known distance {text!r}: {form}") from None
+    if not (0 < distance < 20 and 0 < deviation < math.inf):
+        raise KnownError(f"known distance {text!r}: distance and deviation are positive metres")
+    return KnownDistance((match[1], int(match[2])), (match[3], int(match[4])), distance, deviation)
+
+
+def find_socket(
+    labels: Sequence[tuple[str, int]],
+    end: tuple[str, int],
+    error: type[MukcaError] = KnownError,
+    where: str = "",
+) -> int:
+    """Return the index of the socket that a user names; the folder's own name is enough."""
+    name, socket = end
+    fits = [i for i, (n, s) in enumerate(labels) if s == socket and name in (n, n.split("/")[-1])]
+    if len(fits) != 1:
+        there = ", ".join(f"{n}:{s}" for n, s in labels)
+        kind = "is ambiguous" if fits else "is not there"
+        raise error(f"{where}socket {name}:{socket} {kind}; sockets: {there}")
+    return fits[0]

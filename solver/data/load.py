@@ -1,0 +1,42 @@
+"""What pulls at the joints of an arm at rest: gravity, and a payload at the ball."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..robot.kinematics import STANDARD_GRAVITY, gravity_moments
+from ..robot.urdf import Robot
+from .measurements import Measurement
+
+__all__ = ["Load"]
+
+
+@dataclass(frozen=True)
+class Load:
+    """What pulls at the joints of an arm at rest."""
+
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    """In the base frame [m/s^2]; another direction for an arm on a wall or ceiling."""
+    payload: float = 0.0
+    """Mass at the ball, beyond that of the model [kg]."""
+
+    def torques(self, robot: Robot, measured: Measurement) -> np.ndarray:
+        """Return what holds the joints of a placement's samples, see :meth:`moments`."""
+        return self.moments(robot, measured.positions, measured.efforts)
+
+    def moments(self, robot: Robot, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:
+        """Return the moments that hold the joints of an arm.
+
+        Args:
+            robot: The robot.
+            q: Joint positions, shape (N, m) [rad].
+            efforts: Torques as measured, shape (N, m) [N m]; None for those of the model's masses.
+
+        Returns:
+            Shape (N, 3 m) [N m]: torques about the joints' own axes, then the moments across them,
+            which always follow from the masses.
+        """
+        moments = gravity_moments(robot, q, self.gravity, self.payload)
+        if efforts is not None:
+            moments[:, : q.shape[1]] = efforts
+        return moments
