@@ -118,9 +118,9 @@ def cluster(
     workers = [start("dask_worker", address, *words) for _ in range(2)]
     yield address, workers
     for process in started:
-        process.terminate()
+        process.kill()  # a worker that is asked to end waits for its scheduler first
     for process in started:
-        process.wait(timeout=20)
+        process.wait()
 
 
 def ran(*words: object) -> subprocess.CompletedProcess[str]:
