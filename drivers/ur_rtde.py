@@ -33,7 +33,7 @@ class UrRtde(CheckedDriver):
         except ImportError:
             raise DriverError(
                 Reason.MISSING_PACKAGE,
-                "ur-rtde is not installed (pip install 'mukca[rtde]'; Python 3.10 to 3.12 on "
+                "ur-rtde is not installed (pip install ur-rtde; Python 3.10 to 3.12 on "
                 "Linux, x86-64): install it, or read the arm by --driver ur",
             ) from None
         endpoint = parse_endpoint(address, PORT, options=("rate",))

@@ -38,7 +38,7 @@ def test_the_model_s_joints_are_checked(hand):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("frnka:172.16.0.2", "no driver is called 'frnka'; there are: dynamixel, feetech, franka,"),
+        ("frnka:172.16.0.2", "no driver is called 'frnka'; there are: damiao, dynamixel, feetech,"),
         ("", "no driver is called ''"),
         ("mock", "mock needs a recording to replay, as in mock:data/front"),
         ("ur", "a host is missing"),

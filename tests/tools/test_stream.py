@@ -130,7 +130,7 @@ def test_a_drop_is_told_on_standard_error(tmp_path, stream):
     [
         (
             ["stream", "--driver", "nothing:x"],
-            "no driver is called 'nothing'; there are: dynamixel, feetech, franka",
+            "no driver is called 'nothing'; there are: damiao, dynamixel, feetech",
         ),
         (["stream", "--driver", "franka:127.0.0.1:9"], "refused the connection: activate FCI"),
         (["stream", "--driver", "franka"], "a host is missing"),

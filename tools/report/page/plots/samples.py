@@ -27,10 +27,11 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         nice_above(1e3 * float(lengths(report, model).max(initial=1e-6)), FINE) for model in MODELS
     )
     large = max(large, small)
+    times = float(f"{large / small:.2g}")
     views: tuple[tuple[ModelName, float, str], ...] = (
         ("nominal", large, "nominal"),
         ("calibrated", large, "calibrated"),
-        ("calibrated", small, f"calibrated x {large / small:.2g}"),
+        ("calibrated", small, f"calibrated x {times:g}"),
     )
     panels = [
         _plane(report, model, axes, half, f"{view}: {title}", limit)
@@ -42,7 +43,7 @@ def errors_in_2d(report: ReportDocument) -> Plot:
     ring = f", {side} the dashed limit of {mm(limit)}" if limit else ""
     sentence = (
         f"The cloud round the sockets' centres shrinks from a median radius of {mm(medians[0])} to "
-        f"{mm(medians[1])}{ring}; enlarged {large / small:.2g} times, all of it is within "
+        f"{mm(medians[1])}{ring}; enlarged {times:g} times, all of it is within "
         f"{small:g} mm of the centre."
     )
     return Plot(
