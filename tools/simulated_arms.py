@@ -12,9 +12,10 @@ import numpy as np
 
 from ..recorder.dataset import Placement, Sample
 from ..solver.auto.deflection import TILT, Deflection
+from ..solver.auto.extended_model import extend
 from ..solver.calibrated import CalibratedRobot
 from ..solver.data.measurements import check_distance
-from ..solver.robot.kinematics import BallModel, gravity_moments, workspace
+from ..solver.robot.kinematics import BallModel, gravity_moments
 from ..solver.robot.parameters import choose_parameters
 from ..solver.robot.urdf import Robot
 from ..solver.robot.urdf_text import Origin
@@ -133,28 +134,29 @@ def perturb(
         for joint, free in zip(robot.joints, moved, strict=True)
     )
     arm = replace(robot, joints=joints)
-    size = _size_of_origins(robot)
-    # Fixed joints keep their lengths, so the others take their part.
-    for _ in range(4 if keep_size else 0):
-        ratio = size(robot.origins) / size(arm.origins)
+    if not keep_size:
+        return arm
+    larger = _larger_than(robot)
+    for _ in range(4):  # fixed joints keep their lengths, so the others take their part
+        ratio = 1 - larger(arm.origins)
         joints = tuple(
-            replace(joint, origin=_scaled(joint.origin, ratio)) if free else joint
-            for joint, free in zip(arm.joints, moved, strict=True)
+            replace(joint, origin=_scaled(joint.origin, ratio)) if joint.actuated else joint
+            for joint in arm.joints
         )
         arm = replace(arm, joints=joints)
     return arm
 
 
-def _size_of_origins(robot: Robot) -> Callable[[np.ndarray], float]:
-    """Return how the size of the cloud of ball positions [m] follows from a robot's origins."""
-    model = BallModel(robot, range(robot.origins.size))
-    q = workspace(robot, 200)
+def _larger_than(robot: Robot) -> Callable[[np.ndarray], float]:
+    """Return how much larger [1] than a robot one with other origins is, as a fit counts it."""
+    parameters = choose_parameters(robot)
+    model = extend(robot, parameters)
+    by_scale, index = model.by_scale(), [p.index for p in parameters]
 
-    def size(origins: np.ndarray) -> float:
-        points = model.points(origins.ravel(), q)
-        return float(np.linalg.norm(points - points.mean(axis=0)))
+    def larger(origins: np.ndarray) -> float:
+        return float(by_scale @ (origins.ravel()[index] - model.ball.nominal))
 
-    return size
+    return larger
 
 
 def _scaled(origin: Origin, ratio: float) -> Origin:

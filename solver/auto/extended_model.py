@@ -99,9 +99,10 @@ class ExtendedModel:
     def by_scale(self) -> np.ndarray:
         """Return the derivative of the logarithm of the robot's scale by the unknowns.
 
-        The scale is the size of the cloud of ball positions over random poses (root mean square
-        distance from their mean). One arm can be described by many sets of lengths, but its balls
-        are the same in all of them.
+        The scale is that of the cloud of ball positions over random poses, beside what another
+        place of the ball on the flange, or a turn of the base, would do to it: the ball's place
+        was only guessed, and says nothing of the arm. One arm can be described by many sets of
+        lengths, but its balls are the same in all of them.
 
         Returns:
             Shape (size,) [1/m, 1/rad, ...]: 0.01 says that one unit more makes the robot 1 %
@@ -110,7 +111,12 @@ class ExtendedModel:
         q = workspace(self.robot, SCALE_SAMPLES)
         points, slopes, _ = self.linearise(np.zeros(self.size), q, np.tile(0 * q, 3))
         cloud = points - points.mean(axis=0)
-        return np.einsum("ni,nij->j", cloud, slopes) / np.sum(cloud**2)
+        of_ball = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
+        place = slopes[:, :, of_ball]
+        turns = np.cross(np.eye(3), cloud[:, None]).swapaxes(1, 2)
+        others = np.concatenate([place - place.mean(axis=0), turns], axis=2).reshape(cloud.size, -1)
+        radial = cloud.ravel() - others @ np.linalg.lstsq(others, cloud.ravel(), rcond=None)[0]
+        return radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
 
 
 def extend(

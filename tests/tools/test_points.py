@@ -117,3 +117,30 @@ def test_the_papers_method_refuses_points(
     words = ["solve", str(measured / "train"), "--robot", "panda", "--method", "paper"]
     assert main(words) == 2
     assert "--method paper knows sockets only" in capsys.readouterr().err
+
+
+def test_true_errors_within_their_limit_pass_without_any_socket(solved: tuple[Path, dict]) -> None:
+    out, _ = solved
+    verdict = json.loads((out / "report.json").read_text())["verdict"]
+    assert verdict["status"] == "pass"
+    (row,) = [row for row in verdict["limits"] if row["name"] == "distance_error"]
+    assert row["status"] == "not evaluated" and "measured coordinates" in row["reason"]
+
+
+def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(
+    measured: Path, capfd_json, tmp_path: Path
+) -> None:
+    small = str(tmp_path / "small")
+    write = (measured / "train/points.csv").read_text().splitlines()
+    rows = [line.split(",") for line in write[1:]]
+    scaled = [[*row[:-3], *(repr(1.02 * float(x)) for x in row[-3:])] for row in rows]
+    (tmp_path / "small").mkdir()
+    text = "\n".join([write[0], *map(",".join, scaled)]) + "\n"
+    (tmp_path / "small/points.csv").write_text(text)
+    out = tmp_path / "out"
+    words = ["solve", small, "--robot", "panda", "--without", "compliance", "transmission", "tilt"]
+    capfd_json([*words, "--out", str(out), "--json"])
+    report = json.loads((out / "report.json").read_text())
+    assert report["verdict"]["status"] == "fail"
+    assert [step for step in report["todo"] if "--distance" in step["command"]] == []
+    assert [step for step in report["todo"] if step["command"].startswith("mukca record")] == []

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...solver.auto import uncertainty
 from ...solver.auto.directions import cannot_see, weak_directions
+from ...solver.auto.deflection import ELASTICITY
 from ...solver.auto.extended_model import extend
 from ...solver.auto.noise import NU
 from ...solver.auto.posterior import Posterior
@@ -247,12 +248,17 @@ def coefficient_values(posterior: Posterior) -> tuple[Coefficient, ...]:
     return tuple(
         Coefficient(
             name=name,
-            unit="rad/(N m)" if name.endswith("compliance") else "rad",
+            unit="rad/(N m)" if _is_elastic(name) else "rad",
             value=float(value),
             standard_deviation=float(deviation),
         )
         for name, value, deviation in rows
     )
+
+
+def _is_elastic(name: str) -> bool:
+    """Tell whether a coefficient, ``JOINT.compliance`` or ``JOINT.tilt1``, is one of elasticity."""
+    return name.rpartition(".")[2].rstrip("12") in ELASTICITY
 
 
 def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:

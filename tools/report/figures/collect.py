@@ -99,7 +99,15 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
     floors = fitted_alone(predictions.robot, seated)
     covered = coverage(predictions, DRAWN)
     earned = _earned(predictions, covered, limits)
-    verdict = judge(summary.test, between, document.checks, limits, earned)
+    held_out = [p.measured.kind for p in predictions.placements if p.role == "test"]
+    verdict = judge(
+        summary.test,
+        between,
+        document.checks,
+        limits,
+        earned,
+        by_instrument=bool(held_out) and set(held_out) == {"points"},
+    )
     answers = Answers(
         use=use_answer(placements, summary, verdict, limits, document.uncertainty, tolerance),
         next=next_answer(placements, covered, document.checks, document.next_placement),

@@ -72,7 +72,8 @@ def likely_distance(scale: Scale, placements: Sequence[PlacementErrors]) -> floa
 
 
 def _trained_distance(placements: Sequence[PlacementErrors]) -> float:
-    return next(row.distance or 0.0 for row in placements if row.role == "train")
+    rows = (row.distance for row in placements if row.role == "train")
+    return next((distance for distance in rows if distance), 0.0)
 
 
 def _mm(metres: float) -> str:

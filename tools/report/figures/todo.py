@@ -44,8 +44,9 @@ def steps(
     if status["data_checks"] != "pass":
         words = ["mukca", "check", *_folders(document), "--robot", document.robot]
         found += [_mend(shlex.join(words)), *_leave_out(predictions, placements)]
-    if document.scale is not None and status.get("scale") == "fail":
-        likely = f"{likely_distance(document.scale, placements):.5f}"
+    likely = likely_distance(document.scale, placements) if document.scale is not None else 0.0
+    if document.scale is not None and likely and status.get("scale") == "fail":
+        likely = f"{likely:.5f}"
         found.append(_measure(document.scale, solve_command(document, given={"distance": likely})))
     if "fail" in status.values() or "not enough" in status.values():
         found += _train_more(document, placements)
@@ -53,6 +54,8 @@ def steps(
         text = "Say how well the arm repeats, from its data sheet"
         again = solve_command(document, given={"repeatability_mm": "MM"})
         found.append(Step(text=text, command=again, expected="a verdict, not a smaller error"))
+    if all(row.kind == "points" for row in placements):
+        return (*found, _measure_more(document))
     words = ["mukca", "record", "--robot", document.robot, "--driver", "NAME:ADDRESS"]
     text = "Record another placement far from the others, 30 samples in each socket, all varied"
     if any(row.role == "test" for row in placements):
@@ -62,6 +65,12 @@ def steps(
     command = shlex.join([*words, "--out", "recordings/another"])
     found.append(_forecast(document, None, text, command))
     return tuple(found)
+
+
+def _measure_more(document: CalibrationDocument) -> Step:
+    text = "Measure more points, in poses as varied as can be, and hold some of them out by --test"
+    command = solve_command(document)
+    return Step(text=text, command=command, expected="an error that nothing was fitted to")
 
 
 def _mend(command: str) -> Step:

@@ -15,6 +15,7 @@ __all__ = ["judge"]
 
 NOTHING_HELD_OUT = "no placement was held out; record another and add it by --test"
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
+INSTRUMENT = "the held-out error is one of measured coordinates, which no small model can feign"
 
 
 def judge(
@@ -23,11 +24,14 @@ def judge(
     checks: Sequence[Finding] | None,
     limits: Limits,
     earned: Sequence[LimitResult] = (),
+    *,
+    by_instrument: bool = False,
 ) -> Verdict:
     """Return the verdict on a calibration.
 
     The error alone can be driven to zero by a model that shrinks the robot to a point, so it
-    never passes without the distance error beside it.
+    never passes without the distance error beside it; but for coordinates that an instrument
+    measured, which tell size as well.
 
     Args:
         held_out: Errors at the placements that were not trained on; None without any.
@@ -35,6 +39,7 @@ def judge(
         checks: What was found in the recordings; None where they were not checked.
         limits: What is allowed.
         earned: Whether the size is believable, and enough was recorded to say anything.
+        by_instrument: Whether all that was held out are points that an instrument measured.
     """
     loaded = None if held_out is None else held_out.loaded
     full = None if held_out is None else held_out.calibrated
@@ -53,7 +58,7 @@ def judge(
             limits.distance_error,
             None if loaded is None else loaded.distance_error,
             None if full is loaded or full is None else full.distance_error,
-            NOTHING_HELD_OUT if loaded is None else ONE_SOCKET,
+            NOTHING_HELD_OUT if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET,
         ),
         _between_row(between, limits.between_placements),
         _checks_row(checks),
@@ -73,7 +78,8 @@ def _status(statuses: Sequence[Status], rows: Sequence[LimitResult]) -> Outcome:
     needed = [
         status
         for status, row in zip(statuses, rows, strict=True)
-        if row.name in ("mean_absolute_error", "distance_error", "data_checks")
+        if row.name in ("mean_absolute_error", "data_checks")
+        or (row.name == "distance_error" and row.reason != INSTRUMENT)
     ]
     if "not enough" in statuses or "not evaluated" in needed:
         return "incomplete"
