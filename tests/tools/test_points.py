@@ -142,5 +142,5 @@ def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(
     capfd_json([*words, "--out", str(out), "--json"])
     report = json.loads((out / "report.json").read_text())
     assert report["verdict"]["status"] == "fail"
-    assert [step for step in report["todo"] if "--distance" in step["command"]] == []
+    assert [step for step in report["todo"] if "--distance " in step["command"]] == []
     assert [step for step in report["todo"] if step["command"].startswith("mukca record")] == []

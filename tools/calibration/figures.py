@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...solver.auto import uncertainty
-from ...solver.auto.directions import cannot_see, weak_directions
 from ...solver.auto.deflection import ELASTICITY
+from ...solver.auto.directions import cannot_see, weak_directions
 from ...solver.auto.extended_model import extend
 from ...solver.auto.noise import NU
 from ...solver.auto.posterior import Posterior
