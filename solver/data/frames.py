@@ -175,9 +175,10 @@ def _placed(frame: Landmarks, seen: np.ndarray, world: np.ndarray) -> Pose:
     wheres = [where for where, is_seen in zip(frame.wheres, seen, strict=True) if is_seen]
     ratio = _spread(inner) / max(_spread(outer), 1e-9)
     if len(inner) > 1 and not 1 / UNLIKE < ratio < UNLIKE:
+        units = ("millimetres", "metres") if ratio > 1 else ("metres", "millimetres")
         raise FrameError(
             f"{wheres[0]}: coordinates of frame {frame.name!r} are {ratio:.3g} times as far apart "
-            "as the ball is by the model; are they millimetres where metres are expected?"
+            f"as the ball is by the model; are they {units[0]} where {units[1]} are expected?"
         )
     pose = fit_pose(inner, outer)
     off = np.linalg.norm(pose.apply(inner) - outer, axis=1)

@@ -143,7 +143,13 @@ def measure(
         chosen, source = distance, "given"
     elif placement.distance is not None:
         chosen, source = placement.distance, "recording"
-    measured = Measurement(ordered, check_distance(chosen), source, warnings=tuple(warnings))
+    try:
+        check_distance(chosen)
+    except MeasurementError as error:
+        if source != "recording":
+            raise
+        raise MeasurementError(f"{placement.path or placement.name}: {error}") from None
+    measured = Measurement(ordered, chosen, source, warnings=tuple(warnings))
     _check_sockets(measured, sockets)
     return measured
 

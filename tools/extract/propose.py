@@ -137,6 +137,8 @@ def assign(proposals: Sequence[Proposal], words: Sequence[str]) -> list[Proposal
             raise UsageError(f"--assign {word}: write PLACEMENT:SOCKET=RESTS, as in front:0=1-30")
         for part in match[3].split(","):
             first, _, last = part.partition("-")
+            if last and int(last) < int(first):
+                raise UsageError(f"--assign {word}: {part} runs backwards; write {last}-{first}")
             for number in range(int(first), int(last or first) + 1):
                 if not 1 <= number <= len(given):
                     raise UsageError(f"--assign {word}: the rests are 1 to {len(given)}")

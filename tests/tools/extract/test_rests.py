@@ -110,6 +110,7 @@ def test_the_rests_as_the_user_says(found) -> None:
         (["a:0=1-99"], "the rests are 1 to"),
         (["a=1"], "PLACEMENT:SOCKET=RESTS"),
         (["a:0=1", "a:1=1"], "assigned twice"),
+        (["a:0=5-2"], "runs backwards; write 2-5"),
     ):
         with pytest.raises(UsageError, match=said):
             assign(proposals, words)
