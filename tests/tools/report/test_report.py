@@ -109,6 +109,17 @@ def test_every_plot_has_one_sentence_with_figures(calibrated, extended, typed) -
         assert re.search(r"\d", sentence), sentence
 
 
+def test_of_two_models_the_plots_say_which_is_drawn(document, typed) -> None:
+    def page_of(document: Any) -> str:
+        return build_report(typed(document), "").files["report.html"].decode()
+
+    words = "calibrated is the full model"
+    assert words not in page_of(document)
+    for row in (document["summary"]["test"], document["summary"]["train"]):
+        row["geometric"] = row["calibrated"]
+    assert words in page_of(document)
+
+
 def test_the_same_calibration_gives_the_same_report(document, typed) -> None:
     assert build_report(typed(document), "").files == build_report(typed(document), "").files
 

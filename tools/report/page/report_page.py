@@ -7,7 +7,7 @@ from ...documents.report import ReportDocument
 from .details import details
 from .frames import frames
 from .html.frame import frame
-from .html.markup import tag
+from .html.markup import Element, tag
 from .plots import fit, model, outlook, samples, scenes, use
 from .plots.plot import Maker, Plot
 from .sections import answers, headline, limits_table, placements_table, todo, verdict_box
@@ -63,6 +63,7 @@ def page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
         answers(report, table_map.element()),
         placements_table(report),
         frames(report),
+        _which_model(report),
         *(
             tag("section", tag("h2", title), [plot.element() for plot in group], class_="plots")
             for title, group in sections
@@ -74,3 +75,15 @@ def page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
         "by-tolerance": encode(answers_by_tolerance(report), compact=True),
     }
     return frame(f"Calibration of {report.robot_name}", body, data)
+
+
+def _which_model(report: ReportDocument) -> Element | None:
+    """Return which model the plots call calibrated, where there are two."""
+    _, judged = report.summary.judged
+    if judged.geometric is None:
+        return None
+    return tag(
+        "p",
+        "In the plots below, calibrated is the full model, which corrects joint positions first. "
+        "What calibrated.urdf alone reaches stands in the tables above.",
+    )
