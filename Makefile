@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# One test process more than cores: some tests wait for terminals.
+PYTEST := $(BIN)/pytest -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --dist worksteal
 PACKAGE := pyproject.toml constraints.txt
 # Names and versions of everything that is ever installed, build tools included.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
@@ -16,10 +18,10 @@ demo: $(VENV)/.product  ## set up what the product needs, and run the main job o
 	$(BIN)/mukca demo --out demo --force
 
 test: $(VENV)/.tests  ## set up, and run all tests
-	$(BIN)/pytest -n auto --dist worksteal $(ARGS)
+	$(PYTEST) $(ARGS)
 
 test-fast: $(VENV)/.tests  ## the tests to run while working: all but the slow ones
-	$(BIN)/pytest -n auto --dist worksteal -m "not slow" $(ARGS)
+	$(PYTEST) -m "not slow" $(ARGS)
 
 lint: $(VENV)/.tests  ## ruff and pyright (strict)
 	$(BIN)/ruff check .
