@@ -26,6 +26,9 @@ def robots_of(arguments: argparse.Namespace) -> "Robot | dict[str, Robot]":
 
     given: list[str] = arguments.robot
     if len(given) == 1:
+        name, _, alone = given[0].partition("=")
+        if alone and name.isidentifier():
+            raise UsageError(f"--robot {given[0]}: one robot needs no name; write --robot {alone}")
         return load_robot(
             given[0],
             base=_only(arguments.base, "base"),
@@ -105,6 +108,8 @@ def _owned(paths: Sequence[Path], robots: "dict[str, Robot]") -> dict[str, list[
         if rest and name in robots:
             found[name].append(Path(rest))
             continue
+        if rest and not path.exists() and Path(rest).exists():
+            raise UsageError(f"{path}: no robot is called {name!r}; there are: {', '.join(robots)}")
         for folder in find_placements([path]):
             owner = read_metadata(folder / METADATA).get("robot_name")
             if owner not in robots:

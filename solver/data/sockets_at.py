@@ -26,6 +26,8 @@ __all__ = ["in_placements", "parse_socket_at", "read_sockets_at", "spaced"]
 
 UNITS = {"m": 1.0, "mm": 1e-3}
 COLUMNS = ("frame", "socket", "x", "y", "z", "deviation")
+LARGEST_DEVIATION = 1.0
+"""No coordinates are measured worse than this [m]."""
 _HEADER = "frame,socket,x [mm],y [mm],z [mm],deviation [mm]"
 _COLUMN = re.compile(r"(\w+)\s*(?:\[(\w+)\])?")
 _SOCKET = re.compile(r"(.+):(\d+)")
@@ -73,8 +75,10 @@ def parse_socket_at(words: str) -> SocketAt:
 def _rows(file: Path) -> list[SocketAt]:
     try:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError):
-        raise FrameError(f"{file}: cannot be read as text") from None
+    except OSError as error:
+        raise FrameError(f"{file}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise FrameError(f"{file}: cannot be read as text; write it as CSV") from None
     kept = [(i, line) for i, line in enumerate(lines, 1) if line.split("#")[0].strip()]
     if not kept:
         raise FrameError(f"{file}: empty; expected the header {_HEADER}")
@@ -127,6 +131,8 @@ def _socket_at(
     if not all(map(math.isfinite, values)) or values[3] <= 0:
         raise FrameError(f"{where}: x, y, z are numbers, and the deviation a positive one")
     x, y, z, deviation = values
+    if deviation > LARGEST_DEVIATION:
+        raise FrameError(f"{where}: a deviation of {deviation:g} m tells nothing; check its unit")
     return SocketAt(frame, (match[1], int(match[2])), (x, y, z), deviation, where)
 
 

@@ -80,6 +80,8 @@ def test_one_base_is_said_in_words(cell: Path, capsys: pytest.CaptureFixture[str
         (["left:CELL/left/front", *ROBOTS], "right: no placement to train on"),
         (["left:CELL/left", "--robot", "panda", "--robot", "ur5e"], "each needs a name, as in"),
         (["x", "--robot", "a=panda", "--robot", "a=ur5e"], "two robots are called 'a'"),
+        (["x", "--robot", "left=panda"], "one robot needs no name; write --robot panda"),
+        (["rihgt:CELL/right", *ROBOTS], "no robot is called 'rihgt'; there are: left, right"),
         (["x", *ROBOTS, "--tip", "up=hand"], "--tip up=hand: no robot is called 'up'"),
         (
             ["left:CELL/left", "right:CELL/right", *ROBOTS[:4], "--method", "paper"],

@@ -2,7 +2,7 @@
 
 import argparse
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +44,7 @@ def adviser_of(
         goal_for(robot, arguments.goal_mm),
         arguments.sockets,
     )
-    return BackgroundCoach(stack.enter_context(Neighbour(COACHING, setup)))
+    return BackgroundCoach(stack.enter_context(closing(Neighbour(COACHING, setup))))
 
 
 def _loaded(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def page_of(
     if not arguments.page:
         return None, session
     setup = {"robot": _loaded(arguments), "host": arguments.page_host}
-    neighbour = stack.enter_context(Neighbour(PAGE, setup))
+    neighbour = stack.enter_context(closing(Neighbour(PAGE, setup)))
     neighbour.send({})
     told: Any = None
     while told is None and neighbour.trouble is None:

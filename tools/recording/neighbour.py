@@ -7,7 +7,6 @@ import subprocess
 import sys
 from collections.abc import Generator, Mapping
 from contextlib import suppress
-from types import TracebackType
 from typing import Any
 
 __all__ = ["Neighbour", "lines_from_recorder"]
@@ -74,17 +73,6 @@ class Neighbour:
                     pipe.close()
         self._process.kill()  # it holds nothing that could be lost
         self._process.wait()
-
-    def __enter__(self) -> "Neighbour":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _write(self, value: Mapping[str, Any]) -> None:
         data = json.dumps(value).encode() + b"\n"

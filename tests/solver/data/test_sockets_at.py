@@ -47,6 +47,7 @@ def test_words_read_back() -> None:
         ([HEADER, "t,a,0,0,0,1"], "t.csv:2: socket 'a': expected PLACEMENT:0"),
         ([HEADER, "t,a:0,0,0,x,1"], "t.csv:2: x, y, z are numbers"),
         ([HEADER, "t,a:0,0,0,0,-1"], "t.csv:2: .* the deviation a positive one"),
+        ([HEADER, "t,a:0,0,0,0,2000"], "t.csv:2: a deviation of 2 m tells nothing; check its unit"),
         (
             [HEADER, "t,a:0,0,0,0,1", "t,a:0,1,0,0,1"],
             "t.csv:3: socket a:0 is twice in",
@@ -56,6 +57,14 @@ def test_words_read_back() -> None:
 def test_what_cannot_be_is_refused_by_line(tmp_path: Path, lines: list[str], words: str) -> None:
     with pytest.raises(FrameError, match=words):
         read_sockets_at([write(tmp_path / "t.csv", *lines)])
+
+
+def test_a_file_that_is_missing_or_no_text_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FrameError, match=r"none\.csv: No such file"):
+        read_sockets_at([tmp_path / "none.csv"])
+    (tmp_path / "t.xlsx").write_bytes(b"PK\x03\x04\xff\xfe")
+    with pytest.raises(FrameError, match=r"t\.xlsx: cannot be read as text; write it as CSV"):
+        read_sockets_at([tmp_path / "t.xlsx"])
 
 
 def test_a_frame_that_two_files_name_is_refused(tmp_path: Path) -> None:

@@ -31,10 +31,10 @@ class Model:
     def __init__(self, file: Path) -> None:
         library = file.with_suffix(".so")
         compile_("cc", "-std=c99", "-O0", *STRICT, "-shared", "-fPIC", file, "-o", library, "-lm")
-        self.file, self.name, self.library = file, file.stem, ctypes.CDLL(str(library))
+        self.file, self.name, self.compiled = file, file.stem, ctypes.CDLL(str(library))
 
     def __call__(self, function: str, q: np.ndarray, size: int) -> np.ndarray:
-        call = getattr(self.library, f"{self.name}_{function}")
+        call = getattr(self.compiled, f"{self.name}_{function}")
         out = np.empty((len(q), size))
         q = np.ascontiguousarray(q)
         to, fro, step = q.ctypes.data, out.ctypes.data, 8
@@ -108,7 +108,7 @@ def test_ten_thousand_configurations(arm, calibrations) -> None:
 @pytest.mark.slow
 def test_what_is_no_number_is_said(arm) -> None:
     q, out = (ctypes.c_double * 7)(*[0.1] * 6, float("nan")), (ctypes.c_double * 7)()
-    assert arm.library.arm_command(q, out) == -1
+    assert arm.compiled.arm_command(q, out) == -1
 
 
 @pytest.mark.slow

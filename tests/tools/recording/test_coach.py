@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -99,7 +100,7 @@ def test_the_nearest_of_the_good_poses_is_proposed(coach: Coach, samples: list[S
 @pytest.fixture
 def neighbour(panda: Robot):
     robot = {"robot": "panda", "base": None, "tip": "ball_link", "flange": None, "ball": None}
-    with Neighbour(COACHING, setup_of(robot, 0.05, 3e-4, 2)) as neighbour:
+    with closing(Neighbour(COACHING, setup_of(robot, 0.05, 3e-4, 2))) as neighbour:
         yield neighbour
 
 
