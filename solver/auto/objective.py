@@ -53,6 +53,7 @@ __all__ = [
     "free_unknowns",
     "knowledge",
     "linearise",
+    "moved",
     "prior_precision",
     "priors",
     "start",
@@ -221,6 +222,16 @@ def linearise(
             by_volume[own.start : own.start + one.geometry] = -count * slope
             volume -= count * (log_volume - objective.nominal_log_volumes[i])
     return Linear(points, errors, by_x, by_joints, volume, by_volume)
+
+
+def moved(objective: Objective, state: State, change: np.ndarray) -> State:
+    """Return the state after a change of all unknowns."""
+    size, dense = objective.model.size, objective.dense
+    x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
+    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
+    centres = state.centres + change[dense:].reshape(-1, 3)
+    linear = linearise(objective, x, centres, frames)
+    return replace(state, x=x, centres=centres, frames=frames, linear=linear)
 
 
 def _balls(objective: Objective, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
