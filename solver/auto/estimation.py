@@ -30,6 +30,7 @@ from .objective import (
     State,
     build_objective,
     free_unknowns,
+    from_means,
     moved,
     prior_precision,
     start,
@@ -128,7 +129,8 @@ def gauss_newton(objective: Objective, state: State, *, release: bool = True) ->
     released = replace(state, at_zero=held)
     prior = prior_precision(objective, released)
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
+    pull = prior @ from_means(objective, state)
+    gradient = normal.gradient + pull + volume * state.linear.by_volume
     free = free_unknowns(objective, released)
     change, covariance = bounded_step(normal.information + prior, gradient, x, free, bounded & free)
     return Step(change, covariance, normal, spread, volume)
@@ -200,9 +202,12 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
     for group in state.groups:
         new = group
         if group.learned:
-            members = group.members[~state.at_zero[group.members]]
+            free = ~state.at_zero[group.members]
+            members = group.members[free]
             new = group.updated(
-                state.x[members], step.covariance[np.ix_(members, members)], members
+                state.x[members] - group.mean[free],
+                step.covariance[np.ix_(members, members)],
+                members,
             )
             if _effect(state, new) > NEGLIGIBLE:
                 change = max(change, abs(log(new.width / group.width)))

@@ -8,14 +8,14 @@ introduces prior, posterior and evidence.
 """
 
 from dataclasses import dataclass, replace
-from math import lgamma, log, pi
+from math import erfc, lgamma, log, pi, sqrt
 
 import numpy as np
 
 from .deflection import ONE_SIDED
 from .noise import NU
 from .normal_equations import NormalEquations, normal_equations, value, weigh
-from .objective import Objective, State, free_unknowns, moved, prior_precision, priors
+from .objective import Objective, State, free_unknowns, from_means, moved, prior_precision, priors
 from .positive import bounds
 from .posterior import Posterior, World
 from .priors import TYPICAL_SPREAD
@@ -107,13 +107,12 @@ def _curve(objective: Objective, state: State) -> _Curve:
     """Return the bell curve and the logarithm of the evidence.
 
     log p(data) = -L + g^T H^-1 g / 2 + sum_g log|P_g| / 2 - log|H| / 2                    (A6)
-                  + log p(widths) + log(2^b B)
+                  + log p(widths) + log(B / A)
 
     L is the objective (A1) and g its slope, P_g the prior precision of group g, H the curvature
     (A3), |.| the determinant, p(widths) the prior of the widths themselves. The slope is zero but
-    for unknowns that are held at zero. The prior of b unknowns that are never negative is the
-    positive half of a bell curve, twice as high as the whole; of that around the posterior, the
-    share B is within the bounds.
+    for unknowns that are held at zero. Of unknowns that are never negative, the share A of the
+    priors' bell curve counts, and the share B of that around the posterior.
     """
     held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
     for group in state.groups:
@@ -122,7 +121,7 @@ def _curve(objective: Objective, state: State) -> _Curve:
     state = replace(state, at_zero=held)
     normal, prior = normal_equations(objective, state), prior_precision(objective, state)
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    slope = normal.gradient + prior @ x + state.linear.by_volume
+    slope = normal.gradient + prior @ from_means(objective, state) + state.linear.by_volume
     free = free_unknowns(objective, state)
     hessian = normal.information + prior
     covariance = inverse(hessian, free)
@@ -134,10 +133,23 @@ def _curve(objective: Objective, state: State) -> _Curve:
         mean = x - covariance @ slope
         found = bounds(mean[b], covariance[np.ix_(b, b)])
         precision[b], pull[b] = found.precision, found.pull
-        result += found.log_share + len(b) * log(2)
+        result += found.log_share - _log_prior_share(state)
         covariance = inverse(hessian + np.diag(precision), free)
     change = covariance @ (pull - precision * x - slope) if len(b) else np.zeros(objective.size)
     return _Curve(state, normal, change, precision, result)
+
+
+def _log_prior_share(state: State) -> float:
+    """Return log A: a half is within the bound for each unknown whose mean is zero."""
+    shares = [
+        erfc(-mean / variance**0.5 / sqrt(2)) / 2
+        for group in state.groups
+        if group.name in ONE_SIDED and group.width
+        for mean, variance in zip(
+            group.mean.tolist(), np.diag(group.covariance(group.width)).tolist(), strict=True
+        )
+    ]
+    return float(np.sum(np.log(shares)))
 
 
 def _log_evidence(objective: Objective, state: State) -> float:

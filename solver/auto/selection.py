@@ -9,8 +9,8 @@ left out of the fit once, and the errors there must be smaller than the geometry
 standard error of that.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -24,7 +24,7 @@ from .arms import Arms, as_scene
 from .averaging import averaged, probabilities
 from .deflection import COMPLIANCE, PLAY, TILT, TRANSMISSION, ZERO
 from .estimation import estimate_all
-from .extended_model import extend
+from .extended_model import Expected, extend
 from .posterior import Posterior, World
 
 __all__ = ["STAGES", "Selected", "Selection", "held_out_error", "select_all", "select_model"]
@@ -115,27 +115,50 @@ def select_all(
     stages: Sequence[str] = tuple(STAGES),
     joint_noise: bool = True,
     zeros: bool = False,
+    types: Sequence[Mapping[str, Expected]] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selected:
-    """Choose the models of several robots, each extension robot by robot; see above."""
+    """Choose the models of several robots, each extension robot by robot; see above.
+
+    ``types`` are for each robot what is known of the elasticity of other arms of its type, see
+    :attr:`.ExtendedModel.of_type`. All is then tried with that as well as without.
+    """
 
     def fit(near: World | None, extensions: Extensions, observed: Scene) -> World:
         models = [extend(*free, own) for free, own in zip(robots, extensions, strict=True)]
+        if near is not None:
+            known = [arm.model.of_type for arm in near.arms]
+            models = [replace(m, of_type=own) for m, own in zip(models, known, strict=True)]
         return estimate_all(Arms(tuple(models)), observed, joint_noise=joint_noise, near=near)
 
     progress("geometry")
     geometric = fit(None, [(ZERO,) if zeros else ()] * len(robots), data)
     names = [name for name in STAGES if name in stages and (zeros or name != "play")]
-    tried = _search(
-        fit, geometric, [(name, i) for name in names for i in range(len(robots))], progress
-    )
-    models, words = _judged(fit, geometric, tried.models)
+    order = [(name, i) for name in names for i in range(len(robots))]
+    starts = [geometric, _of_types(geometric, types)] if any(types) else [geometric]
+    tried = [_search(fit, start, order, progress) for start in starts]
+    every = [geometric, *(model for one in tried for model in one.models[1:])]
+    models, words = _judged(fit, geometric, every)
     shares = probabilities(models)
     notes: list[list[str]] = [[] for _ in robots]
-    for (stage, i), gain in tried.gains.items():
+    best = max(tried, key=lambda one: max(model.log_evidence for model in one.models))
+    for (stage, i), gain in best.gains.items():
         notes[i].append(f"{stage}: {_note(gain, _share(models, shares, stage, i), words)}")
+    for i, own in enumerate(notes):
+        if any(types) and types[i]:
+            by_type = [bool(model.arms[i].model.of_type) for model in models]
+            own.append(f"type prior: counts by {100 * float(shares[by_type].sum()):.0f} %")
     full = averaged(models, shares) if len(models) > 1 else models[0]
     return Selected(geometric, full, tuple(map(tuple, notes)))
+
+
+def _of_types(world: World, types: Sequence[Mapping[str, Expected]]) -> World:
+    """Return a model of the geometry alone, from which those of such types are fitted."""
+    arms = [
+        replace(arm, model=replace(arm.model, of_type=of_type))
+        for arm, of_type in zip(world.arms, types, strict=True)
+    ]
+    return replace(world, arms=tuple(arms))
 
 
 Extensions = Sequence[tuple[str, ...]]
