@@ -137,8 +137,7 @@ def select_all(
     order = [(name, i) for name in names for i in range(len(robots))]
     starts = [geometric, _of_types(geometric, types)] if any(types) else [geometric]
     tried = [_search(fit, start, order, progress) for start in starts]
-    every = [geometric, *(model for one in tried for model in one.models[1:])]
-    models, words = _judged(fit, geometric, every)
+    models, words = _judged(fit, tried[0].models, [m for one in tried[1:] for m in one.models[1:]])
     shares = probabilities(models)
     notes: list[list[str]] = [[] for _ in robots]
     best = max(tried, key=lambda one: max(model.log_evidence for model in one.models))
@@ -210,10 +209,21 @@ def _kept(world: World) -> tuple[frozenset[str], ...]:
     return tuple(frozenset(arm.model.extensions) for arm in world.arms)
 
 
-def _judged(fit: Fit, geometric: World, models: list[World]) -> tuple[list[World], str]:
-    """Return the models that count: the geometry alone, or the probable ones; and words on why."""
+def _judged(fit: Fit, models: list[World], typed: list[World]) -> tuple[list[World], str]:
+    """Return the models that count: the geometry alone, or the probable ones; and words on why.
+
+    Args:
+        fit: Fits a model.
+        models: What was tried, the geometry alone first.
+        typed: What was tried with the elasticity of other arms of the type. That this arm bends as
+            they do is no bold claim, so these need not be 150 times as probable.
+    """
+    geometric = models[0]
+    if max(model.log_evidence for model in models) - geometric.log_evidence < GAIN:
+        models = [geometric]
+    models = [*models, *typed]
     best = max(models, key=lambda model: model.log_evidence)
-    if best.log_evidence - geometric.log_evidence < GAIN:
+    if best is geometric:
         return [geometric], ""
     words = ""
     if len(best.scene.placements) >= ENOUGH_PLACEMENTS:
