@@ -74,27 +74,47 @@ def test_no_average_goes_across_two_episodes() -> None:
     assert rests_of(first + second, [0] * len(first) + [1] * len(second)) == []
 
 
-def test_sockets_of_several_bases_are_paired(session) -> None:
-    """Three bases in one log, the second one's sockets used in turns."""
+@pytest.mark.parametrize(
+    "visits",
+    [
+        ("front 0", "front 1", "left 0", "left 1", "right 0", "right 1"),
+        ("right 0", "right 1", "left 0", "left 1", "front 0", "front 1"),
+        ("left 1", "left 0", "front 1", "front 0"),
+        ("front 0", "front 1", "front 0"),
+        ("front 1", "left 0", "front 0", "left 1", "front 1"),
+        ("front 0", "front 1", "front 0", "front 1", "front 0", "front 1"),
+    ],
+    ids=", ".join,
+)
+def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, visits) -> None:
+    """Placements are numbered by their first rest, and the socket of that rest is called 0."""
     from mukca.recorder.dataset import read_placement
     from mukca.recorder.rest import Rest
     from mukca.tools.extract.rests import Found
 
     robot = load_robot("panda")
     truth, found = [], []
-    for name in ("front", "left", "right"):
-        samples = list(read_placement(session / name).samples)
-        if name == "left":
-            samples.sort(key=lambda sample: sample.position)
-        first = samples[0].socket
-        truth += [(name, int(sample.socket != first)) for sample in samples]
-        for sample in samples:
+    left: dict[str, list] = {}
+    for name in {visit.split()[0] for visit in visits}:
+        for sample in read_placement(session / name).samples:
+            left.setdefault(f"{name} {sample.socket}", []).append(sample.position)
+    share = {visit: len(left[visit]) // visits.count(visit) for visit in visits}
+    for visit in visits:
+        for _ in range(share[visit]):
             at = float(len(found))
-            rest = Rest(sample.position, (1e-5,) * 7, None, None, at, 30)
+            rest = Rest(left[visit].pop(), (1e-5,) * 7, None, None, at, 30)
             found.append(Found(at, at + 0.5, rest))
+            truth.append(visit)
+    bases = list(dict.fromkeys(visit.split()[0] for visit in visits))
+    first = {base: next(visit for visit in visits if visit.startswith(base)) for base in bases}
+    expected = [
+        (f"placement_{1 + bases.index(visit.split()[0])}", int(visit != first[visit.split()[0]]))
+        for visit in truth
+    ]
     proposals = propose(robot, found, joints_of(robot), 0.05)
-    names = {"placement_1": "front", "placement_2": "left", "placement_3": "right"}
-    assert [(names[p.placement or ""], p.socket) for p in proposals] == truth
+    assert [(p.placement, p.socket) for p in proposals] == expected
+    placements = placements_of(proposals, robot.joint_names, 0.05)
+    assert list(placements) == [f"placement_{i + 1}" for i in range(len(bases))]
 
 
 def test_the_rests_as_the_user_says(found) -> None:
