@@ -68,6 +68,21 @@ def test_a_short_stop_and_a_slow_move_are_no_rests() -> None:
     assert rests_of(still(0.4, 0, 0.4)) == []
 
 
+@pytest.mark.parametrize("rate", [10, 15, 20, 25, 30, 33, 50])
+@pytest.mark.parametrize("jitter", [0.0, 1e-4])
+def test_rests_in_slow_streams(rate, jitter) -> None:
+    """Whether the window's last step ends just within it or just outside is a matter of luck."""
+    rng = np.random.default_rng(0)
+    stamps = np.sort(np.arange(0, 27, 1 / rate) + jitter * rng.normal(size=27 * rate))
+    phase = np.clip((stamps % 3.2 - 2.4) / 0.8, 0, 1)  # at rest for 2.4 s, then on
+    values = 0.5 * (stamps // 3.2 + phase) + 1e-5 * rng.normal(size=len(stamps))
+    log = Log(stamps, np.stack([values, values], axis=1), None, np.zeros(len(stamps), dtype=int))
+    joints = (JointLimits("a"), JointLimits("b"))
+    for window in (0.3, log.least_window)[rate < 15 :]:  # five states are the least to average
+        found = find_rests(log, joints, window=window, still=5e-4)
+        assert [round(one.rest.position[0] / 0.5, 2) for one in found[:8]] == list(range(8))
+
+
 def test_no_average_goes_across_two_episodes() -> None:
     first, second = still(0.4, 0, 0.5), still(0.4, 0.5, 1.0)
     assert len(rests_of(first + second)) == 1
