@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ... import MukcaError
+from ..usage import joints_named
 
 __all__ = ["ExtractError", "Log", "Question", "columns_of", "merged", "unknown_joints"]
 
@@ -71,14 +72,7 @@ def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
     """
     wanted = question.joints
     if question.named is not None:
-        named = question.named
-        words = named.split(",") if "*" not in named else [named.replace("*", j) for j in wanted]
-        wanted = tuple(word.strip() for word in words)
-        if len(wanted) != len(question.joints):
-            raise ExtractError(
-                f"--joints {named}: {len(wanted)} names, but the model has {len(question.joints)} "
-                f"joints: {', '.join(question.joints)}"
-            )
+        wanted = joints_named(question.named, wanted)
         return [names.index(word) for word in wanted] if set(wanted) <= set(names) else None
     if set(wanted) <= set(names):
         return [names.index(joint) for joint in wanted]
