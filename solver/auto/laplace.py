@@ -12,7 +12,7 @@ from math import erfc, lgamma, log, pi, sqrt
 
 import numpy as np
 
-from .deflection import ONE_SIDED
+from .deflection import ELASTICITY
 from .noise import NU
 from .normal_equations import NormalEquations, normal_equations, value, weigh
 from .objective import Objective, State, free_unknowns, from_means, moved, prior_precision, priors
@@ -116,7 +116,7 @@ def _curve(objective: Objective, state: State) -> _Curve:
     """
     held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
     for group in state.groups:
-        if group.name in ONE_SIDED and group.width:
+        if group.name in ELASTICITY and group.width:
             held[group.members], limited[group.members] = False, True
     state = replace(state, at_zero=held)
     normal, prior = normal_equations(objective, state), prior_precision(objective, state)
@@ -144,7 +144,7 @@ def _log_prior_share(state: State) -> float:
     shares = [
         erfc(-mean / variance**0.5 / sqrt(2)) / 2
         for group in state.groups
-        if group.name in ONE_SIDED and group.width
+        if group.name in ELASTICITY and group.width
         for mean, variance in zip(
             group.mean.tolist(), np.diag(group.covariance(group.width)).tolist(), strict=True
         )

@@ -5,8 +5,8 @@ that is for servo arms), then transmission error, each to the best model so far 
 docs/model.md). If the best makes the evidence less than 150 times that of the geometry, the
 geometry alone is kept. Otherwise the result is the mean of all these models, each as probable as
 its evidence says. With three placements or more the best must also prove itself: each placement is
-left out of the fit once, and the errors there must be smaller than the geometry's by more than the
-standard error of that.
+left out of the fit once, of very many some at a time, and the errors there must be smaller than the
+geometry's by more than the standard error of that.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -26,6 +26,7 @@ from .deflection import COMPLIANCE, PLAY, TILT, TRANSMISSION, ZERO
 from .estimation import estimate_all
 from .extended_model import Expected, extend
 from .posterior import Posterior, World
+from .zeros import zeros_in_words
 
 __all__ = ["STAGES", "Selected", "Selection", "held_out_error", "select_all", "select_model"]
 
@@ -42,6 +43,9 @@ without elasticity or transmission error, one of them never raised it by more th
 LIKELY = 0.01
 """Models less probable than this are left out of the mean."""
 ENOUGH_PLACEMENTS = 3
+PARTS = 10
+"""Into so many parts are placements divided at most, each of which is left out once: the time of
+a fit to the others grows with their number, and so would the number of fits."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +152,9 @@ def select_all(
             by_type = [bool(model.arms[i].model.of_type) for model in models]
             own.append(f"type prior: counts by {100 * float(shares[by_type].sum()):.0f} %")
     full = averaged(models, shares) if len(models) > 1 else models[0]
+    if zeros:
+        for own, arm in zip(notes, full.arms, strict=True):
+            own.append(zeros_in_words(arm))
     return Selected(geometric, full, tuple(map(tuple, notes)))
 
 
@@ -270,15 +277,16 @@ def _left_out(fit: Fit, whole: World) -> np.ndarray:
         fit: Fits a model.
         whole: The model, fitted to all placements.
     """
-    errors: list[float] = []
-    for placement in whole.scene.placements:
-        extensions = [arm.model.extensions for arm in whole.arms]
+    extensions = [arm.model.extensions for arm in whole.arms]
+    names = whole.scene.placements
+    errors = np.full(len(names), np.nan)
+    for part in range(min(PARTS, len(names))):
         try:
-            found = fit(whole, extensions, whole.scene.without(placement))
-            errors.append(held_out_error(found, whole.scene, placement))
+            found = fit(whole, extensions, whole.scene.without(names[part::PARTS]))
         except FrameError:
-            errors.append(float("nan"))
-    return np.array(errors)
+            continue
+        errors[part::PARTS] = [held_out_error(found, whole.scene, p) for p in names[part::PARTS]]
+    return errors
 
 
 def held_out_error(found: World, data: Scene, placement: str) -> float:
