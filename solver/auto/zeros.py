@@ -9,7 +9,6 @@ with R_i the rotation of joint i's origin.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -24,17 +23,18 @@ DECIDED = math.radians(0.2)
 
 
 def zeros_in_words(posterior: Posterior) -> str:
-    """Return what was found of each joint's zero, and which the data do not decide."""
+    """Return what was found of each joint's zero, and which the data do not decide.
+
+    Args:
+        posterior: Of a model whose first extension is the zeros.
+    """
     begin = posterior.model.geometry
     variances = np.diag(posterior.covariance)[begin:]
-    zeros: Sequence[float] = (
-        () if posterior.deflection.zeros is None else posterior.deflection.zeros
-    )
     found = [
         f"{joint} {math.degrees(zero):+.2f} +- {math.degrees(variance**0.5):.2f} deg"
         + (" (not decided)" if variance > DECIDED**2 else "")
         for joint, zero, variance in zip(
-            posterior.model.robot.joint_names, zeros, variances, strict=False
+            posterior.model.robot.joint_names, posterior.x[begin:], variances, strict=False
         )
     ]
     return f"zeros: {', '.join(found)}"
