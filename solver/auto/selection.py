@@ -23,6 +23,7 @@ from .deflection import COMPLIANCE, PLAY, TILT, TRANSMISSION, ZERO
 from .estimation import estimate_all
 from .extended_model import extend
 from .posterior import Posterior, World
+from .zeros import zeros_in_words
 
 __all__ = ["STAGES", "Selected", "Selection", "held_out_error", "select_all", "select_model"]
 
@@ -133,6 +134,9 @@ def select_all(
             candidate, note = _tried(fit, left_out, best, stage, i)
             own.append(f"{stage}: {note}")
             best = best if candidate is None else candidate
+    if zeros:
+        for own, arm in zip(notes, best.arms, strict=True):
+            own.append(zeros_in_words(arm))
     return Selected(geometric, best, tuple(map(tuple, notes)))
 
 
