@@ -9,6 +9,7 @@ with R_i the rotation of joint i's origin.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
