@@ -80,11 +80,12 @@ def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sam
 
 
 def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
-    panda: Robot, samples: list[Sample]
+    coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    coach.advise(samples[:-LATELY], 1)
+
     def asked(goal: float) -> Advice:
-        coach = Coach(panda, 0.05, goal)
-        coach.advise(samples[:-LATELY], 1)
+        monkeypatch.setattr(coach, "_goal", goal)
         return coach.advise(samples, 1)
 
     beyond = asked(1e-6)
