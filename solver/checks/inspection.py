@@ -19,7 +19,7 @@ from ..robot.urdf import Robot
 from .advice import farthest_place, place_advice
 from .amount import few_findings
 from .changes import Change, find_parts
-from .columns import UNEXPLAINED, column_findings
+from .columns import UNEXPLAINED, column_findings, columns_behind
 from .configurations import duplicate_findings, still_findings
 from .distances import Scale, judge_distances, named
 from .finding import Finding, where_of
@@ -82,6 +82,7 @@ def inspect_all(
     *,
     known: Sequence[KnownDistance] = (),
     deviation: float = CALIPER_DEVIATION,
+    zeros: bool = False,
 ) -> Survey:
     """Inspect placements: each fitted alone, and all together to see whether a base moved.
 
@@ -91,6 +92,8 @@ def inspect_all(
         measurements: The placements; those that an instrument measured are passed over.
         known: Distances measured beside those between each placement's sockets.
         deviation: Standard deviation of the latter [m].
+        zeros: Whether the joints' zeros may be off by degrees, as on arms made of servos: then
+            that is no mistake.
 
     Raises:
         KnownError: A known distance names a socket that is not there.
@@ -99,7 +102,7 @@ def inspect_all(
     known = named(measurements, known)
     if not measurements:
         return Survey((), (), None)
-    model = RigidModel(robot, parameters)
+    model = RigidModel(robot, parameters, zeros=zeros)
     alone = [find_parts(model, samples_of([m])) for m in measurements]
     floors = [fit.error for fit, _ in alone]
     bad = {
@@ -118,6 +121,10 @@ def inspect_all(
     kept = {m.name for m in good}
     told = [k for k in known if {k.first[0], k.second[0]} <= kept]
     distances = judge_distances(good, together, moved, told, deviation)
+    behind = columns_behind(model, good) if distances.size and not explained else None
+    if behind is not None:
+        columns = [*columns, behind[0]]
+        distances = judge_distances(good, behind[1], moved, told, deviation)
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
         changes: tuple[Change, ...] = ()
