@@ -15,7 +15,7 @@ import numpy as np
 from ..robot.kinematics import BallModel, workspace
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
-from .deflection import EXTENSIONS, PLAY, Deflection, coefficient_names, design, looseness
+from .deflection import EXTENSIONS, PLAY, ZERO, Deflection, coefficient_names, design, looseness
 
 __all__ = ["Expected", "ExtendedModel", "extend"]
 
@@ -109,7 +109,8 @@ class ExtendedModel:
         The scale is that of the cloud of ball positions over random poses, beside what another
         place of the ball on the flange, or a turn of the base, would do to it: the ball's place
         was only guessed, and says nothing of the arm. One arm can be described by many sets of
-        lengths, but its balls are the same in all of them.
+        lengths, but its balls are the same in all of them. A zero moves the poses to which
+        readings belong, and with them the cloud, but makes no link longer.
 
         Returns:
             Shape (size,) [1/m, 1/rad, ...]: 0.01 says that one unit more makes the robot 1 %
@@ -123,7 +124,10 @@ class ExtendedModel:
         turns = np.cross(np.eye(3), cloud[:, None]).swapaxes(1, 2)
         others = np.concatenate([place - place.mean(axis=0), turns], axis=2).reshape(cloud.size, -1)
         radial = cloud.ravel() - others @ np.linalg.lstsq(others, cloud.ravel(), rcond=None)[0]
-        return radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
+        by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
+        if ZERO in self.extensions:
+            by_scale[self.geometry : self.geometry + self.sizes[0]] = 0.0
+        return by_scale
 
 
 def extend(
