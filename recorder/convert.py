@@ -4,7 +4,8 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from .dataset import METADATA, Placement
+from .placement import Placement
+from .placement_json import METADATA
 from .samples import SAMPLES, capture_line, header_line
 
 __all__ = ["hole_files", "sample_files", "write_holes"]

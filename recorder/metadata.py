@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from .csv_files import RecordingError
-from .dataset import METADATA, read_distance, read_metadata
+from .placement_json import METADATA, read_distance, read_metadata
 from .samples import SAMPLES
 from .session import SOCKETS
 

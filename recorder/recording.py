@@ -15,8 +15,9 @@ from types import TracebackType
 from typing import Any, cast
 
 from .csv_files import RecordingError
-from .dataset import METADATA, is_placement, placements_in, read_metadata
+from .dataset import is_placement, placements_in
 from .metadata import Metadata, merged, sync_folder, write_metadata
+from .placement_json import METADATA, read_metadata
 from .samples import SAMPLES, Sample, SampleFile, capture_line, header_line, mark_line, read_samples
 
 __all__ = ["Metadata", "Recording"]

@@ -100,7 +100,8 @@ def split_by_robot(
 
 
 def _owned(paths: Sequence[Path], robots: "dict[str, Robot]") -> dict[str, list[Path]]:
-    from ..recorder.dataset import METADATA, find_placements, read_metadata
+    from ..recorder.dataset import find_placements
+    from ..recorder.placement_json import METADATA, read_metadata
 
     found: dict[str, list[Path]] = {name: [] for name in robots}
     for path in paths:

@@ -20,7 +20,7 @@ from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
 from .bounded import bounded_step
-from .deflection import EXTENSIONS, ONE_SIDED
+from .deflection import ELASTICITY, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, NU, Noise
@@ -123,7 +123,7 @@ def gauss_newton(objective: Objective, state: State, *, release: bool = True) ->
     volume = _volume_weight(objective, state, normal, spread)
     bounded = np.zeros(objective.size, dtype=bool)
     for group in state.groups:
-        bounded[group.members] = group.name in ONE_SIDED and group.width > 0
+        bounded[group.members] = group.name in ELASTICITY and group.width > 0
     held = state.at_zero & ~(release & bounded[: objective.model.size])
     released = replace(state, at_zero=held)
     prior = prior_precision(objective, released)
@@ -186,7 +186,7 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
     size = objective.model.size
     x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
-        if group.name in ONE_SIDED:
+        if group.name in ELASTICITY:
             at_zero[group.members] = x[group.members] <= 0
     dense = objective.dense
     turns = change[size:dense].reshape(-1, 6)

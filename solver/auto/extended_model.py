@@ -15,7 +15,7 @@ import numpy as np
 from ..robot.kinematics import BallModel, workspace
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
-from .deflection import EXTENSIONS, Deflection, coefficient_names, design
+from .deflection import EXTENSIONS, PLAY, Deflection, coefficient_names, design, looseness
 
 __all__ = ["ExtendedModel", "extend"]
 
@@ -88,13 +88,16 @@ class ExtendedModel:
 
         Returns:
             The centres, shape (N, 3) [m]; their derivatives by the unknowns, shape (N, 3, size),
-            and by the joint positions, shape (N, 3, m).
+            and by the joint positions, shape (N, 3, m): with play, by as much as each is noisy.
         """
         shifts = design(self.extensions, q, torque)
         true = self.deflection(x).true_positions(q, torque)
         linear = self.ball.linearise(self.values(x), true)
         by_unknowns = np.concatenate([linear.by_parameters, linear.by_joints @ shifts], axis=2)
-        return linear.points, by_unknowns, linear.by_joints[:, :, : q.shape[1]]
+        by_joints = linear.by_joints[:, :, : q.shape[1]]
+        if PLAY in self.extensions:
+            by_joints = by_joints * looseness(torque[:, : q.shape[1]])[:, None]
+        return linear.points, by_unknowns, by_joints
 
     def by_scale(self) -> np.ndarray:
         """Return the derivative of the logarithm of the robot's scale by the unknowns.

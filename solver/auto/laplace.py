@@ -12,7 +12,7 @@ from math import erfc, lgamma, log, pi, sqrt
 
 import numpy as np
 
-from .deflection import ONE_SIDED
+from .deflection import ELASTICITY
 from .noise import NU
 from .normal_equations import NormalEquations, normal_equations, value
 from .objective import Objective, State, free_unknowns, prior_precision, priors
@@ -115,7 +115,7 @@ def _within_bounds(
     """
     result = 0.0
     for group in state.groups:
-        if group.name not in ONE_SIDED or not group.width:
+        if group.name not in ELASTICITY or not group.width:
             continue
         for i in group.members.tolist():
             if not state.at_zero[i]:

@@ -28,9 +28,12 @@ DEFLECTION = 5e-4
 are hardly ever much larger, so this is the scale of the prior on their width, too."""
 ZERO_WIDTH = float(np.deg2rad(3))
 """Width of the joints' zeros, where they may be off: as they are set by eye [rad]."""
-PRINTED = {"translation": 1e-3, "rotation": 3e-3}
-"""Scales of the widths of lengths [m] and angles [rad] where the zeros are free, too: they are then
-the larger part of what is wrong with the angles."""
+PRINTED = {"translation": 2e-4, "rotation": 7e-4}
+"""Typical widths of lengths [m] and angles [rad] where the zeros are free, too: what printed parts
+are off by. The zeros are then the larger part of what is wrong with the angles."""
+PLAY_WIDTH, PLAY_DIFFERENCE = float(np.deg2rad(0.3)), float(np.deg2rad(0.1))
+"""Standard deviations of half the play of a servo, and of how joints differ in it [rad]. Where a
+joint carries its load on one side throughout, the other joints tell what its zero must leave."""
 TYPICAL_SPREAD = 1.0
 """Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
 SHYEST, BOLDEST = 0.3, 10.0
@@ -172,7 +175,7 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
     for extension, size in zip(model.extensions, model.sizes, strict=True):
         members_here = np.arange(begin, begin + size)
         if extension == ZERO:
-            groups = [replace(g, scale=PRINTED.get(g.name, g.scale)) for g in groups]
+            groups = [_printed(group) for group in groups]
             groups.append(PriorGroup(ZERO, "rad", members_here, ZERO_WIDTH, learned=False))
         elif extension in ELASTICITY:
             m = data.positions.shape[1]
@@ -187,8 +190,17 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
                     typical=DEFLECTION / torque,
                 )
             )
+        elif extension == PLAY:
+            alike = np.full(size, PLAY_WIDTH)
+            groups.append(
+                PriorGroup(PLAY, "rad", members_here, PLAY_DIFFERENCE, learned=False, common=alike)
+            )
         else:
-            scale = np.inf if extension == PLAY else DEFLECTION
-            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=scale))
+            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=DEFLECTION))
         begin += size
     return tuple(groups)
+
+
+def _printed(group: PriorGroup) -> PriorGroup:
+    typical = PRINTED.get(group.name)
+    return group if typical is None else replace(group, width=typical, typical=typical)

@@ -3,8 +3,8 @@
 The geometry is fitted first. Then compliance is added, then tilt, then play (with zeros,
 that is for servo arms), then transmission error, each to what was kept before. An extension is
 kept if it makes the evidence (see docs/model.md) at least 150 times as large. With three placements
-or more it must also prove itself: each placement is left out of the fit once, and the errors there
-must fall by more than the standard error of that fall.
+or more it must also prove itself: each placement is left out of the fit once, of very many some at
+a time, and the errors there must fall by more than the standard error of that fall.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,6 +23,7 @@ from .deflection import COMPLIANCE, PLAY, TILT, TRANSMISSION, ZERO
 from .estimation import estimate_all
 from .extended_model import extend
 from .posterior import Posterior, World
+from .zeros import zeros_in_words
 
 __all__ = ["STAGES", "Selected", "Selection", "held_out_error", "select_all", "select_model"]
 
@@ -38,6 +39,9 @@ GAIN = log(150)
 elasticity or transmission error, it never rose by more than 2.6; true ones that raise it by less
 than 5 made errors elsewhere no smaller."""
 ENOUGH_PLACEMENTS = 3
+PARTS = 10
+"""Into so many parts are placements divided at most, each of which is left out once: the time of
+a fit to the others grows with their number, and so would the number of fits."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +134,9 @@ def select_all(
             candidate, note = _tried(fit, left_out, best, stage, i)
             own.append(f"{stage}: {note}")
             best = best if candidate is None else candidate
+    if zeros:
+        for own, arm in zip(notes, best.arms, strict=True):
+            own.append(zeros_in_words(arm))
     return Selected(geometric, best, tuple(map(tuple, notes)))
 
 
@@ -189,16 +196,21 @@ class _LeftOut:
         """
         key = tuple(arm.model.extensions for arm in whole.arms)
         if key not in self._known:
-            errors = [self._error(whole, key, p) for p in whole.scene.placements]
-            self._known[key] = np.array(errors)
+            names = whole.scene.placements
+            errors = np.full(len(names), np.nan)
+            for part in range(min(PARTS, len(names))):
+                errors[part::PARTS] = self._errors_in(whole, key, names[part::PARTS])
+            self._known[key] = errors
         return self._known[key]
 
-    def _error(self, whole: World, extensions: Extensions, placement: str) -> float:
+    def _errors_in(
+        self, whole: World, extensions: Extensions, placements: Sequence[str]
+    ) -> list[float]:
         try:
-            found = self._fit(whole, extensions, whole.scene.without(placement))
+            found = self._fit(whole, extensions, whole.scene.without(placements))
         except FrameError:
-            return float("nan")
-        return held_out_error(found, whole.scene, placement)
+            return [float("nan")] * len(placements)
+        return [held_out_error(found, whole.scene, placement) for placement in placements]
 
 
 def held_out_error(found: World, data: Scene, placement: str) -> float:

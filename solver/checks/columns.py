@@ -16,7 +16,7 @@ from ..robot.urdf import Robot
 from .finding import Finding, where_of
 from .rigid import RigidFit, RigidModel, Samples, samples_of
 
-__all__ = ["UNEXPLAINED", "column_findings"]
+__all__ = ["UNEXPLAINED", "column_findings", "columns_behind"]
 
 TOLERANCE = 0.02
 """No arm is farther from its model than this on average, but for its ball's place [m]."""
@@ -25,15 +25,19 @@ UNEXPLAINED = 5e-3
 ODDS, BETTER = 30.0, 0.9
 """A sign is wrong if the other makes the samples e^30 times as likely, and the noise that much
 less."""
+USUAL = np.deg2rad(1.5)
+"""Joints' zeros may be off by less than this."""
+MUCH = 0.5
+"""Part of the error of the model as it is that is left if a guess is right."""
 CLEARLY = 0.4
 """Part of a simpler guess's error that a guess less simple must come down to."""
 GLANCE, LOOK = 90, 400
 """Samples in all that a first look at a guess takes, and a fit."""
 MOST_SIGNS = 8
 """Signs of more joints are not tried all together."""
-ZEROS = np.deg2rad(np.arange(-180, 180, 15))
+ZEROS, SMALL = np.deg2rad(np.arange(-180, 180, 15)), np.deg2rad(31)
 FINEST = np.deg2rad(0.2)
-"""Zeros that are tried, and how finely the best one is searched."""
+"""Zeros that are tried, which of them are likelier, and how finely the best one is searched."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,7 @@ def column_findings(model: RigidModel, measurements: Sequence[Measurement]) -> l
     fixed, remaining = model.fit(guess.of(few)), model.nominal_error(guess.of(glance))
     if fixed.error < min(UNEXPLAINED, 0.5 * fit.error):
         return [_finding(guess, where, fit.error, fixed.error)]
-    if remaining < 0.5 * nominal and fixed.error < UNEXPLAINED:
+    if remaining < MUCH * nominal and fixed.error < UNEXPLAINED:
         # The geometry bends as far, but no arm does: what the model says counts.
         return [_finding(guess, where, nominal, remaining)]
     text = (
@@ -81,6 +85,28 @@ def column_findings(model: RigidModel, measurements: Sequence[Measurement]) -> l
     advice = "is it this robot's model, with the right --base and --tip, and the joints in order?"
     level = "error" if fit.error > UNEXPLAINED else "warning"
     return [Finding(level, "model", where, text, advice)]
+
+
+def columns_behind(
+    model: RigidModel, measurements: Sequence[Measurement]
+) -> tuple[Finding, RigidFit] | None:
+    """Return which sign, swap or zero may be behind a wrong size of the arm, and a fit without it.
+
+    A wrong distance between the sockets changes nothing but the size. A wrong column changes what
+    the model says of the samples as well, so it is one if without it the model as it is fits much
+    better.
+
+    Args:
+        model: The arm.
+        measurements: Placements by which its size is wrong.
+    """
+    samples = samples_of(measurements)
+    glance = samples.thinned(max(GLANCE // samples.count, 4))
+    guess = _best(model, glance)
+    before, after = model.nominal_error(glance), model.nominal_error(guess.of(glance))
+    if after > MUCH * before or 0 < abs(guess.zeros).max() < USUAL:
+        return None
+    return _finding(guess, where_of(measurements), before, after), model.fit(guess.of(samples))
 
 
 def _finding(guess: _Guess, where: str, before: float, after: float) -> Finding:
@@ -137,8 +163,20 @@ def _best(model: RigidModel, samples: Samples) -> _Guess:
 
 
 def _best_zero(robot: Robot, joint: int, error: Callable[[_Guess], float]) -> _Guess:
-    """Return the best guess of a joint's zero: the best of many, and a search by halves there."""
-    guess = min((_zero(robot, joint, zero) for zero in ZEROS.tolist()), key=error)
+    """Return the best guess of a joint's zero: a small one, unless a large one is clearly better.
+
+    Near a wrist, one that is half a turn off may look almost right.
+    """
+    small = _searched(robot, joint, ZEROS[abs(ZEROS) < SMALL], error)
+    large = _searched(robot, joint, ZEROS, error)
+    return large if error(large) < CLEARLY * error(small) else small
+
+
+def _searched(
+    robot: Robot, joint: int, zeros: np.ndarray, error: Callable[[_Guess], float]
+) -> _Guess:
+    """Return the best of some zeros, searched by halves there."""
+    guess = min((_zero(robot, joint, zero) for zero in zeros.tolist()), key=error)
     step = float(ZEROS[1] - ZEROS[0]) / 2
     while step > FINEST:
         zero = float(guess.zeros[joint])

@@ -76,6 +76,11 @@ class DistanceVerdict:
     scale: Scale | None
     """None where no distance is known, or all are wrong."""
 
+    @property
+    def size(self) -> bool:
+        """Whether the arm's size is not believable."""
+        return any(finding.code == "scale" for finding in self.shared)
+
 
 @dataclass(frozen=True)
 class _Ratios:

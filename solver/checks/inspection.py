@@ -19,7 +19,7 @@ from ..robot.urdf import Robot
 from .advice import farthest_place, place_advice
 from .amount import few_findings
 from .changes import Change, find_parts
-from .columns import UNEXPLAINED, column_findings
+from .columns import UNEXPLAINED, column_findings, columns_behind
 from .configurations import duplicate_findings, still_findings
 from .distances import Scale, judge_distances, named
 from .finding import Finding, where_of
@@ -118,6 +118,10 @@ def inspect_all(
     kept = {m.name for m in good}
     told = [k for k in known if {k.first[0], k.second[0]} <= kept]
     distances = judge_distances(good, together, moved, told, deviation)
+    behind = columns_behind(model, good) if distances.size and not explained else None
+    if behind is not None:
+        columns = [*columns, behind[0]]
+        distances = judge_distances(good, behind[1], moved, told, deviation)
     seen: list[Inspection] = []
     for i, measured in enumerate(measurements):
         changes: tuple[Change, ...] = ()

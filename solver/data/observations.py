@@ -5,6 +5,7 @@ instrument measured. What is known of them are distances, or coordinates in a fr
 is known or not, see :mod:`.frames`.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,14 +54,14 @@ class Observations:
         """Return :func:`distance_covariance` of the known distances."""
         return distance_covariance(self.known)
 
-    def without(self, placement: str) -> "Observations":
-        """Return the observations without one placement and the distances to its sockets."""
-        kept = [i for i, (name, _) in enumerate(self.labels) if name != placement]
+    def without(self, placements: Collection[str]) -> "Observations":
+        """Return the observations without some placements and the distances to their sockets."""
+        kept = [i for i, (name, _) in enumerate(self.labels) if name not in placements]
         new = {old: i for i, old in enumerate(kept)}
         rows = np.isin(self.sockets, kept)
         instrument = self.instrument
         if instrument is not None:
-            rows |= instrument.rows_besides(placement)
+            rows |= instrument.rows_besides(placements)
             instrument = instrument.of(rows)
         return replace(
             self,
@@ -93,9 +94,10 @@ class Instrument:
     wheres: tuple[str, ...]
     """File and line of each, for messages."""
 
-    def rows_besides(self, placement: str) -> np.ndarray:
-        """Return which samples were measured, but for those of one placement, shape (N,)."""
-        return np.array([name not in ("", placement) for name in self.placements], dtype=bool)
+    def rows_besides(self, placements: Collection[str]) -> np.ndarray:
+        """Return which samples were measured, but for those of some placements, shape (N,)."""
+        left = ("", *placements)
+        return np.array([name not in left for name in self.placements], dtype=bool)
 
     def of(self, rows: np.ndarray) -> "Instrument | None":
         """Return what was measured at some samples; None where nothing was."""
@@ -129,6 +131,6 @@ class Scene:
             names += arm.instrument.placements if arm.instrument is not None else ()
         return tuple(dict.fromkeys(name for name in names if name))
 
-    def without(self, placement: str) -> "Scene":
-        """Return the scene without one placement, and what is known of its sockets."""
-        return replace(self, arms=tuple(arm.without(placement) for arm in self.arms))
+    def without(self, placements: Collection[str]) -> "Scene":
+        """Return the scene without some placements, and what is known of their sockets."""
+        return replace(self, arms=tuple(arm.without(placements) for arm in self.arms))

@@ -8,7 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...recorder.convert import hole_files, sample_files
-from ...recorder.dataset import METADATA, find_placements, read_metadata, read_placement
+from ...recorder.dataset import find_placements, read_placement
+from ...recorder.placement_json import METADATA, read_metadata
 from ..arguments import UsageError
 from ..files import OutputError, refuse_existing, write_files
 from ..terminal import Terminal

@@ -122,7 +122,7 @@ def _remove_simulated(recordings: Path) -> None:
     Raises:
         OutputError: One of them is of another arm.
     """
-    from ...recorder.dataset import METADATA
+    from ...recorder.placement_json import METADATA
     from ...recorder.samples import SAMPLES
 
     for base in demo_bases():
@@ -135,7 +135,7 @@ def _remove_simulated(recordings: Path) -> None:
 
 def _is_simulated(metadata: Path) -> bool:
     """Tell whether a recording was made with the mock alone."""
-    from ...recorder.dataset import read_metadata
+    from ...recorder.placement_json import read_metadata
 
     sessions: Any = read_metadata(metadata).get("sessions")
     if not isinstance(sessions, list) or not sessions:

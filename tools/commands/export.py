@@ -23,7 +23,7 @@ formats:
 
 What a format cannot say is named, with what that costs at the ball."""
 
-OPTIONS = ("like", "servos", "flange", "tool")
+OPTIONS = ("like", "joints", "servos", "flange", "tool")
 """Options that only some formats understand; each format's ``takes`` says which."""
 
 
@@ -55,6 +55,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="(ur) the file that ur_calibration wrote, whose hash is kept; "
         "(mjcf) the model to correct; (lerobot) the arm's present calibration file",
+    )
+    parser.add_argument(
+        "--joints",
+        metavar="NAMES",
+        help="(mjcf) how the model calls the joints: names in chain order, between commas; or one "
+        "word in which * is the URDF's name, as in left/*",
     )
     parser.add_argument(
         "--servos", choices=("feetech", "dynamixel"), help="(lerobot) the make of the arm's servos"
@@ -137,6 +143,7 @@ def _export(arguments: argparse.Namespace, terminal: Terminal) -> "Exported":
             identity=identify(calibration, arguments.calibration, arguments.serial_number),
             file=arguments.out,
             like=arguments.like,
+            joints=arguments.joints,
             servos=arguments.servos,
             flange=arguments.flange,
             tools=_tools(arguments.tool),

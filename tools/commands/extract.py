@@ -170,7 +170,7 @@ def _write(
     robot: "Robot",
 ) -> dict[str, str]:
     """Write the placements and the picture; return their paths by kind."""
-    from ...recorder.dataset import METADATA
+    from ...recorder.placement_json import METADATA
     from ..extract.picture import picture
 
     for name, files in folders.items():

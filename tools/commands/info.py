@@ -5,16 +5,9 @@ import math
 from pathlib import Path
 from typing import Any
 
-from ...recorder.dataset import (
-    METADATA,
-    Placement,
-    find_placements,
-    placement_name,
-    read_distance,
-    read_metadata,
-    read_placement,
-)
+from ...recorder.dataset import Placement, find_placements, placement_name, read_placement
 from ...recorder.metadata import set_distance
+from ...recorder.placement_json import METADATA, read_distance, read_metadata
 from ...recorder.samples import SAMPLES, SampleFile, read_samples
 from ..terminal import Terminal
 from ..usage import UsageError

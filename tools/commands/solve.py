@@ -150,7 +150,9 @@ def calibrated(
             every = [calibration]
     documents = [one.document for one in every]
     heeded = [line for d in documents for line in (*d.warnings, *map(str, d.checks or ()))]
-    for line in [*left_out, *heeded]:
+    for line in left_out:
+        terminal.say(line)
+    for line in heeded:
         terminal.warn(line)
     return calibration
 

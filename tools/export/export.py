@@ -54,6 +54,8 @@ class Request:
     """Where the result goes."""
     like: Path | None = None
     """A file of the user's of the same format, from which the rest is taken."""
+    joints: str | None = None
+    """How the user's file calls the arm's joints; see :func:`mukca.tools.usage.joints_named`."""
     servos: str | None = None
     """The make of the arm's servos."""
     flange: str | None = None

@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 
 from ...solver.robot.kinematics import rotation
+from ..usage import joints_named
 from .export import Exported, ExportError, Request, losses_without
 from .folding import behind
 from .mjcf_text import add_text, place_bodies
@@ -25,10 +26,14 @@ from .transforms import rigid
 
 __all__ = ["export"]
 
-SAME_AXIS = 1e-4
-"""How far the axes of both models may be apart [m]."""
-SAME_DIRECTION = 1e-3
+SAME_AXIS = 2e-3
+"""How far the axes of both models may be apart [m]; arms' models in use differ by a millimetre."""
+SAME_DIRECTION = 5e-3
 """How much they may be turned against each other [rad]."""
+ROUNDED = 1e-4
+"""Axes nearer than this [m], and turned by less [rad], differ by their models' rounding."""
+WEIGHT = 0.1
+"""What an axis counts beside the one before it, where both models are laid on each other."""
 
 
 @dataclass(frozen=True)
@@ -53,17 +58,19 @@ def export(request: Request) -> Exported:
     robot = request.calibration.robot
     nominal = _links([joint.origin.xyz + joint.origin.rpy for joint in robot.joints], request)
     calibrated = _links(request.origins, request)
-    carried = _carriers(request, joints, nominal)
+    carried, lines = _carriers(request, joints, nominal)
     places: dict[str, np.ndarray] = {}
     for i, joint in enumerate(joints):
         place = carried[i] @ calibrated[i] @ np.linalg.inv(carried[i + 1])
         places[joint.body] = np.linalg.inv(joint.welded) @ place
-    text = place_bodies(request.like.read_bytes(), places, str(request.like))
-    identity = "; ".join(request.identity.lines())
-    text = add_text(text, "mukca", identity)
-    lines = ["Keyframes stay right as joint angles, not as poses of a tool."]
-    if request.file.resolve().parent != request.like.resolve().parent:
-        lines.append(f"Put it beside {request.like}: what it includes is looked for there.")
+    holder, text = place_bodies(request.like, places)
+    main = holder == request.like
+    text = add_text(text, "; ".join(request.identity.lines()), "mukca" if main else None)
+    lines.append("Keyframes stay right as joint angles, not as poses of a tool.")
+    if not main:
+        lines.append(f"It is {holder}, corrected, which {request.like} includes.")
+    if request.file.resolve().parent != holder.resolve().parent:
+        lines.append(f"Put it beside {holder}: what it includes is looked for there.")
     losses = losses_without(request, behind(request, robot.joint_names))
     return Exported({request.file.name: text}, losses, tuple(lines))
 
@@ -98,7 +105,8 @@ def _joints(request: Request) -> list[MjcfJoint]:
     try:
         model = mujoco.MjModel.from_xml_path(str(request.like))
     except ValueError as error:
-        raise ExportError(f"--like {request.like}: MuJoCo cannot read it: {error}") from None
+        hint = "; name the model that includes it" if "mujocoinclude" in str(error) else ""
+        raise ExportError(f"--like {request.like}: MuJoCo cannot read it: {error}{hint}") from None
     indices = _matched(model, request)
     bodies = [int(model.jnt_bodyid[j]) for j in indices]
     before = int(model.body_parentid[bodies[0]])
@@ -123,24 +131,31 @@ def _matched(model: Any, request: Request) -> list[int]:
     wanted = request.calibration.robot.joint_names
     single = [j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)]  # slide, hinge
     names = [model.joint(j).name for j in single]
-    found = [
-        [j for j, name in zip(single, names, strict=True) if name and _same(name, joint)]
-        for joint in wanted
-    ]
+    if request.joints is not None:
+        wanted = joints_named(request.joints, wanted)
+    found = [[j for j, name in zip(single, names, strict=True) if name == w] for w in wanted]
+    if request.joints is None and not all(found):
+        found = [[j for j, n in zip(single, names, strict=True) if _same(n, w)] for w in wanted]
     if all(len(each) == 1 for each in found):
         return [each[0] for each in found]
-    if not any(found) and len(single) == len(wanted):
+    if not any(found) and request.joints is None and len(single) == len(wanted):
         return single
-    missing = [joint for joint, each in zip(wanted, found, strict=True) if len(each) != 1]
+    missing = [joint for joint, each in zip(wanted, found, strict=True) if not each]
+    if not missing:
+        several = [model.joint(j).name for j in max(found, key=len)]
+        raise ExportError(
+            f"{request.like}: has several arms, with {', '.join(several)}; say which, as in "
+            f"--joints '{several[0].replace(wanted[0], '*')}'"
+        )
     raise ExportError(
         f"{request.like}: its joints do not match; of {request.calibration.robot.name} it lacks "
-        f"{', '.join(missing)}, or has them twice; its own: {', '.join(names) or 'none'}"
+        f"{', '.join(missing)}; its own: {', '.join(names) or 'none'}; --joints names them"
     )
 
 
 def _same(name: str, other: str) -> bool:
     """Tell whether two names are one but for what stands before them, as panda_ or left/."""
-    return name.endswith(other) or other.endswith(f"_{name}") or name == other
+    return name.endswith(other) or (name != "" and other.endswith(f"_{name}"))
 
 
 def _path(model: Any, before: int, body: int, request: Request) -> list[int]:
@@ -171,8 +186,8 @@ def _local(model: Any, body: int) -> np.ndarray:
 
 def _carriers(
     request: Request, joints: list[MjcfJoint], nominal: list[np.ndarray]
-) -> list[np.ndarray]:
-    """Return C_0 of the base and C_i of each joint.
+) -> tuple[list[np.ndarray], list[str]]:
+    """Return C_0 of the base and C_i of each joint, and how the nominal models differ.
 
     Raises:
         ExportError: The axes of both models do not coincide.
@@ -182,27 +197,30 @@ def _carriers(
     links = list(_products(nominal))
     axes = np.array([B[:3, :3] @ j.axis for B, j in zip(bodies, joints, strict=True)])
     others = np.array([L[:3, :3] @ j.axis for L, j in zip(links, actuated, strict=True)])
-    turning = [joint.type != "prismatic" for joint in actuated]
+    turning = np.array([joint.type != "prismatic" for joint in actuated])
     base = _laid(axes, others, bodies, links, turning)
+    turned = others @ base[:3, :3].T
+    turns = np.cross(turned, axes)
+    gaps = np.array([(base @ L - B)[:3, 3] for B, L in zip(bodies, links, strict=True)])
+    offs = (gaps - axes * np.sum(axes * gaps, axis=1, keepdims=True)) * turning[:, None]
+    distances = np.linalg.norm(offs, axis=1)
+    angles = np.arctan2(np.linalg.norm(turns, axis=1), np.sum(axes * turned, axis=1))
+    worst = int(np.argmax(distances / SAME_AXIS + angles / SAME_DIRECTION))
+    said = (
+        f"{request.like}: the axis of {joints[worst].name!r} is not that of "
+        f"{actuated[worst].name!r}: {1e3 * distances[worst]:.2f} mm and "
+        f"{np.degrees(angles[worst]):.2f} degrees off"
+    )
+    if distances.max() > SAME_AXIS or angles.max() > SAME_DIRECTION:
+        raise ExportError(f"{said}; it is another arm's model, or counts its angles otherwise")
     carriers = [base]
-    for B, L, mine, theirs in zip(bodies, links, joints, actuated, strict=True):
-        C = np.linalg.inv(B) @ base @ L
-        turn = np.cross(C[:3, :3] @ theirs.axis, mine.axis)
-        off = C[:3, 3] - mine.axis * (mine.axis @ C[:3, 3])
-        if theirs.type == "prismatic":
-            off = np.zeros(3)
-        same = mine.axis @ C[:3, :3] @ theirs.axis > 0
-        if not same or np.linalg.norm(turn) > SAME_DIRECTION or np.linalg.norm(off) > SAME_AXIS:
-            angle = np.degrees(np.arctan2(np.linalg.norm(turn), 1 if same else -1))
-            raise ExportError(
-                f"{request.like}: the axis of {mine.name!r} is not that of {theirs.name!r}: "
-                f"{1e3 * np.linalg.norm(off):.2f} mm and {angle:.2f} degrees off; "
-                "it is another arm's model, or counts its angles otherwise"
-            )
-        C[:3, :3] = _turned(turn) @ C[:3, :3]  # rounding in either model
-        C[:3, 3] -= off
-        carriers.append(C)
-    return carriers
+    for B, L, turn, off in zip(bodies, links, turns, offs, strict=True):
+        there = base @ L
+        there[:3, :3] = _turned(turn) @ there[:3, :3]
+        there[:3, 3] -= off
+        carriers.append(np.linalg.inv(B) @ there)
+    differ = max(distances.max(), angles.max()) > ROUNDED
+    return carriers, [f"{said}; in the new file it is the calibrated arm's."] if differ else []
 
 
 def _turned(turn: np.ndarray) -> np.ndarray:
@@ -222,17 +240,22 @@ def _laid(
     others: np.ndarray,
     bodies: list[np.ndarray],
     links: list[np.ndarray],
-    turning: list[bool],
+    turning: np.ndarray,
 ) -> np.ndarray:
-    """Return the pose of the URDF's base in the model's, which lays its axes on the model's."""
-    U, _, V = np.linalg.svd(others.T @ axes)
+    """Return the pose of the URDF's base in the model's, which lays its axes on the model's.
+
+    Where the models differ, the axes next to the base count most: it stands still with them.
+    """
+    weights = WEIGHT ** np.arange(len(axes))
+    U, _, V = np.linalg.svd((others * weights[:, None]).T @ axes)
     R = (U @ np.diag([1.0, 1.0, np.linalg.det(U @ V)]) @ V).T
-    rows = [np.eye(3) - np.outer(a, a) for a, turns in zip(axes, turning, strict=True) if turns]
-    gaps = [B[:3, 3] - R @ L[:3, 3] for B, L in zip(bodies, links, strict=True)]
-    aims = [gap for gap, turns in zip(gaps, turning, strict=True) if turns]
+    each = list(zip(weights, axes, bodies, links, strict=True))
+    rows = [w * (np.eye(3) - np.outer(a, a)) for w, a, _, _ in each]
+    gaps = [B[:3, 3] - R @ L[:3, 3] for _, _, B, L in each]
     T = np.eye(4)
     T[:3, :3] = R
-    if rows:
-        across = np.concatenate([row @ aim for row, aim in zip(rows, aims, strict=True)])
-        T[:3, 3] = np.linalg.lstsq(np.concatenate(rows), across, rcond=None)[0]
+    if turning.any():
+        A = np.concatenate([row for row, turns in zip(rows, turning, strict=True) if turns])
+        aims = [r @ g for r, g, turns in zip(rows, gaps, turning, strict=True) if turns]
+        T[:3, 3] = np.linalg.lstsq(A, np.concatenate(aims), rcond=None)[0]
     return T

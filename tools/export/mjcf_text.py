@@ -1,7 +1,8 @@
 """The text of a MuJoCo model: edits that leave all else byte for byte as it was."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
@@ -15,50 +16,74 @@ __all__ = ["add_text", "place_bodies"]
 _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")
 
 
-def place_bodies(data: bytes, places: Mapping[str, np.ndarray], name: str) -> bytes:
-    """Return the model with other places of some bodies.
+def place_bodies(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, bytes]:
+    """Return the file that holds some bodies, and its text with other places of them.
 
     Args:
-        data: The model's text.
+        model: A model; the bodies stand in it, or in one of the files that it includes.
         places: The new pose of each body on its parent, shape (4, 4), by the body's name.
-        name: The file's name, for messages.
 
     Raises:
-        ExportError: A body stands in a file that this one includes, has no name, or hangs in a
-            ``<frame>``, which would move it on.
+        ExportError: No file has all of the bodies, or one hangs in a ``<frame>``, which would
+            move it on.
     """
-    found: dict[str, tuple[int, int]] = {}
+    for file, data, found in _files(model, model.parent, places):
+        if len(found) < len(places):
+            continue
+        for body, begin in sorted(found.items(), key=lambda item: -item[1]):
+            end = end_of_tag(data, begin)
+            tag = with_attributes(_TURNS.sub(b"", data[begin:end]), _attributes(places[body]))
+            data = data[:begin] + tag + data[end:]
+        return file, data
+    raise ExportError(
+        f"{model}: neither it nor a file that it includes holds all bodies of the arm: "
+        f"{', '.join(body or '(one without a name)' for body in places)}"
+    )
+
+
+def _files(
+    file: Path, folder: Path, places: Mapping[str, np.ndarray]
+) -> Iterator[tuple[Path, bytes, dict[str, int]]]:
+    """Yield a model and what it includes: each file, its text, and where bodies begin in it."""
+    data = file.read_bytes()
+    found: dict[str, int] = {}
+    included: list[str] = []
     path: list[str] = []
     parser = expat.ParserCreate()
 
     def start(tag: str, attributes: dict[str, str]) -> None:
+        if tag == "include":
+            included.append(attributes.get("file", ""))
         if tag == "body" and attributes.get("name") in places:
             if {"frame", "replicate"} & set(path):
-                raise ExportError(f"{name}: body {attributes['name']!r} hangs in a <frame>")
-            begin = parser.CurrentByteIndex
-            found[attributes["name"]] = (begin, end_of_tag(data, begin))
+                raise ExportError(f"{file}: body {attributes['name']!r} hangs in a <frame>")
+            found[attributes["name"]] = parser.CurrentByteIndex
         path.append(tag)
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda _: path.pop()
-    parser.Parse(data, True)
-    missing = [body or "(without a name)" for body in places if body not in found]
-    if missing:
-        raise ExportError(
-            f"{name}: body {missing[0]} does not stand in this file; name it, or name by --like "
-            "the file that holds it"
-        )
-    for body, (begin, end) in sorted(found.items(), key=lambda item: -item[1][0]):
-        tag = _TURNS.sub(b"", data[begin:end])
-        data = data[:begin] + with_attributes(tag, _attributes(places[body])) + data[end:]
-    return data
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:  # MuJoCo is more lenient
+        raise ExportError(f"{file}: not well-formed XML: {error}") from None
+    yield file, data, found
+    for name in included:
+        for place in (folder, file.parent):
+            if (place / name).is_file():
+                yield from _files(place / name, folder, places)
+                break
 
 
-def add_text(data: bytes, key: str, words: str) -> bytes:
-    """Return the model with a text of its own before its end, by ``model.text(key)``."""
+def add_text(data: bytes, words: str, key: str | None) -> bytes:
+    """Return the model with a text of its own before its end.
+
+    MuJoCo reads it by ``model.text(key)``; without a key it is a comment, as a file needs that
+    others include, anywhere in theirs.
+    """
+    new = f"<custom><text name={quoteattr(key)} data={quoteattr(words)}/></custom>" if key else ""
+    new = new or f"<!-- {re.sub('--+', '-', words)} -->"
     end = data.rindex(b"</mujoco")
-    new = f"  <custom><text name={quoteattr(key)} data={quoteattr(words)}/></custom>\n"
-    return data[:end] + new.encode() + data[end:]
+    return data[:end] + f"  {new}\n".encode() + data[end:]
 
 
 def _attributes(T: np.ndarray) -> dict[str, str]:

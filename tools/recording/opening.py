@@ -11,12 +11,12 @@ from typing import Any
 
 from ...drivers.reconnect import Reconnecting
 from ...drivers.registry import open_driver
-from ...recorder.dataset import METADATA, read_distance, read_metadata
 from ...recorder.display import Lines, Screen
 from ...recorder.kept_stream import KeptStream, next_file
 from ...recorder.keyboard import Keyboard
 from ...recorder.keys import keys_with
 from ...recorder.metadata import Metadata
+from ...recorder.placement_json import METADATA, read_distance, read_metadata
 from ...recorder.push import Push
 from ...recorder.record import Outcome, Recorder
 from ...recorder.recording import Recording

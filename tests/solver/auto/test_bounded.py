@@ -33,3 +33,15 @@ def test_it_is_the_best_of_all_steps_within_the_bounds(seed: int) -> None:
     assert ((x + change)[bounded] >= 0).all() and change[5] == 0
     zero = bounded & (x + change == 0)
     assert not covariance[zero].any() and not covariance[5].any()
+
+
+def test_it_is_exact_where_some_of_it_is_hardly_seen() -> None:
+    """Exact data, two arms: the curvature's inverse alone is wrong by more than the noise."""
+    generator = np.random.default_rng(1)
+    axes = np.linalg.qr(generator.normal(0, 1, (40, 40)))[0]
+    H = (axes * np.logspace(-12, 0, 40)) @ axes.T
+    H = (H + H.T) / 2
+    gradient = -H @ generator.normal(0, 1, 40)
+    none = np.zeros(40, dtype=bool)
+    change, _ = bounded_step(H, gradient, np.zeros(40), ~none, none)
+    assert np.abs(H @ change + gradient).max() < 1e-13

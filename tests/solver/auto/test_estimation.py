@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
+from mukca.solver.auto.deflection import COMPLIANCE, Deflection
 from mukca.solver.auto.estimation import estimate, estimate_all, gauss_newton
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.noise import INFORMATION
@@ -21,7 +22,7 @@ from mukca.solver.paper.optimizers import NotConverged
 from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.simulated_arms import perturb, reachable_bases, record
+from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
 
 
 def misread(placement: Placement, generator: np.random.Generator, angle: float) -> Placement:
@@ -156,3 +157,26 @@ def test_an_extension_whose_fit_does_not_settle_is_left_out(front, monkeypatch) 
     selection = select_model(panda, choose_parameters(panda), data)
     assert selection.full is selection.geometric
     assert all("does not settle" in note for note in selection.notes) and len(selection.notes) == 3
+
+
+def test_of_many_placements_some_are_left_out_at_a_time(panda, monkeypatch) -> None:
+    """So that the time of a fit grows with their number, not with its square."""
+    generator, bends = np.random.default_rng(3), (np.full(7, 1e-4),)
+    how = Imperfection(5e-5, Deflection((COMPLIANCE,), bends))
+    placements = [
+        record(panda, base, generator, samples=8, imperfection=how)
+        for base in reachable_bases(panda, generator, 3)
+    ]
+    data = observe([measure(placement, panda) for placement in placements], panda)
+    fitted: list[tuple[str, ...]] = []
+
+    def counted(model, observed, **options):
+        fitted.append(observed.placements)
+        return estimate_all(model, observed, **options)
+
+    monkeypatch.setattr("mukca.solver.auto.selection.estimate_all", counted)
+    monkeypatch.setattr("mukca.solver.auto.selection.PARTS", 2)
+    chosen = select_model(panda, choose_parameters(panda), data, stages=["compliance"])
+    a, b, c = (placement.name for placement in placements)
+    assert fitted == [(a, b, c)] * 2 + [(b,), (a, c)] * 2
+    assert "where one placement is left out" in chosen.notes[0]

@@ -111,9 +111,9 @@ def test_leaving_points_out_leaves_the_sockets(
 ) -> None:
     seated, points, _ = both
     data = observe([measure(points, panda), measure(seated, panda)], panda)
-    left = data.without(points.name)
+    left = data.without([points.name])
     assert left.instrument is None and len(left.positions) == len(seated.samples)
-    other = data.without(seated.name)
+    other = data.without([seated.name])
     assert other.labels == () and (other.sockets == -1).all() and not other.known
 
 

@@ -5,13 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mukca.recorder.dataset import Placement
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.uncertainty import scale
+from mukca.solver.checks.finding import Finding
+from mukca.solver.checks.inspection import inspect_all
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
 from mukca.solver.robot.parameters import choose_parameters
-from mukca.tools.simulated_arms import Base, record
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.simulated_arms import Base, perturb, reachable_bases, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
@@ -74,3 +78,25 @@ def test_the_scale_of_a_fit_is_that_of_the_distance(panda, placements) -> None:
     value, deviation = scale(estimate(extend(panda, choose_parameters(panda)), data))
     assert 0.002 < value < 0.0045
     assert 2e-4 < deviation < 1e-3
+
+
+@pytest.mark.parametrize(("name", "joint"), [("panda", 3), ("panda", 5), ("so101", 2)])
+def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int, change) -> None:
+    """The distance alone is never the cause of errors that a zero takes away."""
+    robot, generator = load_robot(name), np.random.default_rng(5)
+    arm = perturb(robot, generator, 1e-3, 5e-3)
+    (base,) = reachable_bases(robot, generator, 1)
+    sound = record(arm, base, generator, samples=20, noise=1e-4)
+    off = change(sound, lambda q: q + 0.1 * (np.arange(len(q)) == joint))
+    parameters = choose_parameters(robot)
+
+    def seen(placement: Placement, distance: float | None = None) -> list[Finding]:
+        measured = measure(placement, robot, distance)
+        return list(inspect_all(robot, parameters, [measured]).shared)
+
+    (finding,) = seen(off)
+    assert (finding.level, finding.code) == ("error", "zero")
+    assert finding.text.startswith(f"joint {joint + 1} ") and " off by +5" in finding.text
+    codes = [finding.code for finding in seen(off, 0.055)]
+    assert codes == ["zero", "scale"]
+    assert [finding.code for finding in seen(sound, 0.055)] == ["scale"]

@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -121,28 +122,85 @@ def test_mujoco_reads_back_the_calibrated_arm(export, imagined, tmp_path) -> Non
     assert "the ball's place" in said and "Keyframes" in said
 
 
+def motions(model, names, q: np.ndarray) -> np.ndarray:
+    """How the last body screws from each configuration to the next: its angle, and how far.
+
+    Both are the same wherever the frames of the base and of the body stand.
+    """
+    data = mujoco.MjData(model)
+    poses = []
+    for row in q:
+        for name, value in zip(names, row, strict=True):
+            data.qpos[model.joint(name).qposadr[0]] = value
+        mujoco.mj_kinematics(model, data)
+        body = data.body(model.jnt_bodyid[model.joint(names[-1]).id])
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = body.xmat.reshape(3, 3), body.xpos
+        poses.append(pose)
+    found = []
+    for one, other in pairwise(poses):
+        T = np.linalg.inv(one) @ other
+        (x, y, z), cosine = (T - T.T)[[2, 0, 1], [1, 2, 0]] / 2, (np.trace(T[:3, :3]) - 1) / 2
+        sine = np.linalg.norm([x, y, z])
+        found.append((np.arctan2(sine, cosine), T[:3, 3] @ [x, y, z] / sine))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("digits", "told"), [(5, False), (3, True)])
 def test_a_model_with_rounded_numbers_moves_as_the_calibrated_arm(
-    export, calibrations, tmp_path
+    export, calibrations, tmp_path, digits, told
 ) -> None:
     calibration = load_calibration(calibrations / "ur5e.json")
     robot, mine, out = calibration.robot, tmp_path / "mine.xml", tmp_path / "out.xml"
-    text = re.sub(r"-?\d+\.\d{6,}(e-\d+)?", lambda n: f"{float(n[0]):.5f}", model_of(robot))
-    mine.write_text(text)
+    number = r"-?\d+\.\d{6,}(e-\d+)?"
+    mine.write_text(re.sub(number, lambda n: f"{float(n[0]):.{digits}f}", model_of(robot)))
     words = ("--to", "mjcf", "--like", mine, "--out", out)
-    assert export(calibrations / "ur5e.json", *words)[0] == 0
+    status, said, err = export(calibrations / "ur5e.json", *words)
+    assert status == 0, err
+    assert ("in the new file it is the calibrated arm's" in said) == told
     q = workspace(robot, 12)
-    last = f"{robot.joint_names[-1]}_body"
-    where = [balls(out, robot, last, point, q) for point in np.vstack([np.zeros(3), np.eye(3)])]
-    # the same motion: one point fixed to the last body follows the ball exactly
-    place = np.stack([axis - where[0] for axis in where[1:]], axis=2)
-    expected = calibration.calibrated.geometric_ball(q)
-    # unknown: the ball on the last body, and the small step from one base frame to the other
-    off, turn = expected - where[0], np.zeros((12, 3, 3))
-    for i, (x, y, z) in enumerate(expected):
-        turn[i] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
-    unknowns = np.concatenate([place, np.eye(3)[None].repeat(12, 0), turn], axis=2)
-    solved = np.linalg.lstsq(unknowns.reshape(-1, 9), off.ravel(), rcond=None)[0]
-    assert np.abs(unknowns.reshape(-1, 9) @ solved - off.ravel()).max() < 1e-9
+    calibrated = mujoco.MjModel.from_xml_string(calibration.calibrated.urdf().decode())
+    expected = motions(calibrated, robot.joint_names, q)
+    off = motions(mujoco.MjModel.from_xml_path(str(out)), robot.joint_names, q) - expected
+    assert np.abs(off).max() < 1e-9
+    off = motions(mujoco.MjModel.from_xml_path(str(mine)), robot.joint_names, q) - expected
+    assert np.abs(off).max() > 1e-4
+
+
+def two_arms(folder: Path) -> Path:
+    """Two Pandas in a scene, each in a file that it includes where its bodies stand."""
+    for side in ("left", "right"):
+        model = model_of(load_robot("panda"), f"{side}/", welded=False)
+        arm = model[model.index("<body") : model.rindex("</body>")] + "</body>"
+        arm = arm.replace('name="stand"', f'name="{side}"')
+        (folder / f"{side}.xml").write_text(f"<mujocoinclude>\n{arm}\n</mujocoinclude>\n")
+    scene = folder / "scene.xml"
+    included = '<include file="left.xml"/><include file="right.xml"/>'
+    head = '<mujoco><compiler angle="radian"/><worldbody>'
+    scene.write_text(f"{head}{included}</worldbody></mujoco>")
+    return scene
+
+
+def test_one_of_two_arms_in_files_that_a_scene_includes(export, calibrations, tmp_path) -> None:
+    file, scene, out = calibrations / "panda.json", two_arms(tmp_path), tmp_path / "out.xml"
+    words = (file, "--to", "mjcf", "--like", scene, "--out", out)
+    status, _, err = export(*words)
+    assert status == 2 and "--joints 'left/*'" in err and not out.exists()
+    before = mujoco.MjModel.from_xml_path(str(scene))
+    status, said, err = export(*words, "--joints", "right/*")
+    assert status == 0 and f"It is {tmp_path / 'right.xml'}, corrected" in said, err
+    out.rename(tmp_path / "right.xml")
+    assert "sha256" in (tmp_path / "right.xml").read_text()
+    calibration = load_calibration(file)
+    names, q = calibration.robot.joint_names, workspace(calibration.robot, 5)
+    calibrated = mujoco.MjModel.from_xml_string(calibration.calibrated.urdf().decode())
+    after = mujoco.MjModel.from_xml_path(str(scene))
+    for side, model, its in (("right/", calibrated, names), ("left/", before, None)):
+        mine = [side + name for name in names]
+        off = motions(after, mine, q) - motions(model, its or mine, q)
+        assert np.abs(off).max() < 1e-9
+    status, _, err = export(file, "--to", "mjcf", "--like", tmp_path / "left.xml", "--out", out)
+    assert status == 2 and "name the model that includes it" in err
 
 
 def test_all_else_is_untouched_to_the_byte(export, calibrations, tmp_path) -> None:
@@ -190,8 +248,9 @@ def broken(robot: Robot, old: str, new: str) -> str:
         ("ur5e", "", "", "do not match; of panda it lacks panda_joint1"),
         ("panda", "name='panda_joint4'", "ref='0.1' name='panda_joint4'", "`ref`"),
         ("panda", "name='panda_joint4'", "pos='0 0 .1' name='panda_joint4'", "has a `pos`"),
-        ("panda", ' name="panda_joint4_body"', "", "does not stand in this file"),
+        ("panda", ' name="panda_joint4_body"', "", "holds all bodies of the arm"),
         ("panda", "</mujoco>", "", "MuJoCo cannot read it"),
+        ("panda", "<!-- mine -->", "<!-- a -- b -->", "not well-formed XML"),
     ],
 )
 def test_a_model_that_does_not_fit_is_refused(

@@ -1,0 +1,129 @@
+"""One placement as a value: its samples, and what is known of how they were taken."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .csv_files import RecordingError
+from .samples import Sample
+
+__all__ = ["Placement"]
+
+
+@dataclass(frozen=True, repr=False)
+class Placement:
+    """All samples taken at one position of the socket base.
+
+    Some 30 configurations of the arm with the ball in socket 0, and as many in socket 1.
+    """
+
+    name: str
+    """The folder's name after its parent's, as in ``panda_3/frontcenter``."""
+    samples: tuple[Sample, ...]
+    """The samples, without those that the operator took back."""
+    joint_names: tuple[str, ...] | None = None
+    """Names of the joints, in the order of each sample's positions; None where the file names
+    none."""
+    distance: float | None = None
+    """Distance between the centres of sockets 0 and 1 [m]; None where ``placement.json`` does not
+    give it."""
+    files: tuple[Path, ...] = ()
+    """The files that it was read from; empty for a placement that was made in memory."""
+    remarks: tuple[str, ...] = ()
+    """What people should know about the files, one line each."""
+    frame: str | None = None
+    """The name of the instrument's frame, where one measured; None where the files give none."""
+    robot_name: str | None = None
+    """Whose recording it is, where there are several robots."""
+    place: str = ""
+    """Which base it is: two robots that visited one base recorded the same place. The folder's own
+    name, if ``placement.json`` does not name it."""
+
+    def __post_init__(self) -> None:
+        if not self.place:
+            object.__setattr__(self, "place", self.name.split("/")[-1])
+
+    def __repr__(self) -> str:
+        counts = np.bincount(self.sockets)
+        joints = len(self.samples[0].position) if self.samples else 0
+        samples = " + ".join(map(str, counts)) or "0"
+        return f"Placement({self.name!r}: {samples} samples, {joints} joints)"
+
+    @cached_property
+    def positions(self) -> NDArray[np.float64]:
+        """Joint positions, shape (samples, joints) [rad], [m] for a prismatic joint."""
+        return np.array([sample.position for sample in self.samples], dtype=float)
+
+    @cached_property
+    def sockets(self) -> NDArray[np.int64]:
+        """The number of each sample's socket, from 0, shape (samples,)."""
+        return np.array([sample.socket for sample in self.samples], dtype=np.int64)
+
+    @cached_property
+    def efforts(self) -> NDArray[np.float64] | None:
+        """Joint efforts, shape (samples, joints) [N m]; None where a sample lacks them."""
+        if any(sample.effort is None for sample in self.samples):
+            return None
+        return np.array([sample.effort for sample in self.samples], dtype=float)
+
+    @property
+    def path(self) -> Path | None:
+        """The folder that it was read from."""
+        return self.files[0].parent if self.files else None
+
+    def for_joints(self, joint_names: Sequence[str]) -> "Placement":
+        """Return the placement with its joints in the order in which a robot model has them.
+
+        Joints are matched by name where the file names at least one joint of the model. Where it
+        names none, they are taken to be in the model's order already.
+
+        Args:
+            joint_names: The model's actuated joints, in chain order.
+
+        Returns:
+            The same samples, each with one position for each of the joint names.
+
+        Raises:
+            RecordingError: Another number of joints, or a header that names only some of them.
+        """
+        order = self._order(tuple(joint_names))
+        if order is None:
+            return self
+        picked = tuple(
+            replace(
+                sample,
+                position=tuple(sample.position[i] for i in order),
+                effort=sample.effort and tuple(sample.effort[i] for i in order),
+                spread=sample.spread and tuple(sample.spread[i] for i in order),
+            )
+            for sample in self.samples
+        )
+        return replace(self, samples=picked, joint_names=tuple(joint_names))
+
+    def _order(self, joint_names: tuple[str, ...]) -> list[int] | None:
+        where = self.samples[0].where
+        columns = self.joint_names
+        matched = [] if columns is None else [name for name in joint_names if name in columns]
+        if columns is not None and len(matched) == len(joint_names):
+            return [columns.index(name) for name in joint_names]
+        if matched:
+            missing = [name for name in joint_names if name not in matched]
+            raise RecordingError(
+                f"{self.files[0]}: the header names {len(matched)} of the robot's "
+                f"{len(joint_names)} joints; missing: {', '.join(missing)}. Name all of them, "
+                "or none (columns then go by order)"
+            )
+        count = len(self.samples[0].position)
+        if count != len(joint_names):
+            # 1,5,2,5 for 1.5 and 2.5: nobody could tell, but for the count.
+            halves = count == 2 * len(joint_names) and not np.any(self.positions % 1)
+            hint = "; these look like decimal commas: separate by semicolons" if halves else ""
+            raise RecordingError(
+                f"{where}: {count} joint positions, but the robot's chain has "
+                f"{len(joint_names)} actuated joints ({', '.join(joint_names)}){hint}"
+            )
+        return None
