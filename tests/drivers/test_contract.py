@@ -193,6 +193,7 @@ class TestKinovaSerial(OfKinova):
     wrong = "192.168.1.10"
 
 
+@pytest.mark.slow
 class TestKinovaCan(OfKinova):
     """In real time, where an answer may come late."""
 

@@ -89,6 +89,7 @@ def message(document: dict[str, Any]) -> str:
     return str(caught.value)
 
 
+@pytest.mark.slow
 def test_each_key_that_is_gone_is_named(extended) -> None:
     ways = list(paths(extended))
     assert len(ways) > 120
@@ -110,6 +111,7 @@ def test_without_what_only_some_methods_leave_a_report_is_made(extended) -> None
     read(extended)
 
 
+@pytest.mark.slow
 def test_each_value_of_another_kind_is_named(extended) -> None:
     for path in paths(extended):
         damaged = copy.deepcopy(extended)
