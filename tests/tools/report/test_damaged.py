@@ -69,6 +69,15 @@ def paths(value: Any, path: Path = ()) -> Iterator[Path]:
         yield from paths(value[0], (*path, 0))
 
 
+def shortened(value: Any) -> Any:
+    """Return a document whose lists of objects and of rows end after the first."""
+    if isinstance(value, dict):
+        return {key: shortened(inner) for key, inner in value.items()}
+    if isinstance(value, list) and value and isinstance(value[0], dict | list):
+        return [shortened(value[0])]
+    return value
+
+
 def at(document: Any, path: Path) -> Any:
     for key in path:
         document = document[key]
@@ -196,7 +205,7 @@ def test_a_report_is_read_back_as_it_was_written(calibrated, extended, typed) ->
 
 @pytest.mark.slow
 def test_each_key_that_a_report_lacks_is_named(calibrated) -> None:
-    report = json.loads((calibrated / "report.json").read_text())
+    report = shortened(json.loads((calibrated / "report.json").read_text()))
     for path in paths(report):
         if path[-1] in OPTIONAL or (path[0] == "provenance" and len(path) > 2):
             continue
