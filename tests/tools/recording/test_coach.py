@@ -80,8 +80,9 @@ def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sam
 
 
 def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
-    coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+    panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    coach = Coach(panda, 0.05, goal=1e-6)
     coach.advise(samples[:-LATELY], 1)
 
     def asked(goal: float) -> Advice:
