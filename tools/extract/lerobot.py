@@ -24,8 +24,6 @@ SERVO_ARMS = re.compile(r"so10|so_|koch|omx|lekiwi|moss", re.I)
 """Types of robots whose degrees come from ticks of 4095 a turn."""
 TICK = 2 * np.pi / 4096
 """The step of such an arm's encoders [rad]."""
-FRAMES = 10
-"""A window holds as many frames at least."""
 
 
 def read(question: Question) -> Log:
@@ -56,7 +54,6 @@ def read(question: Question) -> Log:
         None,
         episodes[order].astype(int),
         tuple(notes),
-        least_window=FRAMES / fps,
         resolution=TICK if SERVO_ARMS.search(str(info.get("robot_type"))) else 0.0,
     )
 

@@ -12,6 +12,9 @@ from ..usage import joints_named
 
 __all__ = ["ExtractError", "Log", "Question", "columns_of", "merged", "unknown_joints"]
 
+STATES = 10
+"""A window holds as many states at least."""
+
 
 class ExtractError(MukcaError):
     """A log cannot be read, or does not hold what is looked for; the line says what would work."""
@@ -52,10 +55,14 @@ class Log:
     parts anything may have happened."""
     notes: tuple[str, ...] = ()
     """What people should know about it, a line each."""
-    least_window: float = 0.0
-    """A window must be as long as this to hold enough states [s]."""
     resolution: float = 0.0
     """The step of the joints' encoders, where they are coarse [rad]."""
+
+    @property
+    def least_window(self) -> float:
+        """A window must be as long as this to hold enough states [s]."""
+        steps = np.diff(self.stamps)[np.diff(self.parts) == 0]
+        return (STATES + 0.5) * float(np.median(steps)) if len(steps) else 0.0
 
 
 _CLEAN = re.compile(r"\s*[\[(].*?[\])]\s*$|\.pos$|_(deg|rad|degrees|radians)$")
@@ -114,6 +121,5 @@ def merged(logs: Sequence[Log]) -> Log:
         np.concatenate(efforts) if len(efforts) == len(logs) else None,
         np.concatenate([log.parts + by for log, by in zip(logs, shift, strict=True)]),
         tuple(note for log in logs for note in log.notes),
-        max(log.least_window for log in logs),
         max(log.resolution for log in logs),
     )
