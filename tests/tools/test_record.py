@@ -310,7 +310,9 @@ def test_a_distance_is_corrected_and_what_it_was_stays_known(
     out = tmp_path / "front"
     assert scripted(out, "a q").status == 0
     assert main(["info", str(out), "--set-distance", "0.0502"]) == 0
-    assert "50.2 mm" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert f"distance changed from 50 mm to 50.2 mm in {out / 'placement.json'}" in shown
+    assert "changed    distance from 50 mm to 50.2 mm, 2" in shown
     metadata = json.loads((out / "placement.json").read_text())
     assert metadata["distance"] == 0.0502
     assert metadata["changes"][0]["distance"] == [0.05, 0.0502]
