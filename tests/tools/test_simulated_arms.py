@@ -46,6 +46,7 @@ def test_configurations_keep_limits_and_tilt_and_differ(true_panda) -> None:
     assert np.all(-necks[:, 2] >= np.cos(MAX_TILT) - 1e-6)
 
 
+@pytest.mark.slow
 def test_noise_is_as_asked(true_panda) -> None:
     placement = record(true_panda, AT, np.random.default_rng(0), samples=150, noise=1e-3)
     balls = BallModel(true_panda, []).points(np.empty(0), placement.positions)
@@ -81,6 +82,7 @@ def test_what_only_looks_near_enough_is_told_after_some_rounds(panda) -> None:
         guide.reach(in_its_foot, np.random.default_rng(0), rounds=2)
 
 
+@pytest.mark.slow
 def test_simulated_recordings_come_with_the_truth(panda) -> None:
     truth, placements = mukca.simulate_recordings(panda, 2, samples=4, seed=3, noise=0)
     assert [(p.sockets == k).sum() for p in placements for k in (0, 1)] == [4] * 4
