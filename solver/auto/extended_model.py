@@ -7,8 +7,8 @@ then the coefficients of each extension. With q' the true joint positions, see
     Phi(x, q) = ball position at origins Theta_nominal + x_geometry and joint positions q'(x, q)
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,8 +17,10 @@ from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
 from .deflection import EXTENSIONS, PLAY, ZERO, Deflection, coefficient_names, design, looseness
 
-__all__ = ["ExtendedModel", "extend"]
+__all__ = ["Expected", "ExtendedModel", "extend"]
 
+Expected = tuple[np.ndarray, np.ndarray]
+"""What coefficients are believed to be, and the standard deviations of that."""
 SCALE_SAMPLES = 200
 """Random poses by which the size of a robot is measured."""
 
@@ -33,6 +35,8 @@ class ExtendedModel:
     """The ball's position as a function of the parameters and the true joint positions."""
     extensions: tuple[str, ...]
     """Which extensions, among :data:`~mukca.solver.auto.deflection.EXTENSIONS`, in that order."""
+    of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
+    """The elasticity of other arms of the type, by extension; empty where none is known."""
 
     @property
     def geometry(self) -> int:

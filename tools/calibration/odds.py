@@ -221,7 +221,9 @@ def _evidence(
     steep, along = share * sizes[:, None] ** 2, share * (directions.T @ e)[:, None] ** 2
     left = share * float(e @ e) - np.sum(along * steep / (variance + steep), axis=0)
     spread: np.ndarray = np.log1p(steep / variance).sum(axis=0)
-    log = -0.5 * (share * e.size * np.log(2 * np.pi * variance) + left / variance + spread + u**2)
+    log: np.ndarray = -0.5 * (
+        share * e.size * np.log(2 * np.pi * variance) + left / variance + spread + u**2
+    )
     top = float(np.max(log))
     return top + math.log(float(np.mean(np.exp(log - top))))
 

@@ -57,6 +57,7 @@ def test_no_pose_is_proposed_where_none_is(panda: Robot) -> None:
     assert len(Reach(panda).poses(np.array([3.0, 0.0, 0.1]), 10)) == 0
 
 
+@pytest.mark.slow
 def test_the_prediction_falls_and_each_socket_has_its_turn(
     coach: Coach, samples: list[Sample]
 ) -> None:
@@ -70,6 +71,7 @@ def test_the_prediction_falls_and_each_socket_has_its_turn(
     assert whole.last_error and abs(whole.scale or 1) < 0.01
 
 
+@pytest.mark.slow
 def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sample]) -> None:
     easy = Coach(panda, 0.05, goal=1.0)
     few = [s for s in samples if s.number <= 6 or 12 < s.number <= 18]
@@ -80,8 +82,9 @@ def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sam
 
 
 def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
-    coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+    panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    coach = Coach(panda, 0.05, goal=1e-6)
     coach.advise(samples[:-LATELY], 1)
 
     def asked(goal: float) -> Advice:
@@ -137,6 +140,7 @@ def answered(ask: Callable[[], Advice | None], trouble: Callable[[], object]) ->
     return None
 
 
+@pytest.mark.slow
 def test_a_process_beside_the_recorder_answers(
     neighbour: Neighbour, samples: list[Sample], coach: Coach
 ) -> None:
