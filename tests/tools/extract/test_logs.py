@@ -63,6 +63,7 @@ def plain(file: Path, moves, head: str = "t", scale: float = 1.0, step: float = 
     ("given", "words", "said"),
     [
         ({"scale": 57.3}, (), "if these are degrees, say --units degrees"),
+        ({}, ("--units", "degrees"), "if these are radians, say --units radians"),
         ({"head": "number"}, (), "no column of time"),
         ({"step": 1e3}, (), "name its column time[ms]"),
         ({}, ("--joints", "a,b"), "2 names, but the model has 7"),
@@ -135,6 +136,8 @@ def test_lerobot_in_degrees(extract, moves, tmp_path, version) -> None:
     words = ("--robot", "panda", "--out", tmp_path / "out")
     status, _, err = extract(tmp_path / "set", *words)
     assert status == 2 and "does not say its units" in err and not (tmp_path / "out").exists()
+    status, _, err = extract(tmp_path / "set", *words, "--units", "radians")
+    assert status == 2 and "say --units degrees" in err and not (tmp_path / "out").exists()
     status, shown, _ = extract(tmp_path / "set", *words, "--units", "degrees")
     assert status == 0 and "2 episodes" in shown
     check(tmp_path / "out" / "placement_1", moves)
