@@ -125,6 +125,7 @@ def data_set(folder: Path, moves, version: str, values: np.ndarray, names: list[
         parquet.write_table(table, chunk / f"episode_{episode:06}.parquet")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", ["v2.1", "v3.0"])
 def test_lerobot_in_degrees(extract, moves, tmp_path, version) -> None:
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
