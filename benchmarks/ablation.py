@@ -28,6 +28,7 @@ from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.realistic_flaws import TRANSLATION, TURN, realistic_flaws
 from mukca.tools.simulated_arms import perturb, reachable_bases, record
+from mukca.tools.workers import add_workers, workers_of
 
 ROBOTS = ("panda", "iiwa14", "ur5e")
 EXTENSIONS = ("compliance", "tilt", "play", "transmission")
@@ -86,6 +87,10 @@ def simulated(seed: int) -> tuple[Robot, list[Measurement]]:
     return robot, [measure(record(arm, b, generator, imperfection=flaws), robot) for b in bases]
 
 
+def draw(seed: int) -> dict[str, float]:
+    return errors(*simulated(seed))
+
+
 def picture(rows: dict[str, list[float]], title: str) -> str:
     """Return a bar for each model as SVG; the nominal one would not fit beside the others."""
     shown = {name: float(np.mean(values)) for name, values in rows.items() if name != "nominal"}
@@ -112,6 +117,7 @@ def main() -> None:
     parser.add_argument("--robot", default="panda")
     parser.add_argument("--arms", type=int, default=24)
     parser.add_argument("--picture", type=Path)
+    add_workers(parser)
     arguments = parser.parse_args()
     if arguments.placements:
         robot = load_robot(arguments.robot)
@@ -120,7 +126,7 @@ def main() -> None:
         draws = [errors(robot, [measure(p, robot) for p in found])]
         title = f"{robot.name}: mean absolute error at other places, mm"
     else:
-        draws = [errors(*simulated(seed)) for seed in range(arguments.arms)]
+        draws = workers_of(arguments).map(draw, range(arguments.arms))
         title = f"{len(draws)} simulated arms: mean absolute error at other places, mm"
     rows = {name: [draw[name] for draw in draws] for name in draws[0]}
     print(title)

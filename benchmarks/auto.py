@@ -25,11 +25,12 @@ from mukca.solver.auto.selection import select_model
 from mukca.solver.data.known import KnownDistance
 from mukca.solver.data.measurements import Measurement, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import gravity_torques, workspace
+from mukca.solver.robot.kinematics import gravity_moments, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.commands.demo import demo_arm, demo_bases
 from mukca.tools.simulated_arms import perturb, reachable_bases, record
+from mukca.tools.workers import Workers, add_workers, workers_of
 
 OFF = 5e-5
 """By so much is the base's distance misread [m]."""
@@ -73,8 +74,8 @@ def distance_errors(found: Posterior, truth: np.ndarray, seed: int) -> np.ndarra
     """Return errors of distances up to 400 mm between balls in the workspace [m]."""
     robot = found.model.robot
     q = workspace(robot, 2000, seed)
-    ball = found.predict(q, gravity_torques(robot, q))
-    true = found.model.model.points(truth, q)
+    ball = found.predict(q, gravity_moments(robot, q))
+    true = found.model.ball.points(truth, q)
     lengths = np.linalg.norm(true[1::2] - true[::2], axis=1)
     errors = np.linalg.norm(ball[1::2] - ball[::2], axis=1) - lengths
     return errors[lengths < 0.4]
@@ -86,45 +87,43 @@ def misread(placement: Placement) -> Placement:
     return replace(placement, distance=placement.distance + OFF)
 
 
-def scale(arms: int) -> None:
-    """Compare what a misread base does, alone, with known distances, and when it is long."""
-    errors: dict[str, list[np.ndarray]] = {
-        "50 mm base": [],
-        "2 known distances": [],
-        "150 mm base": [],
-    }
-    robot = load_robot("panda")
+def misreading(seed: int) -> dict[str, np.ndarray]:
+    """Return errors of distances with a misread base: alone, with known distances, long."""
+    robot, generator = load_robot("panda"), np.random.default_rng(seed)
     parameters = choose_parameters(robot)
-    for seed in range(arms):
-        generator = np.random.default_rng(seed)
-        arm = perturb(robot, generator, 2e-3, 5e-3)
-        truth = arm.origins.ravel()[[p.index for p in parameters]]
-        long = reachable_bases(arm, generator, 3, distance=0.15)
-        bases = [replace(base, distance=0.05) for base in long]
-        known = tuple(
-            KnownDistance(
-                (bases[0].name, 0),
-                (other.name, 0),
-                float(np.linalg.norm(bases[0].sockets[0] - other.sockets[0]))
-                + generator.normal(0, 5e-5),
-                5e-5,
-            )
-            for other in bases[1:]
+    arm = perturb(robot, generator, 2e-3, 5e-3)
+    truth = arm.origins.ravel()[[p.index for p in parameters]]
+    long = reachable_bases(arm, generator, 3, distance=0.15)
+    bases = [replace(base, distance=0.05) for base in long]
+    known = tuple(
+        KnownDistance(
+            (bases[0].name, 0),
+            (other.name, 0),
+            float(np.linalg.norm(bases[0].sockets[0] - other.sockets[0]))
+            + generator.normal(0, 5e-5),
+            5e-5,
         )
-        for kind, there, also in (
-            ("50 mm base", bases, ()),
-            ("2 known distances", bases, known),
-            ("150 mm base", long, ()),
-        ):
-            placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
-            data = observe(
-                [measure(p, robot) for p in placements], robot, known=also, deviation=OFF
-            )
-            found = select_model(robot, parameters, data, stages=()).full
-            errors[kind].append(distance_errors(found, truth, seed))
+        for other in bases[1:]
+    )
+    errors: dict[str, np.ndarray] = {}
+    for kind, there, also in (
+        ("50 mm base", bases, ()),
+        ("2 known distances", bases, known),
+        ("150 mm base", long, ()),
+    ):
+        placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
+        data = observe([measure(p, robot) for p in placements], robot, known=also, deviation=OFF)
+        found = select_model(robot, parameters, data, stages=()).full
+        errors[kind] = distance_errors(found, truth, seed)
+    return errors
+
+
+def scale(arms: int, workers: Workers) -> None:
+    """Compare the kinds of bases over some arms."""
+    draws = workers.map(misreading, range(arms))
     baseline = 0.0
-    for kind, parts in errors.items():
-        rms = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+    for kind in draws[0]:
+        rms = float(np.sqrt(np.mean(np.concatenate([draw[kind] for draw in draws]) ** 2)))
         baseline = baseline or rms
         print(
             f"base misread by {1e3 * OFF} mm, {kind:17s}: rms error of distances up to 400 mm "
@@ -137,6 +136,7 @@ def main() -> None:
     parser.add_argument("placements", nargs="*", type=Path)
     parser.add_argument("--robot", default="panda")
     parser.add_argument("--arms", type=int, default=20)
+    add_workers(parser)
     arguments = parser.parse_args()
     robot = load_robot(arguments.robot)
     if arguments.placements:
@@ -145,7 +145,7 @@ def main() -> None:
         generator = np.random.default_rng(0)
         recorded = [record(demo_arm()[1], b, generator, noise=5e-5) for b in demo_bases()]
     costs(robot, [measure(p, robot) for p in recorded])
-    scale(arguments.arms)
+    scale(arguments.arms, workers_of(arguments))
 
 
 if __name__ == "__main__":

@@ -2,15 +2,15 @@
 
 ::
 
-    python benchmarks/servo_arm.py [--arms 5] [--samples 20] [--play 0.7] [--seed 0]
+    python benchmarks/servo_arm.py [--arms 8] [--samples 20] [--play 0.7] [--angles 0] [--seed 0]
 
 An SO-101 whose zeros are off by up to 5 degrees and whose lengths by 0.3 mm, with 0.7 degrees of
 play in each joint, which rests where gravity turns it to, and encoders of 0.088 degrees. One
 placement of 2 x 20 configurations in a base whose place on the arm's own base is known to 0.3 mm;
 another placement, whose place is known as well, is held out. Printed are how far the ball is from
-where the model puts it there, and for each joint how far the zero that was found is off: off the
-true one, and off the one that the joint has where gravity holds it to one side of its play. The
-roll's zero needs to know where the ball is in the gripper, and is named unknown.
+where the model puts it there, and for each joint how far the zero that was found is off, with its
+stated deviation; then how many the data decide, and how far these and all are off. The roll's zero
+needs to know where the ball is in the gripper, and is never decided.
 """
 
 import argparse
@@ -20,16 +20,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from mukca.solver.auto.priors import ZERO_WIDTH
 from mukca.solver.auto.selection import select_model
-from mukca.solver.auto.zeros import angles_near
+from mukca.solver.auto.zeros import DECIDED, angles_near
 from mukca.solver.auto.zeros import with_zeros as zeros_in
 from mukca.solver.calibrated import CalibratedRobot
 from mukca.solver.data.known import SocketAt
 from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import gravity_torques, rotation, rotation_rpy
+from mukca.solver.robot.kinematics import rotation, rotation_rpy
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.solver.robot.urdf_text import Origin
@@ -57,21 +56,33 @@ def with_zeros(arm: Robot, zeros: np.ndarray) -> Robot:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--robot", default="so101")
-    parser.add_argument("--arms", type=int, default=5)
+    parser.add_argument("--arms", type=int, default=8)
     parser.add_argument("--samples", type=int, default=20)
-    parser.add_argument("--play", type=float, default=0.7)
+    parser.add_argument("--play", type=float, default=0.7, help="degrees")
+    parser.add_argument("--angles", type=float, default=0.0, help="of the origins, deviation [rad]")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
-    for seed in range(arguments.seed, arguments.seed + arguments.arms):
-        one_arm(arguments, seed)
+    seeds = range(arguments.seed, arguments.seed + arguments.arms)
+    rows = np.concatenate([one_arm(arguments, seed) for seed in seeds])
+    decided = rows[rows[:, 1] <= math.degrees(DECIDED)]
+    for name, some in (("all", rows), ("decided", decided)):
+        off, ratio = np.abs(some[:, 0]), np.abs(some[:, 0] / some[:, 1])
+        print(
+            f"{name}: {len(some)} zeros, off by up to {off.max(initial=0):.2f} deg, "
+            f"{ratio.max(initial=0):.1f} of their deviations, {(off > 0.4).sum()} by more than 0.4"
+        )
 
 
-def one_arm(arguments: argparse.Namespace, seed: int) -> None:
-    """Simulate, calibrate, and print one arm."""
+def one_arm(arguments: argparse.Namespace, seed: int) -> np.ndarray:
+    """Simulate, calibrate, and print one arm.
+
+    Returns:
+        Of each joint's zero by how much it is off, and its stated deviation, shape (m, 2) [deg].
+    """
     generator = np.random.default_rng(seed)
     nominal = load_robot(arguments.robot)
     zeros = generator.uniform(-LARGEST, LARGEST, len(nominal.actuated))
-    arm = with_zeros(perturb(nominal, generator, 3e-4, 0.0), zeros)
+    arm = with_zeros(perturb(nominal, generator, 3e-4, arguments.angles), zeros)
     how = Imperfection(noise=3e-4, play=math.radians(arguments.play), resolution=TICK)
     bases = [ANCHORED, *reachable_bases(arm, generator, 1)]
     placements = [
@@ -97,18 +108,13 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> None:
     print(f"arm {seed} ({seconds:.1f} s), mm held out, nominal > URDF > corrected:", end=" ")
     print(" > ".join(f"{1e3 * error:.1f}" for error in errors))
     print("  " + "; ".join(chosen.notes))
-    sides = np.sign(gravity_torques(arm, train.positions)).mean(axis=0)
-    loaded = zeros - 0.5 * how.play * sides
-    rows = zip(nominal.joint_names, full.deflection.zeros, zeros, loaded, strict=True)
-    for joint, zero, truth, under_load in rows:
-        k = full.model.names.index(f"{joint}.zero")
-        deviation = float(np.sqrt(full.covariance[k, k]))
-        word = "decided" if deviation < 0.5 * ZERO_WIDTH else "unknown"
-        off, of_load = math.degrees(zero - truth), math.degrees(zero - under_load)
-        print(
-            f"  {joint:14} {word} {math.degrees(truth):+.2f} deg, off {off:+.2f}, under load "
-            f"{of_load:+.2f} +- {math.degrees(deviation):.2f}"
-        )
+    begin = full.model.geometry
+    deviations = np.degrees(np.sqrt(np.diag(full.covariance)[begin : begin + len(zeros)]))
+    off = np.degrees(full.deflection.zeros - zeros)
+    for joint, one, deviation in zip(nominal.joint_names, off, deviations, strict=True):
+        word = "decided" if deviation <= math.degrees(DECIDED) else "unknown"
+        print(f"  {joint:14} {word}, off {one:+.2f} deg +- {deviation:.2f}")
+    return np.column_stack([off, deviations])
 
 
 if __name__ == "__main__":

@@ -43,8 +43,8 @@ class Moment:
     """The number of a sample that was captured a moment ago."""
     leave: bool = False
     """Whether the active socket has enough samples, and another has not."""
-    enough: bool = False
-    """Whether this placement has."""
+    enough: str = ""
+    """Why this placement needs no more; empty where it does."""
     doubt: str | None = None
     """Hands free: why this pose is not captured by itself."""
     hands_free: bool = False
@@ -89,7 +89,8 @@ def _before_all(now: Moment) -> Readiness | None:
         return Readiness(f"GOT {now.got}", _GOOD, f"sample {now.got} is on the disk")
     if now.enough or session.whole:
         more = "" if now.hands_free else f", {key} captures one more"
-        return Readiness("ENOUGH", _GOOD, f"q finishes{more}")
+        why = f"; {now.enough}" if now.enough else ""
+        return Readiness("ENOUGH", _GOOD, f"q finishes{more}{why}")
     done = session.counts[session.socket] >= session.target
     if done or now.leave:
         to = session.next_socket

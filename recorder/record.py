@@ -256,7 +256,7 @@ class Recorder:
             push=self._pushed,
             got=got[0] if got and now - got[1] < SHOWN else None,
             leave=bool(here and here.leave),
-            enough=bool(advice and advice.enough),
+            enough=advice.why_enough if advice else "",
             doubt=self._desk.doubt(rest) if rest and self.hands_free else None,
             hands_free=self.hands_free,
             paused=self._controls.paused,

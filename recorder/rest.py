@@ -26,7 +26,7 @@ LEAST_STATES = 5
 FAST = 20.0
 """An arm is led on, not held, where it spreads this many times as much as one that is still."""
 WHOLE = 0.9
-"""A window counts as full once its states span this share of its length."""
+"""A window counts as full once its states span this share of its length, but for one step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +99,9 @@ class Window:
 
     def _average(self) -> Rest | None:
         stamps = np.array([state.stamp for state in self._states])
-        gap = float(np.max(np.diff(stamps))) if len(stamps) > 1 else math.inf
-        self.whole = bool(stamps[-1] - stamps[0] >= WHOLE * self._length >= 2 * WHOLE * gap)
+        steps = np.diff(stamps) if len(stamps) > 1 else np.array([math.inf])
+        covered = stamps[-1] - stamps[0] + np.median(steps)  # the last step may end just outside
+        self.whole = bool(covered >= WHOLE * self._length and 2 * steps.max() <= self._length)
         if not self.whole:
             self.moving = "too few states yet: wait a moment"
             return None

@@ -16,8 +16,8 @@ Here
     z      zero: by how much the encoder reads too little [rad]
     c      compliance, >= 0: how far the joint twists under load [rad/(N m)]
     tau    torque that the joint exerts to hold the arm, at rest the gravity torque [N m]
-    p      half the play of the gears, >= 0: the joint rests where gravity turns it to [rad]
-    tau_0  0.02 N m: under less, the joint may rest on either side
+    p      half the play of the gears: the joint rests where gravity turns it to [rad]
+    tau_0  0.02 N m: under less, the joint may rest on either side, see :func:`looseness`
     d, e   the same about the two axes across the joint's own, b and c of
            :func:`mukca.solver.robot.kinematics.across`
     M_b    moment that holds the arm about that axis, from the model's masses [N m]
@@ -35,7 +35,6 @@ __all__ = [
     "COMPLIANCE",
     "ELASTICITY",
     "EXTENSIONS",
-    "ONE_SIDED",
     "PLAY",
     "TILT",
     "TRANSMISSION",
@@ -43,20 +42,21 @@ __all__ = [
     "Deflection",
     "coefficient_names",
     "design",
+    "looseness",
 ]
 
 COMPLIANCE = "compliance"
 TILT = "tilt"
 ELASTICITY = (COMPLIANCE, TILT)
-"""What bends in proportion to its load."""
+"""What bends in proportion to its load: never negative, since nothing gives way against it."""
 ZERO = "zero"
 PLAY = "play"
-ONE_SIDED = (*ELASTICITY, PLAY)
-"""Their coefficients are never negative: nothing gives way against its load."""
 TRANSMISSION = ("harmonic_1", "harmonic_2")
-EXTENSIONS = (ZERO, *ONE_SIDED, *TRANSMISSION)
+EXTENSIONS = (ZERO, *ELASTICITY, PLAY, *TRANSMISSION)
 LEAST_TORQUE = 0.02
 """tau_0 [N m]."""
+FIRM = 0.02
+"""Share of an unloaded joint's variance that is left under load."""
 
 
 def design(extensions: Sequence[str], q: np.ndarray, moments: np.ndarray) -> np.ndarray:
@@ -85,12 +85,29 @@ def design(extensions: Sequence[str], q: np.ndarray, moments: np.ndarray) -> np.
         elif extension == ZERO:
             parts.append(np.tile(own, (len(q), 1, 1)))
         elif extension == PLAY:
-            sides = moments[:, :m] / np.sqrt(moments[:, :m] ** 2 + LEAST_TORQUE**2)
-            parts.append(-sides[:, None] * own)
+            parts.append(-_sides(moments[:, :m])[:, None] * own)
         else:
             k = TRANSMISSION.index(extension) + 1
             parts += [np.sin(k * q)[:, None] * own, np.cos(k * q)[:, None] * own]
     return np.concatenate(parts, axis=2)[:, : 3 * m if TILT in extensions else m]
+
+
+def looseness(torque: np.ndarray) -> np.ndarray:
+    """Return how freely joints with play may rest anywhere in it, relative to one without load.
+
+    The angle of such a joint is noisy by half its play; one that carries a load lies on one side.
+
+    Args:
+        torque: What holds the joints, shape (N, m) [N m].
+
+    Returns:
+        Factors of the noise of the joint positions, shape (N, m).
+    """
+    return np.sqrt(np.maximum(1 - _sides(torque) ** 2, FIRM))
+
+
+def _sides(torque: np.ndarray) -> np.ndarray:
+    return torque / np.sqrt(torque**2 + LEAST_TORQUE**2)
 
 
 def coefficient_names(extension: str, joints: Sequence[str]) -> list[str]:

@@ -20,7 +20,7 @@ from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
 from .bounded import bounded_step
-from .deflection import EXTENSIONS, ONE_SIDED
+from .deflection import ELASTICITY, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, NU, SMALLEST, Noise
@@ -30,7 +30,8 @@ from .objective import (
     State,
     build_objective,
     free_unknowns,
-    linearise,
+    from_means,
+    moved,
     prior_precision,
     start,
 )
@@ -126,12 +127,13 @@ def gauss_newton(objective: Objective, state: State, *, release: bool = True) ->
     volume = _volume_weight(objective, state, normal, spread)
     bounded = np.zeros(objective.size, dtype=bool)
     for group in state.groups:
-        bounded[group.members] = group.name in ONE_SIDED and group.width > 0
+        bounded[group.members] = group.name in ELASTICITY and group.width > 0
     held = state.at_zero & ~(release & bounded[: objective.model.size])
     released = replace(state, at_zero=held)
     prior = prior_precision(objective, released)
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
+    pull = prior @ from_means(objective, state)
+    gradient = normal.gradient + pull + volume * state.linear.by_volume
     free = free_unknowns(objective, released)
     change, covariance = bounded_step(normal.information + prior, gradient, x, free, bounded & free)
     return Step(change, covariance, normal, spread, volume)
@@ -160,43 +162,37 @@ def _volume_weight(
 
 def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
     """Return the state after a step of everything, and the largest relative change of a scale."""
-    moved, step = _downhill(objective, state, step)
-    linear = moved.linear
-    groups, change = _updated_groups(moved, step)
-    noises = _updated_noises(objective, state, moved, step)
+    there, step = _downhill(objective, state, step)
+    linear = there.linear
+    groups, change = _updated_groups(there, step)
+    noises = _updated_noises(objective, state, there, step)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
             change = max(change, abs(log(noise.joint / before.joint)))
-    return replace(moved, groups=groups, noises=noises), change
+    return replace(there, groups=groups, noises=noises), change
 
 
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
     """Return the state after a step, halved as often as L would rise, and the step taken."""
     before = value(objective, state, step.volume)
     for _ in range(HALVINGS):
-        moved = _moved(objective, state, step.change)
-        if value(objective, moved, step.volume) <= before + RISE * abs(before):
+        there = _moved(objective, state, step.change)
+        if value(objective, there, step.volume) <= before + RISE * abs(before):
             break
         step = replace(step, change=0.5 * step.change)
     else:
-        moved = _moved(objective, state, step.change)
-    return moved, step
+        there = _moved(objective, state, step.change)
+    return there, step
 
 
 def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
     """Return the state after a change of all unknowns: a joint never gives way against its load."""
-    size = objective.model.size
-    x, at_zero = state.x + change[:size], state.at_zero.copy()
+    at_zero = state.at_zero.copy()
     for group in state.groups:
-        if group.name in ONE_SIDED:
-            at_zero[group.members] = x[group.members] <= 0
-    dense = objective.dense
-    turns = change[size:dense].reshape(-1, 6)
-    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
-    centres = state.centres + change[dense:].reshape(-1, 3)
-    linear = linearise(objective, x, centres, frames)
-    return replace(state, x=x, centres=centres, frames=frames, at_zero=at_zero, linear=linear)
+        if group.name in ELASTICITY:
+            at_zero[group.members] = (state.x + change[: len(state.x)])[group.members] <= 0
+    return replace(moved(objective, state, change), at_zero=at_zero)
 
 
 def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:
@@ -209,9 +205,12 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
     for group in state.groups:
         new = group
         if group.learned:
-            members = group.members[~state.at_zero[group.members]]
+            free = ~state.at_zero[group.members]
+            members = group.members[free]
             new = group.updated(
-                state.x[members], step.covariance[np.ix_(members, members)], members
+                state.x[members] - group.mean[free],
+                step.covariance[np.ix_(members, members)],
+                members,
             )
             if _effect(state, new) > NEGLIGIBLE:
                 change = max(change, abs(log(new.width / group.width)))
@@ -220,7 +219,7 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
 
 
 def _updated_noises(
-    objective: Objective, state: State, moved: State, step: Step
+    objective: Objective, state: State, there: State, step: Step
 ) -> tuple[Noise, ...]:
     """Return the noises after a step of their scales (A5), see :class:`Noise`."""
     by_joints = state.linear.by_joints
@@ -234,7 +233,7 @@ def _updated_noises(
             step.leverage[source],
             by_joints[source],
         )
-        effect = noise.joint_effect(moved.linear.by_joints[source])
+        effect = noise.joint_effect(there.linear.by_joints[source])
         noises.append(noise.updated(squares, effect))
     return tuple(noises)
 

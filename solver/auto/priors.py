@@ -1,9 +1,11 @@
 """The priors: what is believed of the unknowns before the data, group by group.
 
 The unknowns x_g of a group g, for instance all angles of the joint origins, have a Gaussian prior
-with mean 0 and one common standard deviation, the width s_g. How wide it is follows from the data,
-by the evidence (see docs/model.md). The lengths may also all grow or shrink together, by the same
-share, which is the scale of the whole robot; that costs much less than so many separate changes.
+with mean 0 and one common standard deviation, the width s_g. Where other arms of the type tell the
+elasticity, its mean is theirs instead, and each coefficient's own uncertainty adds to its width.
+How wide it is follows from the data, by the evidence (see docs/model.md). The lengths may also all
+grow or shrink together, by the same share, which is the scale of the whole robot; that costs much
+less than so many separate changes.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +14,7 @@ import numpy as np
 
 from ..data.observations import Observations
 from .deflection import COMPLIANCE, ELASTICITY, PLAY, ZERO
-from .extended_model import ExtendedModel
+from .extended_model import Expected, ExtendedModel
 
 __all__ = ["PriorGroup", "prior_groups"]
 
@@ -28,13 +30,18 @@ DEFLECTION = 5e-4
 are hardly ever much larger, so this is the scale of the prior on their width, too."""
 ZERO_WIDTH = float(np.deg2rad(3))
 """Width of the joints' zeros, where they may be off: as they are set by eye [rad]."""
-PRINTED = {"translation": 1e-3, "rotation": 3e-3}
-"""Scales of the widths of lengths [m] and angles [rad] where the zeros are free, too: they are then
-the larger part of what is wrong with the angles."""
+PRINTED = {"translation": 2e-4, "rotation": 7e-4}
+"""Typical widths of lengths [m] and angles [rad] where the zeros are free, too: what printed parts
+are off by. The zeros are then the larger part of what is wrong with the angles."""
+PLAY_WIDTH, PLAY_DIFFERENCE = float(np.deg2rad(0.3)), float(np.deg2rad(0.1))
+"""Standard deviations of half the play of a servo, and of how joints differ in it [rad]. Where a
+joint carries its load on one side throughout, the other joints tell what its zero must leave."""
 TYPICAL_SPREAD = 1.0
 """Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
 SHYEST, BOLDEST = 0.3, 10.0
 """How many times as far as (A4) says a width goes, at least and at most."""
+ALIKE = 0.3
+"""By what share of itself the elasticity of one arm differs from that of its type."""
 SMALLEST_WIDTH = 1e-12
 """A width is never less, so that it can be divided by."""
 
@@ -63,26 +70,40 @@ class PriorGroup:
     common: np.ndarray | None = None
     """t: a change of all members together that the prior allows in addition, shape (members,).
     For lengths it is how they change when the whole robot grows by 0.2 %. None: no such change."""
+    expected: Expected | None = None
+    """What other arms of the type have, and how well that is known; None for zero, exactly."""
 
     def covariance(self, width: float) -> np.ndarray:
-        """Return the members' prior covariance s_g^2 I + t t^T, for s_g a given width."""
+        """Return the members' prior covariance D + t t^T, for s_g a given width.
+
+        D is s_g^2 I, and with what other arms tell, the squares of its deviations added.
+        """
         t = self._common
-        return width**2 * np.eye(len(t)) + np.outer(t, t)
+        return np.diag(self._variances(width)) + np.outer(t, t)
 
     def precision(self, members: np.ndarray, width: float) -> np.ndarray:
         """Return the prior precision (inverse covariance) of some of the members.
 
         The members that are left out are held at zero. By Sherman and Morrison's formula,
-        (s^2 I + t t^T)^-1 = (I - t t^T / (s^2 + t^T t)) / s^2.
+        (D + t t^T)^-1 = D^-1 - D^-1 t t^T D^-1 / (1 + t^T D^-1 t).
 
         Args:
             members: Indices of those that count.
             width: s, in the unit of the group.
         """
-        t = self._common
-        if len(members) < len(t):
-            t = t[np.isin(self.members, members)]
-        return (np.eye(len(t)) - np.outer(t, t) / (width**2 + t @ t)) / width**2
+        kept = np.isin(self.members, members)
+        t, inverse = self._common[kept], 1 / self._variances(width)[kept]
+        scaled = inverse * t
+        return np.diag(inverse) - np.outer(scaled, scaled) / (1 + t @ scaled)
+
+    @property
+    def mean(self) -> np.ndarray:
+        """What is believed of the members, shape (members,)."""
+        return np.zeros(len(self.members)) if self.expected is None else self.expected[0]
+
+    def _variances(self, width: float) -> np.ndarray:
+        own = 0.0 if self.expected is None else self.expected[1] ** 2
+        return np.full(len(self.members), width**2) + own
 
     @property
     def _common(self) -> np.ndarray:
@@ -109,7 +130,7 @@ class PriorGroup:
         A belief about the width itself, see :attr:`scale` and :attr:`typical`, adds its slope.
 
         Args:
-            x: Those members that are free.
+            x: How far those members that are free are from their mean.
             covariance: Sigma_g, their posterior covariance.
             members: Their indices.
         """
@@ -172,23 +193,36 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
     for extension, size in zip(model.extensions, model.sizes, strict=True):
         members_here = np.arange(begin, begin + size)
         if extension == ZERO:
-            groups = [replace(g, scale=PRINTED.get(g.name, g.scale)) for g in groups]
+            groups = [_printed(group) for group in groups]
             groups.append(PriorGroup(ZERO, "rad", members_here, ZERO_WIDTH, learned=False))
         elif extension in ELASTICITY:
             m = data.positions.shape[1]
             own = data.torques[:, :m] if extension == COMPLIANCE else data.torques[:, m:]
-            torque = max(float(np.sqrt(np.mean(own**2))), 1e-6)
+            typical = DEFLECTION / max(float(np.sqrt(np.mean(own**2))), 1e-6)
+            expected = model.of_type.get(extension)
+            if expected is not None:
+                typical = ALIKE * float(np.sqrt(np.mean(expected[0] ** 2)))
             groups.append(
                 PriorGroup(
                     extension,
                     "rad/(N m)",
                     members_here,
-                    DEFLECTION / torque,
-                    typical=DEFLECTION / torque,
+                    typical,
+                    typical=typical,
+                    expected=expected,
                 )
             )
+        elif extension == PLAY:
+            alike = np.full(size, PLAY_WIDTH)
+            groups.append(
+                PriorGroup(PLAY, "rad", members_here, PLAY_DIFFERENCE, learned=False, common=alike)
+            )
         else:
-            scale = np.inf if extension == PLAY else DEFLECTION
-            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=scale))
+            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=DEFLECTION))
         begin += size
     return tuple(groups)
+
+
+def _printed(group: PriorGroup) -> PriorGroup:
+    typical = PRINTED.get(group.name)
+    return group if typical is None else replace(group, width=typical, typical=typical)

@@ -49,19 +49,24 @@ class Scale:
     deviation: float
 
 
-def size_level(value: float, deviation: float | None) -> Literal["error", "warning"] | None:
+def size_level(
+    value: float, deviation: float | None
+) -> Literal["error", "unknown", "warning"] | None:
     """Return whether an arm that came out so much larger than its model is the arm at all.
 
     Arms scatter by 0.2 %. One that is off by more than three standard deviations of that and of
     what is known of it, which is 0.6 % with a caliper's distance, has most likely a wrong distance.
+    An arm of servos whose gears have play may be off by more than any arm is, and be known so badly
+    that this says nothing.
 
     Args:
         value: By how much it is larger, 0.02 for 2 %.
         deviation: Standard deviation of that; None where the method does not say.
     """
     size, known = abs(value), deviation or 0.0
-    if size > min(WRONG, DEVIATIONS * math.hypot(known, ARMS)):
-        return "error"
+    allowed = DEVIATIONS * math.hypot(known, ARMS)
+    if size > min(WRONG, allowed):
+        return "error" if size > allowed else "unknown"
     return "warning" if size > max(SUSPECT, DEVIATIONS * known) else None
 
 
@@ -259,4 +264,5 @@ def _scale_findings(judged: Sequence[Measurement], scale: Scale) -> list[Finding
         f"than {1e3 * given:.1f}"
     )
     advice = f"that distance is {_SOURCES[judged[0].distance_source]}"
+    level = "error" if level == "error" else "warning"
     return [Finding(level, "scale", where_of(judged), text, advice)]

@@ -82,6 +82,7 @@ def inspect_all(
     *,
     known: Sequence[KnownDistance] = (),
     deviation: float = CALIPER_DEVIATION,
+    zeros: bool = False,
 ) -> Survey:
     """Inspect placements: each fitted alone, and all together to see whether a base moved.
 
@@ -91,6 +92,8 @@ def inspect_all(
         measurements: The placements; those that an instrument measured are passed over.
         known: Distances measured beside those between each placement's sockets.
         deviation: Standard deviation of the latter [m].
+        zeros: Whether the joints' zeros may be off by degrees, as on arms made of servos: then
+            that is no mistake.
 
     Raises:
         KnownError: A known distance names a socket that is not there.
@@ -99,7 +102,7 @@ def inspect_all(
     known = named(measurements, known)
     if not measurements:
         return Survey((), (), None)
-    model = RigidModel(robot, parameters)
+    model = RigidModel(robot, parameters, zeros=zeros)
     alone = [find_parts(model, samples_of([m])) for m in measurements]
     floors = [fit.error for fit, _ in alone]
     bad = {

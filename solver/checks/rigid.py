@@ -15,6 +15,8 @@ import numpy as np
 
 from ..auto.extended_model import extend
 from ..auto.noise import NU
+from ..auto.priors import ZERO_WIDTH
+from ..auto.zeros import turns
 from ..data.measurements import Measurement
 from ..robot.kinematics import BallModel
 from ..robot.parameters import Parameter, all_parameters
@@ -109,11 +111,14 @@ class RigidModel:
     Args:
         robot: The nominal robot.
         parameters: What of its geometry is free.
+        zeros: Whether the joints' zeros may be off by degrees.
     """
 
-    def __init__(self, robot: Robot, parameters: Sequence[Parameter]) -> None:
+    def __init__(
+        self, robot: Robot, parameters: Sequence[Parameter], *, zeros: bool = False
+    ) -> None:
         model = extend(robot, parameters)
-        self.robot = robot
+        self.robot, self.zeros = robot, zeros
         self.ball: BallModel = model.ball
         self.widths = np.array(
             [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
@@ -121,24 +126,32 @@ class RigidModel:
         of_place = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
         self._place = BallModel(robot, of_place)
         by_scale = model.by_scale()
-        self._prior = np.diag(self.widths**-2) + np.outer(by_scale, by_scale) / SCALE**2
+        usual = np.diag(self.widths**2)
+        if zeros:
+            turned = turns(robot, parameters)
+            usual += ZERO_WIDTH**2 * turned @ turned.T
+        self._prior = np.linalg.inv(usual) + np.outer(by_scale, by_scale) / SCALE**2
 
     def nominal_error(self, samples: Samples) -> float:
         """Return the error [m] of the model as it is, with the best place of the ball.
 
-        It is the mean distance of samples from their socket, each by its weight.
+        Zeros that may be off by degrees are the best ones, too. It is the mean distance of samples
+        from their socket, each by its weight.
         """
         linear = self._place.linearise(self._place.nominal, samples.positions)
-        points, D = linear.points, linear.by_parameters
+        points, slopes, widths = linear.points, linear.by_parameters, [BALL] * 3
+        if self.zeros:
+            slopes = np.concatenate([slopes, linear.by_joints], axis=2)
+            widths += [ZERO_WIDTH] * linear.by_joints.shape[2]
         e = points - _medians(points, samples)[samples.sockets]
         noise = _typical(e)
         for _ in range(GLANCES):
             noise = _typical(e)
             weights = _weights(e, noise)
             e = points - _means(points, samples, weights)[samples.sockets]
-            centred = D - _means(D, samples, weights)[samples.sockets]
-            A = (centred * weights[:, None, None]).reshape(-1, 3)
-            H = A.T @ centred.reshape(-1, 3) + np.eye(3) * (noise / BALL) ** 2
+            centred = slopes - _means(slopes, samples, weights)[samples.sockets]
+            A = (centred * weights[:, None, None]).reshape(-1, len(widths))
+            H = A.T @ centred.reshape(A.shape) + np.diag((noise / np.array(widths)) ** 2)
             e = e - centred @ np.linalg.solve(H, A.T @ e.ravel())
         errors = np.linalg.norm(e, axis=1)
         return float(np.average(errors, weights=_weights(e, noise)))

@@ -279,6 +279,7 @@ def test_no_view_counts_what_is_not_on_the_disk(record, tmp_path: Path) -> None:
     assert len(outcome.session.samples) == 4 and len(seen.views) >= 2
 
 
+@pytest.mark.slow
 def test_more_states_than_can_be_looked_at_stop_neither_keys_nor_screen(
     record_in_real_time,
 ) -> None:
@@ -392,6 +393,7 @@ def test_hands_free_waits_for_a_key_between_sockets_and_counts_samples(by_hand) 
     assert words[1] == "SOCKET 0 NOW" and "SOCKET 1 NOW" in words and "PRESS" not in words
 
 
+@pytest.mark.slow
 def test_hands_free_takes_no_implausible_pose_and_has_no_patience_to_lose(by_hand) -> None:
     def doubt(samples: Sequence[Sample]) -> str | None:
         return "the ball is elsewhere" if samples[-1].position[0] > 0.5 else None

@@ -50,6 +50,7 @@ def drawn(
     return capture.get().rstrip("\n").split("\n")
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(
     width=st.integers(1, 220),

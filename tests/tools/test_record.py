@@ -399,8 +399,10 @@ def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) 
     assert len(read_placement(tmp_path / "front-2").samples) == 1
 
 
-def test_a_simple_terminal_shows_what_to_do(hand: Path, tmp_path: Path) -> None:
-    words = command(hand, tmp_path / "front")
+def test_a_simple_terminal_shows_what_to_do(tmp_path: Path) -> None:
+    still = tmp_path / "hand.csv"
+    still.write_text(",".join(map(repr, PANDA_HOME)))
+    words = command(still, tmp_path / "front")
     with TerminalSession(words, environment={"TERM": "dumb"}) as terminal:
         terminal.wait_for("PRESS: space captures sample 1")
         terminal.press(" ")

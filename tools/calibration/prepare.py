@@ -121,8 +121,14 @@ def _inspected(
     known = named(train, settings.distances)
 
     def look(placements: Sequence[Measurement]) -> Survey:
-        deviation = settings.deviation
-        return inspect_all(robot, parameters, placements, known=known, deviation=deviation)
+        return inspect_all(
+            robot,
+            parameters,
+            placements,
+            known=known,
+            deviation=settings.deviation,
+            zeros=bool(settings.zeros),
+        )
 
     survey = look([*train, *test])
     if settings.split_moved:

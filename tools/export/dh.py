@@ -43,7 +43,8 @@ class Row:
     type: str
     """``revolute`` (continuous too) or ``prismatic``."""
     form: str
-    """``dh`` or ``hayati``, of the step whose alpha stands in the row."""
+    """``dh`` in a standard table, ``mdh`` in a modified one; ``hayati`` where the step whose alpha
+    stands in the row has that form, between nearly parallel axes."""
     theta: float
     """[rad], what is added to q for a revolute joint."""
     d: float
@@ -51,7 +52,7 @@ class Row:
     a: float
     alpha: float
     beta: float
-    """Zero in a step of Denavit and Hartenberg's form."""
+    """[rad], Hayati's parameter; zero in every row of another form."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class Table:
 
 @dataclass(frozen=True)
 class _Step:
-    form: str = "dh"
+    hayati: bool = False
     theta: float = 0.0
     d: float = 0.0
     a: float = 0.0
@@ -126,7 +127,7 @@ def _step(across: np.ndarray) -> _Step:
     upright = np.array([0.0, 0.0, 1.0])
     d, a, _ = np.linalg.solve(np.stack([upright, normal, -line], axis=1), point).tolist()
     alpha = math.atan2(float(np.cross(upright, line) @ normal), float(line[2]))
-    return _Step("dh", math.atan2(normal[1], normal[0]), d, a, alpha)
+    return _Step(False, math.atan2(normal[1], normal[0]), d, a, alpha)
 
 
 def _hayati(point: np.ndarray, line: np.ndarray) -> _Step:
@@ -136,17 +137,18 @@ def _hayati(point: np.ndarray, line: np.ndarray) -> _Step:
     turned = rigid((0, 0, 0, 0, 0, -theta))[:3, :3] @ line
     beta = math.atan2(turned[0], math.hypot(turned[1], turned[2]))
     alpha = math.atan2(-turned[1], turned[2])
-    return _Step("hayati", theta, 0.0, sign * math.hypot(x, y), alpha, beta)
+    return _Step(True, theta, 0.0, sign * math.hypot(x, y), alpha, beta)
 
 
 def _rows(joints: list[Joint], steps: list[_Step], convention: str) -> tuple[Row, ...]:
     after = [*steps, _Step()]
-    across = after if convention == "standard" else [_Step(), *steps]
+    standard = convention == "standard"
+    across = after if standard else [_Step(), *steps]
     return tuple(
         Row(
             joint=joint.name,
             type="prismatic" if joint.type == "prismatic" else "revolute",
-            form=over.form,
+            form="hayati" if over.hayati else "dh" if standard else "mdh",
             theta=along.theta,
             d=along.d,
             a=over.a,
@@ -197,18 +199,14 @@ def _as_csv(request: Request, table: Table) -> str:
 
 
 def _explained(table: Table) -> list[str]:
-    forms = {
-        "standard": (
-            "Standard: T = base * product of [J(q) Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)] * tool"
-        ),
-        "modified": (
-            "Modified: T = base * product of [Tx(a) Rx(alpha) Ry(beta) J(q) Rz(theta) Tz(d)] * tool"
-        ),
+    rows = {
+        "standard": "J(q) Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)",
+        "modified": "Tx(a) Rx(alpha) Ry(beta) J(q) Rz(theta) Tz(d)",
     }
     return [
-        forms[table.convention],
-        "J(q) = Rz(q) for a revolute joint, Tz(q) for a prismatic one; metres and radians. beta is",
-        "Hayati's parameter; it is zero but where two joints' axes are nearly parallel.",
+        f"{table.convention.title()}: T = base * product of [{rows[table.convention]}] * tool",
+        "J(q) = Rz(q) for a revolute joint, Tz(q) for a prismatic one; metres and radians.",
+        "beta is Hayati's parameter, of rows of the form `hayati`: two axes are nearly parallel.",
     ]
 
 
@@ -221,14 +219,13 @@ def _remaining(table: Table) -> list[str]:
 def _printed(table: Table) -> tuple[str, ...]:
     """Return the table in millimetres and degrees."""
     width = max(len(row.joint) for row in table.rows)
+    names = [f"{row.joint:<{width}}  {row.form:<6}" for row in table.rows]
     head = ("theta deg", "d mm", "a mm", "alpha deg", "beta deg")
-    lines = [f"{'joint':<{width}}  " + "".join(f"{word:>13}" for word in head)]
-    for row in table.rows:
+    lines = [f"{'joint':<{width}}  form  " + "".join(f"{word:>13}" for word in head)]
+    for name, row in zip(names, table.rows, strict=True):
         theta, alpha, beta = map(math.degrees, (row.theta, row.alpha, row.beta))
         numbers = (theta, 1e3 * row.d, 1e3 * row.a, alpha, beta)
-        lines.append(
-            f"{row.joint:<{width}}  " + "".join(f"{round(n, 5) + 0.0:13.5f}" for n in numbers)
-        )
+        lines.append(name + "".join(f"{round(n, 5) + 0.0:13.5f}" for n in numbers))
     for name, T in (("base", table.base), ("tool", table.tool)):
         x, y, z = (1e3 * T[:3, 3]).tolist()
         lines.append(f"{name}: {x:.5f} {y:.5f} {z:.5f} mm, and a turn that is in the file")

@@ -20,8 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from ...drivers.lerobot import MotorCalibration, read_lerobot
-from ...solver.auto.priors import ZERO_WIDTH
-from ...solver.auto.zeros import angles_near
+from ...solver.auto.zeros import DECIDED, angles_near
 from ...solver.robot.kinematics import rotation, rotation_rpy
 from .export import Exported, ExportError, Request, losses_without
 
@@ -30,8 +29,6 @@ __all__ = ["export"]
 TICK = 2 * math.pi / 4096
 SIGNS = {"feetech": -1, "dynamixel": 1}
 """How a homing offset changes the position, by the make of the servos."""
-KNOWN = 0.5 * ZERO_WIDTH
-"""A zero that is not known to this is not written [rad]."""
 MOST_TICKS = 100
 """A larger shift would bring the servo's own limits too far off the joint's [ticks]."""
 LARGEST_OFFSET = {"feetech": 2047, "dynamixel": 1 << 20}
@@ -116,7 +113,7 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
     for joint in joints:
         value = found[f"{joint}.zero"]
         ticks, why = round(value.value / TICK), ""
-        if value.standard_deviation > KNOWN:
+        if value.standard_deviation > DECIDED:
             ticks, why = 0, "not decided by the data, left as it is"
         elif abs(ticks) > MOST_TICKS:
             ticks, why = 0, f"{ticks:+d} ticks are too many: calibrate by lerobot anew first"

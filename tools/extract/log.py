@@ -10,7 +10,20 @@ import numpy as np
 from ... import MukcaError
 from ..usage import joints_named
 
-__all__ = ["ExtractError", "Log", "Question", "columns_of", "merged", "unknown_joints"]
+__all__ = [
+    "ExtractError",
+    "Log",
+    "Question",
+    "check_angles",
+    "columns_of",
+    "merged",
+    "unknown_joints",
+]
+
+FULL_TURN = 2 * np.pi + 0.1
+"""No joint's angle in radians is larger."""
+STATES = 10
+"""A window holds as many states at least."""
 
 
 class ExtractError(MukcaError):
@@ -52,10 +65,14 @@ class Log:
     parts anything may have happened."""
     notes: tuple[str, ...] = ()
     """What people should know about it, a line each."""
-    least_window: float = 0.0
-    """A window must be as long as this to hold enough states [s]."""
     resolution: float = 0.0
     """The step of the joints' encoders, where they are coarse [rad]."""
+
+    @property
+    def least_window(self) -> float:
+        """A window must be as long as this to hold enough states [s]."""
+        steps = np.diff(self.stamps)[np.diff(self.parts) == 0]
+        return (STATES + 0.5) * float(np.median(steps)) if len(steps) else 0.0
 
 
 _CLEAN = re.compile(r"\s*[\[(].*?[\])]\s*$|\.pos$|_(deg|rad|degrees|radians)$")
@@ -95,6 +112,31 @@ def _fits(name: str, joint: str) -> bool:
     return long == short or (long.endswith(short) and long[-len(short) - 1] in "_/.-:")
 
 
+def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:
+    """Refuse angles that are likely of another unit.
+
+    Args:
+        angles: Of the joints that turn, over the whole log [rad].
+        degrees: Whether they were read as degrees.
+        question: What is looked for.
+
+    Raises:
+        ExtractError: They are larger than a turn, or smaller than any session's would be if what
+            is called degrees were such.
+    """
+    largest = float(np.abs(angles).max(initial=0.0))
+    if largest > FULL_TURN:
+        raise ExtractError(
+            f"{question.path}: an angle of {largest:.4g} rad; if these are degrees, say "
+            "--units degrees"
+        )
+    if degrees and 0 < np.degrees(largest) < FULL_TURN:
+        raise ExtractError(
+            f"{question.path}: no joint goes beyond {np.degrees(largest):.2g} degrees; if these "
+            "are radians, say --units radians"
+        )
+
+
 def unknown_joints(names: Sequence[str], question: Question, where: str = "") -> ExtractError:
     """Return the error for a log whose joints are not the model's."""
     wanted = question.named or ", ".join(question.joints)
@@ -114,6 +156,5 @@ def merged(logs: Sequence[Log]) -> Log:
         np.concatenate(efforts) if len(efforts) == len(logs) else None,
         np.concatenate([log.parts + by for log, by in zip(logs, shift, strict=True)]),
         tuple(note for log in logs for note in log.notes),
-        max(log.least_window for log in logs),
         max(log.resolution for log in logs),
     )

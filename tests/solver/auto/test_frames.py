@@ -67,6 +67,7 @@ def test_a_table_gives_frame_and_sockets_back(panda: Robot, exact: list[Placemen
     assert np.abs(places - np.array([one.coordinates for one in at])).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_an_anchored_base_is_known_within_its_interval(
     panda: Robot, true_panda: Robot, noisy: list[Placement]
 ) -> None:

@@ -7,9 +7,10 @@ import pytest
 
 import mukca
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.deflection import LEAST_TORQUE, PLAY, ZERO, Deflection
+from mukca.solver.auto.deflection import LEAST_TORQUE, PLAY, ZERO, Deflection, looseness
 from mukca.solver.auto.selection import select_model
-from mukca.solver.auto.zeros import angles_near, with_zeros
+from mukca.solver.auto.uncertainty import scale
+from mukca.solver.auto.zeros import DECIDED, angles_near, with_zeros
 from mukca.solver.data.known import SocketAt
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
@@ -29,23 +30,31 @@ def robot():
     return load_robot("so101")
 
 
+def recorded(robot, how, samples, seed=0):
+    """An arm as nominal, but that it stands at q + zero where it reads q."""
+    generator = np.random.default_rng(seed)
+    placement = record(robot, ANCHORED, generator, samples=samples, imperfection=how)
+    moved = tuple(
+        replace(sample, position=tuple(np.array(sample.position) - ZEROS))
+        for sample in placement.samples
+    )
+    return replace(placement, samples=moved)
+
+
+def selected(robot, placement, stages):
+    at = [SocketAt("base", ("anchored", k), tuple(c), 1e-4) for k, c in enumerate(ANCHORED.sockets)]
+    data = observe([measure(placement, robot)], robot, sockets_at=at)
+    return select_model(robot, choose_parameters(robot), data, stages=stages, zeros=True)
+
+
 @pytest.fixture(scope="module")
 def placement(robot):
-    """An arm as nominal, but that it stands at q + zero where it reads q."""
-    recorded = record(robot, ANCHORED, np.random.default_rng(0), samples=12, noise=1e-4)
-    samples = tuple(
-        replace(sample, position=tuple(np.array(sample.position) - ZEROS))
-        for sample in recorded.samples
-    )
-    return replace(recorded, samples=samples)
+    return recorded(robot, Imperfection(noise=1e-4), 12)
 
 
 @pytest.fixture(scope="module")
 def found(robot, placement: Placement):
-    measured = measure(placement, robot)
-    at = [SocketAt("base", ("anchored", k), tuple(c), 1e-4) for k, c in enumerate(ANCHORED.sockets)]
-    data = observe([measured], robot, sockets_at=at)
-    return select_model(robot, choose_parameters(robot), data, stages=(), zeros=True).full
+    return selected(robot, placement, ()).full
 
 
 @pytest.mark.slow
@@ -56,6 +65,35 @@ def test_zeros_are_found(found):
     assert np.abs(error[:4]).max() < 0.2
     assert deviation[:4].max() < 0.1
     assert deviation[4] > 2.5, "the roll's zero is told only by where the ball is"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_play_widens_what_is_said_of_zeros(robot, seed):
+    how = Imperfection(noise=3e-4, play=np.radians(0.7), resolution=2 * np.pi / 4096)
+    chosen = selected(robot, recorded(robot, how, 20, seed), ("play",))
+    assert chosen.full.model.extensions == (ZERO, PLAY)
+    error = (chosen.full.deflection.zeros - ZEROS)[:4]
+    begin = chosen.full.model.geometry
+    deviation = np.sqrt(np.diag(chosen.full.covariance))[begin : begin + 4]
+    assert np.abs(error / deviation).max() < 3
+    assert np.degrees(np.abs(error[deviation < DECIDED])).max(initial=0) < 0.4
+    assert (
+        "wrist_roll" in chosen.notes[-1].rpartition(", ")[2] and "(not decided)" in chosen.notes[-1]
+    )
+
+
+def test_a_joint_without_load_may_rest_anywhere_in_its_play():
+    free, loaded = looseness(np.array([[0.0, 1.0], [LEAST_TORQUE, -1.0]])).T
+    assert free == pytest.approx([1.0, 0.5**0.5])
+    assert (loaded < 0.2).all()
+
+
+@pytest.mark.slow
+def test_a_zero_makes_no_arm_longer(found):
+    value, deviation = scale(found)
+    assert abs(value) < 2e-3
+    assert deviation < 5e-3
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulated_arms import Base, perturb, reachable_bases, record
+from mukca.tools.simulated_arms import Base, Imperfection, perturb, reachable_bases, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
@@ -100,3 +100,20 @@ def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int
     codes = [finding.code for finding in seen(off, 0.055)]
     assert codes == ["zero", "scale"]
     assert [finding.code for finding in seen(sound, 0.055)] == ["scale"]
+
+
+@pytest.mark.parametrize("distance", [None, 0.055])
+def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) -> None:
+    """With zeros off by degrees, which are sought, only a wrong distance is told."""
+    robot, generator = load_robot("koch"), np.random.default_rng(0)
+    arm = perturb(robot, generator, 3e-4, 0.0)
+    zeros = generator.uniform(-0.087, 0.087, len(robot.actuated))
+    play = Imperfection(3e-4, play=0.012, resolution=1.5e-3)
+    (base,) = reachable_bases(arm, generator, 1)
+    placement = record(arm, base, generator, samples=20, imperfection=play)
+    measured = measure(change(placement, lambda q: q - zeros), robot, distance)
+    seen = inspect_all(robot, choose_parameters(robot), [measured], zeros=True)
+    assert [f.code for f in seen.findings] == ([] if distance is None else ["scale"])
+    assert seen.scale is not None
+    true = 0.0 if distance is None else 0.1
+    assert abs(seen.scale.value - true) < 3 * seen.scale.deviation < 0.06

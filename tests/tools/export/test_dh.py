@@ -86,12 +86,19 @@ def test_forward_kinematics_are_the_urdfs(export, imagined, tmp_path) -> None:
 
 
 def test_nearly_parallel_axes_get_hayatis_number_and_short_lengths(calibrations, export, tmp_path):
-    out = tmp_path / "ur5e.json"
-    export(calibrations / "ur5e.json", "--to", "dh", "--out", out)
-    rows, *_ = read(out)
-    assert [row["form"] for row in rows] == ["dh", "hayati", "hayati", "dh", "dh", "dh"]
-    assert all(abs(row["d"]) < 0.3 and abs(row["a"]) < 0.7 for row in rows)
-    assert all((row["beta"] != 0) == (row["form"] == "hayati") for row in rows)
+    hayati = {"dh": (1, 2), "mdh": (2, 3)}  # a row of the modified table begins with the step
+    for convention, ending in (("dh", "json"), ("mdh", "json"), ("dh", "csv"), ("mdh", "csv")):
+        out = tmp_path / f"{convention}.{ending}"
+        _, shown, _ = export(calibrations / "ur5e.json", "--to", convention, "--out", out)
+        rows, *_ = read(out)
+        expected = ["hayati" if i in hayati[convention] else convention for i in range(6)]
+        assert [row["form"] for row in rows] == expected
+        assert all(abs(float(row["d"])) < 0.3 and abs(float(row["a"])) < 0.7 for row in rows)
+        assert all((float(row["beta"]) != 0) == (row["form"] == "hayati") for row in rows)
+        printed = [line.split() for line in shown.splitlines() if "_joint" in line]
+        assert [words[1] for words in printed] == expected and "Hayati's parameter" in shown
+        by_hand = [math.degrees(float(rows[i]["beta"])) for i in range(6)]
+        assert np.abs(np.subtract(by_hand, [float(words[-1]) for words in printed])).max() < 1e-5
 
 
 def test_the_nominal_ur5e_gets_its_makers_table() -> None:

@@ -68,33 +68,68 @@ def test_a_short_stop_and_a_slow_move_are_no_rests() -> None:
     assert rests_of(still(0.4, 0, 0.4)) == []
 
 
+@pytest.mark.parametrize("rate", [10, 15, 20, 25, 30, 33, 50])
+@pytest.mark.parametrize("jitter", [0.0, 1e-4])
+def test_rests_in_slow_streams(rate, jitter) -> None:
+    """Whether the window's last step ends just within it or just outside is a matter of luck."""
+    rng = np.random.default_rng(0)
+    stamps = np.sort(np.arange(0, 27, 1 / rate) + jitter * rng.normal(size=27 * rate))
+    phase = np.clip((stamps % 3.2 - 2.4) / 0.8, 0, 1)  # at rest for 2.4 s, then on
+    values = 0.5 * (stamps // 3.2 + phase) + 1e-5 * rng.normal(size=len(stamps))
+    log = Log(stamps, np.stack([values, values], axis=1), None, np.zeros(len(stamps), dtype=int))
+    joints = (JointLimits("a"), JointLimits("b"))
+    for window in (0.3, log.least_window)[rate < 15 :]:  # five states are the least to average
+        found = find_rests(log, joints, window=window, still=5e-4)
+        assert [round(one.rest.position[0] / 0.5, 2) for one in found[:8]] == list(range(8))
+
+
 def test_no_average_goes_across_two_episodes() -> None:
     first, second = still(0.4, 0, 0.5), still(0.4, 0.5, 1.0)
     assert len(rests_of(first + second)) == 1
     assert rests_of(first + second, [0] * len(first) + [1] * len(second)) == []
 
 
-def test_sockets_of_several_bases_are_paired(session) -> None:
-    """Three bases in one log, the second one's sockets used in turns."""
+@pytest.mark.parametrize(
+    "visits",
+    [
+        ("front 0", "front 1", "left 0", "left 1", "right 0", "right 1"),
+        ("right 0", "right 1", "left 0", "left 1", "front 0", "front 1"),
+        ("left 1", "left 0", "front 1", "front 0"),
+        ("front 0", "front 1", "front 0"),
+        ("front 1", "left 0", "front 0", "left 1", "front 1"),
+        ("front 0", "front 1", "front 0", "front 1", "front 0", "front 1"),
+    ],
+    ids=", ".join,
+)
+def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, visits) -> None:
+    """Placements are numbered by their first rest, and the socket of that rest is called 0."""
     from mukca.recorder.dataset import read_placement
     from mukca.recorder.rest import Rest
     from mukca.tools.extract.rests import Found
 
     robot = load_robot("panda")
     truth, found = [], []
-    for name in ("front", "left", "right"):
-        samples = list(read_placement(session / name).samples)
-        if name == "left":
-            samples.sort(key=lambda sample: sample.position)
-        first = samples[0].socket
-        truth += [(name, int(sample.socket != first)) for sample in samples]
-        for sample in samples:
+    left: dict[str, list] = {}
+    for name in {visit.split()[0] for visit in visits}:
+        for sample in read_placement(session / name).samples:
+            left.setdefault(f"{name} {sample.socket}", []).append(sample.position)
+    share = {visit: len(left[visit]) // visits.count(visit) for visit in visits}
+    for visit in visits:
+        for _ in range(share[visit]):
             at = float(len(found))
-            rest = Rest(sample.position, (1e-5,) * 7, None, None, at, 30)
+            rest = Rest(left[visit].pop(), (1e-5,) * 7, None, None, at, 30)
             found.append(Found(at, at + 0.5, rest))
+            truth.append(visit)
+    bases = list(dict.fromkeys(visit.split()[0] for visit in visits))
+    first = {base: next(visit for visit in visits if visit.startswith(base)) for base in bases}
+    expected = [
+        (f"placement_{1 + bases.index(visit.split()[0])}", int(visit != first[visit.split()[0]]))
+        for visit in truth
+    ]
     proposals = propose(robot, found, joints_of(robot), 0.05)
-    names = {"placement_1": "front", "placement_2": "left", "placement_3": "right"}
-    assert [(names[p.placement or ""], p.socket) for p in proposals] == truth
+    assert [(p.placement, p.socket) for p in proposals] == expected
+    placements = placements_of(proposals, robot.joint_names, 0.05)
+    assert list(placements) == [f"placement_{i + 1}" for i in range(len(bases))]
 
 
 def test_the_rests_as_the_user_says(found) -> None:

@@ -88,6 +88,7 @@ def test_an_unknown_arm_is_told_what_is_needed(document) -> None:
     assert status == "pass"
 
 
+@pytest.mark.slow
 def test_errors_among_the_checks_fail_and_warnings_do_not(extended) -> None:
     assert rows(extended)[1]["data_checks"] == "pass"
     extended["checks"][0]["level"] = "error"
@@ -113,6 +114,7 @@ def test_distances_that_the_fit_was_told_prove_nothing(document) -> None:
     assert rows(document, known=known)[1]["between_placements"] == "not evaluated"
 
 
+@pytest.mark.slow
 def test_limits_are_no_finer_than_a_printed_socket_resolves(document) -> None:
     for name, limit in (("ur5e", 3e-4), ("iiwa14", 4.5e-4), ("gen3_lite", 3e-3)):
         document["model"]["name"] = name
@@ -172,6 +174,8 @@ def test_where_both_models_fail_there_is_one_answer(document) -> None:
         (0.0087, 7e-4, "fail", "fail"),
         (-0.0062, None, "fail", "fail"),
         (0.0075, 0.0017, "warning", "pass"),
+        (-0.0121, 0.009, "not enough", "incomplete"),
+        (0.03, 0.009, "fail", "fail"),
         (0.02, 7e-4, "fail", "fail"),
         (-0.583, None, "fail", "fail"),
     ],
@@ -182,7 +186,8 @@ def test_an_arm_of_the_wrong_size_does_not_pass(
     document["scale"] = {"value": value, "deviation": deviation}
     told, limits, text = rows(document)
     assert (told, limits["scale"]) == (status, expected)
-    assert ("more likely the sockets" in text) == (expected != "pass")
+    assert ("more likely the sockets" in text) == (expected in ("warning", "fail"))
+    assert ("record more samples" in text) == (expected == "not enough")
 
 
 def test_the_likelier_distance_is_said(document) -> None:

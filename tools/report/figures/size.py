@@ -46,11 +46,22 @@ def scale_text(scale: Scale) -> str:
 def scale_row(scale: Scale, placements: Sequence[PlacementErrors]) -> LimitResult:
     """Return whether the arm's size is believable, and what is more likely where it is not."""
     level = size_level(scale.value, scale.deviation)
-    status: Status = "pass" if level is None else "fail" if level == "error" else "warning"
+    statuses: dict[str | None, Status] = {
+        None: "pass",
+        "warning": "warning",
+        "unknown": "not enough",
+        "error": "fail",
+    }
+    status = statuses[level]
     text = scale_text(scale)
     spaced = any(row.role == "train" and row.distance for row in placements)
     if status != "pass" and not spaced:
         text += "; check that the measured points are in metres"
+    elif status == "not enough":
+        text += (
+            ", and may be as long as it; record more samples, at a second place, or with sockets "
+            "farther apart"
+        )
     elif status != "pass":
         distance, likely = _trained_distance(placements), likely_distance(scale, placements)
         text += f"; more likely the sockets are {_tenth(likely, distance)} mm apart than "
