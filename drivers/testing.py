@@ -33,7 +33,8 @@ Sent = Callable[[], Sequence[JointState]]
 
 STATES = 50
 PAUSE_SECONDS = 0.3
-READ_SECONDS = 3.0
+READ_SECONDS = 20.0  # patience with a busy computer
+SOON_SECONDS = 3.0
 OPEN_SECONDS = 15.0
 
 
@@ -165,7 +166,7 @@ class DriverContract:
                 opened.read(timeout=0.0)
             except DriverError as error:
                 assert error.reason is Reason.SILENT
-        assert time.monotonic() - start < READ_SECONDS
+        assert time.monotonic() - start < SOON_SECONDS
         assert opened.read(READ_SECONDS).position
 
     def test_iterates(self, opened: Driver) -> None:

@@ -55,6 +55,14 @@ class Advice:
     closing: tuple[str, ...] = ()
     """What another placement would bring, a line each, once this one is enough."""
 
+    @property
+    def why_enough(self) -> str:
+        """Why nothing more is needed at this placement; empty where more is."""
+        if not self.enough:
+            return ""
+        reached = self.predicted <= self.goal
+        return "the goal is reached" if reached else "more poses here hardly help"
+
 
 class Adviser(Protocol):
     """Somebody who works out advice elsewhere, so that the recorder never waits for it."""

@@ -4,6 +4,7 @@
 words            meaning
 ===============  ================================================================================
 GO ON?           a recording is continued: is it the right one?
+WHICH?           a sample's number is being typed, so space would not capture
 WAIT             the stream cannot be trusted now
 SOCKET 1 NOW     this socket has enough, or the ball is to be moved over: put it into socket 1
 ENOUGH           nothing more is needed at this placement
@@ -43,13 +44,15 @@ class Moment:
     """The number of a sample that was captured a moment ago."""
     leave: bool = False
     """Whether the active socket has enough samples, and another has not."""
-    enough: bool = False
-    """Whether this placement has."""
+    enough: str = ""
+    """Why this placement needs no more; empty where it does."""
     doubt: str | None = None
     """Hands free: why this pose is not captured by itself."""
     hands_free: bool = False
     paused: bool = False
     """Hands free: whether a key is waited for."""
+    prompt: str = ""
+    """What is being typed; keys do not capture meanwhile."""
     asking: bool = False
     """Whether the operator is asked about what is continued."""
     capture_key: str = "space"
@@ -82,14 +85,17 @@ def _before_all(now: Moment) -> Readiness | None:
     session = now.session
     key = now.capture_key
     if now.asking:
-        return Readiness("GO ON?", _NEXT, "y: the base stands as it did   n: new placement")
+        return Readiness("GO ON?", _NEXT, "y: go on   n: new placement   q: leave")
+    if now.prompt:
+        return Readiness("WHICH?", _NEXT, now.prompt)
     if now.trouble or now.position is None:
         return Readiness("WAIT", _BAD, now.trouble or "no state yet")
     if now.got is not None:
         return Readiness(f"GOT {now.got}", _GOOD, f"sample {now.got} is on the disk")
     if now.enough or session.whole:
         more = "" if now.hands_free else f", {key} captures one more"
-        return Readiness("ENOUGH", _GOOD, f"q finishes{more}")
+        why = f"; {now.enough}" if now.enough else ""
+        return Readiness("ENOUGH", _GOOD, f"q finishes{more}{why}")
     done = session.counts[session.socket] >= session.target
     if done or now.leave:
         to = session.next_socket

@@ -1,13 +1,14 @@
 """Fits a robot to placements, by the paper's method or by the default one."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from .auto.closest_rigid import closest_rigid
+from .auto.extended_model import Expected
 from .auto.posterior import Posterior, World
 from .auto.selection import STAGES, Selected, select_all
 from .auto.zeros import with_zeros
@@ -100,6 +101,7 @@ def fit_by_auto(
     load: Load | None = None,
     without: Sequence[str] = (),
     zeros: bool = False,
+    of_type: Mapping[str, Expected] | None = None,
     tied: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fit:
@@ -118,6 +120,8 @@ def fit_by_auto(
         without: Among ``compliance``, ``tilt``, ``play``, ``transmission`` and ``joint-noise``:
             what is not tried.
         zeros: Whether the joints' zeros may be off by degrees, as on arms made of servos.
+        of_type: Elasticity of other arms of the type, see
+            :attr:`mukca.solver.auto.extended_model.ExtendedModel.of_type`.
         tied: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 
@@ -135,6 +139,7 @@ def fit_by_auto(
         distance_deviation=distance_deviation,
         without=without,
         zeros=zeros,
+        types=[of_type] if of_type else [],
         tied=tied,
         progress=progress,
     )[0]
@@ -149,6 +154,7 @@ def fit_arms(
     distance_deviation: float = CALIPER_DEVIATION,
     without: Sequence[str] = (),
     zeros: bool = False,
+    types: Sequence[Mapping[str, Expected]] = (),
     tied: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:
@@ -167,6 +173,7 @@ def fit_arms(
         stages=[name for name in STAGES if name not in without],
         joint_noise="joint-noise" not in without,
         zeros=zeros,
+        types=types,
         progress=progress,
     )
     seconds = time.perf_counter() - begin

@@ -10,7 +10,7 @@ import sys
 import termios
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import pyte
@@ -90,15 +90,32 @@ class TerminalSession:
 
     def wait_for(self, *texts: str, gone: Sequence[str] = (), timeout: float = 40.0) -> str:
         """Wait until the screen shows all of some texts and none of others; return the screen."""
-        deadline = time.monotonic() + timeout
+
+        def found(shown: str) -> bool:
+            flat = "".join(line.ljust(self.screen.columns) for line in shown.split("\n"))
+            there = all(
+                text in shown or text in flat for text in texts
+            )  # flat: a long line unbroken
+            return there and not any(text in shown for text in gone)
+
+        return self._wait_until(found, f"{texts} without {gone}", timeout)
+
+    def wait_for_one(self, *texts: str, timeout: float = 40.0) -> str:
+        """Wait until the screen shows one of some texts at least; return the screen."""
+        return self._wait_until(lambda shown: any(t in shown for t in texts), f"{texts}", timeout)
+
+    def _wait_until(self, holds: Callable[[str], bool], wanted: str, timeout: float) -> str:
+        """Look at the screen whenever something was written; it takes a while to put together."""
+        deadline, seen, shown = time.monotonic() + timeout, -1, ""
         while time.monotonic() < deadline:
-            shown, flat = self.text, "".join(self.screen.display)  # flat: a long line unbroken
-            if all(t in shown or t in flat for t in texts) and not any(t in shown for t in gone):
-                return shown
-            if self.process.poll() is not None and not self._reader.is_alive():
+            if (written := len(self.output)) != seen:
+                seen, shown = written, self.text
+                if holds(shown):
+                    return shown
+            elif self.process.poll() is not None and not self._reader.is_alive():
                 break
             time.sleep(0.02)
-        raise AssertionError(f"{texts} without {gone} is not on the screen:\n{self.text}")
+        raise AssertionError(f"{wanted} is not on the screen:\n{self.text}")
 
     def resize(self, columns: int, rows: int) -> None:
         """Change the terminal's size, as dragging its window does."""

@@ -61,6 +61,7 @@ def test_the_root_holds_no_other_module() -> None:
     assert {file.name for file in ROOT.glob("*.py")} == {"__init__.py", "__main__.py"}
 
 
+@pytest.mark.slow
 def test_only_the_command_line_prints() -> None:
     for file in FILES:
         calls = [n for n in ast.walk(ast.parse(file.read_text())) if isinstance(n, ast.Call)]

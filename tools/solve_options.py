@@ -76,6 +76,14 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         const=True,
         help="the joints' zeros may be off by degrees: for arms made of servos",
     )
+    group.add_argument(
+        "--type-prior",
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="calibration.json of other arms of the type: how far their joints give way is much "
+        "the same in this one; the data decide how far to believe it",
+    )
     add_load(parser)
 
 

@@ -23,14 +23,15 @@ from .bounded import bounded_step
 from .deflection import ELASTICITY, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
-from .noise import INFORMATION, NEGLIGIBLE, NU, Noise
+from .noise import INFORMATION, NEGLIGIBLE, NU, SMALLEST, Noise
 from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
 from .objective import (
     Objective,
     State,
     build_objective,
     free_unknowns,
-    linearise,
+    from_means,
+    moved,
     prior_precision,
     start,
 )
@@ -42,6 +43,8 @@ __all__ = ["estimate", "estimate_all", "gauss_newton"]
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
+SETTLED_EXACT = 1e-4
+"""The same where the data are exact: steps along what they hardly show still count then."""
 RELEASES = 15
 """For so many iterations, elasticity that is held at zero may leave it. One that gains nothing
 could otherwise come and go forever."""
@@ -95,7 +98,8 @@ def estimate_all(
             step = gauss_newton(objective, state, release=iteration < RELEASES)
             state, change = _advance(objective, state, step)
             iterates.append(state.x)
-            if change >= SETTLED:
+            noisy = any(noise.space > SMALLEST for noise in state.noises)
+            if change >= (SETTLED if noisy else SETTLED_EXACT):
                 continue
             pruned = _without_negligible(objective, state)
             if pruned is not state:
@@ -128,7 +132,8 @@ def gauss_newton(objective: Objective, state: State, *, release: bool = True) ->
     released = replace(state, at_zero=held)
     prior = prior_precision(objective, released)
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    gradient = normal.gradient + prior @ x + volume * state.linear.by_volume
+    pull = prior @ from_means(objective, state)
+    gradient = normal.gradient + pull + volume * state.linear.by_volume
     free = free_unknowns(objective, released)
     change, covariance = bounded_step(normal.information + prior, gradient, x, free, bounded & free)
     return Step(change, covariance, normal, spread, volume)
@@ -157,43 +162,37 @@ def _volume_weight(
 
 def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
     """Return the state after a step of everything, and the largest relative change of a scale."""
-    moved, step = _downhill(objective, state, step)
-    linear = moved.linear
-    groups, change = _updated_groups(moved, step)
-    noises = _updated_noises(objective, state, moved, step)
+    there, step = _downhill(objective, state, step)
+    linear = there.linear
+    groups, change = _updated_groups(there, step)
+    noises = _updated_noises(objective, state, there, step)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
             change = max(change, abs(log(noise.joint / before.joint)))
-    return replace(moved, groups=groups, noises=noises), change
+    return replace(there, groups=groups, noises=noises), change
 
 
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
     """Return the state after a step, halved as often as L would rise, and the step taken."""
     before = value(objective, state, step.volume)
     for _ in range(HALVINGS):
-        moved = _moved(objective, state, step.change)
-        if value(objective, moved, step.volume) <= before + RISE * abs(before):
+        there = _moved(objective, state, step.change)
+        if value(objective, there, step.volume) <= before + RISE * abs(before):
             break
         step = replace(step, change=0.5 * step.change)
     else:
-        moved = _moved(objective, state, step.change)
-    return moved, step
+        there = _moved(objective, state, step.change)
+    return there, step
 
 
 def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
     """Return the state after a change of all unknowns: a joint never gives way against its load."""
-    size = objective.model.size
-    x, at_zero = state.x + change[:size], state.at_zero.copy()
+    at_zero = state.at_zero.copy()
     for group in state.groups:
         if group.name in ELASTICITY:
-            at_zero[group.members] = x[group.members] <= 0
-    dense = objective.dense
-    turns = change[size:dense].reshape(-1, 6)
-    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
-    centres = state.centres + change[dense:].reshape(-1, 3)
-    linear = linearise(objective, x, centres, frames)
-    return replace(state, x=x, centres=centres, frames=frames, at_zero=at_zero, linear=linear)
+            at_zero[group.members] = (state.x + change[: len(state.x)])[group.members] <= 0
+    return replace(moved(objective, state, change), at_zero=at_zero)
 
 
 def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:
@@ -206,9 +205,12 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
     for group in state.groups:
         new = group
         if group.learned:
-            members = group.members[~state.at_zero[group.members]]
+            free = ~state.at_zero[group.members]
+            members = group.members[free]
             new = group.updated(
-                state.x[members], step.covariance[np.ix_(members, members)], members
+                state.x[members] - group.mean[free],
+                step.covariance[np.ix_(members, members)],
+                members,
             )
             if _effect(state, new) > NEGLIGIBLE:
                 change = max(change, abs(log(new.width / group.width)))
@@ -217,7 +219,7 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
 
 
 def _updated_noises(
-    objective: Objective, state: State, moved: State, step: Step
+    objective: Objective, state: State, there: State, step: Step
 ) -> tuple[Noise, ...]:
     """Return the noises after a step of their scales (A5), see :class:`Noise`."""
     by_joints = state.linear.by_joints
@@ -231,7 +233,7 @@ def _updated_noises(
             step.leverage[source],
             by_joints[source],
         )
-        effect = noise.joint_effect(moved.linear.by_joints[source])
+        effect = noise.joint_effect(there.linear.by_joints[source])
         noises.append(noise.updated(squares, effect))
     return tuple(noises)
 

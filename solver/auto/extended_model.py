@@ -7,18 +7,20 @@ then the coefficients of each extension. With q' the true joint positions, see
     Phi(x, q) = ball position at origins Theta_nominal + x_geometry and joint positions q'(x, q)
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..robot.kinematics import BallModel, workspace
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
-from .deflection import EXTENSIONS, PLAY, Deflection, coefficient_names, design, looseness
+from .deflection import EXTENSIONS, PLAY, ZERO, Deflection, coefficient_names, design, looseness
 
-__all__ = ["ExtendedModel", "extend"]
+__all__ = ["Expected", "ExtendedModel", "extend"]
 
+Expected = tuple[np.ndarray, np.ndarray]
+"""What coefficients are believed to be, and the standard deviations of that."""
 SCALE_SAMPLES = 200
 """Random poses by which the size of a robot is measured."""
 
@@ -33,6 +35,8 @@ class ExtendedModel:
     """The ball's position as a function of the parameters and the true joint positions."""
     extensions: tuple[str, ...]
     """Which extensions, among :data:`~mukca.solver.auto.deflection.EXTENSIONS`, in that order."""
+    of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
+    """The elasticity of other arms of the type, by extension; empty where none is known."""
 
     @property
     def geometry(self) -> int:
@@ -105,7 +109,8 @@ class ExtendedModel:
         The scale is that of the cloud of ball positions over random poses, beside what another
         place of the ball on the flange, or a turn of the base, would do to it: the ball's place
         was only guessed, and says nothing of the arm. One arm can be described by many sets of
-        lengths, but its balls are the same in all of them.
+        lengths, but its balls are the same in all of them. A zero moves the poses to which
+        readings belong, and with them the cloud, but makes no link longer.
 
         Returns:
             Shape (size,) [1/m, 1/rad, ...]: 0.01 says that one unit more makes the robot 1 %
@@ -119,7 +124,10 @@ class ExtendedModel:
         turns = np.cross(np.eye(3), cloud[:, None]).swapaxes(1, 2)
         others = np.concatenate([place - place.mean(axis=0), turns], axis=2).reshape(cloud.size, -1)
         radial = cloud.ravel() - others @ np.linalg.lstsq(others, cloud.ravel(), rcond=None)[0]
-        return radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
+        by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
+        if ZERO in self.extensions:
+            by_scale[self.geometry : self.geometry + self.sizes[0]] = 0.0
+        return by_scale
 
 
 def extend(

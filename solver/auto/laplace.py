@@ -7,15 +7,16 @@ that the fit does not need, so models of different size can be compared by it. d
 introduces prior, posterior and evidence.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import erfc, lgamma, log, pi, sqrt
 
 import numpy as np
 
 from .deflection import ELASTICITY
 from .noise import NU
-from .normal_equations import NormalEquations, normal_equations, value
-from .objective import Objective, State, free_unknowns, prior_precision, priors
+from .normal_equations import NormalEquations, normal_equations, value, weigh
+from .objective import Objective, State, free_unknowns, from_means, moved, prior_precision, priors
+from .positive import bounds
 from .posterior import Posterior, World
 from .priors import TYPICAL_SPREAD
 
@@ -25,24 +26,31 @@ __all__ = ["inverse", "posterior"]
 def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> World:
     """Return the posterior at a state where the iteration has settled.
 
-    The widths of the priors are estimates, too; their own uncertainty makes the covariance larger.
+    The unknowns are its mean, which differs from the most probable ones where some of them are
+    never negative. The widths of the priors are estimates, too; their own uncertainty makes the
+    covariance larger.
 
     Args:
         objective: What was minimised.
         state: At its minimum.
         iterates: x after each iteration.
     """
-    normal = normal_equations(objective, state)
-    widened = normal.information + prior_precision(objective, state, widened=True)
-    covariance = inverse(widened, free_unknowns(objective, state))
-    weights = normal.weights * NU / (NU + 3)
-    evidence = _log_evidence(objective, state, normal)
+    curve = _curve(objective, state)
+    widened = prior_precision(objective, curve.state, widened=True)
+    precision = curve.normal.information + widened + np.diag(curve.bounds)
+    covariance = inverse(precision, free_unknowns(objective, curve.state))
+    mean = curve.state
+    if curve.change.any():
+        mean = moved(objective, curve.state, curve.change)
+        iterates = [*iterates, mean.x]
+    weights = weigh(objective, mean)[2] * NU / (NU + 3)
     arms = tuple(
-        _of_arm(objective, state, i, covariance, weights, evidence, iterates)
+        _of_arm(objective, mean, i, covariance, weights, curve.log_evidence, iterates)
         for i in range(len(objective.model.models))
     )
-    poses = dict(zip(objective.rows.scene.arms[0].frames, state.frames, strict=True))
-    return World(arms, objective.model.own, objective.rows.scene, poses, covariance, evidence)
+    poses = dict(zip(objective.rows.scene.arms[0].frames, mean.frames, strict=True))
+    scene = objective.rows.scene
+    return World(arms, objective.model.own, scene, poses, covariance, curve.log_evidence)
 
 
 def _of_arm(
@@ -81,14 +89,71 @@ def _of_arm(
     )
 
 
-def _log_evidence(objective: Objective, state: State, normal: NormalEquations) -> float:
-    """Return the logarithm of the evidence.
+@dataclass(frozen=True)
+class _Curve:
+    """The bell curve around a state at the minimum of L."""
 
-    log p(data) = -L + sum_g log|P_g| / 2 - log|H| / 2 + log p(widths)                 (A6)
+    state: State
+    """There, with nothing held at zero that may leave it."""
+    normal: NormalEquations
+    change: np.ndarray
+    """What leads from there to the curve's mean, shape (n,)."""
+    bounds: np.ndarray
+    """What stands for the bounds in the curve's precision, its diagonal, shape (n,)."""
+    log_evidence: float
 
-    L is the objective (A1), P_g the prior precision of group g, H the curvature (A3), |.| the
-    determinant, and p(widths) the prior of the widths themselves.
+
+def _curve(objective: Objective, state: State) -> _Curve:
+    """Return the bell curve and the logarithm of the evidence.
+
+    log p(data) = -L + g^T H^-1 g / 2 + sum_g log|P_g| / 2 - log|H| / 2                    (A6)
+                  + log p(widths) + log(B / A)
+
+    L is the objective (A1) and g its slope, P_g the prior precision of group g, H the curvature
+    (A3), |.| the determinant, p(widths) the prior of the widths themselves. The slope is zero but
+    for unknowns that are held at zero. Of unknowns that are never negative, the share A of the
+    priors' bell curve counts, and the share B of that around the posterior.
     """
+    held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
+    for group in state.groups:
+        if group.name in ELASTICITY and group.width:
+            held[group.members], limited[group.members] = False, True
+    state = replace(state, at_zero=held)
+    normal, prior = normal_equations(objective, state), prior_precision(objective, state)
+    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
+    slope = normal.gradient + prior @ from_means(objective, state) + state.linear.by_volume
+    free = free_unknowns(objective, state)
+    hessian = normal.information + prior
+    covariance = inverse(hessian, free)
+    result = _log_evidence(objective, state) + 0.5 * float(slope @ covariance @ slope)
+    result -= 0.5 * float(np.linalg.slogdet(hessian[np.ix_(free, free)])[1])
+    b = np.flatnonzero(limited)
+    precision, pull = np.zeros(objective.size), np.zeros(objective.size)
+    if len(b):
+        mean = x - covariance @ slope
+        found = bounds(mean[b], covariance[np.ix_(b, b)])
+        precision[b], pull[b] = found.precision, found.pull
+        result += found.log_share - _log_prior_share(state)
+        covariance = inverse(hessian + np.diag(precision), free)
+    change = covariance @ (pull - precision * x - slope) if len(b) else np.zeros(objective.size)
+    return _Curve(state, normal, change, precision, result)
+
+
+def _log_prior_share(state: State) -> float:
+    """Return log A: a half is within the bound for each unknown whose mean is zero."""
+    shares = [
+        erfc(-mean / variance**0.5 / sqrt(2)) / 2
+        for group in state.groups
+        if group.name in ELASTICITY and group.width
+        for mean, variance in zip(
+            group.mean.tolist(), np.diag(group.covariance(group.width)).tolist(), strict=True
+        )
+    ]
+    return float(np.sum(np.log(shares)))
+
+
+def _log_evidence(objective: Objective, state: State) -> float:
+    """Return the part of (A6) that needs no curvature."""
     constant = lgamma((NU + 3) / 2) - lgamma(NU / 2) - 1.5 * log(NU * pi)
     result = len(state.linear.errors) * constant - value(objective, state)
     for group, members in priors(state):
@@ -96,37 +161,6 @@ def _log_evidence(objective: Objective, state: State, normal: NormalEquations) -
         result += 0.5 * float(np.linalg.slogdet(P)[1]) - 0.5 * (group.width / group.scale) ** 2
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
-    free = free_unknowns(objective, state)
-    hessian = normal.information + prior_precision(objective, state)
-    result -= 0.5 * float(np.linalg.slogdet(hessian[np.ix_(free, free)])[1])
-    return result + _within_bounds(objective, state, normal, inverse(hessian, free))
-
-
-def _within_bounds(
-    objective: Objective, state: State, normal: NormalEquations, covariance: np.ndarray
-) -> float:
-    """Return what (A6) gains or loses because elasticity is never negative.
-
-    Its prior is the positive half of a bell curve, twice as high as the whole. Of a coefficient x
-    that is not zero, the half of the posterior above zero counts, Phi(x / sigma) of it; of one that
-    is held at zero, the tail of
-
-        2 N(x; 0, s) exp(-slope x - curvature x^2 / 2)        for x >= 0
-    """
-    result = 0.0
-    for group in state.groups:
-        if group.name not in ELASTICITY or not group.width:
-            continue
-        for i in group.members.tolist():
-            if not state.at_zero[i]:
-                result += log(erfc(-float(state.x[i]) / covariance[i, i] ** 0.5 / sqrt(2)))
-                continue
-            row = normal.information[i]
-            curvature = row[i] + 1 / group.width**2 - float(row @ covariance @ row)
-            slope = float(normal.gradient[i] + state.linear.by_volume[i])
-            a = max(slope, 0.0) / sqrt(curvature)
-            tail = log(erfc(a / sqrt(2))) + a**2 / 2 if a < 30 else -log(a * sqrt(pi / 2))
-            result += tail - log(group.width * sqrt(curvature))
     return result
 
 

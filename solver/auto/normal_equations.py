@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .noise import INFORMATION, NU
-from .objective import Objective, State, knowledge, priors
+from .objective import Objective, State, knowledge
 
 __all__ = ["NormalEquations", "leverage", "normal_equations", "predicted_errors", "value", "weigh"]
 
@@ -67,9 +67,10 @@ def value(objective: Objective, state: State, volume: float = 1.0) -> float:
     sizes = np.linalg.slogdet(scales(objective, state))[1]
     cost = 0.5 * float(sizes.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
     cost += 0.5 * float(np.sum(knowledge(objective, state)[1] ** 2))
-    for group, members in priors(state):
-        x = state.x[members]
-        cost += 0.5 * float(x @ group.precision(members, group.width) @ x)
+    for group in state.groups:
+        if group.width:
+            apart = state.x[group.members] - group.mean
+            cost += 0.5 * float(apart @ group.precision(group.members, group.width) @ apart)
     return cost + volume * state.linear.volume
 
 

@@ -9,7 +9,7 @@ plausible unknowns minimise
     L =  sum over samples  t(e_i; C_i)              e_i = Phi(x, q_i) - m_s(i)             (A1)
        + |W (l - d)|^2 / 2                          l_k = |m_b - m_a|, of measured distances d
        + sum over k  |m_k - F y_k|^2 / (2 s_k^2)    of measured coordinates y_k in a frame
-       + sum over groups  x_g^T P_g x_g / 2         P_g = (s_g^2 I + t_g t_g^T)^-1
+       + sum over groups  (x_g - mu_g)^T P_g (x_g - mu_g) / 2    P_g = (s_g^2 I + t_g t_g^T)^-1
        - (1 - S / N) sum over samples  log V_i          V_i = sqrt(det(Jq_i Jq_i^T))
 
 Line by line: the predicted balls should be at their sockets' centres, the sockets should be as far
@@ -22,8 +22,8 @@ their priors, and the robot should not shrink.
 - l_k is the distance between sockets a and b by the model, d_k the measured one. W^T W is the
   inverse covariance of the measured distances; placements of one base share the error of its
   measurement.
-- P_g is the prior precision (inverse covariance) of a group of unknowns, s_g its width, and t_g a
-  common change that is allowed beside it, see :mod:`mukca.solver.auto.priors`.
+- P_g is the prior precision (inverse covariance) of a group of unknowns, mu_g its mean, s_g its
+  width, and t_g a common change that is allowed beside it, see :mod:`mukca.solver.auto.priors`.
 - The last term is there because a model that shrinks the robot shrinks all errors, too, and would
   seem better for that alone. What is known are N joint positions; a small box of joint positions
   about q_i leads to a body of ball positions whose volume is V_i times as large, and V_i grows with
@@ -51,8 +51,10 @@ __all__ = [
     "State",
     "build_objective",
     "free_unknowns",
+    "from_means",
     "knowledge",
     "linearise",
+    "moved",
     "prior_precision",
     "priors",
     "start",
@@ -182,7 +184,9 @@ def _carried_over(
         x,
         at_zero,
         tuple(
-            replace(found.get(group.name, group), members=group.members, trail=None)
+            replace(found[group.name], members=group.members, trail=None)
+            if group.name in found and found[group.name].expected is group.expected
+            else group
             for group in groups
         ),
     )
@@ -221,6 +225,16 @@ def linearise(
             by_volume[own.start : own.start + one.geometry] = -count * slope
             volume -= count * (log_volume - objective.nominal_log_volumes[i])
     return Linear(points, errors, by_x, by_joints, volume, by_volume)
+
+
+def moved(objective: Objective, state: State, change: np.ndarray) -> State:
+    """Return the state after a change of all unknowns."""
+    size, dense = objective.model.size, objective.dense
+    x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
+    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
+    centres = state.centres + change[dense:].reshape(-1, 3)
+    linear = linearise(objective, x, centres, frames)
+    return replace(state, x=x, centres=centres, frames=frames, linear=linear)
 
 
 def _balls(objective: Objective, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -328,6 +342,16 @@ def free_unknowns(objective: Objective, state: State) -> np.ndarray:
     for _, members in priors(state):
         free[members] = True
     return free
+
+
+def from_means(objective: Objective, state: State) -> np.ndarray:
+    """Return how far all unknowns are from their priors' means, shape (n,)."""
+    apart = np.zeros(objective.size)
+    apart[: len(state.x)] = state.x
+    for group in state.groups:
+        if group.width:
+            apart[group.members] -= group.mean
+    return apart
 
 
 def prior_precision(objective: Objective, state: State, *, widened: bool = False) -> np.ndarray:

@@ -1,9 +1,11 @@
 """The priors: what is believed of the unknowns before the data, group by group.
 
 The unknowns x_g of a group g, for instance all angles of the joint origins, have a Gaussian prior
-with mean 0 and one common standard deviation, the width s_g. How wide it is follows from the data,
-by the evidence (see docs/model.md). The lengths may also all grow or shrink together, by the same
-share, which is the scale of the whole robot; that costs much less than so many separate changes.
+with mean 0 and one common standard deviation, the width s_g. Where other arms of the type tell the
+elasticity, its mean is theirs instead, and each coefficient's own uncertainty adds to its width.
+How wide it is follows from the data, by the evidence (see docs/model.md). The lengths may also all
+grow or shrink together, by the same share, which is the scale of the whole robot; that costs much
+less than so many separate changes.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +14,7 @@ import numpy as np
 
 from ..data.observations import Observations
 from .deflection import COMPLIANCE, ELASTICITY, PLAY, ZERO
-from .extended_model import ExtendedModel
+from .extended_model import Expected, ExtendedModel
 
 __all__ = ["PriorGroup", "prior_groups"]
 
@@ -38,6 +40,8 @@ TYPICAL_SPREAD = 1.0
 """Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
 SHYEST, BOLDEST = 0.3, 10.0
 """How many times as far as (A4) says a width goes, at least and at most."""
+ALIKE = 0.3
+"""By what share of itself the elasticity of one arm differs from that of its type."""
 SMALLEST_WIDTH = 1e-12
 """A width is never less, so that it can be divided by."""
 
@@ -66,26 +70,40 @@ class PriorGroup:
     common: np.ndarray | None = None
     """t: a change of all members together that the prior allows in addition, shape (members,).
     For lengths it is how they change when the whole robot grows by 0.2 %. None: no such change."""
+    expected: Expected | None = None
+    """What other arms of the type have, and how well that is known; None for zero, exactly."""
 
     def covariance(self, width: float) -> np.ndarray:
-        """Return the members' prior covariance s_g^2 I + t t^T, for s_g a given width."""
+        """Return the members' prior covariance D + t t^T, for s_g a given width.
+
+        D is s_g^2 I, and with what other arms tell, the squares of its deviations added.
+        """
         t = self._common
-        return width**2 * np.eye(len(t)) + np.outer(t, t)
+        return np.diag(self._variances(width)) + np.outer(t, t)
 
     def precision(self, members: np.ndarray, width: float) -> np.ndarray:
         """Return the prior precision (inverse covariance) of some of the members.
 
         The members that are left out are held at zero. By Sherman and Morrison's formula,
-        (s^2 I + t t^T)^-1 = (I - t t^T / (s^2 + t^T t)) / s^2.
+        (D + t t^T)^-1 = D^-1 - D^-1 t t^T D^-1 / (1 + t^T D^-1 t).
 
         Args:
             members: Indices of those that count.
             width: s, in the unit of the group.
         """
-        t = self._common
-        if len(members) < len(t):
-            t = t[np.isin(self.members, members)]
-        return (np.eye(len(t)) - np.outer(t, t) / (width**2 + t @ t)) / width**2
+        kept = np.isin(self.members, members)
+        t, inverse = self._common[kept], 1 / self._variances(width)[kept]
+        scaled = inverse * t
+        return np.diag(inverse) - np.outer(scaled, scaled) / (1 + t @ scaled)
+
+    @property
+    def mean(self) -> np.ndarray:
+        """What is believed of the members, shape (members,)."""
+        return np.zeros(len(self.members)) if self.expected is None else self.expected[0]
+
+    def _variances(self, width: float) -> np.ndarray:
+        own = 0.0 if self.expected is None else self.expected[1] ** 2
+        return np.full(len(self.members), width**2) + own
 
     @property
     def _common(self) -> np.ndarray:
@@ -112,7 +130,7 @@ class PriorGroup:
         A belief about the width itself, see :attr:`scale` and :attr:`typical`, adds its slope.
 
         Args:
-            x: Those members that are free.
+            x: How far those members that are free are from their mean.
             covariance: Sigma_g, their posterior covariance.
             members: Their indices.
         """
@@ -180,14 +198,18 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         elif extension in ELASTICITY:
             m = data.positions.shape[1]
             own = data.torques[:, :m] if extension == COMPLIANCE else data.torques[:, m:]
-            torque = max(float(np.sqrt(np.mean(own**2))), 1e-6)
+            typical = DEFLECTION / max(float(np.sqrt(np.mean(own**2))), 1e-6)
+            expected = model.of_type.get(extension)
+            if expected is not None:
+                typical = ALIKE * float(np.sqrt(np.mean(expected[0] ** 2)))
             groups.append(
                 PriorGroup(
                     extension,
                     "rad/(N m)",
                     members_here,
-                    DEFLECTION / torque,
-                    typical=DEFLECTION / torque,
+                    typical,
+                    typical=typical,
+                    expected=expected,
                 )
             )
         elif extension == PLAY:

@@ -1,14 +1,16 @@
-"""Decides by the data which extensions of the geometry to keep.
+"""Decides by the data which extensions of the geometry to keep, and how much each counts.
 
 The geometry is fitted first. Then compliance is added, then tilt, then play (with zeros,
-that is for servo arms), then transmission error, each to what was kept before. An extension is
-kept if it makes the evidence (see docs/model.md) at least 150 times as large. With three placements
-or more it must also prove itself: each placement is left out of the fit once, of very many some at
-a time, and the errors there must fall by more than the standard error of that fall.
+that is for servo arms), then transmission error, each to the best model so far by its evidence (see
+docs/model.md). If the best makes the evidence less than 150 times that of the geometry, the
+geometry alone is kept. Otherwise the result is the mean of all these models, each as probable as
+its evidence says. With three placements or more the best must also prove itself: each placement is
+left out of the fit once, of very many some at a time, and the errors there must be smaller than the
+geometry's by more than the standard error of that.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -19,9 +21,10 @@ from ..paper.optimizers import NotConverged
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
 from .arms import Arms, as_scene
+from .averaging import averaged, probabilities
 from .deflection import COMPLIANCE, PLAY, TILT, TRANSMISSION, ZERO
 from .estimation import estimate_all
-from .extended_model import extend
+from .extended_model import Expected, extend
 from .posterior import Posterior, World
 from .zeros import zeros_in_words
 
@@ -35,9 +38,10 @@ STAGES: dict[str, tuple[str, ...]] = {
 }
 """What is tried, in this order: name, and its extensions."""
 GAIN = log(150)
-"""By how much an extension must raise the logarithm of the evidence. On simulated arms without
-elasticity or transmission error, it never rose by more than 2.6; true ones that raise it by less
-than 5 made errors elsewhere no smaller."""
+"""By how much extensions must raise the logarithm of the evidence together. On simulated arms
+without elasticity or transmission error, one of them never raised it by more than 2.6."""
+LIKELY = 0.01
+"""Models less probable than this are left out of the mean."""
 ENOUGH_PLACEMENTS = 3
 PARTS = 10
 """Into so many parts are placements divided at most, each of which is left out once: the time of
@@ -115,29 +119,52 @@ def select_all(
     stages: Sequence[str] = tuple(STAGES),
     joint_noise: bool = True,
     zeros: bool = False,
+    types: Sequence[Mapping[str, Expected]] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selected:
-    """Choose the models of several robots, each extension robot by robot; see above."""
+    """Choose the models of several robots, each extension robot by robot; see above.
+
+    ``types`` are for each robot what is known of the elasticity of other arms of its type, see
+    :attr:`.ExtendedModel.of_type`. All is then tried with that as well as without.
+    """
 
     def fit(near: World | None, extensions: Extensions, observed: Scene) -> World:
         models = [extend(*free, own) for free, own in zip(robots, extensions, strict=True)]
+        if near is not None:
+            known = [arm.model.of_type for arm in near.arms]
+            models = [replace(m, of_type=own) for m, own in zip(models, known, strict=True)]
         return estimate_all(Arms(tuple(models)), observed, joint_noise=joint_noise, near=near)
 
     progress("geometry")
-    geometric = best = fit(None, [(ZERO,) if zeros else ()] * len(robots), data)
+    geometric = fit(None, [(ZERO,) if zeros else ()] * len(robots), data)
+    names = [name for name in STAGES if name in stages and (zeros or name != "play")]
+    order = [(name, i) for name in names for i in range(len(robots))]
+    starts = [geometric, _of_types(geometric, types)] if any(types) else [geometric]
+    tried = [_search(fit, start, order, progress) for start in starts]
+    models, words = _judged(fit, tried[0].models, [m for one in tried[1:] for m in one.models[1:]])
+    shares = probabilities(models)
     notes: list[list[str]] = [[] for _ in robots]
-    left_out = _LeftOut(fit)
-    tried = [name for name in STAGES if name in stages and (zeros or name != "play")]
-    for stage in tried:
-        for i, own in enumerate(notes):
-            progress(f"{stage} {data.names[i]}".strip())
-            candidate, note = _tried(fit, left_out, best, stage, i)
-            own.append(f"{stage}: {note}")
-            best = best if candidate is None else candidate
+    best = max(tried, key=lambda one: max(model.log_evidence for model in one.models))
+    for (stage, i), gain in best.gains.items():
+        notes[i].append(f"{stage}: {_note(gain, _share(models, shares, stage, i), words)}")
+    for i, own in enumerate(notes):
+        if any(types) and types[i]:
+            by_type = [bool(model.arms[i].model.of_type) for model in models]
+            own.append(f"type prior: counts by {100 * float(shares[by_type].sum()):.0f} %")
+    full = averaged(models, shares) if len(models) > 1 else models[0]
     if zeros:
-        for own, arm in zip(notes, best.arms, strict=True):
+        for own, arm in zip(notes, full.arms, strict=True):
             own.append(zeros_in_words(arm))
-    return Selected(geometric, best, tuple(map(tuple, notes)))
+    return Selected(geometric, full, tuple(map(tuple, notes)))
+
+
+def _of_types(world: World, types: Sequence[Mapping[str, Expected]]) -> World:
+    """Return a model of the geometry alone, from which those of such types are fitted."""
+    arms = [
+        replace(arm, model=replace(arm.model, of_type=of_type))
+        for arm, of_type in zip(world.arms, types, strict=True)
+    ]
+    return replace(world, arms=tuple(arms))
 
 
 Extensions = Sequence[tuple[str, ...]]
@@ -146,71 +173,120 @@ Fit = Callable[[World | None, Extensions, Scene], World]
 """Fits models of such extensions to data, starting near a result."""
 
 
-def _tried(
-    fit: Fit,
-    left_out: "_LeftOut",
-    best: World,
-    stage: str,
-    robot: int,
-) -> tuple[World | None, str]:
-    """Return the model with one more stage for one robot, None if it is not kept; and why."""
-    extensions = [arm.model.extensions for arm in best.arms]
-    extensions[robot] = (*extensions[robot], *STAGES[stage])
-    try:
-        candidate = fit(best, extensions, best.scene)
-    except NotConverged:
-        return None, "not supported by the data (with it, the fit does not settle)"
-    gain = candidate.log_evidence - best.log_evidence
-    if _active(candidate) == _active(best) or gain < GAIN:
-        return None, f"not supported by the data (log evidence {gain:+.1f})"
-    if len(best.scene.placements) < ENOUGH_PLACEMENTS:
-        return candidate, f"kept (log evidence {gain:+.1f})"
-    try:
-        helps, spread = _paired(left_out.errors(best), left_out.errors(candidate))
-    except NotConverged:
-        return None, "dropped, the fit does not settle without each placement"
-    line = f"by {1e3 * helps:+.4f} +- {1e3 * spread:.4f} mm where one placement is left out"
-    if helps <= spread:
-        return None, f"dropped, it lowers errors only {line}"
-    return candidate, f"kept (log evidence {gain:+.1f}), it lowers errors {line}"
+@dataclass(frozen=True)
+class _Tried:
+    """What was tried, and how it went."""
+
+    models: list[World]
+    """The models, that of the geometry alone first."""
+    gains: dict[tuple[str, int], float | None]
+    """By how much each stage of each robot raised the logarithm of the evidence; None where the
+    fit does not settle with it."""
+
+
+def _search(
+    fit: Fit, geometric: World, stages: list[tuple[str, int]], progress: Callable[[str], None]
+) -> _Tried:
+    """Add stage after stage to the best model so far.
+
+    All are tried twice: what did not help at first may do so beside what was kept since.
+    """
+    best, gains = geometric, dict[tuple[str, int], float | None]()
+    models, seen = {_active(best): best}, {_kept(best)}
+    for stage, robot in 2 * stages:
+        own = list(_kept(best))
+        own[robot] = own[robot] | {*STAGES[stage]}
+        if tuple(own) in seen:
+            continue
+        seen.add(tuple(own))
+        progress(f"{stage} {best.scene.names[robot]}".strip())
+        try:
+            candidate = fit(best, [tuple(one) for one in own], best.scene)
+        except NotConverged:
+            gains.setdefault((stage, robot))
+            continue
+        gain = gains[stage, robot] = candidate.log_evidence - best.log_evidence
+        if _active(candidate) not in models:
+            models[_active(candidate)] = candidate
+            best = candidate if gain > 0 else best
+    return _Tried(list(models.values()), gains)
+
+
+def _kept(world: World) -> tuple[frozenset[str], ...]:
+    return tuple(frozenset(arm.model.extensions) for arm in world.arms)
+
+
+def _judged(fit: Fit, models: list[World], typed: list[World]) -> tuple[list[World], str]:
+    """Return the models that count: the geometry alone, or the probable ones; and words on why.
+
+    Args:
+        fit: Fits a model.
+        models: What was tried, the geometry alone first.
+        typed: What was tried with the elasticity of other arms of the type. That this arm bends as
+            they do is no bold claim, so these need not be 150 times as probable.
+    """
+    geometric = models[0]
+    if max(model.log_evidence for model in models) - geometric.log_evidence < GAIN:
+        models = [geometric]
+    models = [*models, *typed]
+    best = max(models, key=lambda model: model.log_evidence)
+    if best is geometric:
+        return [geometric], ""
+    words = ""
+    if len(best.scene.placements) >= ENOUGH_PLACEMENTS:
+        try:
+            helps, spread = _paired(_left_out(fit, geometric), _left_out(fit, best))
+        except NotConverged:
+            return [geometric], "; the fit does not settle without each placement"
+        words = (
+            f"; where one placement is left out, all together lower errors by {1e3 * helps:.4f} "
+            f"+- {1e3 * spread:.4f} mm"
+        )
+        if helps <= spread:
+            return [geometric], words
+    shares = probabilities(models)
+    return [model for model, share in zip(models, shares, strict=True) if share > LIKELY], words
+
+
+def _share(models: Sequence[World], shares: np.ndarray, stage: str, robot: int) -> float:
+    """Return how probable it is that a stage is there."""
+    there = [bool({*STAGES[stage]} & {*_active(model)[robot]}) for model in models]
+    return float(shares[there].sum())
+
+
+def _note(gain: float | None, share: float, words: str) -> str:
+    if gain is None:
+        return "not supported by the data (with it, the fit does not settle)"
+    evidence = f"(log evidence {gain:+.1f})"
+    if not share:
+        return f"not supported by the data {evidence}{words}"
+    much = "kept" if share > 1 - LIKELY else f"kept by {100 * share:.0f} %"
+    return f"{much} {evidence}{words}"
 
 
 def _active(found: World) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(group.name for group in arm.groups if group.width) for arm in found.arms)
 
 
-class _LeftOut:
-    """The errors in each placement, of models fitted to all others."""
+def _left_out(fit: Fit, whole: World) -> np.ndarray:
+    """Return the mean error in each placement of a model fitted to all others, shape (P,) [m].
 
-    def __init__(self, fit: Fit) -> None:
-        self._fit = fit
-        self._known: dict[tuple[tuple[str, ...], ...], np.ndarray] = {}
+    NaN where nothing ties a robot to the others without that placement.
 
-    def errors(self, whole: World) -> np.ndarray:
-        """Return the mean error in each placement, shape (P,) [m].
-
-        NaN where nothing ties a robot to the others without that placement.
-
-        Args:
-            whole: The model, fitted to all of them.
-        """
-        key = tuple(arm.model.extensions for arm in whole.arms)
-        if key not in self._known:
-            names = whole.scene.placements
-            errors = np.full(len(names), np.nan)
-            for part in range(min(PARTS, len(names))):
-                errors[part::PARTS] = self._errors_in(whole, key, names[part::PARTS])
-            self._known[key] = errors
-        return self._known[key]
-
-    def _errors_in(
-        self, whole: World, extensions: Extensions, placements: Sequence[str]
-    ) -> list[float]:
+    Args:
+        fit: Fits a model.
+        whole: The model, fitted to all placements.
+    """
+    extensions = [arm.model.extensions for arm in whole.arms]
+    names = whole.scene.placements
+    errors = np.full(len(names), np.nan)
+    for part in range(min(PARTS, len(names))):
         try:
-            found = self._fit(whole, extensions, whole.scene.without(placements))
+            found = fit(whole, extensions, whole.scene.without(names[part::PARTS]))
         except FrameError:
-            return [float("nan")] * len(placements)
-        return [held_out_error(found, whole.scene, placement) for placement in placements]
+            continue
+        errors[part::PARTS] = [held_out_error(found, whole.scene, p) for p in names[part::PARTS]]
+    return errors
 
 
 def held_out_error(found: World, data: Scene, placement: str) -> float:

@@ -28,17 +28,18 @@ STEP = 1e-4
 
 
 def zeros_in_words(posterior: Posterior) -> str:
-    """Return what was found of each joint's zero, and which the data do not decide."""
+    """Return what was found of each joint's zero, and which the data do not decide.
+
+    Args:
+        posterior: Of a model whose first extension is the zeros.
+    """
     begin = posterior.model.geometry
     variances = np.diag(posterior.covariance)[begin:]
-    zeros: Sequence[float] = (
-        () if posterior.deflection.zeros is None else posterior.deflection.zeros
-    )
     found = [
         f"{joint} {math.degrees(zero):+.2f} +- {math.degrees(variance**0.5):.2f} deg"
         + (" (not decided)" if variance > DECIDED**2 else "")
         for joint, zero, variance in zip(
-            posterior.model.robot.joint_names, zeros, variances, strict=False
+            posterior.model.robot.joint_names, posterior.x[begin:], variances, strict=False
         )
     ]
     return f"zeros: {', '.join(found)}"

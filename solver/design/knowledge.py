@@ -104,9 +104,13 @@ class Knowledge:
 
     def error(self, where: Workspace) -> float:
         """Return the predicted error of distances: the median of one standard deviation [m]."""
+        return float(np.median(self.deviations(where)))
+
+    def deviations(self, where: Workspace) -> np.ndarray:
+        """Return the predicted standard deviation of each distance, shape (K,) [m]."""
         size = self.model.size
         own = self.covariance[:size, :size]
-        return float(np.median(np.sqrt(np.einsum("ni,ij,nj->n", where.slopes, own, where.slopes))))
+        return np.sqrt(np.einsum("ni,ij,nj->n", where.slopes, own, where.slopes))
 
     def with_socket(self) -> "Knowledge":
         """Return the same with one more socket, of which nothing is known yet."""

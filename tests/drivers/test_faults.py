@@ -41,6 +41,7 @@ def assert_were_sent(states, sent, tolerance=1e-6):
         ), f"{state} was never sent, or earlier"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "version", "faults"),
     [
@@ -96,6 +97,7 @@ def test_a_stream_that_lost_its_order_ends(fault, tmp_path):
     assert caught.value.reason is Reason.PROTOCOL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["franka", "kuka", "ur", "piper", "kinova"])
 def test_a_silence_is_told_and_survived(name, tmp_path):
     with (

@@ -253,6 +253,7 @@ STS = bytes.fromhex("ffff0104000008f2")
 X = bytes.fromhex("fffffd000108005500000800001c38")
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.sampled_from([(feetech, STS), (dynamixel, X)]), changes, st.integers(-4, 4))
 def test_servos_changed(make_and_message, places, longer):

@@ -69,6 +69,7 @@ print(json.dumps(turns))
 
 SCSERVO = """
 import json, sys, scservo_sdk as sdk
+sdk.port_handler.LATENCY_TIMER = 5000  # [ms]: a loaded machine is no failure
 port, packets = sdk.PortHandler(sys.argv[1]), sdk.PacketHandler(0)
 assert port.openPort() and port.setBaudRate(1000000)
 models = [packets.ping(port, servo)[:2] for servo in range(1, 7)]
@@ -88,6 +89,7 @@ print(json.dumps([states, one]))
 
 DYNAMIXEL = """
 import json, sys, dynamixel_sdk as sdk
+sdk.port_handler.LATENCY_TIMER = 5000  # [ms]: a loaded machine is no failure
 port, packets = sdk.PortHandler(sys.argv[1]), sdk.PacketHandler(2.0)
 assert port.openPort() and port.setBaudRate(1000000)
 models = {packets.ping(port, servo) for servo in range(1, 10)}

@@ -37,7 +37,8 @@ def test_a_busy_consumer_gets_every_state_in_order() -> None:
 
 def test_arrivals_are_when_states_came_not_when_they_were_taken() -> None:
     stream = Stream(mock(rate=100.0))
-    time.sleep(0.5)
+    wait_until(lambda: stream.waiting > 0)
+    time.sleep(0.3)
     now = time.monotonic()
     arrivals = [arrival for arrival, _, _ in stream.take()]
     stream.close()

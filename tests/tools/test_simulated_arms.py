@@ -46,6 +46,7 @@ def test_configurations_keep_limits_and_tilt_and_differ(true_panda) -> None:
     assert np.all(-necks[:, 2] >= np.cos(MAX_TILT) - 1e-6)
 
 
+@pytest.mark.slow
 def test_noise_is_as_asked(true_panda) -> None:
     placement = record(true_panda, AT, np.random.default_rng(0), samples=150, noise=1e-3)
     balls = BallModel(true_panda, []).points(np.empty(0), placement.positions)
@@ -81,6 +82,7 @@ def test_what_only_looks_near_enough_is_told_after_some_rounds(panda) -> None:
         guide.reach(in_its_foot, np.random.default_rng(0), rounds=2)
 
 
+@pytest.mark.slow
 def test_simulated_recordings_come_with_the_truth(panda) -> None:
     truth, placements = mukca.simulate_recordings(panda, 2, samples=4, seed=3, noise=0)
     assert [(p.sockets == k).sum() for p in placements for k in (0, 1)] == [4] * 4
@@ -93,6 +95,25 @@ def test_simulated_recordings_come_with_the_truth(panda) -> None:
     other, _ = mukca.simulate_recordings(panda, 1, samples=2, seed=4)
     assert np.array_equal(more.values, truth.values)
     assert not np.array_equal(other.values, truth.values)
+
+
+def test_a_simulated_arm_may_bend_in_three_axes_and_turn_unevenly(panda) -> None:
+    sizes = {"compliance": 6e-5, "tilt": 3e-5, "transmission": 2e-4}
+    truth, (placement,) = mukca.simulate_recordings(panda, 1, samples=6, seed=3, noise=0, **sizes)
+    assert truth.deflection.extensions == ("compliance", "tilt", "harmonic_1", "harmonic_2")
+    for coefficients, most in zip(truth.deflection.coefficients, (6e-5, 3e-5), strict=False):
+        assert 0.5 * most < coefficients.max() < most and (coefficients >= 0).all()
+    spread = {
+        bends: max(np.linalg.norm(np.ptp(balls[placement.sockets == k], axis=0)) for k in (0, 1))
+        for bends, balls in (
+            (True, truth.ball(placement.positions)),
+            (False, truth.geometric_ball(placement.positions)),
+        )
+    }
+    # what bends the truth is the weight of links where the nominal arm has them
+    assert spread[True] < 5e-5 < 2e-4 < spread[False]
+    same, _ = mukca.simulate_recordings(panda, 1, samples=2, seed=3)
+    assert np.array_equal(same.values, truth.values)
 
 
 @pytest.mark.parametrize(

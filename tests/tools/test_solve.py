@@ -31,6 +31,7 @@ def run(capsys, monkeypatch, session):
     return run
 
 
+@pytest.mark.slow
 def test_json_is_one_object_with_the_agreed_keys(run) -> None:
     status, out, _ = run("solve", "front", "--test", "left", "right", "--robot", "panda", "--json")
     assert status == 0
@@ -55,12 +56,14 @@ def test_json_is_one_object_with_the_agreed_keys(run) -> None:
     assert result["outputs"] == {}
 
 
+@pytest.mark.slow
 def test_without_held_out_data_the_test_is_null(run) -> None:
     _, out, err = run("solve", "front", "--robot", "panda", "--json")
     assert json.loads(out)["summary"]["test"] is None
     assert "Not validated" in err
 
 
+@pytest.mark.slow
 def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session) -> None:
     before = sorted(session.rglob("*"))
     status, out, _ = run("solve", "front", "--robot", "panda")
@@ -114,6 +117,7 @@ def test_calibration_json_needs_no_other_file(run, tmp_path) -> None:
     assert len(names) == 48 and ("ball_joint", "z", "m") in names
 
 
+@pytest.mark.slow
 def test_results_are_overwritten_only_by_force(run, tmp_path) -> None:
     words = ("solve", "front", "--robot", "panda", "--out", str(tmp_path))
     status, _, err = run(*words)
@@ -165,6 +169,7 @@ def test_each_placement_has_its_own_distance(run, session, tmp_path) -> None:
     assert "not the recording's 0.0502" in err
 
 
+@pytest.mark.slow
 def test_free_and_fix_are_obeyed(run) -> None:
     words = ("--free", "*.xyz", "--fix", "panda_joint2")
     _, out, _ = run("solve", "front", "--robot", "panda", "--json", *words)
@@ -250,6 +255,7 @@ def test_unknown_words_are_usage_errors(run) -> None:
     assert run()[0] == 2
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_told(run, monkeypatch, tmp_path) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device", "calibrated.urdf")
@@ -283,6 +289,7 @@ def test_the_help_loads_nothing_heavy() -> None:
 PAPER = ("solve", "front", "--test", "left", "--robot", "panda", "--method", "paper")
 
 
+@pytest.mark.slow
 def test_fail_is_status_1_and_the_files_are_there(run, tmp_path) -> None:
     out = ("--out", str(tmp_path / "c"), "--json")
     status, text, err = run(*PAPER, "--repeatability-mm", "0.3", *out)
@@ -335,6 +342,7 @@ def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch) -> None:
     assert "did not settle" in err
 
 
+@pytest.mark.slow
 def test_an_uncertainty_that_is_no_number_fails_and_is_not_written(
     run, monkeypatch, tmp_path
 ) -> None:

@@ -85,6 +85,7 @@ def screens(monkeypatch):
     return run
 
 
+@pytest.mark.slow
 def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path, screens):
     faults = ("--fault", "drop:0.1@0+2", "--fault", "hangup@3+1")
     with emulated("franka", tmp_path, *faults) as emulation:
@@ -97,6 +98,7 @@ def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path, screens):
     assert "Hz" in shown[-1] and "closed" not in shown[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns", [80, 50])
 def test_the_screen_tells_all_of_a_trouble(tmp_path, columns, screens):
     """However long it is, and that no state comes any more."""
@@ -107,6 +109,7 @@ def test_the_screen_tells_all_of_a_trouble(tmp_path, columns, screens):
     assert any(all(word in screen for word in told) for screen in shown), shown[-1]
 
 
+@pytest.mark.slow
 def test_a_real_terminal_shows_the_screen_until_ctrl_c(tmp_path):
     """Two programs, in real time."""
     with emulated_program("franka", tmp_path) as emulation:

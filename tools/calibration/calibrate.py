@@ -21,6 +21,7 @@ from .compose import compose
 from .prepare import as_list, coordinates_of, prepare
 from .settings import Settings
 from .task import Task
+from .type_prior import type_priors
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -44,6 +45,7 @@ class Options(TypedDict, total=False):
     distance_deviation: float | None
     without: Sequence[str]
     zeros: bool | None
+    type_prior: Sequence[str | Path]
     payload: float | None
     gravity: Sequence[float] | None
     optimizer: str | None
@@ -92,6 +94,7 @@ def calibrate(
     distance_deviation: float | None = None,
     without: Sequence[str] = (),
     zeros: bool | None = None,
+    type_prior: Sequence[str | Path] = (),
     payload: float | None = None,
     gravity: Sequence[float] | None = None,
     optimizer: str | None = None,
@@ -127,6 +130,8 @@ def calibrate(
         without: (auto) Among ``compliance``, ``tilt``, ``play``, ``transmission``,
             ``joint-noise``: what not to try.
         zeros: (auto) Whether the joints' zeros may be off by degrees, as on arms made of servos.
+        type_prior: (auto) ``calibration.json`` files of other arms of the type, whose elasticity is
+            much alike; the data decide how far to believe it.
         payload: (auto) Mass at the ball beyond that of the model [kg].
         gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
         optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.
@@ -155,6 +160,7 @@ def calibrate(
         distance_deviation=distance_deviation,
         without=without,
         zeros=zeros,
+        type_prior=tuple(map(str, type_prior)),
         payload=payload,
         gravity=gravity,
         optimizer=optimizer,
@@ -201,12 +207,14 @@ def _calibrate_arms(
     judged = [m.placement.place for task in every for m in task.test]
     arms = [Recorded(t.robot, t.train, settings.load, name) for name, t in tasks.items()]
     parameters = [choose_parameters(r, settings.free, settings.fix) for r in robots.values()]
+    types = type_priors(settings.type_prior, [arm.robot for arm in arms])
     options = {k: v for k, v in settings.of_auto().items() if k != "load"}
     fits = _settled(
         lambda: fit_arms(
             arms,
             parameters,
             sockets_at=in_placements(located, places, judged),
+            types=types,
             progress=progress,
             **options,
         )
@@ -249,6 +257,7 @@ def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None
         options = settings.of_paper()
         return _settled(lambda: [fit_by_paper(task.robot, parameters, task.train, **options)])[0]
     options = settings.of_auto()
+    (of_type,) = type_priors(settings.type_prior, [task.robot])
     return _settled(
         lambda: [
             fit_by_auto(
@@ -256,6 +265,7 @@ def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None
                 parameters,
                 task.train,
                 **options,
+                of_type=of_type,
                 sockets_at=located,
                 progress=progress,
             )

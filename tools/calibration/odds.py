@@ -1,19 +1,22 @@
 """Whether a calibration still holds, by a few poses in one socket, and how sure that is.
 
-Three kinds of explanation compete for the errors e of the new samples, each less the mean of its
-socket:
+Several explanations compete for the errors e of the new samples, each less the mean of its socket:
 
 * nothing changed: e is as large as when the calibration was made, times a factor near 1;
+* the ball was taken off and put on again, and sits elsewhere by b: e = B b + the same, with B the
+  derivative of the balls by that place. The arm is as it was, so the calibration still holds;
 * joint j has shifted by an offset d (a knock, a new mastering): e = a_j d + the same, with a_j the
-  derivative of the balls by the joint;
+  derivative of the balls by the joint; with the ball where it was, or elsewhere as well;
 * something else changed: e is several times as large, in no such pattern.
 
-Each has a probability of the data, averaged over its unknown factor and offset (its evidence), and
+Each has a probability of the data, averaged over its unknown factor and offsets (its evidence), and
 so by Bayes' rule a probability after them. The errors of a calibrated arm are alike in poses that
-are alike, so only a share of them counts as independent.
+are alike, so only a share of them counts as independent. An offset of the last joint, and a ball
+elsewhere on its flange, look the same.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +24,7 @@ import numpy as np
 from ...solver.calibrated import CalibratedRobot
 from ...solver.data.measurements import Measurement
 from ...solver.data.metrics import socket_centres
+from ...solver.robot.kinematics import BallModel
 
 __all__ = ["Odds", "odds_of"]
 
@@ -30,8 +34,12 @@ USUAL, CHANGED = (math.log(1.3), 0.5), (math.log(6.0), 0.7)
 """Logarithm of the factor on the errors, mean and standard deviation: nothing, or all, changed."""
 OFFSET = math.radians(0.5)
 """Standard deviation of a joint's offset, if it has shifted [rad], [m]."""
+BALL = 1e-3
+"""Standard deviation of where the ball sits, if it was put on again [m]."""
 PRIOR = {"unchanged": 0.5, "joint": 0.25, "else": 0.25}
 """What is believed beforehand."""
+PUT_ON_AGAIN = 0.4
+"""How probable it is beforehand that the ball was, whatever else happened."""
 INDEPENDENT = 0.5
 """Share of the errors that count as independent."""
 MATTERS = 2.0
@@ -52,11 +60,15 @@ class Odds:
     limit: float
     """What is allowed for such an arm [m]."""
     unchanged: float
-    """Probability that nothing changed."""
+    """Probability that the arm is as it was."""
     joint: str | None
     """The likeliest joint to have shifted; None where another cause is likelier."""
     offset: float
     """By how much it did [rad], [m]."""
+    ball: float | None = None
+    """How far the ball probably sits from where it was [m]; None where it sits there."""
+    last: str = ""
+    """The last joint, whose offset would look like a ball elsewhere."""
 
     @property
     def valid(self) -> bool:
@@ -68,8 +80,14 @@ class Odds:
         """The verdict in words."""
         found = f"{_mm(self.error)} mm now, {_mm(self.before)} mm when it was made"
         if self.valid and self.unchanged >= 0.5:
+            elsewhere = ""
+            if self.ball is not None:
+                elsewhere = (
+                    f"; the ball sits {_mm(self.ball)} mm from where it was (or {self.last} "
+                )
+                elsewhere += "is off, which looks the same)"
             wrong = _percent(1 - self.unchanged)
-            return f"Still valid: {found}; probability that this is wrong: {wrong}."
+            return f"Still valid: {found}{elsewhere}; probability that this is wrong: {wrong}."
         if self.valid:
             return (
                 f"Still valid: {found}; something may have changed, with a probability of "
@@ -79,7 +97,7 @@ class Odds:
         if self.joint is not None:
             cause = f"likeliest cause: {self.joint}, off by {math.degrees(self.offset):+.2f} deg"
         return (
-            f"Drifted: {found}; {cause}. Probability that nothing changed: "
+            f"Drifted: {found}; {cause}. Probability that the arm is as it was: "
             f"{_percent(self.unchanged)}. Calibrate again."
         )
 
@@ -97,26 +115,66 @@ def odds_of(
     """
     errors = _errors(calibrated, measured, 0.0, 0)
     count = INDEPENDENT * 3 * (len(errors) - len(measured.sockets))
-    share = count / errors.size
     sigma = before / MEAN_OF_SIGMA
-    square = share * float(np.sum(errors**2))
     joints = calibrated.robot.joint_names
-    slopes = [(_errors(calibrated, measured, STEP, j) - errors) / STEP for j in range(len(joints))]
-    along = [share * float(np.sum(a * errors)) for a in slopes]
-    steep = [share * float(np.sum(a * a)) for a in slopes]
-    logs = [math.log(PRIOR["unchanged"]) + _evidence(square, count, sigma, USUAL)]
-    logs.append(math.log(PRIOR["else"]) + _evidence(square, count, sigma, CHANGED))
-    for a, s in zip(along, steep, strict=True):
-        log = _evidence(square, count, sigma, USUAL, a, s)
-        logs.append(math.log(PRIOR["joint"] / len(joints)) + log)
-    odds = np.exp(np.array(logs) - max(logs))
+    e = errors.ravel()
+    slopes = [
+        (_errors(calibrated, measured, STEP, j).ravel() - e) / STEP for j in range(len(joints))
+    ]
+    causes = _causes(slopes, _by_ball(calibrated, measured))
+    logs = [math.log(c.prior) + _evidence(e, c.A, count / e.size, sigma, c.factor) for c in causes]
+    odds: np.ndarray = np.exp(np.array(logs) - max(logs))
     odds = odds / odds.sum()
-    best = int(np.argmax(odds[1:]))
-    joint = None if best == 0 else joints[best - 1]
-    offset = 0.0 if best == 0 else -along[best - 1] / max(steep[best - 1], 1e-30)
-    lengths: np.ndarray = np.linalg.norm(errors, axis=1)
-    mean = float(lengths.mean())
-    return Odds(mean, before, limit, float(odds[0]), joint, -offset)
+    held = max((0, 1), key=lambda i: odds[i])
+    shifted = max(range(2, len(causes)), key=lambda i: odds[i])
+    joint = causes[shifted].joint
+    ball = _offsets(e, causes[held].A, sigma)
+    return Odds(
+        error=float(np.linalg.norm(errors, axis=1).mean()),
+        before=before,
+        limit=limit,
+        unchanged=float(odds[:2].sum()),
+        joint=None if joint is None else joints[joint],
+        offset=0.0 if joint is None else OFFSET * float(_offsets(e, causes[shifted].A, sigma)[0]),
+        ball=BALL * float(np.linalg.norm(ball)) if len(ball) else None,
+        last=joints[-1],
+    )
+
+
+@dataclass(frozen=True)
+class _Cause:
+    """One explanation of the errors."""
+
+    joint: int | None
+    """Which has shifted."""
+    factor: tuple[float, float]
+    """Logarithm of the factor on the errors, mean and standard deviation."""
+    prior: float
+    """How probable it is beforehand."""
+    A: np.ndarray
+    """Derivative of the errors by offsets that have the deviation 1 beforehand, a joint's first,
+    then the ball's, shape (3 N, offsets)."""
+
+
+def _causes(slopes: Sequence[np.ndarray], by_ball: np.ndarray) -> list[_Cause]:
+    """Return all explanations, in pairs: the ball where it was, and put on again.
+
+    Args:
+        slopes: Derivatives of the errors by each joint, each of shape (3 N,).
+        by_ball: Those by the ball's place, shape (3 N, 3).
+    """
+    nothing = np.zeros((len(by_ball), 0))
+    of_joint = PRIOR["joint"] / len(slopes)
+    alone = [(None, USUAL, PRIOR["unchanged"], nothing), (None, CHANGED, PRIOR["else"], nothing)]
+    alone += [(j, USUAL, of_joint, OFFSET * a[:, None]) for j, a in enumerate(slopes)]
+    return [
+        cause
+        for joint, factor, prior, A in alone
+        for cause in (
+            _Cause(joint, factor, prior * (1 - PUT_ON_AGAIN), A),
+            _Cause(joint, factor, prior * PUT_ON_AGAIN, np.hstack([A, BALL * by_ball])),
+        )
+    ]
 
 
 def _errors(
@@ -129,30 +187,44 @@ def _errors(
     return balls - np.repeat(socket_centres(balls, measured), measured.counts, axis=0)
 
 
+def _by_ball(calibrated: CalibratedRobot, measured: Measurement) -> np.ndarray:
+    """Return the errors' derivative by the ball's place on the flange, shape (3 N, 3)."""
+    place = 6 * (len(calibrated.robot.joints) - 1) + np.arange(3)
+    model = BallModel(calibrated.robot, place.tolist())
+    slopes = model.linearise(model.nominal, measured.positions).by_parameters
+    for k in range(3):
+        centres = socket_centres(slopes[:, :, k], measured)
+        slopes[:, :, k] -= np.repeat(centres, measured.counts, axis=0)
+    return slopes.reshape(-1, 3)
+
+
+def _offsets(e: np.ndarray, A: np.ndarray, sigma: float) -> np.ndarray:
+    """Return the most probable offsets d of e = A d + noise, each of deviation 1 beforehand."""
+    return np.linalg.solve(A.T @ A + sigma**2 * np.eye(A.shape[1]), A.T @ e)
+
+
 def _evidence(
-    square: float,
-    count: float,
-    sigma: float,
-    factor: tuple[float, float],
-    along: float = 0.0,
-    steep: float = 0.0,
+    e: np.ndarray, A: np.ndarray, share: float, sigma: float, factor: tuple[float, float]
 ) -> float:
-    """Return the logarithm of the probability of the errors, averaged over factor and offset.
+    """Return the logarithm of the probability of the errors, averaged over factor and offsets.
 
     Args:
-        square: Sum of their squares [m^2].
-        count: How many independent ones there are.
+        e: The errors [m].
+        A: Their derivative by offsets that have the deviation 1 beforehand, shape (3 N, offsets).
+        share: How much of the errors counts as independent.
         sigma: Standard deviation of one, when the calibration was made [m].
         factor: Mean and standard deviation of the logarithm of the factor on it.
-        along: Their product with the derivative by a joint; 0 without an offset.
-        steep: The square of that derivative.
     """
     u = np.linspace(-4, 4, 161)
     variance = (sigma * np.exp(factor[0] + factor[1] * u)) ** 2
-    left = square - OFFSET**2 * along**2 / (variance + OFFSET**2 * steep)
-    log = -0.5 * count * np.log(2 * np.pi * variance) - 0.5 * left / variance
-    log = log - 0.5 * np.log1p(OFFSET**2 * steep / variance) - 0.5 * u**2
-    top = float(log.max())
+    directions, sizes, _ = np.linalg.svd(A, full_matrices=False)
+    steep, along = share * sizes[:, None] ** 2, share * (directions.T @ e)[:, None] ** 2
+    left = share * float(e @ e) - np.sum(along * steep / (variance + steep), axis=0)
+    spread: np.ndarray = np.log1p(steep / variance).sum(axis=0)
+    log: np.ndarray = -0.5 * (
+        share * e.size * np.log(2 * np.pi * variance) + left / variance + spread + u**2
+    )
+    top = float(np.max(log))
     return top + math.log(float(np.mean(np.exp(log - top))))
 
 

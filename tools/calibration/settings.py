@@ -20,6 +20,7 @@ ONLY_AUTO: dict[str, Any] = {
     "distance_deviation": CALIPER_DEVIATION,
     "without": (),
     "zeros": False,
+    "type_prior": (),
     "payload": None,
     "gravity": None,
 }
@@ -63,6 +64,8 @@ class Settings:
     ``joint-noise``."""
     zeros: bool | None = None
     """auto: the joints' zeros may be off by degrees, as on arms made of servos."""
+    type_prior: Sequence[str] = ()
+    """auto: ``calibration.json`` files of other arms of the type, whose elasticity is alike."""
     payload: float | None = None
     """auto: mass at the ball beyond the model's [kg]."""
     gravity: Sequence[float] | None = None

@@ -130,6 +130,7 @@ def calibrated(
             distance_deviation=arguments.distance_deviation,
             without=arguments.without,
             zeros=arguments.zeros,
+            type_prior=arguments.type_prior,
             payload=arguments.payload,
             gravity=arguments.gravity,
             optimizer=arguments.optimizer,

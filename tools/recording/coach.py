@@ -34,10 +34,13 @@ __all__ = ["Coach"]
 
 FITTED = 6
 """A fit is tried from so many samples in each of two sockets on."""
+LEAST = 10
+"""Fewer samples in a socket are never enough, however easy the goal; ``mukca check`` asks for as
+many."""
 SHARE = 12
-"""After so many samples in a socket, it is the other's turn."""
-LEAST = 12
-"""Fewer samples in a socket are never enough."""
+"""Where the goal is not reached, it is the other socket's turn after so many samples."""
+MORE = 12
+"""A goal that so many further samples in each socket would reach is worth staying for."""
 HARDLY = 0.03
 """Where the best next sample lowers the predicted error by less than this share, the placement has
 given what it can."""
@@ -90,21 +93,35 @@ class Coach:
         predicted = known.error(where)
         self._history[len(samples)] = predicted if posterior is not None else np.inf
         target, gain = self._next(known, where, samples, socket, position)
-        ready = posterior is not None and min(counts[:2]) >= LEAST
-        enough = ready and (predicted <= self._goal or gain < HARDLY or self._flat(len(samples)))
-        lagging = min(counts) < SHARE
+        least = LEAST if predicted <= self._goal else SHARE
+        enough = (
+            posterior is not None
+            and min(counts[:2]) >= least
+            and (predicted <= self._goal or self._spent(known, where, samples, gain))
+        )
+        turn = least if min(counts) < least else SHARE * (1 + min(counts) // SHARE)
         advice = Advice(
             count=len(samples),
             socket=socket,
             predicted=predicted,
             goal=self._goal,
-            leave=not enough and lagging and counts[socket] >= SHARE,
+            leave=not enough and counts[socket] >= turn > min(counts),
             enough=enough,
             target=target,
             gain=gain,
             doubt=self._stranger(samples) if samples else None,
         )
         return advice if posterior is None else _with_fit(advice, posterior, samples)
+
+    def _spent(
+        self, known: Knowledge, where: Workspace, samples: Sequence[Sample], gain: float
+    ) -> bool:
+        """Tell whether more samples here would hardly help, and not reach the goal either."""
+        if gain >= HARDLY and not self._flat(len(samples)):
+            return False
+        for socket in (0, 1):
+            known = known.with_samples(self._candidates(samples, socket)[:MORE], socket)
+        return known.error(where) > self._goal
 
     def _flat(self, count: int) -> bool:
         """Tell whether the last few samples hardly lowered the predicted error."""
@@ -171,12 +188,7 @@ class Coach:
         position: Sequence[float] | None,
     ) -> tuple[tuple[float, ...] | None, float]:
         """Return the pose that would lower the predicted error most, and by what share."""
-        if socket not in self._poses:
-            centre = self._centre(samples, socket)
-            if centre is None:
-                return None, 0.0
-            self._poses[socket] = self._reach.poses(centre, CANDIDATES)
-        poses = self._poses[socket]
+        poses = self._candidates(samples, socket)
         if not len(poses):
             return None, 0.0
         gains = known.gains(poses, socket, where.shape)
@@ -188,6 +200,15 @@ class Coach:
         # of variance; of the deviation it is half as much
         gain = known.gains(poses[best : best + 1], socket, where.mean)
         return tuple(poses[best].tolist()), 1 - float(np.sqrt(1 - gain.max()))
+
+    def _candidates(self, samples: Sequence[Sample], socket: int) -> np.ndarray:
+        """Return poses with the ball in a socket, shape (N, m); none before its first sample."""
+        if socket not in self._poses:
+            centre = self._centre(samples, socket)
+            if centre is None:
+                return np.zeros((0, len(self._robot.actuated)))
+            self._poses[socket] = self._reach.poses(centre, CANDIDATES)
+        return self._poses[socket]
 
 
 def _positions(samples: Sequence[Sample], socket: int) -> np.ndarray:

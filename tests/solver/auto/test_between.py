@@ -63,6 +63,7 @@ def predictions(found: World, positions: list[np.ndarray]) -> list[np.ndarray]:
     return [arm.predict(q, np.zeros_like(q)) for arm, q in pairs]
 
 
+@pytest.mark.slow
 def test_exact_recordings_tie_the_tools_exactly(exact: Pair) -> None:
     """At the sockets and away from them, though the base frame is known to millimetres only."""
     found = exact.fit(deviation=1e-7)
@@ -81,6 +82,7 @@ def test_exact_recordings_tie_the_tools_exactly(exact: Pair) -> None:
     assert np.abs(pose.translation - FACING.translation).max() > 1e-4
 
 
+@pytest.mark.slow
 def test_noise_makes_errors_as_large_as_stated() -> None:
     pair = Pair(1e-4)
     found = pair.fit()
@@ -94,6 +96,7 @@ def test_noise_makes_errors_as_large_as_stated() -> None:
     assert np.linalg.norm(errors, axis=1).max() < 3 * one.tools
 
 
+@pytest.mark.slow
 def test_one_base_leaves_a_turn_about_the_line_of_its_sockets(exact: Pair) -> None:
     axis = between(exact.fit(("front",)), 1).unseen
     assert axis is not None

@@ -41,6 +41,7 @@ def test_it_is_better_than_the_papers_geometry_elsewhere(panda: Robot, recorded)
     assert errors[0] < errors[1]
 
 
+@pytest.mark.slow
 def test_a_rigid_arm_is_its_own_closest(panda: Robot, true_panda: Robot) -> None:
     """Where nothing bends, the URDF predicts the same distances as the full model."""
     generator = np.random.default_rng(0)

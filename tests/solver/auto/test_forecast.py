@@ -36,6 +36,7 @@ def samples(panda: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.nd
     return [(measured.positions[rows], moments[rows]) for rows in measured.slices]
 
 
+@pytest.mark.slow
 def test_a_second_placement_brings_what_was_forecast(panda, recorded, first) -> None:
     both = estimate(first.model, observe(recorded, panda))
     forecast = after_recording(first, samples(panda, recorded[1]))

@@ -27,6 +27,7 @@ def balls(robot: Robot, q: np.ndarray) -> np.ndarray:
     return BallModel(robot, []).points(np.empty(0), q)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", shipped_robots())
 def test_exact_points_give_the_arm_and_the_frame_back(name: str) -> None:
     """Where the tool is in the instrument's frame, and all distances, to a nanometre."""
@@ -54,6 +55,7 @@ def both(panda: Robot, true_panda: Robot) -> tuple[Placement, Placement, Pose]:
     )
 
 
+@pytest.mark.slow
 def test_normal_equations_of_sockets_and_points_are_those_of_the_whole_jacobian(
     both: tuple[Placement, Placement, Pose], panda: Robot
 ) -> None:
@@ -84,6 +86,7 @@ def test_normal_equations_of_sockets_and_points_are_those_of_the_whole_jacobian(
     assert predicted_errors(objective, state, change) == pytest.approx(moved.errors, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_sockets_and_points_together_know_each_its_own_noise(
     both: tuple[Placement, Placement, Pose], panda: Robot, true_panda: Robot
 ) -> None:

@@ -9,6 +9,7 @@ import mukca
 from mukca.recorder.dataset import Placement
 from mukca.solver.auto.deflection import LEAST_TORQUE, PLAY, ZERO, Deflection, looseness
 from mukca.solver.auto.selection import select_model
+from mukca.solver.auto.uncertainty import scale
 from mukca.solver.auto.zeros import DECIDED, angles_near, with_zeros
 from mukca.solver.data.known import SocketAt
 from mukca.solver.data.measurements import measure
@@ -86,6 +87,13 @@ def test_a_joint_without_load_may_rest_anywhere_in_its_play():
     free, loaded = looseness(np.array([[0.0, 1.0], [LEAST_TORQUE, -1.0]])).T
     assert free == pytest.approx([1.0, 0.5**0.5])
     assert (loaded < 0.2).all()
+
+
+@pytest.mark.slow
+def test_a_zero_makes_no_arm_longer(found):
+    value, deviation = scale(found)
+    assert abs(value) < 2e-3
+    assert deviation < 5e-3
 
 
 @pytest.mark.slow

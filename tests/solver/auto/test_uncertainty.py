@@ -27,6 +27,7 @@ def found(session, panda):
     return estimate(extend(panda, choose_parameters(panda), ("compliance",)), data)
 
 
+@pytest.mark.slow
 def test_distance_deviations_are_those_of_draws_from_the_posterior(found, panda) -> None:
     q = workspace(panda, 6)
     torque = gravity_torques(panda, q)

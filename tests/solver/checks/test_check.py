@@ -26,12 +26,14 @@ def codes(seen: Survey) -> list[str]:
     return [finding.code for finding in seen.findings]
 
 
+@pytest.mark.slow
 def test_good_data_raise_no_alarm(look, placements) -> None:
     seen = look(placements)
     assert codes(seen) == []
     assert all(5e-5 < one.floor < 2e-4 for one in seen.placements)
 
 
+@pytest.mark.slow
 def test_a_base_that_moved_is_found_and_can_be_split(look, true_panda, placements) -> None:
     generator = np.random.default_rng(1)
     moved = Base("front", np.array([0.5012, 0.0009, 0.1]), ALONG_Y)

@@ -14,6 +14,7 @@ def flipped(joint: int):
     return lambda q: np.where(np.arange(len(q)) == joint, -q, q)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mistake", "code", "words"),
     [
@@ -31,6 +32,7 @@ def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code
     assert words in finding.text, finding.text
 
 
+@pytest.mark.slow
 def test_a_mistake_in_one_placement_is_found_there(look, change, placements) -> None:
     seen = look([placements[0], change(placements[1], flipped(4)), placements[2]])
     (finding,) = seen.findings
@@ -40,6 +42,7 @@ def test_a_mistake_in_one_placement_is_found_there(look, change, placements) -> 
     assert seen.placements[0].sound and not seen.shared
 
 
+@pytest.mark.slow
 def test_what_no_single_mistake_explains_is_told(look, change, placements) -> None:
     generator = np.random.default_rng(0)
     wild = [change(p, lambda q: q + generator.normal(0, 0.2, 7)) for p in placements]
@@ -52,6 +55,7 @@ def test_a_sign_that_leaves_the_limits_is_told(look, change, placements) -> None
         look([change(placement, flipped(3)) for placement in placements])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["iiwa14", "ur5e", "gen3_lite"])
 def test_only_a_flipped_last_joint_looks_flipped(name: str, change) -> None:
     """Its ball is near its axis, so it sees the mistake weakly."""

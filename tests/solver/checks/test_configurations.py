@@ -1,6 +1,7 @@
 """Near-duplicates: as comparing all pairs finds them, and without doing so."""
 
 import numpy as np
+import pytest
 
 from mukca.solver.checks.configurations import NEAR, near_duplicates
 
@@ -21,6 +22,7 @@ def test_near_duplicates_are_those_of_all_pairs() -> None:
     assert 1 < len(expected) < 100
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_samples_are_compared() -> None:
     rows = np.random.default_rng(0).uniform(-2, 2, (100_000, 7))
     rows[70_000] = rows[30_000]

@@ -18,6 +18,7 @@ def elsewhere(true_panda) -> Placement:
     return record(true_panda, base, np.random.default_rng(1), samples=20, noise=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [3, 7, 10, 14, 17])
 def test_a_base_that_moved_far_is_told_by_the_first_row(
     look, placements, elsewhere, first: int
@@ -31,6 +32,7 @@ def test_a_base_that_moved_far_is_told_by_the_first_row(
     assert change.jump == pytest.approx(0.371, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("many", [1, 2, 5, 9])
 @pytest.mark.parametrize("begin", [0, 6])
 def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begin, many) -> None:
@@ -52,6 +54,7 @@ def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begi
         assert all(f"socket 1 sample {begin + k + 1}:" in told for k in range(many))
 
 
+@pytest.mark.slow
 def test_samples_of_another_placement_are_told(look, true_panda, placements) -> None:
     base = Base("right", np.array([0.35, -0.4, 0.1]), ALONG_Y)
     more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)

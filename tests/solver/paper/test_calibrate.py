@@ -60,6 +60,7 @@ def test_with_noise_the_held_out_error_is_the_noise(workspace) -> None:
     assert found <= 1.15 * by_noise
 
 
+@pytest.mark.slow
 def test_both_optimizers_reach_the_same_robot(session, panda) -> None:
     measured = measure(read_placement(session / "front"), panda)
     problem = build_problem(panda, [measured])

@@ -46,6 +46,7 @@ def test_every_public_name_is_there() -> None:
         _ = mukca.calibrat
 
 
+@pytest.mark.slow
 def test_errors_are_there_per_placement_and_as_a_table(calibration) -> None:
     assert [(e.name.split("/")[-1], e.role) for e in calibration.errors] == [
         ("front", "train"),

@@ -15,6 +15,7 @@ from mukca.solver.robot.urdf import Robot
 from mukca.tools.calibration.calibration import Calibration
 from mukca.tools.calibration.odds import Odds, odds_of
 from mukca.tools.recording.beside import goal_for
+from mukca.tools.simulated_arms import Base, record
 
 Ask = Callable[[int, float], Odds]
 
@@ -61,6 +62,61 @@ def test_a_joint_that_shifted_is_found(ask: Ask, joint: int, degrees: float) -> 
     assert odds.joint == f"panda_joint{joint + 1}"
     assert math.degrees(odds.offset) == pytest.approx(degrees, abs=0.06)
     assert f"likeliest cause: panda_joint{joint + 1}" in odds.text
+
+
+@pytest.fixture(scope="module")
+def put_on_again(true_panda: Robot) -> Placement:
+    """Poses of the same arm after its ball was screwed on again, 0.7 mm from where it was."""
+    joint = true_panda.ball_joint
+    x, y, z = joint.origin.xyz
+    moved = replace(joint, origin=replace(joint.origin, xyz=(x + 6e-4, y - 3e-4, z + 2e-4)))
+    arm = replace(true_panda, joints=(*true_panda.joints[:-1], moved))
+    base = Base("right", np.array([0.35, -0.4, 0.1]), np.array([0.0, 1.0, 0.0]))
+    return record(arm, base, np.random.default_rng(4), samples=20, noise=5e-5)
+
+
+def drawn(placement: Placement, generator: np.random.Generator) -> Placement:
+    first = [s for s in placement.samples if s.socket == 0]
+    picked = generator.permutation(len(first))[:10]
+    return replace(placement, samples=tuple(first[i] for i in picked))
+
+
+def test_answers_are_right_as_often_as_they_say(
+    calibration: Calibration, session: Path, put_on_again: Placement
+) -> None:
+    """Forty draws of ten poses: the same arm, its ball put on again, and a joint off by 0.2 deg."""
+    generator = np.random.default_rng(2)
+    places = (read_placement(session / "right"), put_on_again)
+    stated, wrong, named = [], 0, 0
+    for draw in range(40):
+        place, joint = places[draw % 2], 1 + draw % 5 if draw < 20 else None
+        off = math.radians(0.2) * (-1) ** draw
+        poses = ten(drawn(place, generator), joint or 0, off if joint else 0.0)
+        odds = odds_of(calibration.calibrated, measure(poses, calibration.robot, sockets=1), 2e-4)
+        stated.append(1 - odds.unchanged if odds.valid else odds.unchanged)
+        wrong += odds.valid is (joint is not None)
+        named += joint is not None and odds.joint == f"panda_joint{joint + 1}"
+    assert wrong <= 40 * np.mean(stated) + 2
+    assert wrong <= 2 and named >= 18
+    assert np.mean(stated) < 0.15
+
+
+def test_a_ball_that_was_put_on_again_is_no_drift(
+    calibration: Calibration, put_on_again: Placement
+) -> None:
+    odds = odds_of(
+        calibration.calibrated, measure(ten(put_on_again), calibration.robot, sockets=1), 6e-5
+    )
+    assert odds.valid and odds.error > 4 * odds.before
+    assert odds.ball == pytest.approx(7e-4, abs=1.5e-4)
+    assert "the ball sits 0." in odds.text and "or panda_joint7 is off" in odds.text
+
+
+def test_what_one_socket_cannot_show_is_not_ruled_out(ask: Ask) -> None:
+    """The first joint turns the whole arm about the socket's base, and the last the ball alone."""
+    for joint in (0, 6):
+        odds = ask(joint, math.radians(0.2))
+        assert odds.valid and 0.02 < 1 - odds.unchanged < 0.3
 
 
 @pytest.mark.slow

@@ -53,6 +53,7 @@ def test_a_wrong_distance_is_told_before_the_fit(
     assert found["placements"][0]["distance_source"] == "given"
 
 
+@pytest.mark.slow
 def test_what_was_measured_and_how_well_is_heeded(
     session: Path, copy: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -76,6 +77,7 @@ def test_what_was_measured_and_how_well_is_heeded(
     assert run(capsys, *words)[0] == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("counts", "status", "words"),
     [

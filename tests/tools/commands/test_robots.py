@@ -19,6 +19,7 @@ def robots():
     return {row["name"]: row for row in json.loads("".join(printed))["robots"]}
 
 
+@pytest.mark.slow
 def test_every_shipped_robot_is_listed(robots):
     assert list(robots) == list(shipped_robots())
     for name, row in robots.items():

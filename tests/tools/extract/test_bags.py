@@ -75,6 +75,7 @@ def busy_bag(path: Path, kind: str, moves) -> None:
     bag.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["bag", "db3", "mcap"])
 def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind) -> None:
     path = tmp_path / ("session.bag" if kind == "bag" else "session")
@@ -94,6 +95,7 @@ def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind) -> No
     assert svg.count("opacity") == len(moves.places) and "panda_joint7" in svg
 
 
+@pytest.mark.slow
 def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_path) -> None:
     bag = Bag(tmp_path / "session", "mcap")
     for state in moves.states:
@@ -117,6 +119,7 @@ def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_p
     assert abs(errors[0].mean_absolute_error - errors[1].mean_absolute_error) < 14e-6
 
 
+@pytest.mark.slow
 def test_two_arms_in_one_message(extract, moves, tmp_path) -> None:
     bag = Bag(tmp_path / "two", "db3")
     names = [f"{side}_{name}" for name in NAMES for side in ("right", "left")]
@@ -132,6 +135,7 @@ def test_two_arms_in_one_message(extract, moves, tmp_path) -> None:
     assert len(read_placement(tmp_path / "out" / "placement_1").samples) == count
 
 
+@pytest.mark.slow
 def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path) -> None:
     bag = Bag(tmp_path / "one", "db3")
     for state in moves.states[:1500]:
@@ -190,6 +194,7 @@ def test_a_bag_that_cannot_be_used_gets_one_line(extract, tmp_path, write, said)
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_another_topic_may_be_asked_for_and_without_out_nothing_is_written(
     extract, moves, tmp_path
 ) -> None:

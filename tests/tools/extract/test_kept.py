@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from mukca.recorder.dataset import read_placement
 from mukca.tools.cli import main
 
 
+@pytest.mark.slow
 def test_what_was_captured_can_be_looked_at_again(
     extract, session, tmp_path: Path, virtual_time
 ) -> None:

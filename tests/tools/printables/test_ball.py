@@ -18,6 +18,7 @@ ISO = MOUNTS["iso-50-4-m6"].mount()
 PRINTED = [name for name, part in printed_parts.BALLS.items() if not part.bought]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PRINTED)
 def test_the_ball_is_where_its_position_says(name: str) -> None:
     part, mesh = printed_parts.BALLS[name], printed_parts.ball_mesh(name)
@@ -98,6 +99,7 @@ def test_the_ball_part_leans_in_its_socket_without_collision(name: str, base: st
         assert not mesh_checks.collide(moving, fixed, seated(part, socket_base, *where)), where
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["franka-hand", "iso-50-4-m6"])
 def test_leaning_much_farther_collides(name: str) -> None:
     part, base = printed_parts.BALLS[name], printed_parts.BASES["default"]
@@ -126,6 +128,7 @@ def seated(
     return pose
 
 
+@pytest.mark.slow
 def test_too_short_a_reach_is_refused_with_one_that_works() -> None:
     short = BallPart(ISO, reach=45)
     with pytest.raises(PrintableError, match="take a reach of 70 mm or more"):

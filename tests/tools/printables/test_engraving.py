@@ -55,6 +55,7 @@ def letter(glyph: Image) -> str:
     return LETTERS["".join(str(int(glyph[place])) for place in places)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["default", "nearest", "long", "three", "small ball", "odd"])
 def test_a_base_says_what_a_caliper_reads_on_it(name: str) -> None:
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
@@ -63,6 +64,7 @@ def test_a_base_says_what_a_caliper_reads_on_it(name: str) -> None:
     assert ndimage.binary_opening(image, np.ones((8, 8))).sum() > 0.97 * image.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["default", "three", "large ball"])
 def test_the_sockets_are_numbered(name: str) -> None:
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)

@@ -83,6 +83,7 @@ def test_pads_leave_a_pressed_ball_no_way_to_move(name: str) -> None:
             assert (slack < 1e-3) == held, f"{lean} degrees towards {np.degrees(azimuth):.0f}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_ball_touches_the_seat_and_does_not_cut_into_it(name: str) -> None:
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
@@ -94,6 +95,7 @@ def test_a_ball_touches_the_seat_and_does_not_cut_into_it(name: str) -> None:
     assert mesh_checks.collide(pressed, mesh)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_caliper_faces_stand_where_the_readings_say(name: str) -> None:
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)

@@ -14,7 +14,7 @@ from mukca.recorder.dataset import Sample, read_placement
 from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.inverse_kinematics import MAX_TILT, Guide
-from mukca.tools.recording.coach import LEAST, SHARE, Coach
+from mukca.tools.recording.coach import LATELY, LEAST, SHARE, Coach
 from mukca.tools.recording.coaching import COACHING, BackgroundCoach, setup_of
 from mukca.tools.recording.neighbour import Neighbour
 from mukca.tools.recording.reach import TABLE, Reach, skeleton
@@ -57,6 +57,7 @@ def test_no_pose_is_proposed_where_none_is(panda: Robot) -> None:
     assert len(Reach(panda).poses(np.array([3.0, 0.0, 0.1]), 10)) == 0
 
 
+@pytest.mark.slow
 def test_the_prediction_falls_and_each_socket_has_its_turn(
     coach: Coach, samples: list[Sample]
 ) -> None:
@@ -70,6 +71,7 @@ def test_the_prediction_falls_and_each_socket_has_its_turn(
     assert whole.last_error and abs(whole.scale or 1) < 0.01
 
 
+@pytest.mark.slow
 def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sample]) -> None:
     easy = Coach(panda, 0.05, goal=1.0)
     few = [s for s in samples if s.number <= 6 or 12 < s.number <= 18]
@@ -77,6 +79,30 @@ def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sam
     assert len(samples) >= 2 * LEAST
     done = easy.advise(samples, 1)
     assert done.enough and not done.leave
+
+
+def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
+    panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    coach = Coach(panda, 0.05, goal=1e-6)
+    coach.advise(samples[:-LATELY], 1)
+
+    def asked(goal: float) -> Advice:
+        monkeypatch.setattr(coach, "_goal", goal)
+        return coach.advise(samples, 1)
+
+    beyond = asked(1e-6)
+    assert beyond.enough and beyond.why_enough == "more poses here hardly help"
+    near = asked(0.97 * beyond.predicted)
+    assert not near.enough and not near.leave and near.why_enough == ""
+    assert asked(1.01 * beyond.predicted).why_enough == "the goal is reached"
+
+
+def test_an_easy_goal_leaves_a_socket_earlier(
+    panda: Robot, coach: Coach, samples: list[Sample]
+) -> None:
+    assert Coach(panda, 0.05, goal=1.0).advise(samples[:LEAST], 0).leave
+    assert not coach.advise(samples[:LEAST], 0).leave
 
 
 @pytest.mark.slow
@@ -114,6 +140,7 @@ def answered(ask: Callable[[], Advice | None], trouble: Callable[[], object]) ->
     return None
 
 
+@pytest.mark.slow
 def test_a_process_beside_the_recorder_answers(
     neighbour: Neighbour, samples: list[Sample], coach: Coach
 ) -> None:

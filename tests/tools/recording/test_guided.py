@@ -3,90 +3,129 @@
 import re
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from terminal_session import MUKCA, TerminalSession
 
-from mukca.recorder.convert import write_holes
+from mukca.recorder.convert import sample_files, write_holes
 from mukca.recorder.dataset import read_placement
 from mukca.solver.robot.urdf import Robot
-from mukca.tools.recording.coach import LEAST, SHARE
+from mukca.tools.recording.coach import LEAST
 from mukca.tools.simulated_arms import Base, record
 
 pytestmark = pytest.mark.slow
+LEFT = 2
+"""So many samples a session that is continued lacks in each socket."""
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 @pytest.fixture(scope="module")
-def hand(true_panda: Robot, shared: Callable[..., Path]) -> Path:
-    """Where a hand leads the arm: as many poses in each socket as a guided session asks for."""
+def hands(true_panda: Robot, shared: Callable[..., Path]) -> Path:
+    """Where a hand leads the arm, for all of a session and for its rest.
+
+    Twice to what is needed in socket 0, as some of it goes by while a browser starts, and then
+    again and again to socket 1.
+    """
 
     def make(folder: Path) -> None:
         base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
-        led = record(true_panda, base, np.random.default_rng(1), samples=SHARE + 4, noise=5e-5)
-        write_holes(led, folder)
+        led = record(true_panda, base, np.random.default_rng(1), samples=LEAST, noise=5e-5)
+        first, second = ([s for s in led.samples if s.socket == k] for k in (0, 1))
+        for name, need in (("all", LEAST), ("rest", LEFT)):
+            way = replace(led, samples=(*2 * first[:need], *20 * second))
+            write_holes(way, folder / name)
 
-    return shared("guided_hand", make)
+    return shared("guided_hands", make)
 
 
-def command(hand: Path, out: Path, *more: str) -> list[str]:
-    driver = f"mock:{hand}?rate=500&hold=1.6&move=0.6"
+@pytest.fixture
+def begun(session: Path, panda: Robot, tmp_path: Path) -> Path:
+    """A recording that lacks a few samples in each socket, the ball in socket 0."""
+    earlier = read_placement(session / "front")
+    sockets = [[s for s in earlier.samples if s.socket == k][: LEAST - LEFT] for k in (1, 0)]
+    taken = replace(earlier, samples=(*sockets[0], *sockets[1]), joint_names=panda.joint_names)
+    folder = tmp_path / "front"
+    folder.mkdir()
+    for name, content in sample_files(taken).items():
+        (folder / name).write_bytes(content)
+    return folder
+
+
+def command(hand: Path, out: Path, pace: str, *more: str) -> list[str]:
+    driver = f"mock:{hand}?{pace}"
     words = ["record", "--robot", "panda", "--driver", driver, "--out", str(out)]
     return [*MUKCA, *words, "--goal-mm", "20", *more]
 
 
-def test_a_guided_session_by_keys(hand: Path, tmp_path: Path) -> None:
-    out = tmp_path / "front"
-    with TerminalSession(command(hand, out), columns=80, rows=24) as terminal:
-        for number in range(1, SHARE + LEAST + 1):
-            terminal.wait_for(f"PRESS: space captures sample {number}")
-            terminal.press(" ")
-            terminal.wait_for(f"GOT {number}")
-            if number == 2:
-                terminal.wait_for("predicted", "next best", "◆")
-            if number == SHARE:
-                terminal.wait_for("SOCKET 1 NOW: move the ball to socket 1")
-                terminal.press("s")
-        shown = terminal.wait_for("ENOUGH: q finishes", "goal 20.00", "A second placement near")
+def take(terminal: TerminalSession, number: int) -> None:
+    """Capture; on a busy computer a rest may be over before the key comes, so at the next one."""
+    for _ in range(4):
+        terminal.wait_for(f"PRESS: space captures sample {number}")
+        terminal.press(" ")
+        if f"GOT {number}" in terminal.wait_for_one(f"GOT {number}", "! refused"):
+            return
+    raise AssertionError(terminal.text)
+
+
+def test_a_guided_session_by_keys(hands: Path, begun: Path) -> None:
+    """The rest of one: as it goes on, changes sockets, and ends."""
+    done = LEAST - LEFT
+    with TerminalSession(
+        command(hands / "rest", begun, "rate=250&hold=1.2&move=0.4"), columns=80, rows=24
+    ) as terminal:
+        terminal.wait_for("GO ON?", f"Continues {done} in socket 0, {done} in socket 1")
+        terminal.press("y")
+        terminal.wait_for("predicted", "goal 20.00", "next best", "◆", "mean")
+        for number in range(2 * done + 1, 2 * done + LEFT + 1):
+            take(terminal, number)
+        terminal.wait_for("SOCKET 1 NOW: move the ball to socket 1, then press s")
+        terminal.press("s")
+        terminal.wait_for("MOVE")
+        for number in range(2 * done + LEFT + 1, 2 * LEAST + 1):
+            take(terminal, number)
+        shown = terminal.wait_for("ENOUGH: q finishes", "the goal is reached", "second placement")
         assert "last" in shown and "mean" in shown
         terminal.press("q")
         assert terminal.wait() == 0
         terminal.wait_for("mukca check", "mukca solve")
-    assert len(read_placement(out).samples) == SHARE + LEAST
+    assert np.bincount(read_placement(begun).sockets).tolist() == [LEAST, LEAST]
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
-def test_hands_free_with_the_page_in_a_browser(hand: Path, tmp_path: Path) -> None:
+def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> None:
     playwright = pytest.importorskip("playwright.sync_api")
     out = tmp_path / "front"
-    words = command(hand, out, "--auto", "--page")
-    with TerminalSession(words) as terminal, playwright.sync_playwright() as player:
-        url = re.search(r"http://\S+/", terminal.wait_for("page: http", "SOCKET 0 NOW"))
-        assert url
-        options = ["--headless", "--no-sandbox", "--disable-gpu"]
+    words = command(hands / "all", out, "rate=100&hold=1.5&move=0.6&speed=3", "--auto", "--page")
+    options = ["--headless", "--no-sandbox", "--disable-gpu"]
+    with playwright.sync_playwright() as player:
         browser = player.chromium.launch(executable_path=CHROMIUM, args=options)
         page = browser.new_page()
-        complaints: list[str] = []
-        page.on("console", lambda message: complaints.append(message.text))
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.goto(url[0])
-        page.wait_for_selector("text=SOCKET 0 NOW")
-        terminal.press(" ")
-        page.wait_for_selector("text=/GOT \\d/")
-        page.wait_for_selector("canvas[data-drawn='arm and ghost']", timeout=60_000)
-        terminal.wait_for("SOCKET 1 NOW", timeout=120)
-        page.wait_for_selector("text=SOCKET 1 NOW")
-        terminal.press("s")
-        terminal.wait_for("ENOUGH", timeout=120)
-        page.wait_for_selector("text=ENOUGH")
-        assert page.locator("#facts").inner_text().startswith("predicted error of distances")
-        assert page.locator(".joint").count() == 7
+        with TerminalSession(words) as terminal:
+            url = re.search(r"http://\S+/", terminal.wait_for("page: http", "SOCKET 0 NOW"))
+            assert url
+            complaints: list[str] = []
+            page.on("console", lambda message: complaints.append(message.text))
+            page.on("pageerror", lambda error: complaints.append(str(error)))
+            page.goto(url[0])
+            page.wait_for_selector("text=SOCKET 0 NOW")
+            terminal.press(" ")
+            page.wait_for_selector("text=/GOT \\d/")
+            page.wait_for_selector("canvas[data-drawn='arm and ghost']", timeout=60_000)
+            terminal.wait_for("predicted", "next best", "◆")
+            terminal.wait_for("SOCKET 1 NOW", timeout=120)
+            page.wait_for_selector("text=SOCKET 1 NOW")
+            terminal.press("s")
+            terminal.wait_for("ENOUGH", timeout=120)
+            page.wait_for_selector("text=ENOUGH")
+            assert page.locator("#facts").inner_text().startswith("predicted error of distances")
+            assert page.locator(".joint").count() == 7
+            terminal.press("q")
+            assert terminal.wait() == 0
+            terminal.wait_for("missed 0")
         browser.close()
-        terminal.press("q")
-        assert terminal.wait() == 0
-        terminal.wait_for("missed 0")
-        assert not complaints
+    assert not complaints
     sockets = read_placement(out).sockets
-    assert (sockets == 0).sum() == SHARE and (sockets == 1).sum() >= LEAST
+    assert (sockets == 0).sum() == LEAST and (sockets == 1).sum() >= LEAST

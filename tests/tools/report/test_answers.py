@@ -20,6 +20,7 @@ from mukca.tools.report.figures.meshes import link_meshes, thin_out
 from mukca.tools.report.words import area, percent, short_names
 
 
+@pytest.mark.slow
 def test_the_task_is_answered_place_by_place(document, typed) -> None:
     figures = build_report(typed(document), "").figures
     left = figures.placements[1].quantiles.calibrated
@@ -33,6 +34,7 @@ def test_the_task_is_answered_place_by_place(document, typed) -> None:
     assert all(f.answers.use.rows[0].answer == "trained on" for f in answers.values())
 
 
+@pytest.mark.slow
 def test_a_place_whose_distance_is_off_cannot_be_used(document, typed) -> None:
     """Small errors do not help where the model has shrunk."""
     row = document["placements"][1]
@@ -55,6 +57,7 @@ def test_what_is_expected_of_distances_is_told_where_none_was_measured(document,
     assert "expects 0.68 mm (one standard deviation" in between
 
 
+@pytest.mark.slow
 def test_a_recording_that_is_wrong_comes_first(document, typed) -> None:
     answers = build_report(typed(document), "").figures.answers
     assert "First mend" not in answers.next.text and "rest on" not in answers.data.text
@@ -184,6 +187,7 @@ def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(tmp_path) -> No
     assert 100 < len(meshes[1].faces) <= 600
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=20)
 @given(st.integers(4, 200))
 def test_thinning_keeps_within_bounds(most) -> None:

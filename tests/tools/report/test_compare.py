@@ -106,6 +106,7 @@ def test_bad_usage_gets_one_line(run, calibrated, words) -> None:
     assert status == 2 and err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_other_robots_and_twice_the_same_are_refused(run, calibrated, document, written) -> None:
     file = calibrated / "calibration.json"
     assert run(file, file)[0] == 2

@@ -69,6 +69,15 @@ def paths(value: Any, path: Path = ()) -> Iterator[Path]:
         yield from paths(value[0], (*path, 0))
 
 
+def shortened(value: Any) -> Any:
+    """Return a document whose lists of objects and of rows end after the first."""
+    if isinstance(value, dict):
+        return {key: shortened(inner) for key, inner in value.items()}
+    if isinstance(value, list) and value and isinstance(value[0], dict | list):
+        return [shortened(value[0])]
+    return value
+
+
 def at(document: Any, path: Path) -> Any:
     for key in path:
         document = document[key]
@@ -89,6 +98,7 @@ def message(document: dict[str, Any]) -> str:
     return str(caught.value)
 
 
+@pytest.mark.slow
 def test_each_key_that_is_gone_is_named(extended) -> None:
     ways = list(paths(extended))
     assert len(ways) > 120
@@ -110,6 +120,7 @@ def test_without_what_only_some_methods_leave_a_report_is_made(extended) -> None
     read(extended)
 
 
+@pytest.mark.slow
 def test_each_value_of_another_kind_is_named(extended) -> None:
     for path in paths(extended):
         damaged = copy.deepcopy(extended)
@@ -194,7 +205,7 @@ def test_a_report_is_read_back_as_it_was_written(calibrated, extended, typed) ->
 
 @pytest.mark.slow
 def test_each_key_that_a_report_lacks_is_named(calibrated) -> None:
-    report = json.loads((calibrated / "report.json").read_text())
+    report = shortened(json.loads((calibrated / "report.json").read_text()))
     for path in paths(report):
         if path[-1] in OPTIONAL or (path[0] == "provenance" and len(path) > 2):
             continue

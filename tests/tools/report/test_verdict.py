@@ -88,6 +88,7 @@ def test_an_unknown_arm_is_told_what_is_needed(document) -> None:
     assert status == "pass"
 
 
+@pytest.mark.slow
 def test_errors_among_the_checks_fail_and_warnings_do_not(extended) -> None:
     assert rows(extended)[1]["data_checks"] == "pass"
     extended["checks"][0]["level"] = "error"
@@ -113,6 +114,7 @@ def test_distances_that_the_fit_was_told_prove_nothing(document) -> None:
     assert rows(document, known=known)[1]["between_placements"] == "not evaluated"
 
 
+@pytest.mark.slow
 def test_limits_are_no_finer_than_a_printed_socket_resolves(document) -> None:
     for name, limit in (("ur5e", 3e-4), ("iiwa14", 4.5e-4), ("gen3_lite", 3e-3)):
         document["model"]["name"] = name

@@ -1,0 +1,61 @@
+"""The mean of several models: between them, as uncertain as they and what they differ by."""
+
+import numpy as np
+import pytest
+
+from mukca.solver.auto.averaging import averaged, probabilities
+from mukca.solver.auto.deflection import COMPLIANCE, TILT, Deflection
+from mukca.solver.auto.selection import select_all
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.observe import Recorded, observe_all
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import Robot
+from mukca.tools.simulated_arms import Imperfection, reachable_bases, record
+
+ELASTIC = Deflection((COMPLIANCE, TILT), (np.full(7, 4e-5), np.full(14, 1e-5)))
+
+
+@pytest.fixture(scope="module")
+def chosen(panda: Robot, true_panda: Robot):
+    generator = np.random.default_rng(0)
+    how = Imperfection(noise=5e-5, deflection=ELASTIC)
+    (base,) = reachable_bases(true_panda, generator, 1)
+    placement = record(true_panda, base, generator, samples=20, imperfection=how)
+    scene = observe_all([Recorded(panda, [measure(placement, panda)])])
+    return select_all([(panda, choose_parameters(panda))], scene)
+
+
+def test_probabilities_follow_the_evidence(chosen) -> None:
+    worlds = [chosen.geometric, chosen.full]
+    ratio = np.divide(*probabilities(worlds))
+    assert np.log(ratio) == pytest.approx(worlds[0].log_evidence - worlds[1].log_evidence)
+
+
+def test_the_mean_predicts_the_mean(chosen) -> None:
+    one, other = chosen.geometric, chosen.full
+    mean = averaged([one, other], np.array([0.25, 0.75])).arms[0]
+    data = mean.data
+    points = [w.arms[0].predict(data.positions, data.torques) for w in (one, other)]
+    expected = 0.25 * points[0] + 0.75 * points[1]
+    found = mean.predict(data.positions, data.torques)
+    apart = np.abs(points[0] - points[1]).max()
+    assert np.abs(found - expected).max() < 0.01 * apart
+    centres = 0.25 * one.arms[0].centres + 0.75 * other.arms[0].centres
+    assert mean.centres == pytest.approx(centres)
+
+
+def test_what_the_models_differ_by_is_uncertain(chosen) -> None:
+    one, other = chosen.geometric.arms[0], chosen.full.arms[0]
+    mean = averaged([chosen.geometric, chosen.full], np.array([0.5, 0.5])).arms[0]
+    n = one.model.size
+    variances = [np.diag(arm.covariance)[:n] for arm in (one, other)]
+    expected = np.mean(variances, axis=0) + (one.x - other.x[:n]) ** 2 / 4
+    assert np.diag(mean.covariance)[:n] == pytest.approx(expected)
+    assert mean.model.extensions == other.model.extensions
+    assert mean.x[n:] == pytest.approx(other.x[n:] / 2)
+
+
+def test_the_model_itself_is_its_own_mean(chosen) -> None:
+    mean = averaged([chosen.full], np.ones(1))
+    assert mean.covariance == pytest.approx(chosen.full.covariance)
+    assert mean.arms[0].x == pytest.approx(chosen.full.arms[0].x)

@@ -1,0 +1,97 @@
+"""What other arms of a type tell: it helps where it is right, and costs nothing where it is not."""
+
+import json
+
+import numpy as np
+import pytest
+
+from mukca.recorder.dataset import Placement
+from mukca.solver.auto.deflection import COMPLIANCE, TILT, Deflection
+from mukca.solver.auto.extended_model import Expected
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.metrics import evaluate
+from mukca.solver.fit import fit_by_auto
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.tools.calibration.calibrate import calibrate
+from mukca.tools.calibration.calibration import Calibration
+from mukca.tools.calibration.type_prior import type_priors
+from mukca.tools.simulated_arms import Imperfection, reachable_bases, record
+from mukca.tools.usage import UsageError
+
+TRUE = {
+    COMPLIANCE: np.array([1, 4, 2, 6, 5, 3, 1]) * 1e-5,
+    TILT: np.array([2.5, 2, 1.6, 1.5, 1, 1, 0, 1.5, 0.5, 2.1, 0.2, 1, 1, 0]) * 1e-5,
+}
+"""Of a Panda-like arm [rad/(N m)]."""
+
+
+@pytest.fixture(scope="module")
+def recorded(panda: Robot, true_panda: Robot) -> list[Placement]:
+    generator = np.random.default_rng(1)
+    how = Imperfection(noise=7e-5, deflection=Deflection(tuple(TRUE), tuple(TRUE.values())))
+    bases = reachable_bases(true_panda, generator, 3)
+    return [
+        record(true_panda, base, generator, samples=samples, imperfection=how)
+        for base, samples in zip(bases, (10, 20, 20), strict=True)
+    ]
+
+
+@pytest.mark.slow
+def test_a_right_one_helps_with_few_samples_and_wrong_ones_do_no_harm(
+    panda: Robot, recorded: list[Placement]
+) -> None:
+    train, *test = (measure(placement, panda) for placement in recorded)
+
+    def error(of_type: dict[str, Expected]) -> float:
+        found = fit_by_auto(panda, choose_parameters(panda), [train], of_type=of_type).calibrated
+        found = [evaluate(found.ball(m.positions), m).mean_absolute_error for m in test]
+        return float(np.mean(found))
+
+    def expected(values: dict[str, np.ndarray]) -> dict[str, Expected]:
+        return {name: (value, np.full(len(value), 3e-6)) for name, value in values.items()}
+
+    alone = error({})
+    assert error(expected(TRUE)) < 0.98 * alone
+    assert error(expected({name: 5 * value for name, value in TRUE.items()})) < 1.02 * alone
+    # ten samples hardly tell joints apart that carry much the same load
+    assert error(expected({name: value[::-1] for name, value in TRUE.items()})) < 1.05 * alone
+
+
+@pytest.fixture(scope="module")
+def other(panda: Robot, recorded: list[Placement]) -> Calibration:
+    return calibrate(panda, recorded[1])
+
+
+@pytest.mark.slow
+def test_it_is_read_from_calibrations_weighted_by_their_precision(
+    panda: Robot, other: Calibration, tmp_path
+) -> None:
+    files = other.save(tmp_path / "one")
+    document = json.loads((tmp_path / "one" / "calibration.json").read_text())
+    for coefficient in document["coefficients"]:
+        coefficient["value"] += 6e-5
+        coefficient["standard_deviation"] *= 2
+    (tmp_path / "two.json").write_text(json.dumps(document))
+    (one,) = type_priors([files["calibration"]], [panda])
+    (both,) = type_priors([files["calibration"], tmp_path / "two.json"], [panda])
+    assert set(one) >= {COMPLIANCE}
+    for name, (mean, deviation) in one.items():
+        assert mean == pytest.approx(other.document.deflection[name])
+        assert both[name][0] == pytest.approx(mean + 1.2e-5)
+        assert both[name][1] == pytest.approx(deviation * 0.8**0.5)
+
+
+@pytest.mark.slow
+def test_what_tells_nothing_of_this_arm_is_refused(
+    panda: Robot, other: Calibration, tmp_path
+) -> None:
+    files = other.save(tmp_path / "one")
+    ur5e = load_robot("ur5e")
+    with pytest.raises(UsageError, match="of an arm with the joints panda_joint1"):
+        type_priors([files["calibration"]], [ur5e])
+    document = json.loads((tmp_path / "one" / "calibration.json").read_text())
+    document["deflection"] = {}
+    (tmp_path / "rigid.json").write_text(json.dumps(document))
+    with pytest.raises(UsageError, match=r"rigid.json: no elasticity was found in that arm"):
+        type_priors([tmp_path / "rigid.json"], [panda])
