@@ -201,12 +201,12 @@ def groups(report: ReportDocument) -> Plot | None:
     off = [name for name, row in zip(names, rows, strict=True) if not row.active]
     total, count = sum(row.effective for row in rows), sum(row.count for row in rows)
     others = sum(row.count for row in report.groups or ()) - count
-    rest = f" The ball's {others} are not counted here: it may be anywhere." if others else ""
+    rest = f"; the ball's {others} are not counted here, as it may be anywhere" if others else ""
     return Plot(
         "groups",
         "What the data settle",
-        f"The data settle {total:.0f} of {count} parameters, those that are switched off included. "
-        f"They support {joined(on) or 'no group'}, and switch off {joined(off) or 'none'}.{rest}",
+        f"The data settle {total:.0f} of {count} parameters, those that are switched off included; "
+        f"they support {joined(on) or 'no group'}, and switch off {joined(off) or 'none'}{rest}.",
         (panel.root,),
         (("change", "settled by the data"), ("range", "left to the prior")),
         "half",
