@@ -12,7 +12,7 @@ from .samples import Sample
 from .session import JointLimits, Session
 from .view import View
 
-__all__ = ["render", "rows_needed"]
+__all__ = ["HELP", "render", "rows_needed"]
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 HELP = """\
