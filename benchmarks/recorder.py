@@ -4,11 +4,10 @@
     python benchmarks/recorder.py --minutes 10    the long one
 
 ``mukca record`` runs on a simulated Panda that streams 1000 states a second and forgets what is not
-read within 0.1 s, as a socket's buffer does. A key is pressed every second, whatever the arm does, and
-the socket changed half-way, so that the live fit runs after every capture; the page is open and
-followed. The
-baseline, in the same run, is a bare loop that reads the same arm and does nothing else; the
-simulated arm itself runs in the same process in both.
+read within 0.1 s, as a socket's buffer does. A key is pressed every second, whatever the arm does,
+and the socket changed half-way, so that the live fit runs after every capture; the page is open and
+followed. The baseline, in the same run, is a bare loop that reads the same arm and does nothing
+else; the simulated arm itself runs in the same process in both.
 """
 
 import argparse
