@@ -127,8 +127,8 @@ def judge_distances(
         deviation: Standard deviation of the latter [m].
     """
     bases = [m for m in measurements if m.has_distance and m.name not in moved]
-    told = [k for k in known if not {k.first[0], k.second[0]} & set(moved)]
-    rulers = _rulers(_labels(measurements), bases, told, deviation)
+    usable = [k for k in known if not {k.first[0], k.second[0]} & set(moved)]
+    rulers = _rulers(_labels(measurements), bases, usable, deviation)
     if not rulers:
         return DistanceVerdict((), {}, None)
     ratios, n = _ratios(rulers, fit), len(bases)
@@ -139,7 +139,7 @@ def judge_distances(
         for i, m in enumerate(bases)
         if one[i] or odd[i]
     }
-    wrong = [_wrong_known(k, lengths[n + i]) for i, k in enumerate(told) if odd[n + i]]
+    wrong = [_wrong_known(k, lengths[n + i]) for i, k in enumerate(usable) if odd[n + i]]
     kept = ~odd
     kept[:n] &= ~np.array(one, dtype=bool)
     if not kept.any():

@@ -60,13 +60,13 @@ def _in_radians(positions: np.ndarray, marked: list[bool], question: Question) -
     degrees = turning if question.units == "degrees" else np.array(marked) & turning
     if question.units == "radians":
         degrees = np.zeros_like(turning)
-    found = np.where(degrees, np.radians(positions), positions)
-    if np.abs(found[:, turning]).max(initial=0.0) > FULL_TURN:
+    radians = np.where(degrees, np.radians(positions), positions)
+    if np.abs(radians[:, turning]).max(initial=0.0) > FULL_TURN:
         raise ExtractError(
-            f"{question.path}: an angle of {np.abs(found[:, turning]).max():.4g} rad; if these are "
-            "degrees, say --units degrees"
+            f"{question.path}: an angle of {np.abs(radians[:, turning]).max():.4g} rad; if these "
+            "are degrees, say --units degrees"
         )
-    return found
+    return radians
 
 
 def _in_order(stamps: np.ndarray, positions: np.ndarray, question: Question) -> Log:
