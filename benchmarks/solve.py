@@ -6,12 +6,13 @@ Without a placement, a simulated one of the demo arm is used.
 """
 
 import argparse
+import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,13 @@ from mukca.solver.paper.problem import Problem, build_problem, solve
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.commands.demo import demo_arm, demo_bases
 from mukca.tools.simulated_arms import record
+
+IMPORTS = {
+    "import numpy, casadi": "import numpy, casadi",
+    "import numpy, casadi, yourdfpy": "import numpy, casadi, yourdfpy",
+    "all that mukca solve loads": "import mukca.tools.calibration.arms, mukca.tools.report.console",
+    "nothing": "pass",
+}
 
 
 def seconds(work: Callable[[], object], runs: int = 15) -> float:
@@ -54,27 +62,43 @@ def evaluations(problem: Problem) -> None:
     )
 
 
-def commands(folder: Path, name: str) -> None:
-    def command(*words: str) -> Callable[[], object]:
-        return lambda: subprocess.run(words, check=True, capture_output=True)
+def processor_seconds(words: Sequence[str]) -> float:
+    """Return what a command computes [s], which a busy machine does not change much."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(words, check=True, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
+
+def commands(folder: Path, name: str, runs: int) -> None:
+    """Measure whole commands in turn, so that each is compared with its neighbours in time."""
     mukca = str(Path(sys.executable).with_name("mukca"))
-    imports = seconds(command(sys.executable, "-c", "import numpy, casadi"), runs=7)
-    print(f"import of numpy, casadi           {imports:.2f} s")
-    for method in ("paper", "auto"):
-        words = (mukca, "solve", str(folder), "--robot", name, "--method", method)
-        whole = seconds(command(*words), runs=7)
-        print(f"mukca solve --method {method:5s}, whole  {whole:.2f} s   {whole / imports:.2f} x")
-    nothing = seconds(command(sys.executable, "-c", "pass"), runs=11)
-    help_ = seconds(command(mukca, "--help"), runs=11)
-    print(f"python -c pass                    {1e3 * nothing:.0f} ms")
-    print(f"mukca --help                      {1e3 * help_:.0f} ms   {help_ / nothing:.1f} x")
+    solve = (mukca, "solve", str(folder), "--robot", name, "--distance", "0.05", "--method")
+    words: dict[str, Sequence[str]] = {
+        title: (sys.executable, "-c", code) for title, code in IMPORTS.items()
+    } | {
+        "mukca --help": (mukca, "--help"),
+        "mukca check": (mukca, "check", str(folder), "--robot", name, "--distance", "0.05"),
+        "mukca solve --method paper": (*solve, "paper"),
+        "mukca solve --method auto": (*solve, "auto"),
+    }
+    rounds = [{title: processor_seconds(w) for title, w in words.items()} for _ in range(runs + 1)]
+    bare, with_yourdfpy = list(IMPORTS)[:2]
+    print(f"whole processes, processor time, medians of {runs} rounds; x {bare}; x {with_yourdfpy}")
+    for title in words:
+        ratios = [
+            statistics.median(one[title] / one[baseline] for one in rounds[1:])
+            for baseline in (bare, with_yourdfpy)
+        ]
+        middle = statistics.median(one[title] for one in rounds[1:])
+        print(f"{title:34s} {middle:6.2f} s  {ratios[0]:6.2f} x  {ratios[1]:6.2f} x")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("placement", nargs="?", type=Path)
     parser.add_argument("--robot", default="panda")
+    parser.add_argument("--rounds", type=int, default=7)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.placement
@@ -86,7 +110,7 @@ def main() -> None:
         problem = build_problem(robot, [measure(read_placement(folder), robot)])
         evaluations(problem)
         optimizers(problem)
-        commands(folder, arguments.robot)
+        commands(folder, arguments.robot, arguments.rounds)
 
 
 if __name__ == "__main__":

@@ -38,7 +38,8 @@ either of two forms:
 ``points.csv``
     What an instrument measured (laser tracker, motion capture): a header with the joints' names in
     chain order, then ``x``, ``y``, ``z``. One configuration a line: joint positions [rad], and
-    where the ball was in the instrument's frame [m]. No socket is needed.
+    where the ball was in the instrument's frame [m]; other units stand in the header, as ``x [mm]``
+    or ``JOINT [deg]``. No socket is needed.
 
 ``placement.json``
     Beside each form, optional there: an object whose key ``distance`` is the distance between
@@ -51,6 +52,7 @@ either of two forms:
     ``changes`` stands what ``mukca info --set-distance`` changed, and when.
 """
 
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import replace
@@ -74,6 +76,8 @@ __all__ = [
 ]
 
 POINTS = "points.csv"
+_AXES = ("x", "y", "z")
+_COLUMN = re.compile(r"(.+?)\s*(?:\[([a-zA-Z]+)\])?")
 _HOLE = re.compile(r"hole_(\d+)\.csv")
 
 
@@ -228,24 +232,42 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
 def _read_points(folder: Path) -> Placement:
     file = folder / POINTS
     table = read_table(file)
-    if table.header is None or table.header[-3:] != ("x", "y", "z") or len(table.header) < 4:
+    columns = [_COLUMN.fullmatch(cell.strip()) for cell in table.header or ()]
+    names = [None if column is None else column[1] for column in columns]
+    joints = [i for i, name in enumerate(names) if name not in _AXES]
+    if None in names or len(names) != len(joints) + 3 or not joints or set(_AXES) - set(names):
         raise RecordingError(
             f"{file}:1: expected a header of the joints' names in chain order, then x,y,z"
         )
+    scales = [_scale(file, column) for column in columns if column is not None]
+    axes = [names.index(axis) for axis in _AXES]
+    rows = [[a * b for a, b in zip(row, scales, strict=True)] for row in table.rows]
     return Placement(
         name=placement_name(folder),
         samples=tuple(
             Sample(
-                position=row[:-3],
+                position=tuple(row[i] for i in joints),
                 socket=0,
                 where=f"{file}:{line}",
-                point=(row[-3], row[-2], row[-1]),
+                point=(row[axes[0]], row[axes[1]], row[axes[2]]),
             )
-            for line, row in zip(table.lines, table.rows, strict=True)
+            for line, row in zip(table.lines, rows, strict=True)
         ),
-        joint_names=table.header[:-3],
+        joint_names=tuple(str(names[i]) for i in joints),
         files=(file,),
     )
+
+
+def _scale(file: Path, column: re.Match[str]) -> float:
+    """Return the unit of a column of ``points.csv`` in metres or radians; 1 where none is named."""
+    name, unit = column[1], column[2] or ""
+    fit = {"": 1.0, "m": 1.0, "mm": 1e-3}
+    if name not in _AXES:
+        fit |= {"rad": 1.0, "deg": math.pi / 180}
+    if unit not in fit:
+        known = ", ".join(f"[{word}]" for word in fit if word)
+        raise RecordingError(f"{file}:1: column {name} has unit {unit!r}; known are {known}")
+    return fit[unit]
 
 
 def placement_name(folder: Path) -> str:

@@ -1,9 +1,12 @@
 """All states of a session in one compact file beside its samples, to look at them again.
 
-The file begins with a line that holds its format and the joints' names as JSON. Then come blocks of
-up to a second or so, each with its length in four bytes: columns of whole numbers (microseconds,
-billionths of a radian or metre, ten-thousandths of a newton metre), as differences from state to
-state, their bytes sorted by weight and packed by zlib. A block that a crash tore off is not read.
+The file begins with a line that holds its format, the joints' names, and what the last digit of
+each number is worth, as JSON. Then come blocks of up to a second or so, each with its length in
+four bytes: columns of whole numbers as differences from state to state, their bytes sorted by
+weight and packed by zlib. A block that a crash tore off is not read.
+
+Noise cannot be packed: each digit below an arm's noise would cost as much as one above. So the last
+is worth a tenth of a micrometre at a metre, and less than a joint's torque sensor tells.
 """
 
 import json
@@ -21,12 +24,16 @@ from .csv_files import RecordingError
 
 __all__ = ["KeptStates", "KeptStream", "next_file", "read_kept"]
 
-FORMAT = "mukca-stream-1"
+FORMAT = "mukca-stream-2"
+FORMAT_1 = "mukca-stream-1"
+"""Files of this format do not say what their digits are worth."""
 ENDING = ".stream"
 BLOCK = 1000
 """States in a block at most."""
-_STAMP, _POSITION, _EFFORT = 1e-6, 1e-9, 1e-4
-"""What the last digit of each number is worth [s], [rad] or [m], [N m]."""
+DIGITS = (1e-6, 1e-7, 1e-3)
+"""What the last digit of a stamp, a position and an effort is worth [s], [rad] or [m], [N m]."""
+DIGITS_1 = (1e-6, 1e-9, 1e-4)
+"""The same in files of the older format."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +70,7 @@ class KeptStream:
         self._count = len(joints)
         try:
             self._stream = file.open("xb", buffering=0)
-            head = json.dumps({"format": FORMAT, "joints": list(joints)})
+            head = json.dumps({"format": FORMAT, "joints": list(joints), "digits": DIGITS})
             self._stream.write(head.encode() + b"\n")
         except OSError as error:
             raise RecordingError(f"{file}: cannot be written: {error.strerror}") from None
@@ -73,11 +80,12 @@ class KeptStream:
 
         Where the disk is full, :attr:`trouble` says so, and no more is kept: a session goes on.
         """
+        second, radian, newton_metre = (1 / digit for digit in DIGITS)
         try:
-            row = [round(state.stamp / _STAMP), connection, state.effort is not None]
-            row += [round(value / _POSITION) for value in state.position]
+            row = [round(state.stamp * second), connection, state.effort is not None]
+            row += [round(value * radian) for value in state.position]
             efforts = state.effort or (0.0,) * self._count
-            row += [round(value / _EFFORT) for value in efforts]
+            row += [round(value * newton_metre) for value in efforts]
         except (ValueError, OverflowError):  # NaN, infinity
             return
         if len(row) != 3 + 2 * self._count or not all(-(1 << 62) < n < 1 << 62 for n in row):
@@ -141,8 +149,8 @@ def read_kept(file: Path) -> KeptStates:
         place = data.find(b"\n") + 1
         described = json.loads(data[:place])
         joints = tuple(map(str, described["joints"]))
-        if described["format"] != FORMAT:
-            raise ValueError
+        given = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}[described["format"]]
+        stamp, position, effort = map(float, given)
         columns = 3 + 2 * len(joints)
         blocks = [np.empty((0, columns), np.int64)]
         while place + 4 <= len(data):
@@ -158,8 +166,8 @@ def read_kept(file: Path) -> KeptStates:
     m = len(joints)
     return KeptStates(
         joints,
-        numbers[:, 0] * _STAMP,
-        numbers[:, 3 : 3 + m] * _POSITION,
-        numbers[:, 3 + m :] * _EFFORT if len(rows) and rows[:, 2].all() else None,
+        numbers[:, 0] * stamp,
+        numbers[:, 3 : 3 + m] * position,
+        numbers[:, 3 + m :] * effort if len(rows) and rows[:, 2].all() else None,
         rows[:, 1],
     )

@@ -4,6 +4,7 @@
 words            meaning
 ===============  ================================================================================
 GO ON?           a recording is continued: is it the right one?
+WHICH?           a sample's number is being typed, so space would not capture
 WAIT             the stream cannot be trusted now
 SOCKET 1 NOW     this socket has enough, or the ball is to be moved over: put it into socket 1
 ENOUGH           nothing more is needed at this placement
@@ -50,6 +51,8 @@ class Moment:
     hands_free: bool = False
     paused: bool = False
     """Hands free: whether a key is waited for."""
+    prompt: str = ""
+    """What is being typed; keys do not capture meanwhile."""
     asking: bool = False
     """Whether the operator is asked about what is continued."""
     capture_key: str = "space"
@@ -82,7 +85,9 @@ def _before_all(now: Moment) -> Readiness | None:
     session = now.session
     key = now.capture_key
     if now.asking:
-        return Readiness("GO ON?", _NEXT, "y: the base stands as it did   n: new placement")
+        return Readiness("GO ON?", _NEXT, "y: go on   n: new placement   q: leave")
+    if now.prompt:
+        return Readiness("WHICH?", _NEXT, now.prompt)
     if now.trouble or now.position is None:
         return Readiness("WAIT", _BAD, now.trouble or "no state yet")
     if now.got is not None:

@@ -246,7 +246,7 @@ class Recorder:
         """Return what the operator's next step follows from."""
         session, rest, latest = self._desk.session, self.watch.rest, self.watch.latest
         advice, here = self._consultation.advice, self._consultation.here
-        got = self._got
+        got, prompt = self._got, self._controls.prompt
         return Moment(
             session,
             position=rest.position if rest else latest and latest.position,
@@ -260,6 +260,7 @@ class Recorder:
             doubt=self._desk.doubt(rest) if rest and self.hands_free else None,
             hands_free=self.hands_free,
             paused=self._controls.paused,
+            prompt=prompt.text if prompt else "",
             asking=self._controls.asking,
         )
 
@@ -269,7 +270,6 @@ class Recorder:
             return
         self._next_frame = now + FRAME
         latest = self.watch.latest
-        prompt = self._controls.prompt
         view = View(
             session=self._desk.session,
             title=self.title,
@@ -282,7 +282,6 @@ class Recorder:
             drops=self.stream.drops,
             discarded=self.stream.rejected,
             card=tuple(self.card) if self._controls.asking else (),
-            prompt=prompt.text if prompt else "",
             help=self._controls.help,
             scripted=self.script is not None,
         )

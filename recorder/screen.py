@@ -16,14 +16,14 @@ __all__ = ["render", "rows_needed"]
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 HELP = """\
-space, a    capture: average the last moment, in which the arm must be still
-d, u        undo the last capture; its line stays in the file, marked
-r           redo: bring the capture again that was taken back last
-x, l        take back, or give another socket to, a sample by its number
+space, a    capture; the arm must be still
+d, u        undo the last capture; its line stays, marked
+r           redo: bring again what was taken back last
+x, l        delete, or relabel, a sample by its number
 s           next socket; 0 to 9 go to that socket
 q           finish; everything is on the disk already
-n           new placement, once a sample shows that the base has moved
-?           this help; any key leaves it, and does what it does
+n           new placement, if a sample shows a moved base
+?           this help; any key leaves it, and does its work
 
 Guide the arm with the ball in the socket, turn and tilt it as far as it goes,
 let go where the arm holds itself, and capture. Vary every joint: ticks on the
@@ -78,7 +78,7 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     facts = [*facts, _stream(view)][: 0 if view.help else max(0, spare - 2)]
     large = banner(view.ready.words, view.ready.colour, width)
     counts = _counts(view.session, width)
-    top = [*title, *large, _status(view), counts, *facts]
+    top = [*title, *large, _status(view, width), counts, *facts]
     room = height - len(top) - len(keys)
     middle = _help(width) if view.help else _middle(view, width, room)
     return [*top, *(middle + [Text()] * room)[:room], *keys]
@@ -89,10 +89,12 @@ def _title(view: View, width: int) -> Text:
     return Text(_fit(words, width).ljust(width), style="reverse")
 
 
-def _status(view: View) -> Text:
+def _status(view: View, width: int) -> Text:
     """The banner's words again with the reason, and the socket that is active."""
-    text = view.prompt or view.ready.text
-    return Text(f" SOCKET {view.session.socket}  {text}", style="bold")
+    start, text = f" SOCKET {view.session.socket}  ", view.ready.text
+    if len(start + text) > width:  # the words stand in the banner
+        text = view.ready.reason
+    return Text(start + text, style="bold")
 
 
 def _gauge(view: View, width: int) -> Text:
@@ -144,10 +146,10 @@ def _stream(view: View) -> Text:
 def _middle(view: View, width: int, room: int) -> list[Text]:
     """Joints, last captures and messages, as many as there is room for."""
     joints = _joints(view, width)
-    room -= len(joints)
     if view.card:
         lines = [part for line in view.card for part in textwrap.wrap(line, width - 2)]
-        return [*joints, *(Text(f" {line}", style="bold") for line in lines)]
+        return [*(Text(f" {line}", style="bold") for line in lines), *joints]
+    room -= len(joints)
     hint = _hint(view, width) if room > 2 else []
     hint = hint[: max(0, room - 2)]
     messages = _messages(view.session, width, max(2, min(room // 2, room - len(hint))))

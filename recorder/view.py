@@ -34,8 +34,6 @@ class View:
     """Messages that the driver could not use."""
     card: tuple[str, ...] = ()
     """What is continued, while the operator is asked about it."""
-    prompt: str = ""
-    """A line that is being typed."""
     help: bool = False
     """Whether to show the help in place of joints and captures."""
     scripted: bool = False

@@ -39,7 +39,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 FIRST = (
     "tools/recording/test_guided.py",
     "tools/test_insertion.py",
-    "tools/test_record.py",
+    "tools/recording/test_in_terminal.py",
     "tools/test_emulated_arms.py",
     "recorder/test_kill.py",
 )

@@ -5,7 +5,16 @@ from functools import cache
 import trimesh
 from mesh_checks import load_stl
 
-from mukca.tools.printables import MOUNTS, BallPart, BoltCircle, Grip, Part, SocketBase, encode
+from mukca.tools.printables import (
+    MOUNTS,
+    AnchoredBase,
+    BallPart,
+    BoltCircle,
+    Grip,
+    Part,
+    SocketBase,
+    encode,
+)
 from mukca.tools.printables.parts import ball_part, base_part
 
 BASES: dict[str, SocketBase] = {
@@ -24,6 +33,7 @@ BASES: dict[str, SocketBase] = {
     "loose": SocketBase(clearance=1.0),
     "low": SocketBase(height=23),
     "high": SocketBase(height=60),
+    "anchored": AnchoredBase(arm="so101", width=80, front=45),
     "odd": SocketBase(distance=61.803, ball=19.05, clearance=0.37, height=33.3),
 }
 

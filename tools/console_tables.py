@@ -10,8 +10,8 @@ from rich.table import Table
 
 from ..solver.data.metrics import Metrics
 from ..solver.robot.parameters import COMPONENTS
+from .documents.arms import FramePose
 from .documents.calibration import (
-    FramePose,
     ParameterValue,
     PlacementErrors,
     Role,
@@ -88,9 +88,16 @@ def frame_lines(frames: Sequence[FramePose]) -> list[str]:
     for frame in frames:
         off = ""
         if frame.socket_error is not None:
-            off = f"; its {frame.sockets} sockets are {_mm(frame.socket_error)} mm off (rms)"
+            sockets = f"{frame.sockets} socket{'s are' if frame.sockets > 1 else ' is'}"
+            off = f"; its {sockets} {_mm(frame.socket_error)} mm off (rms)"
         if frame.name == "base":
             lines.append(f"Frame base: the robot's own{off}.")
+            continue
+        if not frame.turn_known:
+            lines.append(
+                f"Frame {frame.name}: direction unknown{off}; it needs three places or more that "
+                "are not on one line."
+            )
             continue
         place = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
         turned = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)

@@ -5,13 +5,20 @@ configurations within its limits, its last link tilted away from the vertical by
 printed socket allows. What is written down are the joint positions that put the *true* ball there.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..recorder.dataset import Placement, Sample
-from ..solver.auto.deflection import TILT, Deflection
+from ..solver.auto.deflection import (
+    COMPLIANCE,
+    ELASTICITY,
+    TILT,
+    TRANSMISSION,
+    Deflection,
+    coefficient_names,
+)
 from ..solver.auto.extended_model import extend
 from ..solver.calibrated import CalibratedRobot
 from ..solver.data.measurements import check_distance
@@ -41,6 +48,9 @@ def simulate_recordings(
     translation: float = 2e-3,
     rotation: float = 5e-3,
     noise: float = 5e-5,
+    compliance: float = 0.0,
+    tilt: float = 0.0,
+    transmission: float = 0.0,
     distance: float = 0.05,
 ) -> tuple[CalibratedRobot, list[Placement]]:
     """Draw an arm that differs from its model, and record it at several placements.
@@ -58,10 +68,16 @@ def simulate_recordings(
         translation: Standard deviation of the true joint origins from the model's [m].
         rotation: The same of their roll, pitch and yaw [rad].
         noise: Standard deviation of the ball's place in its socket, per axis [m].
+        compliance: How far joints twist under load, at most; each is drawn evenly from zero up to
+            this [rad/(N m)]. Arms with harmonic drives have some 5e-5.
+        tilt: The same about the two axes across each joint's own; some 3e-5.
+        transmission: Standard deviation of each coefficient of the transmission error [rad]; some
+            2e-4.
         distance: Between the centres of the two sockets [m].
 
     Returns:
-        The true robot, whose ``ball(q)`` says where the ball really is; and the placements.
+        The true robot, whose ``ball(q)`` says where the ball really is, on an arm that bends to
+        some 0.01 mm; and the placements.
 
     Raises:
         UsageError: A number that cannot be.
@@ -74,6 +90,9 @@ def simulate_recordings(
         ("translation", translation, 0),
         ("rotation", rotation, 0),
         ("noise", noise, 0),
+        ("compliance", compliance, 0),
+        ("tilt", tilt, 0),
+        ("transmission", transmission, 0),
     ):
         if not least <= value < np.inf:
             raise UsageError(f"{name} {value}: give a number of at least {least}")
@@ -82,10 +101,25 @@ def simulate_recordings(
     bases = reachable_bases(arm, places, placements, check_distance(distance))
     parameters = choose_parameters(robot)
     values = arm.origins.ravel()[[p.index for p in parameters]]
+    sizes = {COMPLIANCE: compliance, TILT: tilt, **dict.fromkeys(TRANSMISSION, transmission)}
+    how = Imperfection(noise, _deflection(robot, arms, sizes))
     return (
-        CalibratedRobot(robot, parameters, values),
-        [record(arm, base, hands, samples=samples, noise=noise) for base in bases],
+        CalibratedRobot(robot, parameters, values, how.deflection),
+        [record(arm, base, hands, samples=samples, imperfection=how) for base in bases],
     )
+
+
+def _deflection(
+    robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
+) -> Deflection:
+    """Return elasticity and transmission error of such sizes, without those of size zero."""
+    kept = {extension: size for extension, size in sizes.items() if size}
+    drawn: list[np.ndarray] = []
+    for extension, size in kept.items():
+        count = len(coefficient_names(extension, robot.joint_names))
+        elastic = extension in ELASTICITY
+        drawn.append(size * (generator.random(count) if elastic else generator.normal(size=count)))
+    return Deflection(tuple(kept), tuple(drawn))
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,9 @@ ROOMS = {
     "tools": "Tools: options, files and reports",
 }
 MESSAGES = "<!-- every message -->"
+BY_HAND = "<!-- where the site has them -->"
 EXAMPLES = "<!-- every example -->"
+SAID = {"Finding", "MissingExtra", "warn"}
 BARE = {"ValueError", "TypeError", "RuntimeError", "OSError", "AttributeError", "AssertionError"}
 
 
@@ -34,7 +36,8 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     markdown = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples.md#\1)", markdown)
     markdown = re.sub(r"\[([^\]]+)\]\(\.\./([^)#]+)\)", _outside, markdown)
     if MESSAGES in markdown:
-        markdown = markdown.replace(MESSAGES, "\n".join(_messages()))
+        before, _, after = markdown.partition(MESSAGES)
+        markdown = before.partition(BY_HAND)[0] + "\n".join(_messages()) + after
     if EXAMPLES in markdown:
         markdown = markdown.replace(EXAMPLES, "\n".join(_examples()))
     return markdown
@@ -54,22 +57,24 @@ def _messages() -> Iterator[str]:
         for file in sorted((ROOT / room).rglob("*.py")):
             if "emulators" in file.parts:
                 continue
-            texts = list(dict.fromkeys(_raised(ast.parse(file.read_text()))))
+            texts = list(dict.fromkeys(_told(ast.parse(file.read_text()))))
             if texts:
                 yield f"\n**{file.relative_to(ROOT)}**\n"
             for text in texts:
                 yield f"- {_safe(text)}"
 
 
-def _raised(tree: ast.AST) -> Iterator[str]:
-    """Yield the message of every error that the code raises for users."""
+def _told(tree: ast.AST) -> Iterator[str]:
+    """Yield what the code says to users: errors, warnings, and findings with their advice."""
+    raised = {id(node.exc) for node in ast.walk(tree) if isinstance(node, ast.Raise)}
     for node in ast.walk(tree):
-        if not (isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call)):
+        if not isinstance(node, ast.Call):
             continue
-        name = ast.unparse(node.exc.func)
-        words = [text for argument in node.exc.args if (text := _text(argument))]
-        if name not in BARE and words and len(words[-1]) > 12:
-            yield words[-1]
+        name = ast.unparse(node.func).rpartition(".")[2]
+        said = id(node) in raised or name.endswith("Error") or name in SAID
+        words = [text for argument in node.args if (text := _text(argument))]
+        if name not in BARE and said and words and len(words[-1]) > 12:
+            yield "; ".join(words[-2:]) if name == "Finding" else words[-1]
 
 
 def _text(node: ast.expr) -> str:

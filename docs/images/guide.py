@@ -23,7 +23,7 @@ from mukca.recorder.view import View
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.inverse_kinematics import Guide
 from mukca.tools.recording.beside import goal_for
-from mukca.tools.recording.coach import LEAST, SHARE, Coach
+from mukca.tools.recording.coach import SHARE, Coach
 from mukca.tools.recording.opening import joints_of
 from mukca.tools.simulated_arms import Base, perturb
 
@@ -38,7 +38,7 @@ def main() -> None:
     coach, guide = Coach(robot, 0.05, goal_for(robot)), Guide(arm)
     session, advice = Session(joints_of(robot)), None
     console = Console(record=True, width=COLUMNS, file=io.StringIO())
-    for number in range(1, SHARE + LEAST + 1):
+    for number in range(1, 2 * SHARE + 1):
         socket = 0 if number <= SHARE else 1
         session = session if session.socket == socket else session.switched(socket)
         q = np.array(advice.target) if advice and advice.target else None
@@ -80,7 +80,7 @@ def seated(
 def draw(console: Console, session: Session, advice: Advice | None, q: np.ndarray) -> None:
     moment = Moment(
         session, tuple(q.tolist()), leave=bool(advice and advice.leave),
-        enough=bool(advice and advice.enough),
+        enough=advice.why_enough if advice else "",
     )  # fmt: skip
     title = "panda  data/front  sockets 50 mm  franka:172.16.0.2"
     view = View(session, title, readiness(moment), tuple(q.tolist()), advice, 1000.0, 0.001)

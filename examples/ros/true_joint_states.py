@@ -28,8 +28,8 @@ class TrueJointStates(Node):
     def correct(self, message: JointState) -> None:
         """Publish where the joints of a message truly are."""
         names = self.calibrated.robot.joint_names
-        if not set(names) <= set(message.name):
-            return  # a gripper's, or another arm's
+        if not set(names) <= set(message.name[: len(message.position)]):
+            return  # a gripper's, another arm's, or of speeds alone
         places = [message.name.index(name) for name in names]
         read = [message.position[i] for i in places]
         for i, true in zip(places, self.calibrated.true_positions(read), strict=True):

@@ -13,7 +13,7 @@ from ..data.frames import IDENTITY, Pose
 from ..robot.kinematics import workspace
 from .posterior import World
 
-__all__ = ["Between", "between"]
+__all__ = ["UNSEEN", "Between", "between"]
 
 UNSEEN = 0.1
 """A turn that is not known to this is not known at all [rad]."""

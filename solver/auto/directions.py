@@ -26,6 +26,10 @@ CANNOT_SEE = (
     "calibration",
 )
 """What no recording of a ball in sockets can tell."""
+BASE_TURNS = (
+    "the base frame: the sockets measured in it leave it a turn; measure three or more that are "
+    "not on one line"
+)
 BASE_OF_POINTS = "the base frame: where the instrument stands in it was not measured"
 BASE = "the base frame"
 SCALE = "the scale of all lengths (a longer base, or known distances, would tell it)"
@@ -104,8 +108,8 @@ def cannot_see(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ..
         weak: What these in particular do not tell, see :func:`weak_directions`.
     """
     base, flange = CANNOT_SEE
-    if posterior.data.anchored and not any(one.text == BASE for one in weak):
-        return (flange,)
+    if posterior.data.anchored:
+        return (BASE_TURNS, flange) if any(one.text == BASE for one in weak) else (flange,)
     return (base if posterior.data.labels else BASE_OF_POINTS, flange)
 
 

@@ -23,7 +23,7 @@ from .bounded import bounded_step
 from .deflection import ELASTICITY, EXTENSIONS
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
-from .noise import INFORMATION, NEGLIGIBLE, NU, Noise
+from .noise import INFORMATION, NEGLIGIBLE, NU, SMALLEST, Noise
 from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
 from .objective import (
     Objective,
@@ -43,6 +43,8 @@ __all__ = ["estimate", "estimate_all", "gauss_newton"]
 MAX_ITERATIONS = 150
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
+SETTLED_EXACT = 1e-4
+"""The same where the data are exact: steps along what they hardly show still count then."""
 RELEASES = 15
 """For so many iterations, elasticity that is held at zero may leave it. One that gains nothing
 could otherwise come and go forever."""
@@ -96,7 +98,8 @@ def estimate_all(
             step = gauss_newton(objective, state, release=iteration < RELEASES)
             state, change = _advance(objective, state, step)
             iterates.append(state.x)
-            if change >= SETTLED:
+            noisy = any(noise.space > SMALLEST for noise in state.noises)
+            if change >= (SETTLED if noisy else SETTLED_EXACT):
                 continue
             pruned = _without_negligible(objective, state)
             if pruned is not state:

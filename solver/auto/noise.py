@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["INFORMATION", "NEGLIGIBLE", "NU", "Noise"]
+__all__ = ["INFORMATION", "NEGLIGIBLE", "NU", "SMALLEST", "Noise"]
 
 NU = 5.0
 """Degrees of freedom of Student's t distribution of the errors. Unlike a Gaussian it expects a

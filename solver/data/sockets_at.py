@@ -81,7 +81,7 @@ def _rows(file: Path) -> list[SocketAt]:
         raise FrameError(f"{file}: cannot be read as text; write it as CSV") from None
     kept = [(i, line) for i, line in enumerate(lines, 1) if line.split("#")[0].strip()]
     if not kept:
-        raise FrameError(f"{file}: empty; expected the header {_HEADER}")
+        raise FrameError(f"{file}: empty; expected a CSV file with the header {_HEADER}")
     scales = _scales(file, *kept[0])
     rows: list[SocketAt] = []
     line_of: dict[tuple[str, str], int] = {}
@@ -107,7 +107,7 @@ def _scales(file: Path, line: int, text: str) -> list[float]:
     cells = [_COLUMN.fullmatch(cell.strip()) for cell in next(csv.reader([text]))]
     names = [None if cell is None else cell[1] for cell in cells]
     if names != list(COLUMNS):
-        raise FrameError(f"{file}:{line}: expected the header {_HEADER}")
+        raise FrameError(f"{file}:{line}: expected a CSV file with the header {_HEADER}")
     units = [cell[2] for cell in cells[2:] if cell is not None]
     for name, unit in zip(COLUMNS[2:], units, strict=True):
         if unit not in UNITS:

@@ -11,7 +11,7 @@ from .kinematics import rotation_rpy
 from .urdf import Robot
 from .urdf_text import ModelError, Origin, add_ball, scan, set_origins
 
-__all__ = ["Placed", "joined_urdf", "rpy_of"]
+__all__ = ["Placed", "joined_urdf", "pose_of", "rpy_of"]
 
 WORLD = "world"
 
@@ -119,7 +119,7 @@ def _to_base(one: Placed, root: str) -> Pose:
                 f"{one.name}: joint {joint.get('name')!r} moves the base link {one.robot.base!r}; "
                 "one URDF with all robots needs a base that stands"
             )
-        pose = _after(_pose(origins[str(joint.get("name"))]), pose)
+        pose = _after(pose_of(origins[str(joint.get("name"))]), pose)
         link = _link(joint, "parent")
     return pose
 
@@ -157,7 +157,7 @@ def _in_one_file(robots: Sequence[Placed]) -> bytes:
         if one.robot is not first:
             before = _chain(one, shared)
             moved = _after(_after(before.inverse(), one.pose), before)
-            own = _after(moved, _pose(_origin_of(origins[shared])))
+            own = _after(moved, pose_of(_origin_of(origins[shared])))
             origins[shared] = (*own.translation, *rpy_of(own.rotation))
         for joint, numbers in zip(one.robot.joints, origins, strict=True):
             changed[joint.name] = _origin_of(numbers)
@@ -168,11 +168,11 @@ def _chain(one: Placed, count: int) -> Pose:
     """Return the pose after the first joints of a chain, none of which moves."""
     pose = Pose(np.eye(3), np.zeros(3))
     for numbers in one.origins[:count]:
-        pose = _after(pose, _pose(_origin_of(numbers)))
+        pose = _after(pose, pose_of(_origin_of(numbers)))
     return pose
 
 
-def _pose(origin: Origin) -> Pose:
+def pose_of(origin: Origin) -> Pose:
     """Return a joint's origin as a pose."""
     return Pose(np.array(rotation_rpy(origin.rpy).full()), np.array(origin.xyz))
 

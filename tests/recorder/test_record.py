@@ -434,6 +434,25 @@ def test_a_folder_that_is_renamed_meanwhile_takes_no_more(by_hand, tmp_path: Pat
     assert "was moved, renamed or replaced" in seen.alarms[0]
 
 
+def test_a_moved_base_is_left_for_a_new_placement(by_hand) -> None:
+    """The sample that showed it is taken back first; without one, the key does nothing."""
+
+    def jumped(samples: Sequence[Sample]) -> str | None:
+        return "has the base moved? n: new placement" if len(samples) == 2 else None
+
+    typed = (0.5, "a"), (1.2, "n"), (2.5, "a"), (3.0, "n"), (6.0, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, check=jumped)
+    assert outcome.elsewhere and [s.number for s in outcome.session.live] == [1]
+    assert "n is for a base that moved" in seen.alarms[0]
+    assert "has the base moved?" in seen.alarms[1]
+
+
+def test_nothing_is_captured_while_a_number_is_typed(by_hand) -> None:
+    typed = (0.5, "a"), (1.6, "x"), (9.0, "qq")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, hands_free=True)
+    assert len(outcome.session.live) == 1 and "WHICH?" in words_of(seen)
+
+
 def test_a_captured_sample_is_one_tone_a_refused_two_and_the_end_three(by_hand) -> None:
     source = arm(speed=1.0)
     assert by_hand(source, (0.5, "a"), (1.8, "q"))[1].bells == 1
@@ -446,7 +465,10 @@ def test_other_keys_can_capture_and_numbers_are_typed(by_hand) -> None:
     typed = (0.5, "+"), (2.0, "+"), (3.0, "x1"), (3.1, "q"), (3.2, "l2 1"), (3.3, "\r"), (3.5, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, keys=keys)
     assert outcome.session.counts == (1, 1)
-    assert any("delete sample: 1_" in view.prompt for view in seen.views)
+    assert any(
+        view.ready.words == "WHICH?" and "delete sample: 1_" in view.ready.reason
+        for view in seen.views
+    )
 
 
 class Adviser:

@@ -16,6 +16,7 @@ from mukca.recorder.screen import HELP, render, rows_needed
 from mukca.recorder.session import JointLimits, Session
 from mukca.recorder.view import View
 
+MOMENT = ("trouble", "moving", "push", "got", "asking", "prompt")
 JOINTS = tuple(JointLimits(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
 
 
@@ -33,7 +34,7 @@ def view(made: Session | None = None, **more: object) -> View:
     """A view; what to do now follows from what a moment may say."""
     made = made or session()
     position = more.pop("position", (0.3,) * len(made.joints))
-    said = {f: more.pop(f) for f in ("trouble", "moving", "push", "got") if f in more}
+    said = {f: more.pop(f) for f in MOMENT if f in more}
     ready = readiness(Moment(made, position, **said))  # pyright: ignore
     facts = {"position": position, "rate": 1000.0, "age": 0.002, **more}
     return View(made, "panda  mock:hand  data/front", ready, **facts)  # pyright: ignore
@@ -116,11 +117,33 @@ def test_all_that_is_needed_is_on_80_by_24(plain: bool) -> None:
         ({"age": 3.21}, "last state 3.2 s ago"),
         ({"scripted": True}, "keys by script"),
         ({"help": True}, "undo the last capture"),
+        ({"prompt": "delete sample: 1_"}, "WHICH?: delete sample: 1_"),
         ({"position": None}, "panda_joint1"),
     ],
 )
 def test_what_holds_now_is_said(more: dict[str, object], says: str) -> None:
     assert any(says in line for line in drawn(view(**more)))
+
+
+def test_what_is_continued_is_asked_in_a_small_window_too() -> None:
+    card = (
+        "Continues 2 in socket 0, 1 in socket 1; the last 2026-11-22 02:33; in /data/arm/front",
+        "Sockets 50 mm apart. The ball was last in socket 1.",
+        "Has the base not moved since?",
+    )
+    shown = " ".join(" ".join(drawn(view(asking=True, card=card), 60, 14)).split())
+    assert "y: go on n: new placement q: leave" in shown
+    assert all(line in shown for line in card)
+
+
+def test_a_long_reason_has_the_line_to_itself() -> None:
+    reason = "the arm stands where it stood for sample 2 in socket 1"
+    assert any(reason[:46] in line for line in drawn(view(trouble=reason), 60, 14))
+    assert any(f"WAIT: {reason}" in line for line in drawn(view(trouble=reason), 80, 24))
+
+
+def test_the_keys_in_the_help_fit_60_columns() -> None:
+    assert all(len(line) < 60 for line in HELP.partition("\n\n")[0].splitlines())
 
 
 def test_all_of_the_help_is_on_80_by_24() -> None:

@@ -98,7 +98,9 @@ def test_check_and_info_name_the_points(measured: Path, capsys: pytest.CaptureFi
 @pytest.mark.parametrize(
     ("header", "row", "words"),
     [
-        ("a,b,y,x,z", "0,0,0,0,0", "points.csv:1: expected a header of the joints' names"),
+        ("a,b,x,y", "0,0,0,0", "points.csv:1: expected a header of the joints' names"),
+        ("a,b,x,y,z,z", "0,0,0,0,0,0", "points.csv:1: expected a header of the joints' names"),
+        ("a,b,x [in],y,z", "0,0,0,0,0", r"points.csv:1: column x has unit 'in'; known are \[m\]"),
         ("a,b,x,y,z", "0,0,0,0", "points.csv:2: 4 columns where 5 are expected"),
         ("a,b,x,y,z", "0,0,0,0,nan", "points.csv:2: column 5 is nan"),
     ],
@@ -109,6 +111,14 @@ def test_a_malformed_file_is_refused_by_line(
     (tmp_path / "points.csv").write_text(f"{header}\n{row}\n")
     with pytest.raises(RecordingError, match=words):
         read_placement(tmp_path)
+
+
+def test_columns_stand_in_any_order_and_units_in_the_header(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text("z [mm],a [deg],b,x,y [mm]\n300,180,2,0.1,200\n")
+    (sample,) = read_placement(tmp_path).samples
+    assert sample.position == pytest.approx((np.pi, 2)) and sample.point is not None
+    assert sample.point == pytest.approx((0.1, 0.2, 0.3))
+    assert read_placement(tmp_path).joint_names == ("a", "b")
 
 
 def test_the_papers_method_refuses_points(

@@ -80,7 +80,14 @@ def test_info_goes_on_after_an_empty_recording(
     assert empty["joints"] == ["shoulder", "rail"]
 
 
-@pytest.mark.parametrize("metadata", ['{"units": 5, "sessions": 3}', '{"units": ["m"]}', "{}"])
+@pytest.mark.parametrize(
+    "metadata",
+    [
+        '{"units": 5, "sessions": 3, "changes": [7, {"distance": 3}]}',
+        '{"units": ["m"], "changes": {"distance": [null, "far"]}}',
+        "{}",
+    ],
+)
 def test_info_bears_any_metadata(
     recorded: Path, capsys: pytest.CaptureFixture[str], metadata: str
 ) -> None:

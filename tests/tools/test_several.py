@@ -1,8 +1,10 @@
 """Several robots on the command line: whose placements, what is written, what is wrong."""
 
 import json
+import shlex
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +14,15 @@ from mukca.recorder.convert import write_holes
 from mukca.solver.data.frames import Pose, turn
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.cli import main
+from mukca.tools.documents.arms import ArmsDocument, GivenArm
+from mukca.tools.documents.calibration import PlacementSamples
+from mukca.tools.report.figures.commands import record_command, solve_command
 from mukca.tools.simulated_arms import Base, perturb
 from mukca.tools.simulated_worlds import recorded_by_both
 
 ROBOTS = ["--robot", "left=panda", "--robot", "right=ur5e", "--without", "compliance", "tilt"]
 ROBOTS += ["transmission", "joint-noise"]
+ARM_OPTIONS = {"base": None, "tip": "ball_link", "flange": "tool0", "ball": [0, 0, 0.03]}
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +68,39 @@ def test_two_arms_are_written_each_and_together(
     assert {"arms.urdf", "arms.json", "left/calibrated.urdf", "right/calibration.json"} <= files
     right = mukca.load_robot(out / "arms.urdf", tip="right_ball_link")
     assert right.base == "world" and len(right.actuated) == 6
+    report, page = ((out / "right" / f"report.{kind}").read_text() for kind in ("json", "html"))
+    assert page.count("arm model-0") == page.count("arm model-1") == 4  # two views of two bases
+    assert "<ellipse" in page and pose["text"] in page
+    again = shlex.split(json.loads(report)["command"])
+    main([*again[1:], "--json"])
+    assert json.loads(capsys.readouterr().out)["left_to_right"]["xyz"] == pose["xyz"]
+
+
+def test_the_next_recording_is_of_the_same_arm() -> None:
+    """So are the other commands of the report: they run as they are printed."""
+    rows = tuple(
+        PlacementSamples(name=name, role="train", distance=0.05, files=(f"s/{name}/a",), samples=())
+        for name in ("left/front", "left/side")
+    )
+    given = [
+        GivenArm(name=n, robot=r, options=o, train=(f"s/{n}/front",), test=(), postures=[])
+        for n, r, o in (("left", "panda", {"tip": "hand"}), ("right", "my.urdf", ARM_OPTIONS))
+    ]
+    arms = ArmsDocument(robots=("left", "right"), between={}, frames=(), arms=tuple(given))
+    document = SimpleNamespace(
+        data=rows,
+        robot="panda",
+        method="auto",
+        settings=given[0].options,
+        arm_name="left",
+        arms=arms,
+    )
+    assert record_command(document).endswith("--robot-name left --out s/left/another")
+    assert solve_command(document, moved={"left/side": None}) == (
+        "mukca solve left:s/left/front right:s/right/front --robot left=panda --robot "
+        "right=my.urdf --tip left=hand --tip right=ball_link --flange right=tool0 --ball 0 0 0.03 "
+        "--method auto --out calibrated-again"
+    )
 
 
 def test_one_base_is_said_in_words(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:

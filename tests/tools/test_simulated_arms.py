@@ -97,6 +97,25 @@ def test_simulated_recordings_come_with_the_truth(panda) -> None:
     assert not np.array_equal(other.values, truth.values)
 
 
+def test_a_simulated_arm_may_bend_in_three_axes_and_turn_unevenly(panda) -> None:
+    sizes = {"compliance": 6e-5, "tilt": 3e-5, "transmission": 2e-4}
+    truth, (placement,) = mukca.simulate_recordings(panda, 1, samples=6, seed=3, noise=0, **sizes)
+    assert truth.deflection.extensions == ("compliance", "tilt", "harmonic_1", "harmonic_2")
+    for coefficients, most in zip(truth.deflection.coefficients, (6e-5, 3e-5), strict=False):
+        assert 0.5 * most < coefficients.max() < most and (coefficients >= 0).all()
+    spread = {
+        bends: max(np.linalg.norm(np.ptp(balls[placement.sockets == k], axis=0)) for k in (0, 1))
+        for bends, balls in (
+            (True, truth.ball(placement.positions)),
+            (False, truth.geometric_ball(placement.positions)),
+        )
+    }
+    # what bends the truth is the weight of links where the nominal arm has them
+    assert spread[True] < 5e-5 < 2e-4 < spread[False]
+    same, _ = mukca.simulate_recordings(panda, 1, samples=2, seed=3)
+    assert np.array_equal(same.values, truth.values)
+
+
 @pytest.mark.parametrize(
     ("numbers", "words"),
     [

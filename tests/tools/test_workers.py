@@ -114,7 +114,7 @@ def cluster(
           "--scheduler-file", str(file))  # fmt: skip
     until(file.exists)
     address = json.loads(file.read_text())["address"]
-    words = ("--nthreads", "1", "--no-nanny", "--no-dashboard")
+    words = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "60s")
     workers = [start("dask_worker", address, *words) for _ in range(2)]
     yield address, workers
     for process in started:

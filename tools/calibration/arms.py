@@ -12,12 +12,12 @@ from ...solver.auto.between import Between, between
 from ...solver.auto.posterior import World
 from ...solver.data.frames import IDENTITY, Pose
 from ...solver.robot.joined import Placed, joined_urdf, rpy_of
-from ..documents.arms import ArmsDocument, BaseToBase
+from ..documents.arms import ArmsDocument, BaseToBase, GivenArm
 from ..documents.files import encode
 from ..files import refuse_existing, write_files
 from .calibration import Calibration, DistortedError
 from .figures import summarise
-from .frames import frame_poses
+from .frames import frame_poses, postures, visited_sockets
 
 __all__ = ["ArmsCalibration"]
 
@@ -33,6 +33,9 @@ class ArmsCalibration(Mapping[str, Calibration]):
     def __init__(self, calibrations: Mapping[str, Calibration], world: World) -> None:
         self._calibrations = dict(calibrations)
         self._world = world
+        for name, one in calibrations.items():
+            document = msgspec.structs.replace(one.document, arm_name=name, arms=self.document)
+            self._calibrations[name] = Calibration(document, one.calibrated)
 
     def __getitem__(self, name: str) -> Calibration:
         return self._calibrations[name]
@@ -52,6 +55,23 @@ class ArmsCalibration(Mapping[str, Calibration]):
             robots=names,
             between={f"{one.names[0]}_to_{one.names[1]}": _base_to_base(one) for one in pairs},
             frames=frame_poses(self._world),
+            arms=tuple(self._given(name) for name in names),
+            sockets=visited_sockets(self._world),
+        )
+
+    def _given(self, name: str) -> GivenArm:
+        document = self[name].document
+        train, test = (
+            tuple(row.folder for row in document.data if row.role == role)
+            for role in ("train", "test")
+        )
+        return GivenArm(
+            name=name,
+            robot=document.robot,
+            options=dict(self[name].robot.loaded_with),
+            train=train,
+            test=test,
+            postures=postures(self._world, list(self).index(name)),
         )
 
     def pose(self, name: str) -> Pose:

@@ -16,11 +16,11 @@ from ...solver.data.metrics import evaluate, is_distorted
 from ...solver.fit import Fit
 from ...solver.paper.problem import REGULARIZATION
 from ...solver.robot.urdf import Robot
+from ..documents.arms import FramePose
 from ..documents.calibration import (
     FORMAT,
     CalibrationDocument,
     CarriedLoad,
-    FramePose,
     Model,
     PlacementErrors,
     Provenance,

@@ -1,14 +1,19 @@
-"""The frames of a calibration as figures: where each stands, and how well that is known."""
+"""The frames of a calibration as figures: where each stands, and how well that is known.
 
+Of several robots, also how they stood, and which sockets they visited.
+"""
+
+import casadi as ca
 import numpy as np
 
 from ...solver.auto.posterior import World
-from ...solver.data.frames import Pose
+from ...solver.data.frames import IDENTITY, Pose
 from ...solver.data.known import WORLD, Located
 from ...solver.robot.joined import rpy_of
-from ..documents.calibration import FramePose
+from ...solver.robot.kinematics import link_frames
+from ..documents.arms import FramePose, VisitedSocket
 
-__all__ = ["frame_poses"]
+__all__ = ["frame_poses", "postures", "visited_sockets"]
 
 
 def frame_poses(world: World) -> tuple[FramePose, ...]:
@@ -45,7 +50,6 @@ def _frame(world: World, name: str, located: list[Located]) -> FramePose:
 def _base(world: World, located: list[Located]) -> FramePose:
     """Return the base of the first robot, in which coordinates of sockets are known."""
     zero = (0.0, 0.0, 0.0)
-    pose = Pose(np.eye(3), np.zeros(3))
     return FramePose(
         name="base",
         xyz=zero,
@@ -54,7 +58,7 @@ def _base(world: World, located: list[Located]) -> FramePose:
         turn_deviation=zero,
         sockets=len(located),
         points=0,
-        socket_error=_error(world, pose, located),
+        socket_error=_error(world, IDENTITY, located),
     )
 
 
@@ -67,6 +71,46 @@ def _error(world: World, pose: Pose, located: list[Located]) -> float | None:
     off = centres[[one.socket for one in located]] - places
     squares: np.ndarray = np.sum(off**2, axis=1)
     return float(squares.mean()) ** 0.5
+
+
+def visited_sockets(world: World) -> tuple[VisitedSocket, ...]:
+    """Return all sockets in the first robot's base, and which robots were there."""
+    data = world.scene.arms[0]
+    visitors = [
+        tuple(
+            name
+            for name, arm in zip(world.scene.names, world.scene.arms, strict=True)
+            if k in arm.sockets
+        )
+        for k in range(data.socket_count)
+    ]
+    places = zip(data.labels, world.arms[0].centres, visitors, strict=True)
+    return tuple(
+        VisitedSocket(name=f"{placement}:{socket}", xyz=_three(centre), robots=robots)
+        for (placement, socket), centre, robots in places
+    )
+
+
+def postures(world: World, robot: int) -> list[list[list[float]]]:
+    """Return how a robot stood at each base that it shares, in the base of the first robot.
+
+    Returns:
+        Places of its joints, shape (bases, joints + 1, 3) [m].
+    """
+    arm, data, base = world.arms[robot], world.scene.arms[robot], world.scene.bases[robot]
+    pose = IDENTITY if base == WORLD else list(world.frames.values())[base]
+    others = [o.sockets for i, o in enumerate(world.scene.arms) if i != robot]
+    shared = np.isin(data.sockets, np.concatenate(others)) & (data.sockets >= 0)
+    shared_sockets: list[int] = np.unique(data.sockets[shared]).tolist()
+    first = {data.labels[k][0]: k for k in reversed(shared_sockets)}
+    origins = ca.DM(arm.model.ball.origins(arm.values).ravel())
+    found: list[list[list[float]]] = []
+    for socket in first.values():
+        row = int(np.argmax(data.sockets == socket))
+        frames = link_frames(arm.model.robot.joints, origins, ca.DM(data.positions[row]))
+        joints = np.array([np.zeros(3), *(np.array(ca.DM(p)).ravel() for _, p in frames)])
+        found.append(pose.apply(joints).round(5).tolist())
+    return found
 
 
 def _three(values: np.ndarray) -> tuple[float, float, float]:

@@ -3,7 +3,7 @@
 import argparse
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from ...recorder.dataset import Placement, find_placements, placement_name, read_placement
 from ...recorder.metadata import set_distance
@@ -39,7 +39,10 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         if not 1e-3 <= arguments.set_distance <= 10:
             raise UsageError(f"--set-distance {arguments.set_distance:g}: expected 0.001 to 10")
         for folder in folders:
-            set_distance(folder, arguments.set_distance)
+            before = set_distance(folder, arguments.set_distance)
+            if not arguments.json:
+                to = f"to {_length(arguments.set_distance)} in {folder / METADATA}"
+                terminal.say(f"distance changed from {_length(before)} {to}")
     placements = [describe(folder) for folder in folders]
     if arguments.json:
         terminal.emit({"placements": placements})
@@ -105,12 +108,13 @@ def _show(facts: dict[str, Any], terminal: Terminal) -> None:
     counts = ", ".join(f"{count} in socket {socket}" for socket, count in facts["samples"].items())
     if facts.get("kind") == "points":
         counts = f"{facts['samples']['0']} points that an instrument measured"
-    distance = facts["distance"]
-    known = "not known" if distance is None else f"{1e3 * distance:g} mm"
     taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""
     terminal.say(f"{facts['name']}: {counts or 'no sample'}{taken_back}")
     terminal.say(f"  robot      {metadata.get('robot', 'not known')}")
-    terminal.say(f"  distance   {known} between sockets 0 and 1")
+    terminal.say(f"  distance   {_length(facts['distance'])} between sockets 0 and 1")
+    changes = metadata.get("changes")
+    for change in changes if isinstance(changes, list) else []:  # pyright: ignore[reportUnknownVariableType]
+        terminal.say(f"  changed    {_change(change)}")
     terminal.say(f"  efforts    {'recorded' if facts['efforts'] else 'none'}")
     for line in _joint_lines(facts):
         terminal.say(f"  {line}")
@@ -119,6 +123,25 @@ def _show(facts: dict[str, Any], terminal: Terminal) -> None:
         terminal.say(f"  session    {_session(session)}")
     for remark in facts["remarks"]:
         terminal.warn(remark)
+
+
+def _length(distance: Any) -> str:
+    number = isinstance(distance, int | float)
+    return (
+        "not known" if distance is None else f"{1e3 * distance:g} mm" if number else f"{distance}"
+    )
+
+
+def _change(change: Any) -> str:
+    """What was corrected, and when; metadata may be written by hand, and hold anything."""
+    if not (isinstance(change, dict) and "distance" in change):
+        return str(change)  # pyright: ignore[reportUnknownArgumentType]
+    told = cast("dict[str, Any]", change)
+    lengths = told["distance"]
+    changed = " to ".join(
+        map(_length, cast("list[Any]", lengths) if isinstance(lengths, list) else [])
+    )
+    return f"distance from {changed}, {told.get('time', 'at an unknown time')}"
 
 
 def _joint_lines(facts: dict[str, Any]) -> list[str]:

@@ -9,11 +9,13 @@ from typing import Any
 
 from ..files import refuse_existing, write_files
 from ..printables import (
+    ARMS,
     BEND_LIMIT,
     FORCE,
     FORMATS,
     MOUNTS,
     SCREWS,
+    AnchoredBase,
     BallPart,
     BoltCircle,
     Grip,
@@ -22,6 +24,7 @@ from ..printables import (
     SocketBase,
     build_parts,
     encode,
+    part_names,
 )
 from ..terminal import Terminal
 
@@ -42,10 +45,15 @@ examples:
   mukca print-parts --out parts --mount franka-hand
   mukca print-parts --out parts --mount iso-50-4-m6 --distance 0.12 --bought-ball
   mukca print-parts --out parts --bolt-circle-mm 31.5 --bolts 4 --screw M5
+  mukca print-parts --out parts --mount so101 --anchor so101 --plate-mm 80 45
 """
 _MOUNT_HELP = "what holds the ball at the arm, see below (default: all of them)"
 _FORMAT_HELP = "of the files (default: stl 3mf); step needs mukca[step]"
 _DISTANCE_HELP = "between the sockets' centres, in metres (default: 0.05)"
+_PLATE_HELP = (
+    "of the arm's plate, measured: its width at its front edge, and how far that edge is from the "
+    "first joint's axis"
+)
 _GRIP_HELP = (
     "a block for a gripper: between its fingers, along their width, along their length; "
     "the ball's place then counts from the fingertips"
@@ -66,6 +74,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--distance", type=float, default=0.05, metavar="D", help=_DISTANCE_HELP)
     _add_length(add, "--height", 30.0, "of the sockets' centres above the table")
     _add_length(add, "--clearance", 0.5, "gap between ball and seat beside its pads")
+    add("--anchor", choices=ARMS, help="with a clip for this arm's own base plate")
+    add("--plate-mm", type=float, nargs=2, metavar=("WIDTH", "FRONT"), help=_PLATE_HELP)
     add = parser.add_argument_group("ball").add_argument
     _add_length(add, "--ball-diameter", 20.0, "of the ball, in all parts")
     add("--bought-ball", action="store_true", help="a cup, to glue a bearing ball into")
@@ -87,25 +97,23 @@ def _add_length(
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Build, check and write the parts."""
-    base = SocketBase(
-        distance=1000 * arguments.distance,
-        sockets=arguments.sockets,
-        ball=arguments.ball_diameter_mm,
-        clearance=arguments.clearance_mm,
-        height=arguments.height_mm,
-    )
+    base = _base(arguments)
     balls = _balls(arguments)
     if find_spec("manifold3d") is None:
         raise PrintableError(
             "the parts are cut by manifold3d, which is not installed: pip install 'mukca[print]'"
         )
     suffixes = list(dict.fromkeys(arguments.format))
-    names = [f"{part}.{suffix}" for part in (base.name, *balls) for suffix in suffixes]
+    tables: dict[str, bytes] = {}
+    if isinstance(base, AnchoredBase):
+        tables[f"sockets-at-{base.arm}.csv"] = base.sockets_at().encode()
+    names = [f"{part}.{suffix}" for part in (*part_names(base), *balls) for suffix in suffixes]
+    names += tables
     refuse_existing(arguments.out, names, force=arguments.force)
     with terminal.console.status("building and checking the parts"):
         parts = list(build_parts(base, balls))
         contents = [encode(suffix, part) for part in parts for suffix in suffixes]
-    write_files(arguments.out, dict(zip(names, contents, strict=True)))
+    write_files(arguments.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
     _describe(terminal, arguments, parts)
     if arguments.json:
         terminal.emit(
@@ -115,6 +123,24 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
             }
         )
     return 0
+
+
+def _base(arguments: argparse.Namespace) -> SocketBase:
+    if (arguments.anchor is None) != (arguments.plate_mm is None):
+        raise PrintableError(
+            "--anchor goes with --plate-mm WIDTH FRONT: the plate's size is not published"
+        )
+    lengths = {
+        "distance": 1000 * arguments.distance,
+        "sockets": arguments.sockets,
+        "ball": arguments.ball_diameter_mm,
+        "clearance": arguments.clearance_mm,
+        "height": arguments.height_mm,
+    }
+    if arguments.anchor is None:
+        return SocketBase(**lengths)
+    width, front = arguments.plate_mm
+    return AnchoredBase(arm=arguments.anchor, width=width, front=front, **lengths)
 
 
 def _balls(arguments: argparse.Namespace) -> Mapping[str, BallPart]:
@@ -165,8 +191,30 @@ def _describe(terminal: Terminal, arguments: argparse.Namespace, parts: list[Par
         terminal.say(
             f"{arguments.out / part.name} ({suffixes})   {size} mm, {facts['volume'] * 1e6:.0f} cm3"
         )
-        for line in _base_lines(facts) if "caliper" in facts else _ball_lines(facts):
+        for line in _lines(facts):
             terminal.say(f"  {line}")
+
+
+def _lines(facts: Mapping[str, Any]) -> list[str]:
+    if "caliper" in facts:
+        anchored = _anchor_lines(facts) if "sockets_in_base" in facts else []
+        return [*_base_lines(facts), *anchored]
+    if "ball" in facts:
+        return _ball_lines(facts)
+    return ["a slice of the clip: print it first, and see that it sits on the arm's plate"]
+
+
+def _anchor_lines(facts: Mapping[str, Any]) -> list[str]:
+    places = "  ".join(
+        "(" + ", ".join(f"{1000 * x:.1f}" for x in place) + ")"
+        for place in facts["sockets_in_base"]
+    )
+    return [
+        f"sockets at {places} mm in the arm's base frame: record as `anchored`, and solve with "
+        "--sockets-at and the CSV file",
+        "z counts from the arm's base frame: the second joint's axis should be "
+        f"{1000 * facts['second_axis_height']:.1f} mm above the table; add what yours is lower",
+    ]
 
 
 def _base_lines(facts: Mapping[str, Any]) -> list[str]:

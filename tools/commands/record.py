@@ -254,6 +254,7 @@ def _next_steps(outcome: "Outcome", arguments: argparse.Namespace) -> list[str]:
     robot += ["--ball", *map(repr, arguments.ball)] if arguments.ball else []
     out = str(arguments.out)
     again = ["--driver", arguments.driver, "--distance", repr(arguments.distance)]
+    again += ["--robot-name", arguments.robot_name] if arguments.robot_name else []
     again += ["--out", str(next_folder(arguments.out))]
     advised = outcome.advice.closing if outcome.advice else ()
     return [

@@ -1,9 +1,36 @@
 """What ``arms.json`` holds, and ``mukca solve --json`` adds: where several robots stand."""
 
-from .calibration import FramePose
+from typing import Any
+
+from ...solver.auto.between import UNSEEN
 from .files import Document
 
-__all__ = ["ArmsDocument", "BaseToBase"]
+__all__ = ["ArmsDocument", "BaseToBase", "FramePose", "GivenArm", "VisitedSocket"]
+
+
+class FramePose(Document, kw_only=True, frozen=True):
+    """Where a frame stands in the robot's base, as far as that is known."""
+
+    name: str
+    xyz: tuple[float, float, float]
+    """Its origin [m]."""
+    rpy: tuple[float, float, float]
+    """Its turn about the base's x, then y, then z axis [rad]."""
+    xyz_deviation: tuple[float, float, float]
+    """Standard deviation of its origin [m]."""
+    turn_deviation: tuple[float, float, float]
+    """Standard deviation of its turn about the base's x, y and z axes [rad]."""
+    sockets: int
+    """How many sockets have measured coordinates in it."""
+    points: int
+    """How many balls an instrument measured in it."""
+    socket_error: float | None
+    """Root mean square distance of those sockets from their coordinates [m]; None without any."""
+
+    @property
+    def turn_known(self) -> bool:
+        """Whether its direction is known: one or two places leave it free to turn."""
+        return max(self.turn_deviation) < UNSEEN
 
 
 class BaseToBase(Document, kw_only=True, frozen=True):
@@ -27,6 +54,33 @@ class BaseToBase(Document, kw_only=True, frozen=True):
     """All that in words."""
 
 
+class GivenArm(Document, kw_only=True, frozen=True):
+    """One of the robots: what was given of it, and how it stood."""
+
+    name: str
+    robot: str
+    """As it was named to ``mukca solve``."""
+    options: dict[str, Any]
+    """What else was said of it: base, tip, flange, ball."""
+    train: tuple[str, ...]
+    """Folders of the placements trained on."""
+    test: tuple[str, ...]
+    """Folders of those held out."""
+    postures: list[list[list[float]]]
+    """Places of its joints at a sample of each shared socket, seen from the first robot's base,
+    shape (sockets, joints + 1, 3) [m]: base first, ball last."""
+
+
+class VisitedSocket(Document, kw_only=True, frozen=True):
+    """A socket, and who was there."""
+
+    name: str
+    """Placement and number."""
+    xyz: tuple[float, float, float]
+    """In the first robot's base [m]."""
+    robots: tuple[str, ...]
+
+
 class ArmsDocument(Document, kw_only=True, frozen=True):
     """What several robots that were calibrated together have in common."""
 
@@ -36,3 +90,6 @@ class ArmsDocument(Document, kw_only=True, frozen=True):
     """By ``FIRST_to_SECOND``."""
     frames: tuple[FramePose, ...]
     """Where the frames stand in which positions were measured."""
+    arms: tuple[GivenArm, ...] = ()
+    """In the order of their names."""
+    sockets: tuple[VisitedSocket, ...] = ()

@@ -20,6 +20,7 @@ from ...solver.data.metrics import Metrics
 from ...solver.robot.parameters import all_parameters
 from ...solver.robot.urdf import parse_robot
 from ...solver.robot.urdf_text import scan
+from .arms import ArmsDocument, FramePose
 from .files import Document, DocumentError, read
 from .outlook import Outlook
 
@@ -30,7 +31,6 @@ __all__ = [
     "Coefficient",
     "Correlation",
     "CostTerms",
-    "FramePose",
     "Iteration",
     "Model",
     "PlacementErrors",
@@ -191,26 +191,6 @@ class Uncertainty(Document, kw_only=True, frozen=True):
     cannot_see: tuple[str, ...]
 
 
-class FramePose(Document, kw_only=True, frozen=True):
-    """Where a frame stands in the robot's base, as far as that is known."""
-
-    name: str
-    xyz: tuple[float, float, float]
-    """Its origin [m]."""
-    rpy: tuple[float, float, float]
-    """Its turn about the base's x, then y, then z axis [rad]."""
-    xyz_deviation: tuple[float, float, float]
-    """Standard deviation of its origin [m]."""
-    turn_deviation: tuple[float, float, float]
-    """Standard deviation of its turn about the base's x, y and z axes [rad]."""
-    sockets: int
-    """How many sockets have measured coordinates in it."""
-    points: int
-    """How many balls an instrument measured in it."""
-    socket_error: float | None
-    """Root mean square distance of those sockets from their coordinates [m]; None without any."""
-
-
 class CostTerms(Document, kw_only=True, frozen=True):
     """The first two terms of Eq. (5), mean over the placements of a role [m^2]."""
 
@@ -316,6 +296,11 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
     """The instrument's frame, where its recording names it."""
     samples: tuple[RecordedSample, ...]
 
+    @property
+    def folder(self) -> str:
+        """Where it was recorded; a question mark for samples that came from no file."""
+        return str(Path(self.files[0]).parent) if self.files else "?"
+
     def placement(self, joint_names: tuple[str, ...]) -> Placement:
         """Return the placement as it was recorded, columns in the chain's order."""
         return Placement(
@@ -350,6 +335,10 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     data: tuple[PlacementSamples, ...]
     outlook: Outlook | None = None
     """None where it was not worked out."""
+    arm_name: str = ""
+    """Where several robots were calibrated together, the name of this one."""
+    arms: ArmsDocument | None = None
+    """What it has in common with the others."""
 
 
 def read_calibration(file: Path) -> CalibrationDocument:

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ...solver.checks.inspection import Finding
+from .arms import ArmsDocument, FramePose
 from .calibration import (
     Coefficient,
-    FramePose,
     Iteration,
     NextPlacement,
     NoiseScale,
@@ -89,6 +89,10 @@ class ReportDocument(Document, kw_only=True, frozen=True):
     log_evidence: float | None = None
     scale: Scale | None = None
     frames: tuple[FramePose, ...] | None = None
+    arm_name: str = ""
+    """Where several robots were calibrated together, the name of this one."""
+    arms: ArmsDocument | None = None
+    """What it has in common with the others."""
     distance_text: str = ""
     """The distances between sockets that were used, and where each is from."""
     next_placement: NextPlacement | None = None

@@ -109,10 +109,13 @@ class ServoEmulator(Emulator):
             answers = [(one, self._memory(one, steps)[first : first + count]) for one in asked]
         else:
             return
-        for one, data in answers:
-            if one in known:
-                for _, packet in self.packets(self.status(one, data), moment):
-                    os.write(self.line, packet)
+        sent = [
+            packet
+            for one, data in answers
+            if one in known
+            for _, packet in self.packets(self.status(one, data), moment)
+        ]
+        os.write(self.line, b"".join(sent))  # at once, as a USB adapter hands them over
 
     def _steps(self, first: int, count: int, moment: float) -> dict[int, int]:
         """Return each servo's position; the state counts as sent where it is asked for."""

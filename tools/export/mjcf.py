@@ -102,6 +102,8 @@ def _joints(request: Request) -> list[MjcfJoint]:
         raise ExportError(
             "mujoco is not installed; install the extra: pip install 'mukca[simulation]'"
         ) from None
+    if request.like is None or not request.like.is_file():  # MuJoCo would warn, and leave a log
+        raise ExportError(f"--like {request.like}: no such file")
     try:
         model = mujoco.MjModel.from_xml_path(str(request.like))
     except ValueError as error:

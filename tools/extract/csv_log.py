@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from ...recorder.csv_files import read_table
-from .log import ExtractError, Log, Question, columns_of, unknown_joints
+from .log import ExtractError, Log, Question, check_angles, columns_of, unknown_joints
 
 __all__ = ["read"]
 
@@ -14,8 +14,6 @@ _TIME = re.compile(
 )
 _SECONDS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _DEGREES = re.compile(r"[\[(]deg(rees)?[\])]$|_deg(rees)?$|[\[(]°[\])]$", re.I)
-FULL_TURN = 2 * np.pi + 0.1
-"""No joint's angle in radians is larger."""
 SLOWEST = 0.15
 """Logs with longer steps hold no rest of a third of a second [s]."""
 
@@ -61,11 +59,7 @@ def _in_radians(positions: np.ndarray, marked: list[bool], question: Question) -
     if question.units == "radians":
         degrees = np.zeros_like(turning)
     radians = np.where(degrees, np.radians(positions), positions)
-    if np.abs(radians[:, turning]).max(initial=0.0) > FULL_TURN:
-        raise ExtractError(
-            f"{question.path}: an angle of {np.abs(radians[:, turning]).max():.4g} rad; if these "
-            "are degrees, say --units degrees"
-        )
+    check_angles(radians[:, turning], bool(degrees.any()), question)
     return radians
 
 

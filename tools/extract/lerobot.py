@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 
 from ...drivers.lerobot import MotorCalibration, read_lerobot
-from .log import ExtractError, Log, Question, columns_of, unknown_joints
+from .log import ExtractError, Log, Question, check_angles, columns_of, unknown_joints
 
 __all__ = ["INFO", "read"]
 
@@ -113,11 +113,13 @@ def _radians(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the positions in radians, and which states can be used."""
     everything = np.atleast_1d(np.isfinite(values).all(axis=1))
-    if question.units == "radians":
-        return values, everything
-    if question.units == "degrees":
+    if question.units in ("radians", "degrees"):
+        degrees = question.units == "degrees"
         servo = SERVO_ARMS.search(str(info.get("robot_type")))
-        return np.radians(values) * (4095 / 4096 if servo else 1.0), everything
+        angles = np.radians(values) * (4095 / 4096 if servo else 1.0) if degrees else values
+        turning = ~np.array(question.prismatic)
+        check_angles(angles[everything][:, turning], degrees, question)
+        return angles, everything
     if question.units is None:
         raise ExtractError(
             f"{question.path}: a data set does not say its units: give --units degrees, or "

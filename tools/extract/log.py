@@ -10,8 +10,18 @@ import numpy as np
 from ... import MukcaError
 from ..usage import joints_named
 
-__all__ = ["ExtractError", "Log", "Question", "columns_of", "merged", "unknown_joints"]
+__all__ = [
+    "ExtractError",
+    "Log",
+    "Question",
+    "check_angles",
+    "columns_of",
+    "merged",
+    "unknown_joints",
+]
 
+FULL_TURN = 2 * np.pi + 0.1
+"""No joint's angle in radians is larger."""
 STATES = 10
 """A window holds as many states at least."""
 
@@ -100,6 +110,31 @@ def _fits(name: str, joint: str) -> bool:
     name = _CLEAN.sub("", _CLEAN.sub("", name))
     long, short = (name, joint) if len(name) >= len(joint) else (joint, name)
     return long == short or (long.endswith(short) and long[-len(short) - 1] in "_/.-:")
+
+
+def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:
+    """Refuse angles that are likely of another unit.
+
+    Args:
+        angles: Of the joints that turn, over the whole log [rad].
+        degrees: Whether they were read as degrees.
+        question: What is looked for.
+
+    Raises:
+        ExtractError: They are larger than a turn, or smaller than any session's would be if what
+            is called degrees were such.
+    """
+    largest = float(np.abs(angles).max(initial=0.0))
+    if largest > FULL_TURN:
+        raise ExtractError(
+            f"{question.path}: an angle of {largest:.4g} rad; if these are degrees, say "
+            "--units degrees"
+        )
+    if degrees and 0 < np.degrees(largest) < FULL_TURN:
+        raise ExtractError(
+            f"{question.path}: no joint goes beyond {np.degrees(largest):.2g} degrees; if these "
+            "are radians, say --units radians"
+        )
 
 
 def unknown_joints(names: Sequence[str], question: Question, where: str = "") -> ExtractError:

@@ -5,19 +5,22 @@ millimetres: parts are drawn, printed and measured in them, and their files hold
 line takes and gives metres, but for options that say ``-mm``.
 """
 
+from .anchor import ARMS, AnchoredBase
 from .ball import BEND_LIMIT, FORCE, BallPart
 from .design_rules import PrintableError
 from .formats import FORMATS, encode
 from .mounts import MOUNTS, SCREWS, BoltCircle, Grip
-from .parts import Part, build_parts
+from .parts import Part, build_parts, part_names
 from .socket_base import SocketBase
 
 __all__ = [
+    "ARMS",
     "BEND_LIMIT",
     "FORCE",
     "FORMATS",
     "MOUNTS",
     "SCREWS",
+    "AnchoredBase",
     "BallPart",
     "BoltCircle",
     "Grip",
@@ -26,4 +29,5 @@ __all__ = [
     "SocketBase",
     "build_parts",
     "encode",
+    "part_names",
 ]

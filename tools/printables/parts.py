@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .anchor import ARMS, AnchoredBase
 from .ball import BallPart
 from .checks import check_body, check_tilt
 from .design_rules import TILT, PrintableError
@@ -13,7 +14,7 @@ from .mesh import Mesh, to_manifold, to_mesh
 from .socket_base import SocketBase
 from .solid import Solid
 
-__all__ = ["Part", "ball_part", "base_part", "build_parts"]
+__all__ = ["Part", "ball_part", "base_part", "build_parts", "part_names"]
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ def build_parts(base: SocketBase, balls: Mapping[str, BallPart]) -> Iterator[Par
         PrintableError: A part cannot be printed, or hits the base when it leans.
     """
     yield base_part(base)
+    if isinstance(base, AnchoredBase):
+        yield _checked(part_names(base)[1], base.fit_test(), {})
     for name, ball in balls.items():
         try:
             check_tilt(base, ball)
@@ -47,19 +50,27 @@ def build_parts(base: SocketBase, balls: Mapping[str, BallPart]) -> Iterator[Par
         yield ball_part(name, ball)
 
 
+def part_names(base: SocketBase) -> list[str]:
+    """Return the names of the parts that a base consists of."""
+    return [base.name, f"fit-test-{base.arm}"] if isinstance(base, AnchoredBase) else [base.name]
+
+
 def base_part(base: SocketBase) -> Part:
     """Build and check a socket base.
 
     Raises:
         PrintableError: It cannot be printed.
     """
-    facts = {
+    facts: dict[str, Any] = {
         "distance": base.distance / 1000,
         "ball_diameter": base.ball / 1000,
         "sockets": [[x / 1000, y / 1000, base.height / 1000] for x, y in base.centres],
         "holes": [[x / 1000, y / 1000] for x, y in base.holes],
         "caliper": {"outside": base.outside / 1000, "inside": base.inside / 1000},
     }
+    if isinstance(base, AnchoredBase):
+        facts["sockets_in_base"] = [[x / 1000 for x in place] for place in base.sockets_in_base]
+        facts["second_axis_height"] = ARMS[base.arm].shoulder / 1000
     return _checked(base.name, base.solid(), facts)
 
 

@@ -173,7 +173,7 @@ def _card(session: Session, arguments: argparse.Namespace) -> tuple[str, ...]:
         f"Continues {counts}; the last {when}; in {arguments.out}",
         f"Sockets {1e3 * arguments.distance:g} mm apart. The ball was last in socket "
         f"{session.socket}.",
-        "Has the base not moved since? y: go on   n: new placement   q: leave",
+        "Has the base not moved since?",
     )
 
 

@@ -102,3 +102,9 @@ def test_coordinates_in_the_wrong_base_frame_are_refused(
     large = [replace(o, coordinates=tuple(1e3 * v for v in o.coordinates)) for o in at]
     with pytest.raises(FrameError, match="are they millimetres"):
         fit(panda, noisy, large)
+
+
+def test_two_sockets_in_the_base_leave_it_a_turn(panda: Robot, noisy: list[Placement]) -> None:
+    at = sockets_seen(BASES[:1], HOME, np.random.default_rng(2), name="base")
+    found = fit(panda, noisy, at).arms[0]
+    assert "leave it a turn" in cannot_see(found, weak_directions(found))[0]

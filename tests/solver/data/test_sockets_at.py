@@ -35,14 +35,14 @@ def test_words_read_back() -> None:
 @pytest.mark.parametrize(
     ("lines", "words"),
     [
-        ([], "t.csv: empty; expected the header frame,socket,x"),
+        ([], "t.csv: empty; expected a CSV file with the header frame,socket,x"),
         ([HEADER], "t.csv: only a header"),
         (
             ["frame,socket,x,y,z,deviation", "t,a:0,0,0,0,1"],
             "t.csv:1: column x has no unit",
         ),
         ([HEADER.replace("[m]", "[in]"), "t,a:0,0,0,0,1"], "t.csv:1: column z has unit 'in'"),
-        (["socket,frame,x [m]"], "t.csv:1: expected the header frame,socket"),
+        (["socket,frame,x [m]"], "t.csv:1: expected a CSV file with the header frame,socket"),
         ([HEADER, "t,a:0,0,0,0"], "t.csv:2: 5 columns where 6"),
         ([HEADER, "t,a,0,0,0,1"], "t.csv:2: socket 'a': expected PLACEMENT:0"),
         ([HEADER, "t,a:0,0,0,x,1"], "t.csv:2: x, y, z are numbers"),

@@ -299,3 +299,6 @@ def test_it_needs_a_model(export, calibrations, tmp_path) -> None:
         calibrations / "panda.json", "--to", "mjcf", "--out", tmp_path / "a.xml"
     )
     assert status == 2 and "--like FILE" in err
+    words = ("--to", "mjcf", "--like", tmp_path, "--out", tmp_path / "a.xml")
+    status, _, err = export(calibrations / "panda.json", *words)
+    assert status == 2 and "no such file" in err

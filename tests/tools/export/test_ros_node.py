@@ -44,6 +44,7 @@ def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations)
     message = SimpleNamespace(name=names, position=list(position))
     node.correct(message)
     node.correct(SimpleNamespace(name=["finger"], position=[0.02]))
+    node.correct(SimpleNamespace(name=names, position=[], velocity=[0.0] * 8))
     (published,) = node.published
     assert published.position[7] == position[7]
     assert np.array_equal(published.position[6::-1], calibrated.true_positions(read))

@@ -1,5 +1,6 @@
 """CSV logs, lerobot data sets, and streams that the recorder kept."""
 
+import base64
 import json
 from pathlib import Path
 
@@ -62,6 +63,7 @@ def plain(file: Path, moves, head: str = "t", scale: float = 1.0, step: float = 
     ("given", "words", "said"),
     [
         ({"scale": 57.3}, (), "if these are degrees, say --units degrees"),
+        ({}, ("--units", "degrees"), "if these are radians, say --units radians"),
         ({"head": "number"}, (), "no column of time"),
         ({"step": 1e3}, (), "name its column time[ms]"),
         ({}, ("--joints", "a,b"), "2 names, but the model has 7"),
@@ -135,6 +137,8 @@ def test_lerobot_in_degrees(extract, moves, tmp_path, version) -> None:
     words = ("--robot", "panda", "--out", tmp_path / "out")
     status, _, err = extract(tmp_path / "set", *words)
     assert status == 2 and "does not say its units" in err and not (tmp_path / "out").exists()
+    status, _, err = extract(tmp_path / "set", *words, "--units", "radians")
+    assert status == 2 and "say --units degrees" in err and not (tmp_path / "out").exists()
     status, shown, _ = extract(tmp_path / "set", *words, "--units", "degrees")
     assert status == 0 and "2 episodes" in shown
     check(tmp_path / "out" / "placement_1", moves)
@@ -230,10 +234,26 @@ def test_a_kept_stream_reads_back(tmp_path) -> None:
     read = read_kept(file)
     assert read.joints == ("a", "b", "c") and read.efforts is not None
     assert np.abs(read.stamps - [state.stamp for state in states]).max() <= 1e-6
-    assert np.abs(read.positions - [state.position for state in states]).max() < 0.51e-9
-    assert np.abs(read.efforts - [state.effort for state in states]).max() < 0.51e-4
+    assert np.abs(read.positions - [state.position for state in states]).max() < 0.51e-7
+    assert np.abs(read.efforts - [state.effort for state in states]).max() < 0.51e-3
     assert read.connections.tolist() == [i // 1000 for i in range(2500)]
     assert next_file(tmp_path).name == "states_2.stream"
+
+
+def test_a_stream_of_the_older_format_is_read(tmp_path) -> None:
+    """Its head said nothing of its digits: 1e-9 rad, 1e-4 N m."""
+    packed = (
+        "VgAAAHicY2ZgYHC4cAFIMjEwaDEw/GdgKGJg2M/AcIidnQEMZh069JGBIYGBQZ2BwZsBCra/fs0KZnAy"
+        "MBjABPm4ubVgbA8GBGCEMUQYsAAebIJYAQCloAxz"
+    )
+    file = tmp_path / "states_1.stream"
+    head = b'{"format": "mukca-stream-1", "joints": ["a", "b"]}\n'
+    file.write_bytes(head + base64.b64decode(packed))
+    read = read_kept(file)
+    assert read.efforts is not None
+    assert np.abs(read.stamps - 1700000000.5 - [0, 0.001, 0.002]).max() < 1e-6
+    assert np.abs(read.positions - [[0.123456789 + 0.1 * i, -2.5] for i in range(3)]).max() < 1e-12
+    assert np.abs(read.efforts - [1.2345, -30.0]).max() < 1e-12
 
 
 def test_what_a_crash_tore_off_is_not_read(tmp_path) -> None:
@@ -257,7 +277,7 @@ def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path) -> None:
         position = position + 1e-3 * np.sin(1e-3 * i + np.arange(7))
     kept.close()
     a_day = (tmp_path / "a.stream").stat().st_size / 5 * 86_400
-    assert a_day < 4e9
+    assert a_day < 2e9
 
 
 def test_extract_reads_what_the_recorder_kept(extract, moves, tmp_path) -> None:

@@ -16,6 +16,7 @@ from .answers.data import data_answer
 from .answers.next import next_answer
 from .answers.use import use_answer
 from .arm import arm_drawing
+from .commands import solve_command
 from .coverage import coverage
 from .cross_placement import cross_placement
 from .earned import prediction_row, samples_row, travel_row
@@ -23,7 +24,7 @@ from .errors import placement_reports, role_summaries, sample_errors
 from .known_distances import known_distance_errors
 from .predictions import Predictions, predict
 from .size import distance_text, scale_row
-from .todo import solve_command, steps
+from .todo import steps
 from .verdict import judge
 
 __all__ = ["Options", "limits_of", "report_figures"]
@@ -137,6 +138,8 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         log_evidence=document.log_evidence,
         scale=document.scale,
         frames=document.frames,
+        arm_name=document.arm_name,
+        arms=document.arms,
         distance_text=distance_text(document.placements),
         next_placement=document.next_placement,
         noise=document.noise,

@@ -1,9 +1,6 @@
 """What to do where the verdict is not PASS: steps, the most useful first, each with a command."""
 
-import shlex
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any, cast
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,16 +8,17 @@ from .... import MukcaError
 from ....solver.data.measurements import DEFAULT_DISTANCE, Measurement
 from ....solver.data.metrics import CALIPER_DEVIATION, evaluate
 from ....solver.paper.problem import build_problem, solve
-from ...documents.calibration import CalibrationDocument, Role, Scale
+from ...documents.calibration import CalibrationDocument, Scale
 from ...documents.outlook import Outlook
 from ...documents.report_errors import PlacementReport
 from ...documents.report_verdict import Step, Verdict
 from ..words import joined, mm, short_names
 from .answers.data import placements_with_errors
+from .commands import check_command, record_command, solve_command
 from .predictions import Predictions, norms
 from .size import likely_distance
 
-__all__ = ["solve_command", "steps"]
+__all__ = ["steps"]
 
 _SPAN = 0.5
 """A distance in the workspace [m]."""
@@ -42,8 +40,7 @@ def steps(
     status = {row.name: row.status for row in verdict.limits}
     steps: list[Step] = []
     if status["data_checks"] != "pass":
-        words = ["mukca", "check", *_folders(document), "--robot", document.robot]
-        steps += [_mend(shlex.join(words)), *_leave_out(predictions, placements)]
+        steps += [_mend(check_command(document)), *_leave_out(predictions, placements)]
     likely = likely_distance(document.scale, placements) if document.scale is not None else 0.0
     if document.scale is not None and likely and status.get("scale") == "fail":
         likely = f"{likely:.5f}"
@@ -56,14 +53,14 @@ def steps(
         steps.append(Step(text=text, command=again, expected="a verdict, not a smaller error"))
     if all(row.kind == "points" for row in placements):
         return (*steps, _measure_more(document))
-    words = ["mukca", "record", "--robot", document.robot, "--driver", "NAME:ADDRESS"]
     text = "Record another placement far from the others, 30 samples in each socket, all varied"
+    if document.arms is not None:
+        text += ", with each of the arms, into folders of one name"
     if any(row.role == "test" for row in placements):
         text += ", and train on it too"
     else:
         text += ", and hold it out by --test"
-    command = shlex.join([*words, "--out", "recordings/another"])
-    steps.append(_forecast(document, None, text, command))
+    steps.append(_forecast(document, None, text, record_command(document)))
     return tuple(steps)
 
 
@@ -103,11 +100,17 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
     return Step(
         text=text,
         command=command,
-        expected=f"the predicted error of distances, trained on it too, falls from {mm(before)} to "
-        f"{mm(after)}",
+        expected=f"the predicted error of {_whose(document)}, trained on it too, falls from "
+        f"{mm(before)} to {mm(after)}",
         before=before,
         after=after,
     )
+
+
+def _whose(document: CalibrationDocument) -> str:
+    """Return which distances a forecast is about: each of several arms has its own workspace."""
+    name = document.arm_name
+    return f"distances in {name}'s own workspace" if name else "distances"
 
 
 def _forecasts(outlook: Outlook) -> dict[str | None, float]:
@@ -176,38 +179,3 @@ def _held_out(
     x = solve(problem).x
     errors = [evaluate(problem.model.points(x, m.positions), m).mean_absolute_error for m in test]
     return sum(errors) / len(errors)
-
-
-def _folders(document: CalibrationDocument) -> list[str]:
-    return [str(Path(row.files[0]).parent) if row.files else "?" for row in document.data]
-
-
-def solve_command(
-    document: CalibrationDocument,
-    *,
-    moved: Mapping[str, Role | None] | None = None,
-    given: dict[str, str] | None = None,
-) -> str:
-    """Return the command that makes the calibration again, or a better one.
-
-    Args:
-        document: The calibration.
-        moved: Placements that get another role; None leaves them out.
-        given: Settings that replace those of the calibration.
-    """
-    folders: dict[Role, list[str]] = {"train": [], "test": []}
-    for row, folder in zip(document.data, _folders(document), strict=True):
-        role = row.role if moved is None or row.name not in moved else moved[row.name]
-        if role is not None:
-            folders[role].append(folder)
-    words = ["mukca", "solve", *folders["train"]]
-    if folders["test"]:
-        words += ["--test", *folders["test"]]
-    words += ["--robot", document.robot, "--method", document.method]
-    for key, value in {**document.settings, **(given or {})}.items():
-        if value not in (None, [], False):
-            values = cast("list[Any]", value) if isinstance(value, list) else [value]
-            words += [f"--{key.replace('_', '-')}", *([] if value is True else values)]
-    if moved or given:
-        words += ["--out", "calibrated-again"]
-    return shlex.join(map(str, words))

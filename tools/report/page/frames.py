@@ -6,6 +6,7 @@ from .html.markup import Element, tag
 
 __all__ = ["frames"]
 
+PLUS_MINUS = " \N{PLUS-MINUS SIGN} "
 _TRUE = (
     "An instrument measured the ball itself here: these are true errors, distances from the "
     "predicted ball to the measured one. All errors of sockets are self-consistency: how well the "
@@ -62,17 +63,12 @@ def _stands(report: ReportDocument) -> Element | None:
         cells: list[Cell] = [row.name]
         for k in range(3):
             place = figure(report, f"{path}.xyz.{k}", digits=2)
-            cells.append(
-                [
-                    place,
-                    " \N{PLUS-MINUS SIGN} ",
-                    figure(report, f"{path}.xyz_deviation.{k}", digits=2),
-                ]
-            )
+            deviation = figure(report, f"{path}.xyz_deviation.{k}", digits=2)
+            cells.append([place, PLUS_MINUS, deviation] if row.turn_known else "unknown")
         for k in range(3):
             turned = figure(report, f"{path}.rpy.{k}", scale=degrees)
             deviation = figure(report, f"{path}.turn_deviation.{k}", scale=degrees)
-            cells.append([turned, " \N{PLUS-MINUS SIGN} ", deviation])
+            cells.append([turned, PLUS_MINUS, deviation] if row.turn_known else "unknown")
         off = figure(report, f"{path}.socket_error")
         cells += [f"{row.sockets} sockets, {row.points} points", off]
         rows.append(cells)

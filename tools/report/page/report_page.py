@@ -8,7 +8,7 @@ from .details import details
 from .frames import frames
 from .html.frame import frame
 from .html.markup import Element, tag
-from .plots import fit, model, outlook, samples, scenes, use
+from .plots import cell, fit, model, outlook, samples, scenes, use
 from .plots.plot import Maker, Plot
 from .sections import answers, headline, limits_table, placements_table, todo, verdict_box
 from .tolerance import answers_by_tolerance
@@ -17,6 +17,7 @@ __all__ = ["PLOTS", "page", "plots_of"]
 
 PLOTS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
     ("Three questions", (use.table_map,)),
+    ("Where the arms stand", (cell.arms_together,)),
     (
         "Where the error is",
         (
@@ -67,6 +68,7 @@ def page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
         *(
             tag("section", tag("h2", title), [plot.element() for plot in group], class_="plots")
             for title, group in sections
+            if group
         ),
         details(report),
     ]

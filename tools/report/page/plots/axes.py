@@ -4,10 +4,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...words import nice_above
 from ..html.markup import Element, tag
 
-__all__ = ["LINE", "Axis", "Panel", "Rows", "number"]
+__all__ = ["LINE", "Axis", "Panel", "Rows", "number", "to_scale"]
 
 WIDTH = 440
 """Of a panel, in its own units: on a phone about as many pixels, so that text stays readable."""
@@ -164,6 +166,26 @@ class Panel:
         """Draw a dot at a value; the hint shows under the mouse."""
         children = (tag("title", hint),) if hint else ()
         self.add("circle", *children, cx=self.x(x), cy=self.y(y), r=size, class_=class_)
+
+
+def to_scale(
+    title: str, points: np.ndarray, labels: tuple[str, str], *, room: float, width: float = 370
+) -> Panel:
+    """Return a panel with lines, both axes to one scale.
+
+    Args:
+        title: Above it.
+        points: What it is to hold, shape (N, 2).
+        labels: Of the axes.
+        room: Beside the outermost points.
+        width: Of the axes at most, in the panel's units.
+    """
+    low, high = points.min(axis=0) - room, points.max(axis=0) + room
+    scale = float(min(width / (high[0] - low[0]), 420 / (high[1] - low[1])))
+    middle = float(low[0] + high[0]) / 2
+    x = Axis(middle - width / scale / 2, middle + width / scale / 2, labels[0])
+    y = Axis(float(low[1]), float(high[1]), labels[1])
+    return Panel(title, x, y, height=86 + scale * (y.high - y.low)).grid()
 
 
 class Rows(Panel):

@@ -9,7 +9,7 @@ from ....documents.report_errors import PlacementReport, Point
 from ....documents.report_verdict import Answer
 from ...words import area, joined, mm, percent
 from ..html.markup import Element, tag
-from .axes import Axis, Panel, Rows
+from .axes import Axis, Panel, Rows, to_scale
 from .plot import BOTH, MODELS, Plot, judged_role, lengths, names_of
 
 __all__ = ["errors_by_placement", "map_sentence", "shares", "table_map"]
@@ -99,14 +99,9 @@ def table_map(report: ReportDocument) -> Plot:
 
 def _map_panel(points: Sequence[Point]) -> Panel:
     """Return axes round points; the robot's left is the picture's left, to one scale."""
-    spread = np.array(points)
-    ahead, right = spread[:, 0], -spread[:, 1]
-    y = Axis(float(ahead.min()) - HALF, float(ahead.max()) + HALF, "m ahead of the robot's base")
-    middle, half = (right.max() + right.min()) / 2, (right.max() - right.min()) / 2 + HALF
-    scale = min(370 / (2 * half), 420 / (y.high - y.low))
-    room = 185 / scale
-    x = Axis(float(middle - room), float(middle + room), "m to the robot's right")
-    return Panel("", x, y, height=86 + scale * (y.high - y.low)).grid()
+    ahead, left, _ = np.array(points).T
+    labels = ("m to the robot's right", "m ahead of the robot's base")
+    return to_scale("", np.stack([-left, ahead], axis=1), labels, room=HALF)
 
 
 def _placement_mark(panel: Panel, i: int, row: PlacementReport, name: str, answer: Answer) -> None:

@@ -1,0 +1,51 @@
+"""Sessions of ``mukca record`` on a simulated Panda, as commands."""
+
+import math
+import random
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from terminal_session import MUKCA, TerminalSession
+
+PANDA_HOME = (0.0, -0.3, 0.0, -2.0, 0.0, 1.8, 0.7)
+
+
+def configurations(count: int, seed: int = 0) -> list[list[float]]:
+    """Configurations of a Panda, within its limits and well apart."""
+    generator = random.Random(seed)
+    return [[q + generator.uniform(-0.6, 0.6) for q in PANDA_HOME] for _ in range(count)]
+
+
+def command(hand: Path, out: Path, *more: str, mock: str = "") -> list[str]:
+    driver = f"mock:{hand}?rate=1000&hold=2.5&move=0.7{mock}"
+    return [*MUKCA, "record", "--robot", "panda", "--driver", driver, "--out", str(out), *more]
+
+
+def fast(hand: Path, out: Path) -> list[str]:
+    driver = f"mock:{hand}?rate=250&speed=8&hold=0.65&move=0.6"
+    return [*MUKCA, "record", "--robot", "panda", "--driver", driver, "--out", str(out)]
+
+
+@dataclass
+class Done:
+    """What a command came to."""
+
+    status: int
+    output: str
+    errors: str
+
+
+def assert_true(positions: np.ndarray, truth: list[list[float]], states: int) -> None:
+    """Each position is one of the true ones, within six deviations of the averaged noise."""
+    away = np.abs(positions[:, None, :] - np.array(truth)[None]).max(axis=2).min(axis=1)
+    assert np.all(away < 6 * 2e-5 / math.sqrt(states))
+
+
+def capture(terminal: TerminalSession, key: str, *shown: str) -> None:
+    """Press a key once the arm has been still for longer than a window."""
+    terminal.wait_for("PRESS: space captures")
+    time.sleep(0.5)
+    terminal.press(key)
+    terminal.wait_for(*shown)

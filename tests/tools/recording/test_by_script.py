@@ -1,0 +1,190 @@
+"""Sessions without a person: key scripts, pipes, wrong usage, and two minutes with ten poses."""
+
+import json
+import shlex
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from record_commands import PANDA_HOME, assert_true, configurations, fast
+
+from mukca.recorder.dataset import Placement, read_placement
+from mukca.solver.robot.urdf import shipped_robots
+from mukca.tools.cli import main
+
+
+def test_a_script_gives_the_same_file_every_time(tmp_path: Path, scripted) -> None:
+    keys = "a*3 s a*2 u a  # one is taken back\n0 a q"
+    first = scripted(tmp_path / "first", keys)
+    assert first.status == 0, first.errors
+    assert scripted(tmp_path / "second", keys).status == 0
+    a, b = read_placement(tmp_path / "first"), read_placement(tmp_path / "second")
+    assert np.array_equal(a.positions, b.positions)
+    assert a.sockets.tolist() == [0, 0, 0, 1, 1, 0]
+    assert_true(a.positions, configurations(40), 75)
+
+
+@pytest.mark.usefixtures("virtual_time")
+def test_a_script_that_waits_in_vain_fails(tmp_path: Path) -> None:
+    hand, keys = tmp_path / "hand.csv", tmp_path / "keys.txt"
+    hand.write_text(",".join(map(repr, PANDA_HOME)))
+    keys.write_text("a a q")
+    driver = f"mock:{hand}?rate=250&hold=0.65&move=0.6"
+    words = ["record", "--robot", "panda", "--driver", driver, "--out", str(tmp_path / "front")]
+    assert main([*words, "--keys", str(keys)]) == 1
+    assert len(read_placement(tmp_path / "front").samples) == 1
+
+
+def test_refused_captures_of_a_script_fail_it(tmp_path: Path, scripted) -> None:
+    done = scripted(tmp_path / "front", "a !a q")
+    assert done.status == 1
+    assert "! refused: nearly the same configuration as sample 1" in done.output
+    assert "1 captures were refused" in done.output
+
+
+def test_the_closing_words_run_as_they_are_printed(
+    session: Path, tmp_path: Path, scripted, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    urdf = tmp_path / "arm.urdf"
+    text = shipped_robots()["panda"].read_text()
+    urdf.write_text(text)
+    monkeypatch.chdir(tmp_path)
+    ball = ["--flange", "panda_link8", "--tip", "knob", "--ball", "0.0", "0.0", "0.05"]
+    words = ["a*3 s a*3 q", "--robot", str(urdf), *ball]
+    done = scripted(Path("my data/front"), *words, hand=session / "front")
+    assert done.status == 0, done.errors
+    commands = [line.split(": ", 1)[1] for line in done.output.splitlines() if ": mukca " in line]
+    assert [shlex.split(line)[1] for line in commands] == ["check", "solve", "record"]
+    assert shlex.split(commands[2])[-1] == "my data/front-2"
+    for line in commands[:2]:
+        assert main(shlex.split(line)[1:]) in (0, 1), line
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (["--driver", "nonesuch:1"], "no driver is called 'nonesuch'"),
+        (["--driver", "mock:/nowhere"], "/nowhere: cannot be read"),
+        (["--window", "0"], "--window 0: expected"),
+        (["--distance", "nan"], "--distance nan: expected"),
+        (["--keys", "/nowhere"], "--keys /nowhere: No such file"),
+        (["--robot", "ur5e"], "the recording has 7 joints, but the model has 6"),
+    ],
+)
+def test_bad_usage_is_one_line(tmp_path: Path, scripted, more: list[str], told: str) -> None:
+    done = scripted(tmp_path / "front", "q", *more)
+    assert done.status == 2
+    assert told in done.errors and done.errors.count("\n") == 1
+    assert not (tmp_path / "front").exists()
+
+
+def test_neither_keys_nor_a_terminal_is_told(hand: Path, tmp_path: Path) -> None:
+    words = fast(hand, tmp_path / "front")
+    done = subprocess.run(
+        words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "standard input holds no keys; run it in a terminal" in done.stderr
+
+
+@pytest.mark.slow
+def test_a_closed_standard_input_is_told(hand: Path, tmp_path: Path) -> None:
+    """As under some service managers; a key script needs none."""
+    words = fast(hand, tmp_path / "front")
+    script = tmp_path / "keys.txt"
+    script.write_text("a q")
+    shell = ["sh", "-c", 'exec "$0" "$@" <&-']
+    done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert "run it in a terminal, or use --keys FILE" in done.stderr
+    words += ["--keys", str(script)]
+    done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "1 in socket 0" in done.stdout
+
+
+def test_a_word_that_is_no_key_is_told(tmp_path: Path, scripted) -> None:
+    done = scripted(tmp_path / "front", "a x q")
+    assert done.status == 2
+    assert "'x' is no word of a key script" in done.errors
+
+
+@pytest.mark.slow
+def test_scripted_sessions_calibrate_to_the_truth(
+    session: Path, tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What was recorded through the recorder solves as well as the true configurations do."""
+    for name in ("front", "left"):
+        done = scripted(tmp_path / name, "a*12 s a*12 q", hand=session / name)
+        assert done.status == 0, done.output
+        assert_true(read_placement(tmp_path / name).positions, truth(session / name), 75)
+    errors = {}
+    for folder in (tmp_path, session):
+        words = ["solve", str(folder / "front"), "--test", str(folder / "left")]
+        assert main([*words, "--robot", "panda", "--json"]) == 0
+        errors[folder] = json.loads(capsys.readouterr().out)["summary"]["test"]
+    nominal, found, true = (
+        errors[folder][model]["mean_absolute_error"]
+        for folder, model in (
+            (tmp_path, "nominal"),
+            (tmp_path, "calibrated"),
+            (session, "calibrated"),
+        )
+    )
+    assert nominal > 1e-3 > 5 * found
+    assert found == pytest.approx(true, abs=5e-6)
+
+
+def truth(folder: Path) -> list[list[float]]:
+    placement: Placement = read_placement(folder)
+    return placement.positions.tolist()
+
+
+def test_keys_can_be_piped(hand: Path, tmp_path: Path) -> None:
+    out = tmp_path / "front"
+    done = subprocess.run(
+        fast(hand, out), input="a*2 s a", capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    assert "1 in socket 1" in done.stdout and "\x1b" not in done.stdout
+    assert read_placement(out).sockets.tolist() == [0, 0, 1]
+
+
+def test_two_minutes_tell_whether_to_calibrate(session: Path, tmp_path: Path, scripted) -> None:
+    done = scripted(tmp_path / "quick", "a*10 q", "--quick", hand=session / "front")
+    assert done.status == 0, done.errors
+    assert "By its model the ball scatters by" in done.output
+    assert "worth calibrating" in done.output and "mukca solve" not in done.output
+    few = scripted(tmp_path / "few", "a*3 q", "--quick", hand=session / "front")
+    assert few.status == 0 and "Too few poses to tell" in few.output
+
+
+def test_two_minutes_tell_whether_a_calibration_holds(
+    session: Path, tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "calibrated"
+    words = ["solve", str(session / "front"), "--test", str(session / "left"), "--method", "paper"]
+    assert main([*words, "--robot", "panda", "--out", str(out)]) == 0
+    capsys.readouterr()
+    file = str(out / "calibration.json")
+    more = ["a*10 q", "--quick", "--calibration", file]
+    done = scripted(tmp_path / "quick", *more, hand=session / "right")
+    assert done.status == 0 and "Still valid" in done.output, done.output
+    moved = read_placement(session / "right")
+    rows = [s.position for s in moved.samples if s.socket == 0]
+    shifted = tmp_path / "hand.csv"
+    shifted.write_text("\n".join(",".join(map(str, (*q[:3], q[3] + 0.008, *q[4:]))) for q in rows))
+    done = scripted(tmp_path / "later", *more, hand=shifted)
+    assert done.status == 1 and "likeliest cause: panda_joint4" in done.output, done.output
+    assert scripted(tmp_path / "x", "q", "--calibration", file).status == 2
+
+
+def test_a_page_for_others_is_warned_of_and_one_that_cannot_be_is_told(
+    tmp_path: Path, scripted
+) -> None:
+    seen = scripted(tmp_path / "front", "a q", "--page", "--page-host", "127.0.0.2")
+    assert seen.status == 0 and "page: http://127.0.0.2:" in seen.output
+    assert "! whoever knows this address can watch" in seen.output
+    done = scripted(tmp_path / "left", "a q", "--page", "--page-host", "203.0.113.1")
+    assert done.status == 2 and "no page can be served there" in done.errors
+    assert done.errors.count("\n") == 1

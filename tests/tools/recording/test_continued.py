@@ -1,0 +1,115 @@
+"""Recordings that are continued, and what is not."""
+
+import json
+from pathlib import Path
+
+import pytest
+from record_commands import capture, command
+from terminal_session import TerminalSession
+
+from mukca.recorder.dataset import read_placement
+from mukca.tools.cli import main
+
+
+def test_the_same_out_continues(tmp_path: Path, scripted) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a*2 s a q").status == 0
+    again = scripted(out, "u a*2 q")
+    assert again.status == 0
+    assert "continues a recording of 3 samples" in again.output
+    assert read_placement(out).sockets.tolist() == [0, 0, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (["--distance", "0.1"], "info --set-distance 0.1"),
+        (["--robot", "fr3"], "recorded with robot"),
+        (["--sockets", "3"], "recorded with sockets 2, not 3"),
+    ],
+)
+def test_another_robot_or_base_does_not_continue(
+    tmp_path: Path, scripted, change: list[str], told: str
+) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a q").status == 0
+    before = (out / "samples.csv").read_bytes()
+    done = scripted(out, "a q", *change)
+    assert done.status == 2
+    assert told in done.errors and done.errors.count("\n") == 1
+    assert (out / "samples.csv").read_bytes() == before
+
+
+def test_a_recording_is_continued_with_its_own_distance(tmp_path: Path, scripted) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a q", "--distance", "0.0501").status == 0
+    assert scripted(out, "a q").status == 0
+    assert read_placement(out).distance == 0.0501
+
+
+def test_a_distance_is_corrected_and_what_it_was_stays_known(
+    tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a q").status == 0
+    assert main(["info", str(out), "--set-distance", "0.0502"]) == 0
+    shown = capsys.readouterr().out
+    assert f"distance changed from 50 mm to 50.2 mm in {out / 'placement.json'}" in shown
+    assert "changed    distance from 50 mm to 50.2 mm, 2" in shown
+    metadata = json.loads((out / "placement.json").read_text())
+    assert metadata["distance"] == 0.0502
+    assert metadata["changes"][0]["distance"] == [0.05, 0.0502]
+    assert scripted(out, "a q").status == 0
+
+
+def test_a_recording_is_continued_in_the_socket_where_the_ball_was(
+    tmp_path: Path, scripted
+) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a*2 s q").status == 0
+    assert scripted(out, "a q").status == 0
+    assert read_placement(out).sockets.tolist() == [0, 0, 1]
+
+
+def test_a_folder_of_placements_is_not_recorded_into(tmp_path: Path, scripted) -> None:
+    assert scripted(tmp_path / "data/front", "a q").status == 0
+    done = scripted(tmp_path / "data", "a q")
+    assert done.status == 2 and "holds placements (front)" in done.errors
+    assert not (tmp_path / "data/samples.csv").exists()
+
+
+def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scripted) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a*3 u r delete=1 relabel=2:1 q").status == 0
+    assert [s.number for s in read_placement(out).samples] == [2, 3]
+    assert read_placement(out).sockets.tolist() == [1, 0]
+    events = [line.split(",")[0] for line in (out / "samples.csv").read_text().splitlines()[1:]]
+    assert events == [*["capture"] * 3, "undo", "redo", "undo", "relabel"]
+    again = scripted(out, "r delete=9 relabel=1:7 a q")
+    assert len(read_placement(out).samples) == 4
+    assert "there is no sample 9" in again.output and "there is no socket 7" in again.output
+
+
+def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) -> None:
+    out = tmp_path / "front"
+    assert scripted(out, "a*2 s a q").status == 0
+    with TerminalSession(command(hand, out)) as terminal:
+        terminal.wait_for("GO ON?", "2 in socket 0, 1 in socket 1", "Has the base not moved")
+        terminal.press("a")
+        terminal.wait_for("GO ON?")
+        terminal.press("n")
+        terminal.wait_for("front-2", "0:  0/30")
+        capture(terminal, "a", "captured sample 1")
+        terminal.press("q")
+        assert terminal.wait() == 0
+    assert len(read_placement(out).samples) == 3
+    assert len(read_placement(tmp_path / "front-2").samples) == 1
+
+
+def test_two_recorders_cannot_share_a_folder(hand: Path, tmp_path: Path, scripted) -> None:
+    out = tmp_path / "front"
+    with TerminalSession(command(hand, out)) as terminal:
+        terminal.wait_for("SOCKET 0")
+        done = scripted(out, "a q")
+        assert done.status == 2
+        assert "another mukca record is writing there" in done.errors

@@ -1,0 +1,233 @@
+"""The recorder in a real terminal: a session by keys, and every way in which it can end."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from record_commands import PANDA_HOME, assert_true, capture, command, configurations, fast
+from terminal_session import MUKCA, TerminalSession
+
+from mukca.recorder.dataset import read_placement
+from mukca.recorder.samples import read_samples
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (200, 50)])
+def test_a_whole_session_by_keys(hand: Path, tmp_path: Path, columns: int, rows: int) -> None:
+    out = tmp_path / "data/front"
+    with TerminalSession(command(hand, out), columns=columns, rows=rows) as terminal:
+        terminal.wait_for("SOCKET 0", "sockets 50 mm", "panda_joint7", "0:  0/30", "1:  0/30")
+        capture(terminal, " ", "captured sample 1: 1 in socket 0", "0:  1/30")
+        await_next_rest(terminal)
+        capture(terminal, "a", "captured sample 2: 2 in socket 0", "0:  2/30")
+        terminal.press("a")
+        terminal.wait_for("! refused: nearly the same configuration as sample 2")
+        terminal.press("u")
+        terminal.wait_for("took back sample 2 of socket 0", "0:  1/30")
+        terminal.press("s")
+        terminal.wait_for("SOCKET 1", "socket 1 is active")
+        await_next_rest(terminal)
+        capture(terminal, " ", "captured sample 3: 1 in socket 1", "1:  1/30")
+        terminal.press("0")
+        terminal.wait_for("SOCKET 0")
+        terminal.press("7")
+        terminal.wait_for("! there is no socket 7")
+        terminal.press("?")
+        terminal.wait_for("undo the last capture", gone=["panda_joint7"])
+        terminal.press("?")
+        terminal.wait_for("panda_joint7")
+        assert terminal.settings != terminal.before
+        terminal.press("q")
+        assert terminal.wait() == 0
+        terminal.wait_for("1 in socket 0, 1 in socket 1 (1 taken back)")
+        assert terminal.settings == terminal.before
+        assert b"\x1b[?1049l" in terminal.output and b"\x1b[?25h" in terminal.output
+    taken = read_samples(out / "samples.csv").samples
+    assert [sample.socket for sample in taken] == [0, 0, 1]
+    assert_true(np.array([sample.position for sample in taken]), configurations(40), 300)
+    assert [s.number for s in read_placement(out).samples] == [1, 3]
+
+
+def await_next_rest(terminal: TerminalSession) -> None:
+    terminal.wait_for("MOVE")
+    terminal.wait_for("PRESS: space captures")
+
+
+def test_the_screen_is_readable_without_colour(hand: Path, tmp_path: Path) -> None:
+    words = command(hand, tmp_path / "front")
+    with TerminalSession(words, environment={"NO_COLOR": "1"}) as terminal:
+        terminal.wait_for("SOCKET 0", "PRESS: space captures")
+        terminal.press("q")
+        assert terminal.wait() == 0
+        colours = [f"\x1b[{code}m".encode() for code in (*range(30, 38), *range(40, 48))]
+        assert not any(colour in terminal.output for colour in colours)
+        assert b"\x1b[38;" not in terminal.output and b"\x1b[48;" not in terminal.output
+
+
+@pytest.mark.slow
+def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> None:
+    stale = {"COLUMNS": "80", "LINES": "24"}  # as some shells export them
+    with TerminalSession(command(hand, tmp_path / "front"), environment=stale) as terminal:
+        for columns, rows in ((80, 24), (120, 40), (60, 16), (80, 24)):
+            terminal.resize(columns, rows)
+            deadline = time.monotonic() + 20
+            shown = terminal.screen.display
+            while not (
+                any("SOCKET 0" in row for row in shown[:5]) and "space capture" in shown[rows - 1]
+            ):
+                assert time.monotonic() < deadline, terminal.text
+                time.sleep(0.05)
+                shown = terminal.screen.display
+            assert max(len(line.rstrip()) for line in shown) > columns - 15
+        terminal.resize(20, 5)
+        terminal.wait_for("needs 60 x 14")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("end", "status"), [("SIGHUP", 129), ("SIGTERM", 143), ("SIGQUIT", 131), ("Ctrl-C", 130)]
+)
+def test_every_end_saves_and_restores(hand: Path, tmp_path: Path, end: str, status: int) -> None:
+    out = tmp_path / "front"
+    with TerminalSession(command(hand, out)) as terminal:
+        capture(terminal, "a", "captured sample 1")
+        if end == "Ctrl-C":
+            terminal.press("\x03")
+        else:
+            terminal.process.send_signal(getattr(signal, end))
+        assert terminal.wait() == status
+        terminal.wait_for("samples.csv: 1 in socket 0, 0 in socket 1")
+        assert terminal.settings == terminal.before
+        assert terminal.output.rstrip().rfind(b"\x1b[?1049l") > terminal.output.rfind(b"SOCKET 0")
+    assert len(read_placement(out).samples) == 1
+
+
+@pytest.mark.slow
+def test_a_closed_terminal_ends_the_session(hand: Path, tmp_path: Path) -> None:
+    out = tmp_path / "front"
+    with TerminalSession(command(hand, out)) as terminal:
+        capture(terminal, "a", "captured sample 1")
+        terminal.hang_up()
+        assert terminal.wait() == 129
+    assert len(read_placement(out).samples) == 1
+
+
+def test_an_unexpected_error_restores_the_terminal(hand: Path, tmp_path: Path) -> None:
+    broken = (
+        "import sys, mukca.recorder.record as r\n"
+        "def fail(self): raise RuntimeError('unexpected')\n"
+        "r.Recorder._draw = fail\n"
+        "from mukca.tools.cli import main\n"
+        "sys.exit(main())\n"
+    )
+    words = [MUKCA[0], "-c", broken, *command(hand, tmp_path / "front")[len(MUKCA) :]]
+    with TerminalSession(words) as terminal:
+        assert terminal.wait() == 1
+        terminal.wait_for("unexpected")
+        assert terminal.settings == terminal.before
+        assert b"\x1b[?1049l" in terminal.output
+
+
+@pytest.mark.slow
+def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> None:
+    out = tmp_path / "front"
+    with TerminalSession(command(hand, out, mock="&fault=drop@3+3")) as terminal:
+        terminal.wait_for("PRESS: space captures")
+        terminal.wait_for("! the stream is silent: the simulated arm", "WAIT")
+        terminal.press("a")
+        terminal.wait_for("! refused: the stream is silent")
+        terminal.wait_for("the stream is back after", "connection lost 1x")
+        capture(terminal, "a", "captured sample 1")
+        terminal.press("q")
+        assert terminal.wait() == 0
+    assert len(read_placement(out).samples) == 1
+
+
+@pytest.mark.slow
+def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path, scripted) -> None:
+    out = tmp_path / "front"
+    words = fast(hand, out)
+    keys = tmp_path / "keys.txt"
+    keys.write_text("a*14 q")
+    words += ["--keys", str(keys)]
+    with TerminalSession(words, columns=120, limit_file_size=4096) as terminal:
+        terminal.wait_for("refused", "samples.csv cannot be written to: File too large")
+        assert terminal.wait() == 1
+        counted = int(terminal.text.split("samples.csv: ")[-1].split(" in socket 0")[0])
+    assert 3 < counted < 14
+    assert len(read_placement(out).samples) == counted
+    assert (out / "samples.csv").stat().st_size <= 4096
+    more = scripted(out, "a q")
+    assert more.status == 0, more.errors
+    assert len(read_placement(out).samples) == counted + 1
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "told"),
+    [
+        ("commands.record", "robot_of", "loading ..."),
+        ("recording.opening", "open_driver", "connecting to mock:"),
+    ],
+)
+def test_ctrl_c_ends_the_program_while_it_loads(
+    hand: Path, tmp_path: Path, module: str, name: str, told: str
+) -> None:
+    """Even where something that is being imported swallows the exception."""
+    loading = (
+        f"import sys, time, mukca.tools.{module} as r\n"
+        "def slow(*arguments):\n"
+        "    try: time.sleep(60)\n"
+        "    except KeyboardInterrupt: time.sleep(60)\n"
+        f"r.{name} = slow\n"
+        "from mukca.tools.cli import main\n"
+        "sys.exit(main())\n"
+    )
+    words = [MUKCA[0], "-c", loading, *command(hand, tmp_path / "front")[len(MUKCA) :]]
+    with TerminalSession(words) as terminal:
+        terminal.wait_for(told)
+        time.sleep(0.5)
+        terminal.press("\x03")
+        assert terminal.wait(20) == 130
+        terminal.wait_for("interrupted")
+
+
+def test_a_simple_terminal_shows_what_to_do(tmp_path: Path) -> None:
+    still = tmp_path / "hand.csv"
+    still.write_text(",".join(map(repr, PANDA_HOME)))
+    words = command(still, tmp_path / "front")
+    with TerminalSession(words, environment={"TERM": "dumb"}) as terminal:
+        terminal.wait_for("PRESS: space captures sample 1")
+        terminal.press(" ")
+        terminal.wait_for("captured sample 1", "NEXT POSE")
+        terminal.press("q")
+        assert terminal.wait() == 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
+def test_a_thousand_states_a_second_reach_the_screen(hand: Path, tmp_path: Path) -> None:
+    """A soak in small: the mock forgets what is not read in time, and forgets nothing."""
+    words = command(hand, tmp_path / "front", mock="&buffer=1")
+    with TerminalSession(words) as terminal:
+        terminal.wait_for("PRESS: space captures")
+        process = terminal.process.pid
+        frames, begun, used = count_frames(terminal), time.monotonic(), cpu_seconds(process)
+        time.sleep(6.0)
+        elapsed = time.monotonic() - begun
+        drawn, used = count_frames(terminal) - frames, cpu_seconds(process) - used
+        terminal.wait_for("missed 0")
+        assert drawn / elapsed >= 5
+        assert used / elapsed < 0.9
+
+
+def count_frames(terminal: TerminalSession) -> int:
+    """Every drawing changes the line with the stream's age."""
+    return terminal.output.count(b"last state")
+
+
+def cpu_seconds(process: int) -> float:
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -1,0 +1,103 @@
+"""Commands for the user to copy: each runs as it is printed."""
+
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, cast
+
+from ...documents.arms import ArmsDocument
+from ...documents.calibration import CalibrationDocument, Role
+
+__all__ = ["check_command", "record_command", "solve_command"]
+
+_CHAIN = ("base", "tip", "flange", "ball")
+"""What says, beside the robot, which of its links are meant."""
+
+
+def check_command(document: CalibrationDocument) -> str:
+    """Return the command that looks at the recordings."""
+    folders = [row.folder for row in document.data]
+    return shlex.join(["mukca", "check", *folders, *_one_robot(document)])
+
+
+def record_command(document: CalibrationDocument) -> str:
+    """Return the command that records another placement."""
+    words = ["mukca", "record", *_one_robot(document), "--driver", "NAME:ADDRESS"]
+    if document.arms is None:
+        return shlex.join([*words, "--out", "recordings/another"])
+    beside = Path(document.data[0].folder).parent / "another"
+    return shlex.join([*words, "--robot-name", document.arm_name, "--out", str(beside)])
+
+
+def solve_command(
+    document: CalibrationDocument,
+    *,
+    moved: Mapping[str, Role | None] | None = None,
+    given: dict[str, str] | None = None,
+) -> str:
+    """Return the command that makes the calibration again, or a better one.
+
+    Args:
+        document: The calibration; where several robots were calibrated together, of one of them.
+        moved: Placements that get another role; None leaves them out.
+        given: Settings that replace those of the calibration.
+    """
+    folders: dict[Role, list[str]] = {"train": [], "test": []}
+    for row in document.data:
+        role = row.role if moved is None or row.name not in moved else moved[row.name]
+        if role is not None:
+            folders[role].append(row.folder)
+    settings = {**document.settings, **(given or {})}
+    robots = ["--robot", document.robot]
+    if document.arms is not None:
+        folders = _of_all(document.arms, document.arm_name, folders)
+        robots = _all_robots(document.arms)
+        settings = {key: value for key, value in settings.items() if key not in _CHAIN}
+    words = ["mukca", "solve", *folders["train"]]
+    if folders["test"]:
+        words += ["--test", *folders["test"]]
+    words += [*robots, "--method", document.method, *_options(settings)]
+    if moved or given:
+        words += ["--out", "calibrated-again"]
+    return shlex.join(words)
+
+
+def _options(settings: Mapping[str, Any]) -> list[str]:
+    """Return settings as options, those that were given."""
+    words: list[str] = []
+    for key, value in settings.items():
+        if value not in (None, [], False):
+            values = cast("list[Any]", value) if isinstance(value, list) else [value]
+            words += [f"--{key.replace('_', '-')}", *([] if value is True else map(str, values))]
+    return words
+
+
+def _one_robot(document: CalibrationDocument) -> list[str]:
+    chain = {key: document.settings.get(key) for key in _CHAIN}
+    return ["--robot", document.robot, *_options(chain)]
+
+
+def _of_all(
+    arms: ArmsDocument, own: str, folders: Mapping[Role, list[str]]
+) -> dict[Role, list[str]]:
+    """Return whose each folder is, ``NAME:PATH``, those of one robot as they are to be now."""
+    roles: tuple[Role, Role] = ("train", "test")
+    return {
+        role: [
+            f"{arm.name}:{folder}"
+            for arm in arms.arms
+            for folder in (folders[role] if arm.name == own else getattr(arm, role))
+        ]
+        for role in roles
+    }
+
+
+def _all_robots(arms: ArmsDocument) -> list[str]:
+    words: list[str] = []
+    for arm in arms.arms:
+        words += ["--robot", f"{arm.name}={arm.robot}"]
+    for arm in arms.arms:
+        links = {key: arm.options.get(key) for key in _CHAIN[:-1]}
+        words += _options({key: f"{arm.name}={link}" for key, link in links.items() if link})
+    balls = [ball for arm in arms.arms if (ball := arm.options.get("ball"))]
+    return [*words, *_options({"ball": balls[0] if balls else None})]
