@@ -29,7 +29,10 @@ CORRELATED = 3
 """Errors of a sample and the next are correlated by about a half: so much larger is the variance
 of their means."""
 ODD = 0.03
-"""A placement whose distance differs by this part from the others' has a reason of its own."""
+"""A placement whose distance differs by this part from the others' has a reason of its own. Where
+it was measured anew, a smaller part (WRONG) has one."""
+SAME_DISTANCE = 2e-5
+"""Distances that differ by less are of one base, measured again [m]."""
 SAME_PLACE = 0.2
 """Sockets nearer to each other than this part of their distance are one socket."""
 _SOURCES = {
@@ -132,10 +135,12 @@ def judge_distances(
     if not rulers:
         return DistanceVerdict((), {}, None)
     ratios, n = _ratios(rulers, fit), len(bases)
-    odd, lengths = _odd(ratios), ratios.expected.tolist()
+    anew = _measured_anew(bases)
+    limits = np.array([WRONG if own else ODD for own in anew] + [ODD] * len(told))
+    odd, lengths = _odd(ratios, limits), ratios.expected.tolist()
     one = [length < SAME_PLACE * m.distance for m, length in zip(bases, lengths, strict=False)]
     single = {
-        m.name: _one_socket(m, lengths[i]) if one[i] else _other_distance(m, lengths[i])
+        m.name: _one_socket(m, lengths[i]) if one[i] else _other_distance(m, lengths[i], anew[i])
         for i, m in enumerate(bases)
         if one[i] or odd[i]
     }
@@ -203,18 +208,24 @@ def _ratios(rulers: Sequence[Known], fit: RigidFit) -> _Ratios:
     return _Ratios(expected, np.log(distances / expected), covariance, own)
 
 
-def _odd(ratios: _Ratios) -> np.ndarray:
-    """Return which distances contradict the others.
+def _measured_anew(bases: Sequence[Measurement]) -> list[bool]:
+    """Return of which bases the distance is another than of most."""
+    distances = np.array([m.distance for m in bases])
+    return (np.abs(distances - np.median(distances)) > SAME_DISTANCE).tolist() if bases else []
+
+
+def _odd(ratios: _Ratios, limits: np.ndarray) -> np.ndarray:
+    """Return which distances contradict the others by more than each may.
 
     Of two, it is the one that is not nearly what the model says; of one, nothing can be said.
     """
     logarithms = ratios.logarithms
     away = np.abs(logarithms)
-    if len(logarithms) < 3 and not (away < ODD).any():
+    if len(logarithms) < 3 and not (away < limits).any():
         return np.zeros(len(logarithms), dtype=bool)
     if len(logarithms) > 2:
         away = np.abs(logarithms - np.median(logarithms))
-    return away > np.maximum(ODD, 5 * ratios.own)
+    return away > np.maximum(limits, 5 * ratios.own)
 
 
 def _wrong_known(known: KnownDistance, length: float) -> Finding:
@@ -239,7 +250,16 @@ def _one_socket(measured: Measurement, length: float) -> Finding:
     )
 
 
-def _other_distance(measured: Measurement, length: float) -> Finding:
+def _other_distance(measured: Measurement, length: float, anew: bool) -> Finding:
+    if anew:
+        return Finding(
+            "error",
+            "distance",
+            where_of([measured]),
+            f"its sockets are {1e3 * length:.1f} mm apart by the model and the other recordings, "
+            f"not {1e3 * measured.distance:.1f}",
+            f"that distance is {_SOURCES[measured.distance_source]}",
+        )
     return Finding(
         "error",
         "distance",

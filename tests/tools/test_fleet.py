@@ -1,6 +1,7 @@
 """Many arms in one go: what each row says, and that a broken arm stops no other."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -55,6 +56,9 @@ def test_a_fleet_is_calibrated_and_compared(
         assert Path(session["outputs"]["urdf"]).is_file()
     page = (out / "fleet.html").read_text()
     assert "panda_joint4" in page and "arm-3" in page and "What to record again" in page
+    links = re.findall(r'href="([^":]+)"', page)
+    assert links == ["arm-1/2026-06-01/report.html", "arm-2/2026-06-01/report.html"]
+    assert all((out / link).is_file() for link in links)
 
 
 def test_what_all_arms_share_is_told_from_what_each_has() -> None:

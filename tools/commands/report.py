@@ -73,7 +73,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     new = write_report(folder, report.files, force=arguments.force)
     show(terminal.console, report.figures)
     page = folder / "report.html"
-    terminal.say(f"Wrote {page}" if new else f"{page} is up to date")
+    words = "and report.json beside it, the same figures for scripts"
+    terminal.say(f"Wrote {page}, {words}" if new else f"{page} is up to date, {words}")
     if arguments.open:
         open_page(page, terminal)
     if arguments.json:

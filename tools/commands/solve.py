@@ -207,7 +207,8 @@ def last_words(outputs: dict[str, str]) -> list[str]:
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
     lines = [
-        f"Wrote {outputs['calibration']}, and {outputs['report']} to read",
+        f"Wrote {outputs['calibration']}, and {outputs['report']} to read; report.json beside it "
+        "holds the same figures for scripts",
         f"Wrote {outputs['urdf']}: load it instead of the nominal URDF, in robot_state_publisher, "
         "MoveIt, Pinocchio, Drake, or whatever computes the arm's kinematics.",
     ]

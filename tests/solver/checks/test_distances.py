@@ -117,3 +117,14 @@ def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) ->
     assert seen.scale is not None
     true = 0.0 if distance is None else 0.1
     assert abs(seen.scale.value - true) < 3 * seen.scale.deviation < 0.06
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_the_recording_whose_distance_is_out_of_line_is_named(look, placements, count) -> None:
+    wrong = [placements[0], replace(placements[1], distance=0.0508), *placements[2:count]]
+    seen = look(wrong)
+    (finding,) = seen.findings
+    assert finding.code == "distance" and finding in seen.placements[1].findings
+    assert "50.0 mm apart by the model and the other recordings, not 50.8" in finding.text
+    assert "as placement.json has it" in finding.advice
+    assert look([replace(placements[0], distance=0.0502), placements[1]]).findings == ()

@@ -55,9 +55,17 @@ def _parameters(report: ReportDocument) -> Element:
     heads = ["parameter", "nominal", "calibrated", "change", "standard deviation", "unit"]
     return tag(
         "details",
-        tag("summary", f"All {len(rows)} parameters"),
+        tag("summary", f"All {len(rows)} parameters{_parts(report)}"),
         table(heads, rows, "numbers"),
     )
+
+
+def _parts(report: ReportDocument) -> str:
+    """Return how many parameters are what, where they are of several kinds."""
+    others = report.coefficients or ()
+    off = sum(not (row.value or row.standard_deviation) for row in others)
+    words = f": {len(report.parameters)} of joint origins and ball, {len(others)} of the extensions"
+    return f"{words}, {off} of them switched off" if others else ""
 
 
 def _parameter_row(

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from itertools import groupby
+from pathlib import Path
+from urllib.parse import quote
 
 from ...documents.files import encode
 from ...documents.fleet import FleetArm, FleetDocument, FleetSession
 from ..words import fixed, mm, plural
 from .html.cells import Cell, figure, table
 from .html.frame import frame
-from .html.markup import Element, tag
+from .html.markup import Element, Node, tag
 
 __all__ = ["fleet_page", "summary_of"]
 
@@ -57,7 +59,7 @@ def _arms(result: FleetDocument) -> Element:
         session, path = arm.sessions[k], f"arms.{i}.sessions.{k}"
         rows.append(
             [
-                arm.name,
+                _named(arm.name, session),
                 session.name or _DASH,
                 f"{session.samples} at {plural(session.placements, 'placement')}",
                 figure(result, f"{path}.nominal"),
@@ -75,6 +77,14 @@ def _arms(result: FleetDocument) -> Element:
     return tag("section", tag("h2", "All arms"), table(heads, rows, "cards"), tag("p", note))
 
 
+def _named(arm: str, session: FleetSession) -> Node:
+    """Return an arm's name, which leads to the report of a session where there is one."""
+    if "report" not in session.outputs:
+        return arm
+    parts = (arm, session.name, Path(session.outputs["report"]).name)
+    return tag("a", arm, href="/".join(quote(part) for part in parts if part))
+
+
 def _status(session: FleetSession) -> str:
     return {"pass": "PASS", "fail": "FAIL", "incomplete": "not evaluated"}.get(
         session.status, session.status
@@ -89,7 +99,7 @@ def _drift(result: FleetDocument) -> Element:
                 continue
             shown = figure(result, f"arms.{i}.sessions.{k}.drift.mean_absolute_error")
             since = f"{session.drift.since or 'the first'} at {session.name}"
-            rows.append([arm.name, since, shown, session.drift.text])
+            rows.append([arm.name, since, shown, session.drift.text.removeprefix("Verdict: ")])
     title = tag("h2", "Drift: each calibration on the recordings of the next session")
     if not rows:
         return tag("section", title, tag("p", "No arm has recordings of two sessions."))

@@ -94,8 +94,8 @@ def _parameter_sentence(kinds: dict[str, list[_Bar]]) -> str:
         return f"The largest changes are {joined(parts)}; this method gives no standard deviations."
     clear = sum(abs(change) > 2 * deviation for change, deviation in known)
     return (
-        f"The largest changes are {joined(parts)}, and {clear} of {len(known)} are beyond two of "
-        "their standard deviations."
+        f"The largest changes are {joined(parts)}; {clear} of the {len(known)} drawn are beyond "
+        "two of their standard deviations."
     )
 
 
@@ -199,12 +199,14 @@ def groups(report: ReportDocument) -> Plot | None:
         panel.text(panel.x(min(share, 62)) + 6, panel.row(i) + 4, words, "tick")
     on = [name for name, row in zip(names, rows, strict=True) if row.active]
     off = [name for name, row in zip(names, rows, strict=True) if not row.active]
-    total = sum(row.effective for row in rows)
+    total, count = sum(row.effective for row in rows), sum(row.count for row in rows)
+    others = sum(row.count for row in report.groups or ()) - count
+    rest = f" The ball's {others} are not counted here: it may be anywhere." if others else ""
     return Plot(
         "groups",
         "What the data settle",
-        f"The data settle {total:.0f} of {sum(row.count for row in rows)} parameters, support "
-        f"{joined(on) or 'no group'}, and switch off {joined(off) or 'none'}.",
+        f"The data settle {total:.0f} of {count} parameters, those that are switched off included. "
+        f"They support {joined(on) or 'no group'}, and switch off {joined(off) or 'none'}.{rest}",
         (panel.root,),
         (("change", "settled by the data"), ("range", "left to the prior")),
         "half",
