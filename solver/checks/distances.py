@@ -136,7 +136,7 @@ def judge_distances(
         return DistanceVerdict((), {}, None)
     ratios, n = _ratios(rulers, fit), len(bases)
     anew = _measured_anew(bases)
-    limits = np.array([WRONG if own else ODD for own in anew] + [ODD] * len(told))
+    limits = np.array([WRONG if own else ODD for own in anew] + [ODD] * len(usable))
     odd, lengths = _odd(ratios, limits), ratios.expected.tolist()
     one = [length < SAME_PLACE * m.distance for m, length in zip(bases, lengths, strict=False)]
     single = {
