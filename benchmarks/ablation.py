@@ -1,6 +1,6 @@
 """What each part of the model is worth: errors at other places, with and without it.
 
-    python benchmarks/ablation.py [PLACEMENTS --robot R] [--arms 24] [--picture FILE.svg]
+    python benchmarks/ablation.py [PLACEMENTS --robot R] [--arms 15] [--picture FILE.svg]
 
 Every model is trained on the first placement and measured at all others. Without placements, arms
 are simulated that bend and turn unevenly as real ones do. `means held` is Eq. (5) of the paper
@@ -115,7 +115,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("placements", nargs="*", type=Path)
     parser.add_argument("--robot", default="panda")
-    parser.add_argument("--arms", type=int, default=24)
+    parser.add_argument("--arms", type=int, default=15)
     parser.add_argument("--picture", type=Path)
     add_workers(parser)
     arguments = parser.parse_args()

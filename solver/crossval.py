@@ -37,6 +37,8 @@ class Plan:
     are named in full."""
     deviation: float = CALIPER_DEVIATION
     """auto: standard deviation of the latter [m]."""
+    zeros: bool = False
+    """auto: whether the joints' zeros may be off by degrees, as on arms made of servos."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,7 @@ def _fit(plan: Plan, job: Job) -> CalibratedRobot:
         known=[k for k in plan.known if {k.first[0], k.second[0]} <= names],
         distance_deviation=plan.deviation,
         load=plan.load,
+        zeros=plan.zeros,
         tied=False,
     ).calibrated
 

@@ -93,8 +93,8 @@ def robot_of(arguments: argparse.Namespace) -> "Robot":
 
 
 def add_measured(parser: argparse.ArgumentParser) -> None:
-    """Add ``--known`` and ``--distance-deviation``: what was measured, and how well."""
-    group = parser.add_argument_group("measured distances, for method auto")
+    """Add ``--known`` and ``--distance-deviation``, what was measured, and ``--zeros``."""
+    group = parser.add_argument_group("distances and zeros, for method auto")
     group.add_argument(
         "--known",
         nargs="+",
@@ -108,6 +108,12 @@ def add_measured(parser: argparse.ArgumentParser) -> None:
         type=float,
         metavar="M",
         help="standard deviation of --distance (default: 3e-5, a caliper)",
+    )
+    group.add_argument(
+        "--zeros",
+        action="store_const",
+        const=True,
+        help="the joints' zeros may be off by degrees: for arms made of servos",
     )
 
 
@@ -136,6 +142,7 @@ def settings_of(arguments: argparse.Namespace, method: str = "auto") -> "Setting
         method=method,
         known=known_of(arguments.known),
         distance_deviation=arguments.distance_deviation,
+        zeros=arguments.zeros,
         payload=arguments.payload,
         gravity=arguments.gravity,
     ).settled()

@@ -71,12 +71,6 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         help="what is not to be tried",
     )
     group.add_argument(
-        "--zeros",
-        action="store_const",
-        const=True,
-        help="the joints' zeros may be off by degrees: for arms made of servos",
-    )
-    group.add_argument(
         "--type-prior",
         nargs="+",
         default=[],

@@ -13,7 +13,7 @@ from math import erfc, lgamma, log, pi, sqrt
 import numpy as np
 
 from .deflection import ELASTICITY
-from .noise import NU
+from .noise import INFORMATION, NU
 from .normal_equations import NormalEquations, normal_equations, value, weigh
 from .objective import Objective, State, free_unknowns, from_means, moved, prior_precision, priors
 from .positive import bounds
@@ -21,6 +21,9 @@ from .posterior import Posterior, World
 from .priors import TYPICAL_SPREAD
 
 __all__ = ["inverse", "posterior"]
+
+GAUSSIAN = 0.89
+"""See :func:`_overstated`."""
 
 
 def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> World:
@@ -37,7 +40,8 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     """
     curve = _curve(objective, state)
     widened = prior_precision(objective, curve.state, widened=True)
-    precision = curve.normal.information + widened + np.diag(curve.bounds)
+    told = curve.normal.information - _overstated(objective, curve.state, curve.normal)
+    precision = told + widened + np.diag(curve.bounds)
     covariance = inverse(precision, free_unknowns(objective, curve.state))
     mean = curve.state
     if curve.change.any():
@@ -51,6 +55,22 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     poses = dict(zip(objective.rows.scene.arms[0].frames, mean.frames, strict=True))
     scene = objective.rows.scene
     return World(arms, objective.model.own, scene, poses, covariance, curve.log_evidence)
+
+
+def _overstated(objective: Objective, state: State, normal: NormalEquations) -> np.ndarray:
+    """Return what the curvature claims to know too much of balls that an instrument measured.
+
+    Its noise is Gaussian, unlike that of a ball in a socket, and the robust weights pass over some
+    of what such samples tell: the variance of the best fit is 1 / GAUSSIAN times that by the
+    curvature (Huber's E[psi^2] / E[psi']^2, for Student's psi of (A2) and Gaussian 3-vectors).
+    """
+    less = np.zeros_like(normal.information)
+    measured = objective.rows.sockets < 0
+    J, own = state.linear.by_unknowns[measured], slice(objective.dense)
+    weighted = normal.inverse_scales[measured] * normal.weights[measured, None, None] @ J
+    told = J.reshape(-1, objective.dense).T @ weighted.reshape(-1, objective.dense)
+    less[own, own] = (1 - GAUSSIAN) * INFORMATION * told
+    return less
 
 
 def _of_arm(

@@ -141,7 +141,7 @@ def select_all(
     order = [(name, i) for name in names for i in range(len(robots))]
     starts = [geometric, _of_types(geometric, types)] if any(types) else [geometric]
     tried = [_search(fit, start, order, progress) for start in starts]
-    models, words = _judged(fit, tried[0].models, [m for one in tried[1:] for m in one.models[1:]])
+    models, words = _judged(fit, [geometric, *(m for one in tried for m in one.models[1:])])
     shares = probabilities(models)
     notes: list[list[str]] = [[] for _ in robots]
     best = max(tried, key=lambda one: max(model.log_evidence for model in one.models))
@@ -216,21 +216,15 @@ def _kept(world: World) -> tuple[frozenset[str], ...]:
     return tuple(frozenset(arm.model.extensions) for arm in world.arms)
 
 
-def _judged(fit: Fit, models: list[World], typed: list[World]) -> tuple[list[World], str]:
+def _judged(fit: Fit, models: list[World]) -> tuple[list[World], str]:
     """Return the models that count: the geometry alone, or the probable ones; and words on why.
 
     Args:
         fit: Fits a model.
         models: What was tried, the geometry alone first.
-        typed: What was tried with the elasticity of other arms of the type. That this arm bends as
-            they do is no bold claim, so these need not be 150 times as probable.
     """
-    geometric = models[0]
-    if max(model.log_evidence for model in models) - geometric.log_evidence < GAIN:
-        models = [geometric]
-    models = [*models, *typed]
-    best = max(models, key=lambda model: model.log_evidence)
-    if best is geometric:
+    geometric, best = models[0], max(models, key=lambda model: model.log_evidence)
+    if best.log_evidence - geometric.log_evidence < GAIN:
         return [geometric], ""
     words = ""
     if len(best.scene.placements) >= ENOUGH_PLACEMENTS:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..auto.deflection import ZERO
 from ..auto.estimation import estimate
 from ..auto.extended_model import extend
 from ..auto.uncertainty import workspace_deviation
@@ -65,6 +66,8 @@ def predicted_error(
     load: Load | None = None,
     known: Sequence[KnownDistance] = (),
     deviation: float = CALIPER_DEVIATION,
+    *,
+    zeros: bool = False,
 ) -> float | None:
     """Return the error of distances in the workspace that a calibration would have [m].
 
@@ -73,7 +76,7 @@ def predicted_error(
     load = load or Load()
     try:
         data = observe(measurements, robot, known=known, deviation=deviation, load=load)
-        posterior = estimate(extend(robot, parameters), data)
+        posterior = estimate(extend(robot, parameters, (ZERO,) if zeros else ()), data)
     except (KnownError, NotConverged):
         return None
     median = workspace_deviation(posterior, load)[0]

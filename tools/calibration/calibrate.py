@@ -217,7 +217,8 @@ def _calibrate_arms(
             types=types,
             progress=progress,
             **options,
-        )
+        ),
+        every,
     )
     assert fits[0].world is not None
     calibrations = {
@@ -255,7 +256,9 @@ def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None
     parameters = choose_parameters(task.robot, settings.free, settings.fix)
     if settings.method == "paper":
         options = settings.of_paper()
-        return _settled(lambda: [fit_by_paper(task.robot, parameters, task.train, **options)])[0]
+        return _settled(
+            lambda: [fit_by_paper(task.robot, parameters, task.train, **options)], [task]
+        )[0]
     options = settings.of_auto()
     (of_type,) = type_priors(settings.type_prior, [task.robot])
     return _settled(
@@ -269,14 +272,21 @@ def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None
                 sockets_at=located,
                 progress=progress,
             )
-        ]
+        ],
+        [task],
     )[0]
 
 
-def _settled(fit: Callable[[], list[Fit]]) -> list[Fit]:
-    """Return fits, if they settled to finite numbers."""
+def _settled(fit: Callable[[], list[Fit]], tasks: Sequence[Task]) -> list[Fit]:
+    """Return fits, if they settled to finite numbers; else say what is wrong in the recordings."""
+    seen = [f for task in tasks if task.inspected is not None for f in task.inspected.findings]
+    wrong = next((finding for finding in seen if finding.level == "error"), None)
     try:
         fits = fit()
+    except NotConverged:
+        if wrong is None:
+            raise
+        raise NotConverged(f"the fit did not settle; {wrong}") from None
     except np.linalg.LinAlgError as error:
         raise NotConverged(f"the fit did not settle ({error}); run mukca check") from None
     if not all(np.isfinite(one.calibrated.values).all() for one in fits):

@@ -53,13 +53,16 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         terminal.warn(line)
     known, deviation = settings.distances, settings.deviation
     parameters = choose_parameters(robot)
-    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation)
+    zeros = bool(settings.zeros)
+    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation, zeros=zeros)
     lone = lone_findings(data, known)
     shared, findings = (*survey.shared, *lone), (*survey.findings, *lone)
     broken = any(finding.level == "error" for finding in findings)
     predicted = None
     if not broken:
-        predicted = predicted_error(robot, parameters, data, settings.load, known, deviation)
+        predicted = predicted_error(
+            robot, parameters, data, settings.load, known, deviation, zeros=zeros
+        )
     hint = next_placement(robot, survey) if survey.placements else POINTS_HINT
     points = [
         f"{m.name}: {sum(m.counts)} points that an instrument measured"

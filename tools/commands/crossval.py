@@ -69,11 +69,19 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         raise UsageError(f"--bootstrap {arguments.bootstrap}: a spread needs 2 fits or more")
     parameters = choose_parameters(robot)
     known, deviation = named(data, settings.distances), settings.deviation
-    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation)
+    zeros = bool(settings.zeros)
+    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation, zeros=zeros)
     for finding in survey.findings:
         terminal.warn(str(finding))
     plan = Plan(
-        robot, parameters, tuple(data), arguments.method, settings.load, tuple(known), deviation
+        robot=robot,
+        parameters=parameters,
+        measurements=tuple(data),
+        method=arguments.method,
+        load=settings.load,
+        known=tuple(known),
+        deviation=deviation,
+        zeros=zeros,
     )
     work = jobs(len(data), arguments.bootstrap)
     metrics = run_all(plan, work, workers, terminal)

@@ -18,8 +18,8 @@ from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import BallModel, workspace
 from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.simulated_arms import Base, record
+from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.tools.simulated_arms import Base, perturb, reachable_bases, record
 from mukca.tools.simulated_worlds import random_pose, sockets_seen
 
 HOME = Pose(np.eye(3), np.zeros(3))
@@ -108,3 +108,21 @@ def test_two_sockets_in_the_base_leave_it_a_turn(panda: Robot, noisy: list[Place
     at = sockets_seen(BASES[:1], HOME, np.random.default_rng(2), name="base")
     found = fit(panda, noisy, at).arms[0]
     assert "leave it a turn" in cannot_see(found, weak_directions(found))[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["gen3", "lite6", "ur3e"])
+def test_exact_sockets_in_a_frame_give_every_place_back(name: str) -> None:
+    """Where the ball is in a table's frame and in an anchored base, at sockets held out."""
+    robot, generator = load_robot(name), np.random.default_rng(1)
+    arm = perturb(robot, generator, 2e-3, 5e-3)
+    *bases, held = reachable_bases(arm, generator, 5)
+    placements = without_distance([record(arm, b, generator, samples=10) for b in bases])
+    q = record(arm, held, generator, samples=5).positions
+    truth = BallModel(arm, []).points(np.empty(0), q)
+    for use, frame in (("table", random_pose(generator)), ("base", HOME)):
+        at = sockets_seen(bases, frame, generator, deviation=1e-8, name=use)
+        found = fit(robot, placements, at)
+        ball = found.arms[0].predict(q, np.tile(0 * q, 3))
+        seen = found.frames.get(use, HOME).inverse().apply(ball)
+        assert np.abs(seen - frame.inverse().apply(truth)).max() < 1e-9

@@ -142,3 +142,22 @@ def test_too_few_points_are_refused(both: tuple[Placement, Placement, Pose], pan
     points = both[1]
     with pytest.raises(MeasurementError, match="3 measured points; at least 4"):
         measure(replace(points, samples=points.samples[:3]), panda)
+
+
+def test_what_is_stated_of_measured_points_is_what_gaussian_noise_leaves(
+    panda: Robot, true_panda: Robot
+) -> None:
+    """Robust weights use 1 / 1.1 of what such points tell; to claim more would be too sure."""
+    generator = np.random.default_rng(3)
+    placement = measured_points(
+        true_panda, random_pose(generator), generator, samples=900, noise=1e-4
+    )
+    scene = as_scene(observe([measure(placement, panda)], panda))
+    arms = as_arms(extend(panda, choose_parameters(panda)))
+    found = estimate_all(arms, scene, joint_noise=False)
+    x, frames = found.arms[0].x, tuple(found.frames.values())
+    J = linearise(build_objective(arms, scene), x, np.zeros((0, 3)), frames).by_unknowns
+    free = np.flatnonzero(np.diag(found.covariance))
+    all_there_is = np.trace(np.einsum("nia,nib->ab", J, J)[np.ix_(free, free)]) / 1e-4**2
+    stated = np.trace(np.linalg.inv(found.covariance[np.ix_(free, free)]))
+    assert stated / all_there_is == pytest.approx(1 / 1.1, abs=0.05)

@@ -7,17 +7,22 @@ import pytest
 
 import mukca
 from mukca.recorder.dataset import Placement
+from mukca.solver import crossval
 from mukca.solver.auto.deflection import LEAST_TORQUE, PLAY, ZERO, Deflection, looseness
 from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import scale
 from mukca.solver.auto.zeros import DECIDED, angles_near, with_zeros
+from mukca.solver.checks import inspection
 from mukca.solver.data.known import SocketAt
+from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
+from mukca.solver.paper.optimizers import NotConverged
 from mukca.solver.robot.kinematics import gravity_torques, rotation_rpy
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.calibration.calibrate import calibrate
+from mukca.tools.cli import main
 from mukca.tools.simulated_arms import Base, Imperfection, record
 from mukca.tools.usage import UsageError
 
@@ -145,3 +150,34 @@ def test_zeros_need_angles_that_are_free(robot, placement):
         calibrate(robot, placement, zeros=True, fix=["elbow_flex.yaw"])
     with pytest.raises(mukca.MukcaError, match="belongs to --method auto"):
         calibrate(robot, placement, zeros=True, method="paper")
+
+
+def test_check_and_crossval_know_of_zeros_as_solve_does(robot, tmp_path, monkeypatch):
+    for k in (0, 1):
+        for name in ("a", "b"):
+            (tmp_path / name).mkdir(exist_ok=True)
+            rows = record(
+                robot, ANCHORED, np.random.default_rng([k, ord(name)]), samples=4
+            ).positions
+            text = "\n".join(",".join(map(str, q)) for q in rows.tolist())
+            (tmp_path / name / f"hole_{k}.csv").write_text(text)
+    told = []
+
+    def inspected(*_, zeros=False, **__):
+        told.append(zeros)
+        raise UsageError("seen enough")
+
+    def fitted(*_, zeros=False, **__):
+        told.append(zeros)
+        raise NotConverged("seen enough")
+
+    monkeypatch.setattr(inspection, "inspect_all", inspected)
+    for verb in ("check", "crossval"):
+        assert main([verb, str(tmp_path), "--robot", "so101", "--distance", "0.15"]) == 2
+        assert main([verb, str(tmp_path), "--robot", "so101", "--distance", "0.15", "--zeros"]) == 2
+    monkeypatch.setattr(crossval, "fit_by_auto", fitted)
+    for zeros in (False, True):
+        parameters = tuple(choose_parameters(robot))
+        plan = crossval.Plan(robot, parameters, (), "auto", Load(), zeros=zeros)
+        assert crossval.run_job(plan, crossval.Job("alone", ())) is None
+    assert told == [False, True] * 3
