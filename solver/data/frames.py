@@ -29,6 +29,8 @@ FAR = 0.25
 arm, and more than a guessed ball is off."""
 UNLIKE = 20.0
 """Coordinates whose spread is this many times that of the ball are not in metres."""
+SAME = 1e-6
+"""Nor are they measurements, if it is so small a share of it."""
 MIRRORED = 0.2
 """Coordinates fit much better mirrored, if that leaves less than this share of the error."""
 REWEIGHTINGS = 20
@@ -174,6 +176,11 @@ def _placed(frame: Landmarks, common: np.ndarray, world: np.ndarray) -> Pose:
     inner, outer = frame.points[common], world[common]
     wheres = [where for where, known in zip(frame.wheres, common, strict=True) if known]
     ratio = _spread(inner) / max(_spread(outer), 1e-9)
+    if len(inner) > 1 and ratio < SAME:
+        raise FrameError(
+            f"{wheres[0]}: coordinates of frame {frame.name!r} are all the same, and those of the "
+            "ball by the model are not; measure each place anew"
+        )
     if len(inner) > 1 and not 1 / UNLIKE < ratio < UNLIKE:
         units = ("millimetres", "metres") if ratio > 1 else ("metres", "millimetres")
         raise FrameError(

@@ -246,6 +246,10 @@ def _check_sockets(measured: Measurement, least: int) -> None:
                 f"{where}: {sum(measured.counts)} measured points; at least {LEAST_POINTS} are "
                 "needed, 50 are advised"
             )
+        if not np.ptp(measured.positions, axis=0).any():
+            raise MeasurementError(
+                f"{where}: all {sum(measured.counts)} points are of one configuration; move the arm"
+            )
         return
     if len(measured.sockets) < least:
         raise MeasurementError(
