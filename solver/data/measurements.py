@@ -180,17 +180,17 @@ def check_distinct(measurements: Sequence[Measurement]) -> None:
         MeasurementError: Two placements come from one folder, or two sockets hold the same
             samples.
     """
-    seen: dict[bytes, Measurement] = {}
+    earlier: dict[bytes, Measurement] = {}
     sockets: dict[bytes, str] = {}  # where each row stood first
     for one in measurements:
         samples = one.positions.tobytes()
-        if samples in seen:
-            a, b = one.placement, seen[samples].placement
+        if samples in earlier:
+            a, b = one.placement, earlier[samples].placement
             raise MeasurementError(
                 f"{a.path or a.name} and {b.path or b.name} are the same placement; "
                 "name each only once"
             )
-        seen[samples] = one
+        earlier[samples] = one
         for socket, rows in zip(one.sockets, one.by_socket, strict=True):
             where = _samples_of(one, socket)
             alike = [row.tobytes() for row in np.round(rows / SAME_ROW) + 0.0]

@@ -230,7 +230,7 @@ def _calibrate_arms(
 
 def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, list[Placement]]:
     """Return each robot's placements: as given by name, or as each of them says."""
-    found: dict[str, list[Placement]] = {name: [] for name in robots}
+    by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
     named = ", ".join(robots)
     if isinstance(placements, Mapping):
         pairs = [(name, p) for name, own in placements.items() for p in as_list(own)]
@@ -240,15 +240,15 @@ def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, 
         where = placement.path or placement.name
         if name is None:
             raise UsageError(f"{where}: whose is it? Write NAME:{where}; the robots are {named}")
-        if name not in found:
+        if name not in by_robot:
             raise UsageError(f"{where}: of robot {name!r}, but the robots are {named}")
-        if any(p.place == placement.place for p in found[name]):
+        if any(p.place == placement.place for p in by_robot[name]):
             raise UsageError(
                 f"{where}: robot {name} has two placements called {placement.place!r}; rename a "
                 "folder, since placements of one name are one base for all robots"
             )
-        found[name].append(placement)
-    return found
+        by_robot[name].append(placement)
+    return by_robot
 
 
 def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None]) -> Fit:
