@@ -168,6 +168,34 @@ def occupied(folder: Path) -> list[str]:
     return ["--out", str(folder / "out")]
 
 
+def copied_and_rounded(folder: Path) -> None:
+    """What is held out is what is trained on, in another order, by way of a spreadsheet."""
+    for name in ("hole_0.csv", "hole_1.csv"):
+        write(folder / "left" / name, rows_of(folder / "front" / name)[::-1])
+
+
+def homed_again(folder: Path) -> None:
+    """Joint 4 gets another zero amid the recording."""
+    for file in sorted(folder.glob("front/hole_*.csv")):
+        later = np.arange(len(rows_of(file))) >= 10
+        write(file, rows_of(file) + 0.03 * np.outer(later, np.arange(7) == 3))
+
+
+def utf_16(folder: Path) -> None:
+    file = folder / "front/hole_0.csv"
+    file.write_bytes(file.read_text().encode("utf-16"))
+
+
+def cut_off(folder: Path) -> None:
+    file = folder / "front/hole_0.csv"
+    file.write_text("\n".join([*file.read_text().splitlines()[:8], "0.1, 0.2"]))
+
+
+def decimal_commas(folder: Path) -> None:
+    file = folder / "front/hole_0.csv"
+    file.write_text(file.read_text().replace(".", ","))
+
+
 MISTAKES: dict[str, Spoil] = {
     "an empty file": text(b""),
     "a header alone": text(b"q1,q2,q3,q4,q5,q6,q7\n"),
@@ -206,6 +234,19 @@ MISTAKES: dict[str, Spoil] = {
     "columns 6 and 7 exchanged": all_rows(lambda q: q[:, [0, 1, 2, 3, 4, 6, 5]]),
     "joint 3's zero off by 0.5 rad": shifted(2, 0.5),
     "joint 5's zero off by a quarter": shifted(4, np.pi / 2),
+    "joint 4's zero off by 0.1 rad": shifted(3, 0.1),
+    "joint 6's zero off by 0.1 rad": shifted(5, 0.1),
+    "joint 4 homed again amid the recording": homed_again,
+    "held out is trained on, rounded": copied_and_rounded,
+    "another distance in one placement.json": text(b'{"distance": 0.0512}', "left/placement.json"),
+    "angles from 0 to 360 degrees": all_rows(lambda q: q % (2 * np.pi)),
+    "angles rounded to degrees": all_rows(lambda q: np.deg2rad(np.round(np.rad2deg(q)))),
+    "joint 2 always zero": all_rows(lambda q: q * (np.arange(7) != 1)),
+    "a counter for the last joint": all_rows(lambda q: np.c_[q[:, :6], np.arange(len(q)) / 10]),
+    "each of four samples five times": all_rows(lambda q: np.repeat(q[:4], 5, axis=0)),
+    "UTF-16": utf_16,
+    "cut off amid a line": cut_off,
+    "decimal commas, separated by commas": decimal_commas,
     "5 mrad of noise on each joint": all_rows(noisy),
     "3 samples a socket": all_rows(lambda q: q[:3]),
     "5 samples a socket": all_rows(lambda q: q[:5]),

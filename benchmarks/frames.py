@@ -15,8 +15,9 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -39,6 +40,7 @@ from mukca.tools.simulated_worlds import (
     recorded_by_both,
     sockets_seen,
 )
+from mukca.tools.workers import Workers, add_workers, workers_of
 
 USES = ("instrument", "table", "base")
 FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))
@@ -178,27 +180,29 @@ def _between(bases: Sequence[Base], generator: np.random.Generator) -> Base:
     return replace(bases[0], name="held", centre=shares @ np.array([b.centre for b in bases]))
 
 
-def exactness(names: Iterable[str]) -> None:
-    print("exact: largest error in m", flush=True)
-    for name in names:
-        robot = load_robot(name)
-        found = {use: one_arm(robot, use, 1, 0.0)[0] for use in USES}
-        found["two arms"] = two_arms([robot, robot], 1, 0.0, 5, 20)[0]
-        words = "  ".join(f"{use} {np.abs(off).max():.1e}" for use, off in found.items())
-        print(f"  {name:10s} {words}", flush=True)
+def exact(name: str) -> str:
+    """Return a robot's largest errors of each use, without noise."""
+    robot = load_robot(name)
+    found = {use: one_arm(robot, use, 1, 0.0)[0] for use in USES}
+    found["two arms"] = two_arms([robot, robot], 1, 0.0, 5, 20)[0]
+    words = "  ".join(f"{use} {np.abs(off).max():.1e}" for use, off in found.items())
+    return f"  {name:10s} {words}"
 
 
-def coverage(draws: int) -> None:
+def shares_of(use: str, seed: int) -> list[float]:
+    """Return how many errors of one draw lie within 1 and 1.96 stated deviations [%]."""
     panda = load_robot("panda")
+    if use in USES:
+        errors, stated = one_arm(panda, use, seed, 1e-4)
+    else:
+        errors, stated, _ = two_arms([panda, panda], seed, 1e-4)
+    z = np.abs(errors / stated)
+    return [100 * float(np.mean(z < limit)) for limit in (1.0, 1.96)]
+
+
+def coverage(draws: int, workers: Workers) -> None:
     for use in (*USES, "two arms"):
-        shares: list[list[float]] = []
-        for seed in range(draws):
-            if use in USES:
-                errors, stated = one_arm(panda, use, seed, 1e-4)
-            else:
-                errors, stated, _ = two_arms([panda, panda], seed, 1e-4)
-            z = np.abs(errors / stated)
-            shares.append([100 * float(np.mean(z < limit)) for limit in (1.0, 1.96)])
+        shares = workers.map(partial(shares_of, use), range(draws))
         (one, two), (d1, d2) = np.mean(shares, axis=0), np.std(shares, axis=0) / draws**0.5
         print(
             f"{use}: {draws} draws, within 1 sigma {one:.1f} +- {d1:.1f} % (68.3), within "
@@ -207,10 +211,14 @@ def coverage(draws: int) -> None:
         )
 
 
-def face_to_face(draws: int) -> None:
+def met(count: int, samples: int, seed: int) -> tuple[np.ndarray, np.ndarray, float]:
     panda = load_robot("panda")
+    return two_arms([panda, panda], seed, 1e-4, count, samples)
+
+
+def face_to_face(draws: int, workers: Workers) -> None:
     for count, samples in ((3, 12), (2, 12), (3, 30), (2, 30)):
-        found = [two_arms([panda, panda], seed, 1e-4, count, samples) for seed in range(draws)]
+        found = workers.map(partial(met, count, samples), range(draws))
         off = np.concatenate([np.linalg.norm(errors, axis=1) for errors, _, _ in found])
         told = float(np.mean([tools for _, _, tools in found]))
         print(
@@ -225,11 +233,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=50)
     parser.add_argument("--robots", nargs="*", default=list(shipped_robots()))
+    add_workers(parser)
     arguments = parser.parse_args()
-    exactness(arguments.robots)
+    workers = workers_of(arguments)
+    print("exact: largest error in m", flush=True)
+    print("\n".join(workers.map(exact, arguments.robots)), flush=True)
     if arguments.draws:
-        coverage(arguments.draws)
-        face_to_face(arguments.draws // 5)
+        coverage(arguments.draws, workers)
+        face_to_face(arguments.draws // 5, workers)
 
 
 if __name__ == "__main__":

@@ -4,10 +4,10 @@
     python benchmarks/recorder.py --minutes 10    the long one
 
 ``mukca record`` runs on a simulated Panda that streams 1000 states a second and forgets what is not
-read within 0.1 s, as a socket's buffer does. A key is pressed every other second, and the socket
-changed half-way, so that the live fit runs after every capture; the page is open and followed. The
-baseline, in the same run, is a bare loop that reads the same arm and does nothing else; the
-simulated arm itself runs in the same process in both.
+read within 0.1 s, as a socket's buffer does. A key is pressed every second, whatever the arm does,
+and the socket changed half-way, so that the live fit runs after every capture; the page is open and
+followed. The baseline, in the same run, is a bare loop that reads the same arm and does nothing
+else; the simulated arm itself runs in the same process in both.
 """
 
 import argparse
@@ -114,7 +114,7 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
     memory = [process.memory_info().rss]
     switched = False
     while time.monotonic() - begun < seconds:
-        time.sleep(2.0)
+        time.sleep(1.1)  # at least once in each rest, and often where it is refused
         os.write(terminal.master, b" ")
         if not switched and time.monotonic() - begun > seconds / 2:
             switched = True
@@ -132,7 +132,7 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
     print(f"  captures             {captured}")
     print(f"  frames               {frames / elapsed:.1f} /s, {size / elapsed / 1e3:.1f} kB/s")
     print(f"  share of one core    {share:.1%}")
-    print(f"  beside it            {' and '.join(f'{s:.1%}' for s in shares)} (fit and page)")
+    print(f"  beside it            {' and '.join(f'{s:.1%}' for s in shares)} (page and fit)")
     print(f"  events to a browser  {browser.events / elapsed:.1f} /s")
     print(f"  predicted error      {terminal.last(r'predicted ([0-9.]+)')} mm at the end")
     print(f"  memory               {memory[0] / 1e6:.1f} MB, after a tenth of the time "

@@ -166,14 +166,14 @@ class Damiao(PolledDriver):
         Raises:
             ValueError: A motor did not answer.
         """
-        found: list[tuple[float, int]] = []
+        replies: list[tuple[float, int]] = []
         for motor in self._motors:
             self._send(encode_refresh(motor))
             data = next(iter(self._answers(motor)), None)
             if data is None:
                 raise ValueError(f"no answer of motor {motor}")
-            found.append(decode_feedback(data, motor))
-        return found
+            replies.append(decode_feedback(data, motor))
+        return replies
 
     def _answers(self, motor: int) -> Sequence[bytes]:
         """Return the next frame of a motor, none if it does not come; others are dropped."""

@@ -108,12 +108,12 @@ class ServoArm(PolledDriver):
     def _ask(self, register: Register) -> list[Answer]:
         """Return all joints' answers, and say in the status what troubles them."""
         answers = self._bus.ask(register.address, register.size, self._map.ids)
-        told = [
+        troubles = [
             f"{joint}: {trouble}"
             for joint, answer in zip(self._map.joints, answers, strict=True)
             for trouble in self.make.troubles(answer.error)
         ]
-        self.status = ", ".join(told)
+        self.status = ", ".join(troubles)
         return answers
 
     def _angles(self, answers: Sequence[Answer]) -> tuple[float, ...]:

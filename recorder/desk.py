@@ -82,7 +82,8 @@ class Desk:
         said = f"captured sample {sample.number}: {count} in socket {sample.socket}"
         said += f", while the arm was pushed ({push})" if push else ""
         done = count == self.session.target
-        said += "; that is the target: s for the next socket, q to finish" if done else ""
+        further = "s for the next socket, " if self.session.sockets > 1 else ""
+        said += f"; that is the target: {further}q to finish" if done else ""
         self.tell(said)
         self._sound.play(DONE if done else CAPTURED)
         doubt = self._check and self._check(self.session.live)

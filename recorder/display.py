@@ -8,7 +8,7 @@ from typing import Protocol
 from rich.console import Console, ConsoleDimensions
 
 from .keyboard import HangUp
-from .screen import render
+from .screen import HELP, render
 from .view import View
 
 __all__ = ["Display", "Lines", "Screen"]
@@ -101,6 +101,7 @@ class Lines:
         self._console = console
         self._last: object = None
         self._words = ""
+        self._helped = False
 
     def __enter__(self) -> "Lines":
         return self
@@ -114,7 +115,7 @@ class Lines:
         return
 
     def show(self, view: View) -> None:
-        """Print the messages that are new, and what to do now where that has changed."""
+        """Print what is new: messages, what to do now, and the help when it is asked for."""
         messages = view.session.messages
         known = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
         try:
@@ -124,9 +125,12 @@ class Lines:
                 self._words = view.ready.words
                 text = f"socket {view.session.socket}  {view.ready.text}"
                 self._console.print("\n".join([*view.card, text]), markup=False)
+            if view.help and not self._helped:
+                self._console.print(HELP, markup=False)
         except OSError:
             raise HangUp from None
         self._last = messages[-1] if messages else None
+        self._helped = view.help
 
     def bell(self) -> None:
         """A line needs no bell."""

@@ -12,7 +12,7 @@ from .samples import Sample
 from .session import JointLimits, Session
 from .view import View
 
-__all__ = ["render", "rows_needed"]
+__all__ = ["HELP", "render", "rows_needed"]
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 HELP = """\
@@ -34,7 +34,7 @@ a configuration outside the limits, or within 1 degree of an earlier one on
 every joint. Ctrl-C ends the session too. The same --out continues it."""
 
 _PLAIN = str.maketrans(dict(zip("█▀▄▮╷─├┤┃◆▸°·…→", "##=i'-[]|<>d.~>", strict=True)))
-_WIDTH = 60
+_WIDTH, _USUAL = 60, 80
 
 
 def rows_needed(joints: int) -> int:
@@ -92,7 +92,7 @@ def _title(view: View, width: int) -> Text:
 def _status(view: View, width: int) -> Text:
     """The banner's words again with the reason, and the socket that is active."""
     start, text = f" SOCKET {view.session.socket}  ", view.ready.text
-    if len(start + text) > width:  # the words stand in the banner
+    if width < _USUAL and len(start + text) > width:  # the words stand in the banner
         text = view.ready.reason
     return Text(start + text, style="bold")
 

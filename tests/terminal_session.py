@@ -100,10 +100,6 @@ class TerminalSession:
 
         return self._wait_until(found, f"{texts} without {gone}", timeout)
 
-    def wait_for_one(self, *texts: str, timeout: float = 40.0) -> str:
-        """Wait until the screen shows one of some texts at least; return the screen."""
-        return self._wait_until(lambda shown: any(t in shown for t in texts), f"{texts}", timeout)
-
     def _wait_until(self, holds: Callable[[str], bool], wanted: str, timeout: float) -> str:
         """Look at the screen whenever something was written; it takes a while to put together."""
         deadline, seen, shown = time.monotonic() + timeout, -1, ""

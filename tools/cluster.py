@@ -76,14 +76,14 @@ def _gather(client: Any, futures: dict[Any, int], done: Callable[[int], None]) -
 
     results: dict[int, Any] = {}
     finished: Any = as_completed(futures, loop=client.loop)
-    looked = seen = time.monotonic()
+    looked = alive = time.monotonic()
     while len(results) < len(futures):
         if not finished.has_ready():
             time.sleep(POLL_SECONDS)
             now = time.monotonic()
             if now - looked > LOOK_SECONDS:
-                looked, seen = now, now if client.nthreads() else seen
-            if now - seen > ALONE_SECONDS:
+                looked, alive = now, now if client.nthreads() else alive
+            if now - alive > ALONE_SECONDS:
                 raise WorkersLostError(
                     f"the cluster has had no worker for {ALONE_SECONDS:.0f} s, with "
                     f"{len(futures) - len(results)} of {len(futures)} left to do"

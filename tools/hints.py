@@ -117,15 +117,15 @@ def strangers(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
         q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
         if len(q) < FIRST_POSES or (own := _scatter(own_model, q)) < STRANGE:
             return None
-        found = {
+        scatters = {
             other.name: _scatter(BallModel(other, []), q) for other in _shipped(len(robot.actuated))
         }
-        best = min(found, key=lambda name: found[name], default=None)
-        if best is None or found[best] > own / STRANGER or best == robot.name:
+        best = min(scatters, key=lambda name: scatters[name], default=None)
+        if best is None or scatters[best] > own / STRANGER or best == robot.name:
             return None
         return (
             f"this moves like a {best}: by its model the ball of one socket scatters by "
-            f"{1e3 * found[best]:.0f} mm, by that of {robot.name} by {1e3 * own:.0f} mm. Is "
+            f"{1e3 * scatters[best]:.0f} mm, by that of {robot.name} by {1e3 * own:.0f} mm. Is "
             "--robot right?"
         )
 

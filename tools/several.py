@@ -73,14 +73,14 @@ def _by_name(
     given: Sequence[str] | None, key: str, robots: dict[str, str]
 ) -> dict[str, str | None]:
     """Return an option's value for each robot; one without a name is for all of them."""
-    found: dict[str, str | None] = dict.fromkeys(robots)
+    by_name: dict[str, str | None] = dict.fromkeys(robots)
     for words in given or ():
         name, _, link = words.partition("=")
         if link and name not in robots:
             known = ", ".join(robots)
             raise UsageError(f"--{key} {words}: no robot is called {name!r}; there are: {known}")
-        found |= {name: link} if link else dict.fromkeys(robots, words)
-    return found
+        by_name |= {name: link} if link else dict.fromkeys(robots, words)
+    return by_name
 
 
 def split_by_robot(
@@ -103,11 +103,11 @@ def _owned(paths: Sequence[Path], robots: "dict[str, Robot]") -> dict[str, list[
     from ..recorder.dataset import find_placements
     from ..recorder.placement_json import METADATA, read_metadata
 
-    found: dict[str, list[Path]] = {name: [] for name in robots}
+    owned: dict[str, list[Path]] = {name: [] for name in robots}
     for path in paths:
         name, _, rest = str(path).partition(":")
         if rest and name in robots:
-            found[name].append(Path(rest))
+            owned[name].append(Path(rest))
             continue
         if rest and not path.exists() and Path(rest).exists():
             raise UsageError(f"{path}: no robot is called {name!r}; there are: {', '.join(robots)}")
@@ -119,8 +119,8 @@ def _owned(paths: Sequence[Path], robots: "dict[str, Robot]") -> dict[str, list[
                 raise UsageError(
                     f"{folder}: {said}; write {example}:{folder}; the robots are {known}"
                 )
-            found[owner].append(folder)
-    return found
+            owned[owner].append(folder)
+    return owned
 
 
 def placements_by_robot(paths: dict[str, list[Path]]) -> "dict[str, list[Placement]]":

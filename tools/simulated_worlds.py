@@ -57,12 +57,12 @@ def sockets_seen(
     name: str = "table",
 ) -> list[SocketAt]:
     """Return coordinates of sockets in a frame that stands somewhere in the robot's base."""
-    seen: list[SocketAt] = []
+    sockets: list[SocketAt] = []
     for base in bases:
         for socket, place in enumerate(frame.inverse().apply(np.array(base.sockets))):
             x, y, z = (place + generator.normal(0, 1, 3) * noise).tolist()
-            seen.append(SocketAt(name, (base.name, socket), (x, y, z), deviation))
-    return seen
+            sockets.append(SocketAt(name, (base.name, socket), (x, y, z), deviation))
+    return sockets
 
 
 def recorded_by_both(

@@ -96,10 +96,10 @@ class Rows:
         kinds = np.concatenate(
             [2 * i + (arm.sockets < 0) for i, arm in enumerate(self.scene.arms)]
         ).astype(np.int64)
-        found = np.unique(kinds).tolist()
-        if len(found) == 1:
+        distinct = np.unique(kinds).tolist()
+        if len(distinct) == 1:
             return (slice(None),)
-        return tuple(np.flatnonzero(kinds == kind) for kind in found)
+        return tuple(np.flatnonzero(kinds == kind) for kind in distinct)
 
     @cached_property
     def order(self) -> np.ndarray | slice:
@@ -165,12 +165,12 @@ class Rows:
         """
         if not self.frame_count and not self.located:
             return ()
-        seen = [self._seen(i, rows, points[rows]) for i, rows in enumerate(self.own)]
-        for base, visited in zip(self.scene.bases, seen, strict=True):
+        visits = [self._seen(i, rows, points[rows]) for i, rows in enumerate(self.own)]
+        for base, visited in zip(self.scene.bases, visits, strict=True):
             check_base(self._measured(base, visited.name), visited)
         names = dict(enumerate(self._first.frames))
         frames = {k: self._measured(k, name) for k, name in ((WORLD, ""), *names.items())}
-        for base, visited in zip(self.scene.bases, seen, strict=True):
+        for base, visited in zip(self.scene.bases, visits, strict=True):
             frames[base] = visited.joined(frames[base])
         return tuple(place_frames(list(frames.values()))[1:])
 

@@ -98,12 +98,12 @@ def error_map(posterior: Posterior, load: Load) -> ErrorMap:
     variances = np.einsum("ni,ij,nj->n", slopes, posterior.covariance[:size, :size], slopes)
     width = float(np.linalg.norm(points[:, :2], axis=1).max()) / CELLS
     cells = np.floor(points[:, :2] / width).astype(int)
-    found: list[tuple[float, float, float]] = []
+    places: list[tuple[float, float, float]] = []
     for cell in np.unique(cells, axis=0):
         own = variances[(cells == cell).all(axis=1)]
         x, y = ((cell + 0.5) * width).tolist()
-        found.append((x, y, float(np.median(own)) ** 0.5))
-    return ErrorMap(width, tuple(found))
+        places.append((x, y, float(np.median(own)) ** 0.5))
+    return ErrorMap(width, tuple(places))
 
 
 @dataclass(frozen=True)
@@ -146,6 +146,6 @@ def joint_effects(
 
     there = np.concatenate([squares(*one) for one in by_socket])
     recorded, over_workspace = (
-        np.sqrt(np.mean(found, axis=0)).tolist() for found in (there, squares(*everywhere))
+        np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (there, squares(*everywhere))
     )
     return tuple(map(JointEffect, joints, recorded, over_workspace))

@@ -151,9 +151,9 @@ def _curve(objective: Objective, state: State) -> _Curve:
     precision, pull = np.zeros(objective.size), np.zeros(objective.size)
     if len(b):
         mean = x - covariance @ slope
-        found = bounds(mean[b], covariance[np.ix_(b, b)])
-        precision[b], pull[b] = found.precision, found.pull
-        result += found.log_share - _log_prior_share(state)
+        bounded = bounds(mean[b], covariance[np.ix_(b, b)])
+        precision[b], pull[b] = bounded.precision, bounded.pull
+        result += bounded.log_share - _log_prior_share(state)
         covariance = inverse(hessian + np.diag(precision), free)
     change = covariance @ (pull - precision * x - slope) if len(b) else np.zeros(objective.size)
     return _Curve(state, normal, change, precision, result)

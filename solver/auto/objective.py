@@ -179,13 +179,13 @@ def _carried_over(
     x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
     x[common] = near.x[[there[model.names[i]] for i in common]]
     at_zero[common] = x[common] == 0
-    found = {group.name: group for group in near.groups}
+    fitted = {group.name: group for group in near.groups}
     return (
         x,
         at_zero,
         tuple(
-            replace(found[group.name], members=group.members, trail=None)
-            if group.name in found and found[group.name].expected is group.expected
+            replace(fitted[group.name], members=group.members, trail=None)
+            if group.name in fitted and fitted[group.name].expected is group.expected
             else group
             for group in groups
         ),

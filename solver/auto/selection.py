@@ -192,13 +192,13 @@ def _search(
     All are tried twice: what did not help at first may do so beside what was kept since.
     """
     best, gains = geometric, dict[tuple[str, int], float | None]()
-    models, seen = {_active(best): best}, {_kept(best)}
+    models, tried = {_active(best): best}, {_kept(best)}
     for stage, robot in 2 * stages:
         own = list(_kept(best))
         own[robot] = own[robot] | {*STAGES[stage]}
-        if tuple(own) in seen:
+        if tuple(own) in tried:
             continue
-        seen.add(tuple(own))
+        tried.add(tuple(own))
         progress(f"{stage} {best.scene.names[robot]}".strip())
         try:
             candidate = fit(best, [tuple(one) for one in own], best.scene)
@@ -258,8 +258,8 @@ def _note(gain: float | None, share: float, words: str) -> str:
     return f"{much} {evidence}{words}"
 
 
-def _active(found: World) -> tuple[tuple[str, ...], ...]:
-    return tuple(tuple(group.name for group in arm.groups if group.width) for arm in found.arms)
+def _active(world: World) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(group.name for group in arm.groups if group.width) for arm in world.arms)
 
 
 def _left_out(fit: Fit, whole: World) -> np.ndarray:
@@ -276,21 +276,21 @@ def _left_out(fit: Fit, whole: World) -> np.ndarray:
     errors = np.full(len(names), np.nan)
     for part in range(min(PARTS, len(names))):
         try:
-            found = fit(whole, extensions, whole.scene.without(names[part::PARTS]))
+            world = fit(whole, extensions, whole.scene.without(names[part::PARTS]))
         except FrameError:
             continue
-        errors[part::PARTS] = [held_out_error(found, whole.scene, p) for p in names[part::PARTS]]
+        errors[part::PARTS] = [held_out_error(world, whole.scene, p) for p in names[part::PARTS]]
     return errors
 
 
-def held_out_error(found: World, data: Scene, placement: str) -> float:
+def held_out_error(world: World, data: Scene, placement: str) -> float:
     """Return the mean absolute error of a model in one placement [m].
 
     Each robot's balls are compared with their mean in a socket, and those that an instrument
     measured with the best place of its frame.
     """
     distances: list[np.ndarray] = []
-    for arm, own in zip(found.arms, data.arms, strict=True):
+    for arm, own in zip(world.arms, data.arms, strict=True):
         for socket, (name, _) in enumerate(own.labels):
             rows = own.sockets == socket
             if name == placement and rows.any():

@@ -35,14 +35,14 @@ def zeros_in_words(posterior: Posterior) -> str:
     """
     begin = posterior.model.geometry
     variances = np.diag(posterior.covariance)[begin:]
-    found = [
+    words = [
         f"{joint} {math.degrees(zero):+.2f} +- {math.degrees(variance**0.5):.2f} deg"
         + (" (not decided)" if variance > DECIDED**2 else "")
         for joint, zero, variance in zip(
             posterior.model.robot.joint_names, posterior.x[begin:], variances, strict=False
         )
     ]
-    return f"zeros: {', '.join(found)}"
+    return f"zeros: {', '.join(words)}"
 
 
 def with_zeros(posterior: Posterior) -> np.ndarray:

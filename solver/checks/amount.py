@@ -76,8 +76,8 @@ def predicted_error(
     load = load or Load()
     try:
         data = observe(measurements, robot, known=known, deviation=deviation, load=load)
-        found = estimate(extend(robot, parameters, (ZERO,) if zeros else ()), data)
+        posterior = estimate(extend(robot, parameters, (ZERO,) if zeros else ()), data)
     except (KnownError, NotConverged):
         return None
-    median = workspace_deviation(found, load)[0]
+    median = workspace_deviation(posterior, load)[0]
     return median if np.isfinite(median) else None

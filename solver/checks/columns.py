@@ -121,7 +121,7 @@ def _mm(error: float) -> str:
 def _weak_signs(model: RigidModel, samples: Samples, fit: RigidFit, where: str) -> list[Finding]:
     """Return a joint near whose axis the ball is, if the samples fit better with its other sign."""
     least = fit.noise * min(BETTER, np.exp(-ODDS / (3 * len(samples.sockets))))
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for guess in _signs(model.robot, 1):
         other = guess.of(samples)
         if model.nominal_error(other) > TOLERANCE:
@@ -129,8 +129,8 @@ def _weak_signs(model: RigidModel, samples: Samples, fit: RigidFit, where: str) 
         flipped = model.fit(other)
         if flipped.noise < least:
             least = flipped.noise
-            found = [_finding(guess, where, fit.error, flipped.error)]
-    return found
+            findings = [_finding(guess, where, fit.error, flipped.error)]
+    return findings
 
 
 def _best(model: RigidModel, samples: Samples) -> _Guess:

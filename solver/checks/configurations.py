@@ -20,12 +20,12 @@ STILL = np.deg2rad(5.0)
 
 def duplicate_findings(measured: Measurement) -> list[Finding]:
     """Return samples that are nearly the configuration of one before, in the same socket."""
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
         twins = near_duplicates(rows)
         for later, first in list(twins.items())[:LISTED]:
             more = f", one of {len(twins)} such" if len(twins) > LISTED else ""
-            found.append(
+            findings.append(
                 Finding(
                     "warning",
                     "duplicate",
@@ -34,7 +34,7 @@ def duplicate_findings(measured: Measurement) -> list[Finding]:
                     "it adds little: guide the arm to other configurations",
                 )
             )
-    return found
+    return findings
 
 
 def near_duplicates(rows: np.ndarray) -> dict[int, int]:
@@ -48,22 +48,22 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
     cells = np.floor(places)
     sides = np.where(places - cells < 0.5, -1, 1)
     members: dict[tuple[float, ...], list[int]] = {}
-    found: dict[int, int] = {}
+    nearest: dict[int, int] = {}
     steps = np.array(list(product((0, 1), repeat=len(widest))))
     for i in range(len(rows)):
         around = cells[i] + steps * sides[i]
         others = sorted(k for cell in map(tuple, around.tolist()) for k in members.get(cell, ()))
         near = np.abs(rows[others] - rows[i]).max(axis=1) < NEAR if others else np.zeros(1)
         if near.any():
-            found[i] = others[int(np.argmax(near))]
+            nearest[i] = others[int(np.argmax(near))]
         else:
             members.setdefault(tuple(cells[i].tolist()), []).append(i)
-    return found
+    return nearest
 
 
 def still_findings(measured: Measurement, robot: Robot) -> list[Finding]:
     """Return joints that hardly moved in a placement."""
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for k, joint in enumerate(robot.actuated):
         travel = float(np.ptp(measured.positions[:, k]))
         if travel < STILL:
@@ -72,7 +72,7 @@ def still_findings(measured: Measurement, robot: Robot) -> list[Finding]:
                 if travel < 1e-9
                 else f"moved by {np.rad2deg(travel):.1f} deg only"
             )
-            found.append(
+            findings.append(
                 Finding(
                     "warning",
                     "still",
@@ -81,4 +81,4 @@ def still_findings(measured: Measurement, robot: Robot) -> list[Finding]:
                     "its parameters stay near nominal: move every joint by 60 deg or more",
                 )
             )
-    return found
+    return findings

@@ -130,13 +130,13 @@ def judge_distances(
         deviation: Standard deviation of the latter [m].
     """
     bases = [m for m in measurements if m.has_distance and m.name not in moved]
-    told = [k for k in known if not {k.first[0], k.second[0]} & set(moved)]
-    rulers = _rulers(_labels(measurements), bases, told, deviation)
+    usable = [k for k in known if not {k.first[0], k.second[0]} & set(moved)]
+    rulers = _rulers(_labels(measurements), bases, usable, deviation)
     if not rulers:
         return DistanceVerdict((), {}, None)
     ratios, n = _ratios(rulers, fit), len(bases)
     anew = _measured_anew(bases)
-    limits = np.array([WRONG if own else ODD for own in anew] + [ODD] * len(told))
+    limits = np.array([WRONG if own else ODD for own in anew] + [ODD] * len(usable))
     odd, lengths = _odd(ratios, limits), ratios.expected.tolist()
     one = [length < SAME_PLACE * m.distance for m, length in zip(bases, lengths, strict=False)]
     single = {
@@ -144,7 +144,7 @@ def judge_distances(
         for i, m in enumerate(bases)
         if one[i] or odd[i]
     }
-    wrong = [_wrong_known(k, lengths[n + i]) for i, k in enumerate(told) if odd[n + i]]
+    wrong = [_wrong_known(k, lengths[n + i]) for i, k in enumerate(usable) if odd[n + i]]
     kept = ~odd
     kept[:n] &= ~np.array(one, dtype=bool)
     if not kept.any():

@@ -119,13 +119,13 @@ def inspect_all(
     placed = {m.name: elsewhere(m, parts, together, sockets) for m in good}
     moved = [name for name, (_, changes) in placed.items() if changes]
     kept = {m.name for m in good}
-    told = [k for k in known if {k.first[0], k.second[0]} <= kept]
-    distances = judge_distances(good, together, moved, told, deviation)
+    usable = [k for k in known if {k.first[0], k.second[0]} <= kept]
+    distances = judge_distances(good, together, moved, usable, deviation)
     behind = columns_behind(model, good) if distances.size and not explained else None
     if behind is not None:
         columns = [*columns, behind[0]]
-        distances = judge_distances(good, behind[1], moved, told, deviation)
-    seen: list[Inspection] = []
+        distances = judge_distances(good, behind[1], moved, usable, deviation)
+    inspections: list[Inspection] = []
     for i, measured in enumerate(measurements):
         changes: tuple[Change, ...] = ()
         findings = bad[measured.name]
@@ -143,9 +143,9 @@ def inspect_all(
         ]
         points = model.ball.points(model.ball.nominal + together.x, measured.positions)
         centre = np.mean([np.median(points[rows], axis=0) for rows in measured.slices], axis=0)
-        seen.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
+        inspections.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
     shared = columns if explained else [*columns, *distances.shared]
-    return Survey(tuple(seen), tuple(shared), distances.scale)
+    return Survey(tuple(inspections), tuple(shared), distances.scale)
 
 
 def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:
@@ -173,13 +173,13 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
 
 def next_placement(robot: Robot, survey: Survey) -> str:
     """Return which placements to train on, and where to record the next one."""
-    seen = survey.placements
+    inspections = survey.placements
     mistaken = any(finding.level == "error" for finding in survey.shared)
     return place_advice(
         robot,
-        [one.measured.name for one in seen],
-        np.array([one.centre for one in seen]),
-        [one.sound and not mistaken for one in seen],
+        [one.measured.name for one in inspections],
+        np.array([one.centre for one in inspections]),
+        [one.sound and not mistaken for one in inspections],
     )
 
 

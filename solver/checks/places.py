@@ -116,7 +116,7 @@ def far_samples(
         alone.centres[: len(measured.sockets)],
         max(alone.noise, together.noise),
     )
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for row in np.flatnonzero(alone.weights < FAR)[:LISTED].tolist():
         part = parts[int(alone.samples.sockets[row])]
         sample = row - measured.slices[part.socket].start
@@ -129,11 +129,11 @@ def far_samples(
         if nearest != part.socket and away[nearest] < 0.3 * error:
             other = measured.sockets[nearest]
             advice = f"it lies in socket {other}: a wrong socket number"
-            found.append(Finding("error", "mislabelled", where, text, advice))
+            findings.append(Finding("error", "mislabelled", where, text, advice))
         elif error > SEATED:
             advice = "it was recorded elsewhere: another base position, or another arm; delete it"
-            found.append(Finding("error", "elsewhere", where, text, advice))
+            findings.append(Finding("error", "elsewhere", where, text, advice))
         else:
             advice = "was the ball seated? It hardly counts; delete it if it was not"
-            found.append(Finding("warning", "far", where, text, advice))
-    return found
+            findings.append(Finding("warning", "far", where, text, advice))
+    return findings

@@ -29,6 +29,8 @@ FAR = 0.25
 arm, and more than a guessed ball is off."""
 UNLIKE = 20.0
 """Coordinates whose spread is this many times that of the ball are not in metres."""
+SAME = 1e-6
+"""Nor are they measurements, if it is so small a share of it."""
 MIRRORED = 0.2
 """Coordinates fit much better mirrored, if that leaves less than this share of the error."""
 REWEIGHTINGS = 20
@@ -156,24 +158,29 @@ def place_frames(frames: Sequence[Landmarks]) -> list[Pose]:
     while waiting := [i for i, pose in enumerate(poses) if pose is None]:
         shared = {i: ~np.isnan(world[frames[i].numbers, 0]) for i in waiting}
         best = max(waiting, key=lambda i: int(shared[i].sum()))
-        frame, seen = frames[best], shared[best]
-        if not seen.any():
+        frame, common = frames[best], shared[best]
+        if not common.any():
             raise FrameError(
                 f"frame {frame.name!r}: nothing ties it to the robot; no socket of it was visited "
                 "by an arm whose place is known, nor a ball of such an arm measured in it"
             )
-        pose = _placed(frame, seen, world[frame.numbers])
+        pose = _placed(frame, common, world[frame.numbers])
         poses[best] = pose
-        new = frame.numbers[~seen]
-        world[new] = pose.apply(frame.points[~seen])
+        new = frame.numbers[~common]
+        world[new] = pose.apply(frame.points[~common])
     return [pose for pose in poses if pose is not None]
 
 
-def _placed(frame: Landmarks, seen: np.ndarray, world: np.ndarray) -> Pose:
+def _placed(frame: Landmarks, common: np.ndarray, world: np.ndarray) -> Pose:
     """Return the pose of a frame by those of its places that are known, after checks."""
-    inner, outer = frame.points[seen], world[seen]
-    wheres = [where for where, is_seen in zip(frame.wheres, seen, strict=True) if is_seen]
+    inner, outer = frame.points[common], world[common]
+    wheres = [where for where, known in zip(frame.wheres, common, strict=True) if known]
     ratio = _spread(inner) / max(_spread(outer), 1e-9)
+    if len(inner) > 1 and ratio < SAME:
+        raise FrameError(
+            f"{wheres[0]}: coordinates of frame {frame.name!r} are all the same, and those of the "
+            "ball by the model are not; measure each place anew"
+        )
     if len(inner) > 1 and not 1 / UNLIKE < ratio < UNLIKE:
         units = ("millimetres", "metres") if ratio > 1 else ("metres", "millimetres")
         raise FrameError(

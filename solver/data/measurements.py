@@ -1,6 +1,7 @@
 """A placement that was checked against the robot, with its samples sorted by socket."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -23,6 +24,8 @@ _FAR_OUTSIDE = 1.0
 """A joint cannot have been this far outside its limits [rad or m]: the units must be wrong."""
 LEAST_POINTS = 4
 """Three points fix the instrument's frame, and say nothing else."""
+SAME_ROW, COPIED = 1e-6, 0.5
+"""Rows that differ by less are one [rad], [m]; a larger share of them is a copy, rounded maybe."""
 _BARELY_OUTSIDE = math.radians(5)
 _LONGEST_BASE = 1.0
 
@@ -177,26 +180,26 @@ def check_distinct(measurements: Sequence[Measurement]) -> None:
         MeasurementError: Two placements come from one folder, or two sockets hold the same
             samples.
     """
-    seen: dict[bytes, Measurement] = {}
-    sockets: dict[bytes, str] = {}
+    earlier: dict[bytes, Measurement] = {}
+    sockets: dict[bytes, str] = {}  # where each row stood first
     for one in measurements:
         samples = one.positions.tobytes()
-        if samples in seen:
-            a, b = one.placement, seen[samples].placement
+        if samples in earlier:
+            a, b = one.placement, earlier[samples].placement
             raise MeasurementError(
                 f"{a.path or a.name} and {b.path or b.name} are the same placement; "
                 "name each only once"
             )
-        seen[samples] = one
+        earlier[samples] = one
         for socket, rows in zip(one.sockets, one.by_socket, strict=True):
             where = _samples_of(one, socket)
-            samples = np.unique(rows, axis=0).tobytes()
-            if samples in sockets:
+            alike = [row.tobytes() for row in np.round(rows / SAME_ROW) + 0.0]
+            first, count = Counter(map(sockets.get, alike)).most_common(1)[0]
+            if first is not None and count > COPIED * len(alike):
                 raise MeasurementError(
-                    f"{sockets[samples]} and {where} are identical, so one is a copy: record that "
-                    "socket anew"
+                    f"{first} and {where} are identical, so one is a copy: record that socket anew"
                 )
-            sockets[samples] = where
+            sockets.update(dict.fromkeys(alike, where))
 
 
 def _samples_of(measured: Measurement, socket: int) -> str:
@@ -242,6 +245,10 @@ def _check_sockets(measured: Measurement, least: int) -> None:
             raise MeasurementError(
                 f"{where}: {sum(measured.counts)} measured points; at least {LEAST_POINTS} are "
                 "needed, 50 are advised"
+            )
+        if not np.ptp(measured.positions, axis=0).any():
+            raise MeasurementError(
+                f"{where}: all {sum(measured.counts)} points are of one configuration; move the arm"
             )
         return
     if len(measured.sockets) < least:

@@ -71,13 +71,13 @@ def fit_frames(trained: Sequence[tuple[np.ndarray, Measurement]]) -> dict[str, P
     Args:
         trained: Placements trained on, each with the predicted ball centres, shape (N, 3) [m].
     """
-    found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    by_frame: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
     for points, measured in trained:
         if measured.kind == "points":
-            found.setdefault(measured.frame, []).append((measured.points, points))
+            by_frame.setdefault(measured.frame, []).append((measured.points, points))
     return {
         frame: fit_pose(*(np.concatenate(side) for side in zip(*parts, strict=True)))
-        for frame, parts in found.items()
+        for frame, parts in by_frame.items()
     }
 
 

@@ -148,8 +148,8 @@ def _pairs(
         if not m.has_distance:
             continue
         a, b = (labels.index((name, socket)) for socket in m.sockets[:2])
-        told = a in frames and frames[a] == frames.get(b)
-        if told and m.distance_source in ("default", "located"):
+        in_one_frame = a in frames and frames[a] == frames.get(b)
+        if in_one_frame and m.distance_source in ("default", "located"):
             continue
         pair = Known(a, b, m.distance, deviation, on_base=True)
         if pairs.setdefault((a, b), pair).distance != m.distance:

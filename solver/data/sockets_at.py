@@ -42,7 +42,7 @@ def read_sockets_at(files: Iterable[str | Path]) -> list[SocketAt]:
         FrameError: A file that cannot be read, a line that cannot be understood, or a frame that
             two files name, or a socket that one frame has twice; it names file and line.
     """
-    found: list[SocketAt] = []
+    sockets: list[SocketAt] = []
     owners: dict[str, Path] = {}
     for file in map(Path, files):
         rows = _rows(file)
@@ -53,8 +53,8 @@ def read_sockets_at(files: Iterable[str | Path]) -> list[SocketAt]:
                     "each frame a name of its own, or put its sockets into one file"
                 )
             owners[frame] = file
-        found += rows
-    return found
+        sockets += rows
+    return sockets
 
 
 def parse_socket_at(words: str) -> SocketAt:
@@ -84,18 +84,18 @@ def _rows(file: Path) -> list[SocketAt]:
         raise FrameError(f"{file}: empty; expected a CSV file with the header {_HEADER}")
     scales = _scales(file, *kept[0])
     rows: list[SocketAt] = []
-    seen: dict[tuple[str, str], int] = {}
+    line_of: dict[tuple[str, str], int] = {}
     for line, text in kept[1:]:
         where = f"{file}:{line}"
         cells = [cell.strip() for cell in next(csv.reader([text.split("#")[0]]))]
         if len(cells) != len(COLUMNS):
             raise FrameError(f"{where}: {len(cells)} columns where {len(COLUMNS)} are expected")
-        if (cells[0], cells[1]) in seen:
+        if (cells[0], cells[1]) in line_of:
             raise FrameError(
                 f"{where}: socket {cells[1]} is twice in frame {cells[0]!r}, as in line "
-                f"{seen[cells[0], cells[1]]}"
+                f"{line_of[cells[0], cells[1]]}"
             )
-        seen[cells[0], cells[1]] = line
+        line_of[cells[0], cells[1]] = line
         rows.append(_socket_at(where, cells[0], cells[1], cells[2:], scales))
     if not rows:
         raise FrameError(f"{file}: only a header; expected one socket a line below it")

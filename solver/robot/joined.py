@@ -126,8 +126,8 @@ def _to_base(one: Placed, root: str) -> Pose:
 
 def _link(joint: ET.Element, end: str) -> str:
     """Return the name of a joint's parent or child link."""
-    found = joint.find(end)
-    return "" if found is None else found.get("link", "")
+    element = joint.find(end)
+    return "" if element is None else element.get("link", "")
 
 
 def _in_one_file(robots: Sequence[Placed]) -> bytes:

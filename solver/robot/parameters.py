@@ -84,13 +84,13 @@ def all_parameters(robot: Robot) -> list[Parameter]:
 def _matching(every: Sequence[Parameter], word: str) -> list[Parameter]:
     joint, _, component = word.rpartition(".")
     parts = _GROUPS.get(component, (component,))
-    found = [p for p in every if fnmatchcase(p.joint, word)] or [
+    matching = [p for p in every if fnmatchcase(p.joint, word)] or [
         p for p in every if fnmatchcase(p.joint, joint) and p.component in parts
     ]
-    if not found:
+    if not matching:
         joints = ", ".join(dict.fromkeys(p.joint for p in every))
         raise ParameterError(
             f"{word!r} is no joint or parameter of this chain; joints: {joints}; "
             f"components: {', '.join(COMPONENTS)}, xyz, rpy"
         )
-    return found
+    return matching

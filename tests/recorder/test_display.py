@@ -117,3 +117,11 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
         "socket 0  PRESS: space captures sample 1",
         "socket 0  HOLD: still moving",
     ]
+
+
+def test_without_a_terminal_the_help_is_there_when_it_is_asked_for() -> None:
+    text = io.StringIO()
+    with Lines(Console(file=text)) as lines:
+        for shown in (True, True, False, True):
+            lines.show(replace(VIEW, scripted=True, help=shown))
+    assert text.getvalue().count("undo the last capture") == 2

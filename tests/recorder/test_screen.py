@@ -139,7 +139,7 @@ def test_what_is_continued_is_asked_in_a_small_window_too() -> None:
 def test_a_long_reason_has_the_line_to_itself() -> None:
     reason = "the arm stands where it stood for sample 2 in socket 1"
     assert any(reason[:46] in line for line in drawn(view(trouble=reason), 60, 14))
-    assert any(f"WAIT: {reason}" in line for line in drawn(view(trouble=reason), 80, 24))
+    assert any("WAIT: the arm stands" in line for line in drawn(view(trouble=2 * reason), 80, 24))
 
 
 def test_the_keys_in_the_help_fit_60_columns() -> None:

@@ -217,7 +217,8 @@ def _calibrate_arms(
             types=types,
             progress=progress,
             **options,
-        )
+        ),
+        every,
     )
     assert fits[0].world is not None
     calibrations = {
@@ -229,7 +230,7 @@ def _calibrate_arms(
 
 def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, list[Placement]]:
     """Return each robot's placements: as given by name, or as each of them says."""
-    found: dict[str, list[Placement]] = {name: [] for name in robots}
+    by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
     named = ", ".join(robots)
     if isinstance(placements, Mapping):
         pairs = [(name, p) for name, own in placements.items() for p in as_list(own)]
@@ -239,15 +240,15 @@ def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, 
         where = placement.path or placement.name
         if name is None:
             raise UsageError(f"{where}: whose is it? Write NAME:{where}; the robots are {named}")
-        if name not in found:
+        if name not in by_robot:
             raise UsageError(f"{where}: of robot {name!r}, but the robots are {named}")
-        if any(p.place == placement.place for p in found[name]):
+        if any(p.place == placement.place for p in by_robot[name]):
             raise UsageError(
                 f"{where}: robot {name} has two placements called {placement.place!r}; rename a "
                 "folder, since placements of one name are one base for all robots"
             )
-        found[name].append(placement)
-    return found
+        by_robot[name].append(placement)
+    return by_robot
 
 
 def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None]) -> Fit:
@@ -255,7 +256,9 @@ def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None
     parameters = choose_parameters(task.robot, settings.free, settings.fix)
     if settings.method == "paper":
         options = settings.of_paper()
-        return _settled(lambda: [fit_by_paper(task.robot, parameters, task.train, **options)])[0]
+        return _settled(
+            lambda: [fit_by_paper(task.robot, parameters, task.train, **options)], [task]
+        )[0]
     options = settings.of_auto()
     (of_type,) = type_priors(settings.type_prior, [task.robot])
     return _settled(
@@ -269,14 +272,21 @@ def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None
                 sockets_at=located,
                 progress=progress,
             )
-        ]
+        ],
+        [task],
     )[0]
 
 
-def _settled(fit: Callable[[], list[Fit]]) -> list[Fit]:
-    """Return fits, if they settled to finite numbers."""
+def _settled(fit: Callable[[], list[Fit]], tasks: Sequence[Task]) -> list[Fit]:
+    """Return fits, if they settled to finite numbers; else say what is wrong in the recordings."""
+    seen = [f for task in tasks if task.inspected is not None for f in task.inspected.findings]
+    wrong = next((finding for finding in seen if finding.level == "error"), None)
     try:
         fits = fit()
+    except NotConverged:
+        if wrong is None:
+            raise
+        raise NotConverged(f"the fit did not settle; {wrong}") from None
     except np.linalg.LinAlgError as error:
         raise NotConverged(f"the fit did not settle ({error}); run mukca check") from None
     if not all(np.isfinite(one.calibrated.values).all() for one in fits):

@@ -75,9 +75,9 @@ def judge_drift(
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
     if allowed is None or most is None:
         return Drift("unknown", f"Verdict: not known; {limits.mean_absolute_error.source}.")
-    found = f"{_mm(mean)}, limit {_mm(allowed)}"
+    figures = f"{_mm(mean)}, limit {_mm(allowed)}"
     if mean <= allowed and (length is None or length <= most):
-        return Drift("valid", f"Verdict: still valid ({found}).")
+        return Drift("valid", f"Verdict: still valid ({figures}).")
     if mean <= allowed and length is not None:
         return Drift(
             "invalid",
@@ -87,10 +87,10 @@ def judge_drift(
     then = document.summary.test or document.summary.train
     before = None if then is None else then.loaded.mean_absolute_error
     if before is not None and mean <= WORSE * before:
-        text = f"Verdict: not valid ({found}), and it was no better when it was made."
+        text = f"Verdict: not valid ({figures}), and it was no better when it was made."
         return Drift("invalid", f"{text} Calibrate again with more placements.")
     cause = nearest_cause(calibrated, data)
-    text = f"Verdict: drifted: {found}"
+    text = f"Verdict: drifted: {figures}"
     if before is not None:
         text += f", {_mm(before)} when it was made"
     if cause is None or cause.error > EXPLAINS * mean:

@@ -149,9 +149,9 @@ def placement_errors(
         calibrated: That model.
         frames: Where each model has the instruments' frames, see :func:`frames_of`.
     """
-    predicted = found = None
+    predicted = actual = None
     if posterior is not None and calibrated is not None:
-        predicted, found = _deviations(calibrated, posterior, measured)
+        predicted, actual = _deviations(calibrated, posterior, measured)
     metrics = {
         name: evaluate(predict(measured), measured, (frames or {}).get(name))
         for name, predict in models.items()
@@ -168,7 +168,7 @@ def placement_errors(
         geometric=metrics.get("geometric"),
         ball_refitted=metrics.get("ball_refitted"),
         predicted_deviation=predicted,
-        found_deviation=found,
+        found_deviation=actual,
     )
 
 

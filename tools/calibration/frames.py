@@ -20,15 +20,15 @@ def frame_poses(world: World) -> tuple[FramePose, ...]:
     """Return the frames in which sockets or points were measured, in the first robot's base."""
     names = list(world.frames)
     located = world.scene.arms[0].located
-    found = [
+    poses = [
         _frame(world, name, [one for one in located if one.frame == k])
         for k, name in enumerate(names)
         if k not in world.scene.bases
     ]
     anchored = [one for one in located if one.frame == WORLD]
     if anchored:
-        found.append(_base(world, anchored))
-    return tuple(found)
+        poses.append(_base(world, anchored))
+    return tuple(poses)
 
 
 def _frame(world: World, name: str, located: list[Located]) -> FramePose:

@@ -78,7 +78,7 @@ class Odds:
     @property
     def text(self) -> str:
         """The verdict in words."""
-        found = f"{_mm(self.error)} mm now, {_mm(self.before)} mm when it was made"
+        errors = f"{_mm(self.error)} mm now, {_mm(self.before)} mm when it was made"
         if self.valid and self.unchanged >= 0.5:
             elsewhere = ""
             if self.ball is not None:
@@ -87,17 +87,17 @@ class Odds:
                 )
                 elsewhere += "is off, which looks the same)"
             wrong = _percent(1 - self.unchanged)
-            return f"Still valid: {found}{elsewhere}; probability that this is wrong: {wrong}."
+            return f"Still valid: {errors}{elsewhere}; probability that this is wrong: {wrong}."
         if self.valid:
             return (
-                f"Still valid: {found}; something may have changed, with a probability of "
+                f"Still valid: {errors}; something may have changed, with a probability of "
                 f"{_percent(1 - self.unchanged)}, but by too little to matter."
             )
         cause = "no single joint explains it"
         if self.joint is not None:
             cause = f"likeliest cause: {self.joint}, off by {math.degrees(self.offset):+.2f} deg"
         return (
-            f"Drifted: {found}; {cause}. Probability that the arm is as it was: "
+            f"Drifted: {errors}; {cause}. Probability that the arm is as it was: "
             f"{_percent(self.unchanged)}. Calibrate again."
         )
 

@@ -54,14 +54,14 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
 def _of(robot: Robot, documents: Sequence[CalibrationDocument]) -> dict[str, Expected]:
     """Return what is known of one robot."""
     own = [d for d in documents if d.model.joint_names == tuple(robot.joint_names)]
-    found: dict[str, Expected] = {}
+    expected: dict[str, Expected] = {}
     for extension in ELASTICITY:
         rows = np.array([rows for rows in (_coefficients(d, extension) for d in own) if rows])
         if len(rows):
             weights = 1 / rows[:, :, 1] ** 2
             mean = (weights * rows[:, :, 0]).sum(axis=0) / weights.sum(axis=0)
-            found[extension] = mean, weights.sum(axis=0) ** -0.5
-    return found
+            expected[extension] = mean, weights.sum(axis=0) ** -0.5
+    return expected
 
 
 def _coefficients(document: CalibrationDocument, extension: str) -> list[tuple[float, float]]:
@@ -69,7 +69,7 @@ def _coefficients(document: CalibrationDocument, extension: str) -> list[tuple[f
     if extension not in document.deflection:
         return []
     names = coefficient_names(extension, document.model.joint_names)
-    found = {
+    known = {
         c.name: (c.value, max(c.standard_deviation, 1e-9)) for c in document.coefficients or ()
     }
-    return [found[name] for name in names if name in found]
+    return [known[name] for name in names if name in known]

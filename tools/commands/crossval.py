@@ -151,8 +151,8 @@ def _mean(metrics: "Sequence[Metrics | None]") -> Mapping[str, float | None]:
     """Return the mean figures of those fits that settled."""
     from ...solver.data.metrics import mean_metrics
 
-    told = [m for m in metrics if m is not None]
-    return _figures(mean_metrics(told) if told else None)
+    given = [m for m in metrics if m is not None]
+    return _figures(mean_metrics(given) if given else None)
 
 
 def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:

@@ -75,10 +75,10 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         window = max(arguments.window, log.least_window)
         still = max(STILL, log.resolution) if arguments.still is None else arguments.still
         step(f"looking for rests in {len(log.stamps)} states")
-        found = find_rests(log, joints, window=window, still=still)
+        rests = find_rests(log, joints, window=window, still=still)
     for note in log.notes:
         terminal.say(note)
-    proposals = propose(robot, found, joints, arguments.distance)
+    proposals = propose(robot, rests, joints, arguments.distance)
     if arguments.assign:
         proposals = assign(proposals, arguments.assign)
     _show(proposals, terminal)
@@ -134,11 +134,11 @@ def _show(proposals: "Sequence[Proposal]", terminal: Terminal) -> None:
         table.add_column(title, justify="right")
     table.add_column("sample of")
     for number, proposal in enumerate(proposals, start=1):
-        rest = proposal.found
+        rest = proposal.timed
         named = f"{proposal.placement}, socket {proposal.socket}"
         table.add_row(
             str(number),
-            f"{rest.begin - proposals[0].found.begin:.1f}",
+            f"{rest.begin - proposals[0].timed.begin:.1f}",
             f"{rest.end - rest.begin:.1f}",
             " ".join(f"{1e3 * value:7.0f}" for value in proposal.ball),
             f"{1e3 * max(rest.rest.spread):.3f}",
@@ -200,11 +200,11 @@ def _say_outputs(
 
 
 def _row(proposal: "Proposal") -> dict[str, Any]:
-    rest = proposal.found.rest
+    rest = proposal.timed.rest
     assert math.isfinite(rest.stamp)
     return {
-        "begin": proposal.found.begin,
-        "end": proposal.found.end,
+        "begin": proposal.timed.begin,
+        "end": proposal.timed.end,
         "position": list(rest.position),
         "spread": list(rest.spread),
         "ball": proposal.ball.tolist(),

@@ -34,23 +34,23 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
     if arguments.out is not None:
         refuse_existing(arguments.out, force=arguments.force)
-    found = calibrated(arguments, terminal)
-    if isinstance(found, ArmsCalibration):
-        return _run_several(found, arguments, terminal)
-    show(terminal, found)
+    calibration = calibrated(arguments, terminal)
+    if isinstance(calibration, ArmsCalibration):
+        return _run_several(calibration, arguments, terminal)
+    show(terminal, calibration)
     status, outputs = 0, dict[str, str]()
-    if _refused(found, arguments, terminal):
+    if _refused(calibration, arguments, terminal):
         status = 1
     else:
         if arguments.out is not None:
-            outputs = found.save(
+            outputs = calibration.save(
                 arguments.out, force=arguments.force, accept_distorted=arguments.accept_distorted
             )
-        status = judge(found, terminal, written=arguments.out is not None)
+        status = judge(calibration, terminal, written=arguments.out is not None)
         for line in last_words(outputs):
             terminal.say(line)
     if arguments.json:
-        terminal.emit({**found.result.as_dict(), "outputs": outputs})
+        terminal.emit({**calibration.result.as_dict(), "outputs": outputs})
     return status
 
 
@@ -73,23 +73,23 @@ def judge(calibration: "Calibration", terminal: Terminal, *, written: bool) -> i
 
 
 def _run_several(
-    found: "ArmsCalibration", arguments: argparse.Namespace, terminal: Terminal
+    calibrations: "ArmsCalibration", arguments: argparse.Namespace, terminal: Terminal
 ) -> int:
     """Show and write the calibrations of several robots, and where they stand."""
-    for name, calibration in found.items():
+    for name, calibration in calibrations.items():
         terminal.say(f"Robot {name}")
         show(terminal, calibration)
-    refused = [_refused(one, arguments, terminal) for one in found.values()]
+    refused = [_refused(one, arguments, terminal) for one in calibrations.values()]
     status, outputs = 1 if any(refused) else 0, dict[str, str]()
     if not any(refused):
         if arguments.out is not None:
-            outputs = found.save(
+            outputs = calibrations.save(
                 arguments.out, force=arguments.force, accept_distorted=arguments.accept_distorted
             )
-        for name, calibration in found.items():
+        for name, calibration in calibrations.items():
             terminal.say(f"Robot {name}")
             status |= judge(calibration, terminal, written=arguments.out is not None)
-    for pair in found.document.between.values():
+    for pair in calibrations.document.between.values():
         terminal.say(pair.text)
     if outputs:
         terminal.say(
@@ -98,7 +98,7 @@ def _run_several(
     else:
         terminal.say("Nothing was written; add --out DIR to keep the calibrated URDFs.")
     if arguments.json:
-        terminal.emit({**found.as_dict(), "outputs": outputs})
+        terminal.emit({**calibrations.as_dict(), "outputs": outputs})
     return status
 
 

@@ -71,9 +71,9 @@ def _body(model: FullModel, value: Any) -> str:
     function = ca.Function("model", [model.q], [ca.densify(value)], {"cse": True})
     generator = ca.CodeGenerator("model", {"casadi_int": "int"})
     generator.add(function)
-    found = _BODY.search(generator.dump())
-    assert found is not None
-    text = re.sub(r"arg\[0\]\? arg\[0\]\[(\d+)\] : 0", r"q[\1]", found[1])
+    match = _BODY.search(generator.dump())
+    assert match is not None
+    text = re.sub(r"arg\[0\]\? arg\[0\]\[(\d+)\] : 0", r"q[\1]", match[1])
     text = re.sub(r"if \(res\[0\]!=0\) res\[0\]\[(\d+)\]=", r"out[\1]=", text)
     text = text.replace("casadi_real", "double").replace("casadi_sq(", "square(")
     assert not re.search(r"casadi|\barg\b|\bres\b|\bw\[", text), "a construct of another kind"

@@ -23,17 +23,17 @@ def folded_origins(request: Request, carried: Collection[str]) -> dict[str, np.n
     Returns:
         x y z [m], roll pitch yaw [rad] of each carried joint, shape (6,).
     """
-    found: dict[str, np.ndarray] = {}
+    origins: dict[str, np.ndarray] = {}
     change, changed = np.eye(4), False
     for joint, origin in zip(request.calibration.robot.joints, request.origins, strict=True):
         nominal = np.array(joint.origin.xyz + joint.origin.rpy)
         if joint.name in carried:
             folded = origin_near(change @ rigid(origin), nominal) if changed else origin
-            found[joint.name] = folded
+            origins[joint.name] = folded
             change, changed = np.eye(4), False
         elif changed or np.any(origin != nominal):
             change, changed = np.linalg.inv(rigid(nominal)) @ change @ rigid(origin), True
-    return found
+    return origins
 
 
 def behind(request: Request, carried: Collection[str]) -> list[str]:

@@ -100,9 +100,9 @@ def _check_signs(request: Request) -> None:
 def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zero]:
     """Return what was found of each joint, in chain order."""
     document = request.calibration.document
-    found = {c.name: c for c in document.coefficients or () if c.name.endswith(".zero")}
+    coefficients = {c.name: c for c in document.coefficients or () if c.name.endswith(".zero")}
     joints = document.model.joint_names
-    if not found:
+    if not coefficients:
         raise ExportError("--to lerobot: no zeros were looked for; solve with --zeros")
     named = dict(zip(joints, motors, strict=False))  # the gripper's is the last motor
     if set(joints) <= set(motors):
@@ -111,7 +111,7 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
         raise ExportError(f"{request.like}: {len(motors)} motors for {len(joints)} joints")
     zeros: list[Zero] = []
     for joint in joints:
-        value = found[f"{joint}.zero"]
+        value = coefficients[f"{joint}.zero"]
         ticks, why = round(value.value / TICK), ""
         if value.standard_deviation > DECIDED:
             ticks, why = 0, "not decided by the data, left as it is"

@@ -135,16 +135,18 @@ def _matched(model: Any, request: Request) -> list[int]:
     names = [model.joint(j).name for j in single]
     if request.joints is not None:
         wanted = joints_named(request.joints, wanted)
-    found = [[j for j, name in zip(single, names, strict=True) if name == w] for w in wanted]
-    if request.joints is None and not all(found):
-        found = [[j for j, n in zip(single, names, strict=True) if _same(n, w)] for w in wanted]
-    if all(len(each) == 1 for each in found):
-        return [each[0] for each in found]
-    if not any(found) and request.joints is None and len(single) == len(wanted):
+    candidates = [[j for j, name in zip(single, names, strict=True) if name == w] for w in wanted]
+    if request.joints is None and not all(candidates):
+        candidates = [
+            [j for j, n in zip(single, names, strict=True) if _same(n, w)] for w in wanted
+        ]
+    if all(len(each) == 1 for each in candidates):
+        return [each[0] for each in candidates]
+    if not any(candidates) and request.joints is None and len(single) == len(wanted):
         return single
-    missing = [joint for joint, each in zip(wanted, found, strict=True) if not each]
+    missing = [joint for joint, each in zip(wanted, candidates, strict=True) if not each]
     if not missing:
-        several = [model.joint(j).name for j in max(found, key=len)]
+        several = [model.joint(j).name for j in max(candidates, key=len)]
         raise ExportError(
             f"{request.like}: has several arms, with {', '.join(several)}; say which, as in "
             f"--joints '{several[0].replace(wanted[0], '*')}'"

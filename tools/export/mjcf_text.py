@@ -27,10 +27,10 @@ def place_bodies(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, b
         ExportError: No file has all of the bodies, or one hangs in a ``<frame>``, which would
             move it on.
     """
-    for file, data, found in _files(model, model.parent, places):
-        if len(found) < len(places):
+    for file, data, begins in _files(model, model.parent, places):
+        if len(begins) < len(places):
             continue
-        for body, begin in sorted(found.items(), key=lambda item: -item[1]):
+        for body, begin in sorted(begins.items(), key=lambda item: -item[1]):
             end = end_of_tag(data, begin)
             tag = with_attributes(_TURNS.sub(b"", data[begin:end]), _attributes(places[body]))
             data = data[:begin] + tag + data[end:]
@@ -46,7 +46,7 @@ def _files(
 ) -> Iterator[tuple[Path, bytes, dict[str, int]]]:
     """Yield a model and what it includes: each file, its text, and where bodies begin in it."""
     data = file.read_bytes()
-    found: dict[str, int] = {}
+    begins: dict[str, int] = {}
     included: list[str] = []
     path: list[str] = []
     parser = expat.ParserCreate()
@@ -57,7 +57,7 @@ def _files(
         if tag == "body" and attributes.get("name") in places:
             if {"frame", "replicate"} & set(path):
                 raise ExportError(f"{file}: body {attributes['name']!r} hangs in a <frame>")
-            found[attributes["name"]] = parser.CurrentByteIndex
+            begins[attributes["name"]] = parser.CurrentByteIndex
         path.append(tag)
 
     parser.StartElementHandler = start
@@ -66,7 +66,7 @@ def _files(
         parser.Parse(data, True)
     except expat.ExpatError as error:  # MuJoCo is more lenient
         raise ExportError(f"{file}: not well-formed XML: {error}") from None
-    yield file, data, found
+    yield file, data, begins
     for name in included:
         for place in (folder, file.parent):
             if (place / name).is_file():

@@ -173,10 +173,10 @@ def _hash(request: Request, vendor: Vendor) -> tuple[str, str]:
                 f"{request.like}: another robot's: `{key}` does not stand where "
                 f"{request.calibration.robot.name} has it"
             )
-    found = re.search(r"^\s*hash:\s*[\"']?([\w.-]+)[\"']?\s*$", text, re.M)
-    if found is None:
+    match = re.search(r"^\s*hash:\s*[\"']?([\w.-]+)[\"']?\s*$", text, re.M)
+    if match is None:
         raise ExportError(f"{request.like}: no `hash`; give the file that ur_calibration wrote")
-    return found[1], f"`hash` is the robot's own, from {request.like}."
+    return match[1], f"`hash` is the robot's own, from {request.like}."
 
 
 def _read(request: Request) -> tuple[str, dict[str, dict[str, float]]]:

@@ -49,25 +49,25 @@ def _read(reader: Any, question: Question) -> Log:
     states = [c for c in reader.connections if c.msgtype.endswith("/JointState")]
     chosen = [c for c in states if question.topic in (None, c.topic)]
     if not chosen:
-        topics = sorted({f"{c.topic} ({c.msgtype})" for c in states or reader.connections})
+        offered = sorted({f"{c.topic} ({c.msgtype})" for c in states or reader.connections})
         raise ExtractError(
             f"{question.path}: no sensor_msgs/JointState"
             f"{f' on {question.topic}' if question.topic else ''}; it has "
-            f"{', '.join(topics) or 'nothing'}"
+            f"{', '.join(offered) or 'nothing'}"
         )
     orders: dict[tuple[str, ...], list[int] | None] = {}
-    found: dict[str, _Topic] = {}
+    topics: dict[str, _Topic] = {}
     for connection, time, raw in reader.messages(connections=chosen):
         message = reader.deserialize(raw, connection.msgtype)
         names = tuple(message.name)
         if names not in orders:
             orders[names] = columns_of(names, question)
-        _take(found.setdefault(connection.topic, _Topic()), message, orders[names], time)
-    best = max(found, key=lambda topic: len(found[topic].stamps), default=None)
-    if best is None or not found[best].stamps:
-        seen = dict.fromkeys(name for names in orders for name in names)
-        raise unknown_joints(list(seen), question)
-    return _log(found[best], _notes(best, found), question)
+        _take(topics.setdefault(connection.topic, _Topic()), message, orders[names], time)
+    best = max(topics, key=lambda topic: len(topics[topic].stamps), default=None)
+    if best is None or not topics[best].stamps:
+        named = dict.fromkeys(name for names in orders for name in names)
+        raise unknown_joints(list(named), question)
+    return _log(topics[best], _notes(best, topics), question)
 
 
 def _take(topic: _Topic, message: Any, order: Sequence[int] | None, time: int) -> None:

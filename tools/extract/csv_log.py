@@ -58,9 +58,9 @@ def _in_radians(positions: np.ndarray, marked: list[bool], question: Question) -
     degrees = turning if question.units == "degrees" else np.array(marked) & turning
     if question.units == "radians":
         degrees = np.zeros_like(turning)
-    found = np.where(degrees, np.radians(positions), positions)
-    check_angles(found[:, turning], bool(degrees.any()), question)
-    return found
+    radians = np.where(degrees, np.radians(positions), positions)
+    check_angles(radians[:, turning], bool(degrees.any()), question)
+    return radians
 
 
 def _in_order(stamps: np.ndarray, positions: np.ndarray, question: Question) -> Log:

@@ -93,7 +93,7 @@ def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
         return [names.index(word) for word in wanted] if set(wanted) <= set(names) else None
     if set(wanted) <= set(names):
         return [names.index(joint) for joint in wanted]
-    found: list[int] = []
+    columns: list[int] = []
     for joint in wanted:
         fitting = [i for i, name in enumerate(names) if _fits(name, joint)]
         if len(fitting) > 1:
@@ -102,8 +102,8 @@ def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
                 f"{question.path}: {joint!r} may be any of {some}; say which arm, as in "
                 f"--joints '{names[fitting[0]].replace(joint, '*')}'"
             )
-        found += fitting
-    return found if len(set(found)) == len(wanted) else None
+        columns += fitting
+    return columns if len(set(columns)) == len(wanted) else None
 
 
 def _fits(name: str, joint: str) -> bool:

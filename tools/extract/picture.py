@@ -40,7 +40,7 @@ def picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal]) -> by
         '<rect width="100%" height="100%" fill="white"/>',
     ]
     for number, proposal in enumerate(proposals, start=1):
-        rest = proposal.found
+        rest = proposal.timed
         end = x(_moment(log, times, rest.end, rest.rest.position))
         width = max(2.0, (rest.end - rest.begin) * scale)
         socket = proposal.socket % len(COLORS)

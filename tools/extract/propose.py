@@ -16,7 +16,7 @@ from ...recorder.session import JointLimits, Session
 from ...solver.robot.kinematics import BallModel
 from ...solver.robot.urdf import Robot
 from ..usage import UsageError
-from .rests import Found
+from .rests import TimedRest
 
 __all__ = ["Proposal", "assign", "placements_of", "propose"]
 
@@ -32,7 +32,7 @@ LEAST = 4
 class Proposal:
     """What a rest may be."""
 
-    found: Found
+    timed: TimedRest
     ball: np.ndarray
     """The ball's centre by the nominal model, shape (3,) [m]."""
     placement: str | None = None
@@ -43,21 +43,21 @@ class Proposal:
 
 
 def propose(
-    robot: Robot, found: Sequence[Found], joints: Sequence[JointLimits], distance: float
+    robot: Robot, rests: Sequence[TimedRest], joints: Sequence[JointLimits], distance: float
 ) -> list[Proposal]:
     """Return for each rest its placement and socket, as the nominal model suggests.
 
     Args:
         robot: The nominal robot.
-        found: The rests.
+        rests: The rests.
         joints: Its joints that move, in chain order.
         distance: Of the sockets of a base [m].
     """
-    if not found:
+    if not rests:
         return []
-    positions = np.array([one.rest.position for one in found])
+    positions = np.array([one.rest.position for one in rests])
     balls = BallModel(robot, []).points(np.empty(0), positions)
-    proposals = [Proposal(one, ball) for one, ball in zip(found, balls, strict=True)]
+    proposals = [Proposal(one, ball) for one, ball in zip(rests, balls, strict=True)]
     sockets = [group for group in _together(balls, TOGETHER * distance) if len(group) >= LEAST]
     for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
         for socket, group in enumerate(pair):
@@ -109,7 +109,7 @@ def _usable(proposals: list[Proposal], joints: Sequence[JointLimits]) -> list[Pr
             continue
         before = sessions.get(proposal.placement, Session(tuple(joints), sockets=100))
         session = before.switched(proposal.socket)
-        why = session.refusal(proposal.found.rest.position)
+        why = session.refusal(proposal.timed.rest.position)
         if why:
             kept.append(replace(proposal, placement=None, why=why))
             continue
@@ -168,7 +168,7 @@ def placements_of(
 
 
 def _sample(proposal: Proposal, number: int) -> Sample:
-    rest = proposal.found.rest
+    rest = proposal.timed.rest
     return Sample(
         position=rest.position,
         socket=proposal.socket,

@@ -11,11 +11,11 @@ from ...recorder.session import STOOD_STILL, JointLimits, Session
 from ...recorder.watch import JUMP, Watch
 from .log import Log
 
-__all__ = ["Found", "find_rests"]
+__all__ = ["TimedRest", "find_rests"]
 
 
 @dataclass(frozen=True)
-class Found:
+class TimedRest:
     """One rest of the arm."""
 
     begin: float
@@ -27,7 +27,7 @@ class Found:
 
 def find_rests(
     log: Log, joints: Sequence[JointLimits], *, window: float, still: float
-) -> list[Found]:
+) -> list[TimedRest]:
     """Return the rests of an arm in the order of the log.
 
     A rest is what a recording by a key script would capture: the arm has been still for longer
@@ -42,8 +42,8 @@ def find_rests(
     """
     watch = Watch(joints, window=window, still=still, live=False, resolution=log.resolution)
     same = Session(tuple(joints)).same
-    found: list[Found] = []
-    now: Found | None = None
+    rests: list[TimedRest] = []
+    now: TimedRest | None = None
     for i in _slow_enough(log):
         stamp = float(log.stamps[i])
         effort = None if log.efforts is None else tuple(log.efforts[i].tolist())
@@ -56,13 +56,13 @@ def find_rests(
         if not watch.settled or watch.trouble(stamp) is not None:
             continue
         if now is None or not same(now.rest.position, rest.position, STOOD_STILL):
-            now = Found(stamp - window, stamp, rest)
-            if found and same(found[-1].rest.position, rest.position, STOOD_STILL):
-                now = _joined(found.pop(), now)
-            found.append(now)
+            now = TimedRest(stamp - window, stamp, rest)
+            if rests and same(rests[-1].rest.position, rest.position, STOOD_STILL):
+                now = _joined(rests.pop(), now)
+            rests.append(now)
         else:
-            found[-1] = now = _joined(now, Found(stamp, stamp, rest))
-    return found
+            rests[-1] = now = _joined(now, TimedRest(stamp, stamp, rest))
+    return rests
 
 
 def _slow_enough(log: Log) -> list[int]:
@@ -80,7 +80,7 @@ def _slow_enough(log: Log) -> list[int]:
     return kept
 
 
-def _joined(first: Found, second: Found) -> Found:
+def _joined(first: TimedRest, second: TimedRest) -> TimedRest:
     """Return two rests at one place as one, with the stiller window of both."""
     stiller = min((first.rest, second.rest), key=lambda rest: max(rest.spread))
     return replace(first, end=second.end, rest=stiller)

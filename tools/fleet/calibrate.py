@@ -158,13 +158,13 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
     ]
     order = {(robot, name): i for i, (robot, name, *_) in reversed(list(enumerate(rows)))}
     rows.sort(key=lambda row: order[row[0], row[1]])
-    found: list[FleetParameter] = []
+    compared: list[FleetParameter] = []
     for (robot, name), group in groupby(rows, key=lambda row: (row[0], row[1])):
         each = [(row[2], row[3]) for row in group]
         changes = [value.change for value, _ in each]
         mean = fmean(changes)
         value, arm = max(each, key=lambda one: abs(one[0].change - mean))
-        found.append(
+        compared.append(
             FleetParameter(
                 robot=robot,
                 name=name,
@@ -176,4 +176,4 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
                 change=value.change,
             )
         )
-    return tuple(found)
+    return tuple(compared)

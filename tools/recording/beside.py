@@ -65,13 +65,13 @@ def page_of(
     setup = {"robot": _loaded(arguments), "host": arguments.page_host}
     neighbour = stack.enter_context(closing(Neighbour(PAGE, setup)))
     neighbour.send({})
-    told: Any = None
-    while told is None and neighbour.trouble is None:
-        told = neighbour.answer()
+    answer: Any = None
+    while answer is None and neighbour.trouble is None:
+        answer = neighbour.answer()
         time.sleep(0.02)
-    if told is None:
+    if answer is None:
         raise UsageError(f"--page-host {arguments.page_host}: no page can be served there")
-    session = session.with_message(f"page: {told['url']}")
+    session = session.with_message(f"page: {answer['url']}")
     if arguments.page_host not in ("127.0.0.1", "localhost", "::1"):
         warning = "whoever knows this address can watch, from anywhere in the network"
         session = session.with_message(warning, alarm=True)

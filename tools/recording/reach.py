@@ -48,16 +48,16 @@ class Reach:
         Returns:
             Joint positions, shape (N, m); N is 0 where the place is out of reach.
         """
-        found = np.zeros((0, len(self._guide.lower)))
+        reached = np.zeros((0, len(self._guide.lower)))
         for _ in range(4):
             try:
                 q = self._guide.reach(np.tile(centre, (count, 1)), self._generator, rounds=2)
             except SimulationError:
                 break
-            found = np.concatenate([found, q[self._allowed(q, centre)]])
-            if len(found) >= count:
+            reached = np.concatenate([reached, q[self._allowed(q, centre)]])
+            if len(reached) >= count:
                 break
-        return found[:count]
+        return reached[:count]
 
     def _allowed(self, q: np.ndarray, centre: np.ndarray) -> np.ndarray:
         """Return which poses are clear of the limits and of the table, shape (N,)."""

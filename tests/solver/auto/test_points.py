@@ -125,6 +125,7 @@ def test_leaving_points_out_leaves_the_sockets(
     [
         (lambda p: (1e3 * p[0], 1e3 * p[1], 1e3 * p[2]), "millimetres"),
         (lambda p: (p[0], -p[1], p[2]), "mirrored"),
+        (lambda _: (0.1, 0.2, 0.3), "are all the same"),
     ],
 )
 def test_points_in_other_units_or_hands_are_refused(
@@ -142,6 +143,8 @@ def test_too_few_points_are_refused(both: tuple[Placement, Placement, Pose], pan
     points = both[1]
     with pytest.raises(MeasurementError, match="3 measured points; at least 4"):
         measure(replace(points, samples=points.samples[:3]), panda)
+    with pytest.raises(MeasurementError, match="all 9 points are of one configuration"):
+        measure(replace(points, samples=points.samples[:1] * 9), panda)
 
 
 def test_what_is_stated_of_measured_points_is_what_gaussian_noise_leaves(

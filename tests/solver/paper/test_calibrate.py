@@ -170,3 +170,12 @@ def test_where_a_distance_is_known_from_is_kept(session, panda) -> None:
     assert measure(read, panda).distance_source == "default"
     assert measure(read, panda, 0.06).distance_source == "given"
     assert measure(replace(read, distance=0.12), panda).distance_source == "recording"
+
+
+def test_a_copy_in_another_order_and_rounded_is_one(session, panda) -> None:
+    """As after a detour by way of a spreadsheet."""
+    read = read_placement(session / "front")
+    rounded = [replace(s, position=tuple(np.round(s.position, 7).tolist())) for s in read.samples]
+    copy = replace(read, name="copy", files=(), samples=tuple(reversed(rounded)))
+    with pytest.raises(MeasurementError, match="are identical, so one is a copy"):
+        check_distinct([measure(read, panda), measure(copy, panda)])

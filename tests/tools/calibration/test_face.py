@@ -3,12 +3,14 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import mukca
+from mukca.solver.paper.optimizers import NotConverged
 from mukca.tools.calibration.settings import Settings
 from mukca.tools.cli import main
 from mukca.tools.documents.files import DocumentError
@@ -179,3 +181,21 @@ def test_a_foreign_file_is_told(tmp_path, text: str) -> None:
     file.write_text(text, encoding="latin-1")
     with pytest.raises(DocumentError, match=r"not a calibration\.json"):
         mukca.load_calibration(file)
+
+
+def test_a_fit_that_does_not_settle_says_what_is_wrong_in_the_recordings(
+    recordings, monkeypatch
+) -> None:
+    def unsettled(*_: object, **__: object) -> None:
+        raise NotConverged("auto diverged")
+
+    monkeypatch.setattr("mukca.tools.calibration.calibrate.fit_by_auto", unsettled)
+    train, robot = recordings[0], mukca.load_robot("panda")
+    with pytest.raises(NotConverged, match=r"^auto diverged$"):
+        mukca.calibrate(robot, train)
+    (placement,) = train
+    samples = [
+        replace(s, position=(s.position[0], 0.0, *s.position[2:])) for s in placement.samples
+    ]
+    with pytest.raises(NotConverged, match=r"did not settle; .*is it this robot's model"):
+        mukca.calibrate(robot, [replace(placement, samples=tuple(samples))])

@@ -105,7 +105,7 @@ def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, vis
     """Placements are numbered by their first rest, and the socket of that rest is called 0."""
     from mukca.recorder.dataset import read_placement
     from mukca.recorder.rest import Rest
-    from mukca.tools.extract.rests import Found
+    from mukca.tools.extract.rests import TimedRest
 
     robot = load_robot("panda")
     truth, found = [], []
@@ -118,7 +118,7 @@ def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, vis
         for _ in range(share[visit]):
             at = float(len(found))
             rest = Rest(left[visit].pop(), (1e-5,) * 7, None, None, at, 30)
-            found.append(Found(at, at + 0.5, rest))
+            found.append(TimedRest(at, at + 0.5, rest))
             truth.append(visit)
     bases = list(dict.fromkeys(visit.split()[0] for visit in visits))
     first = {base: next(visit for visit in visits if visit.startswith(base)) for base in bases}

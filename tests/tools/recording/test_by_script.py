@@ -154,6 +154,7 @@ def test_two_minutes_tell_whether_to_calibrate(session: Path, tmp_path: Path, sc
     done = scripted(tmp_path / "quick", "a*10 q", "--quick", hand=session / "front")
     assert done.status == 0, done.errors
     assert "By its model the ball scatters by" in done.output
+    assert "that is the target: q to finish" in done.output
     assert "worth calibrating" in done.output and "mukca solve" not in done.output
     few = scripted(tmp_path / "few", "a*3 q", "--quick", hand=session / "front")
     assert few.status == 0 and "Too few poses to tell" in few.output

@@ -17,7 +17,8 @@ _CHAIN = ("base", "tip", "flange", "ball")
 def check_command(document: CalibrationDocument) -> str:
     """Return the command that looks at the recordings."""
     folders = [row.folder for row in document.data]
-    return shlex.join(["mukca", "check", *folders, *_one_robot(document)])
+    zeros = ["--zeros"] if document.settings.get("zeros") else []
+    return shlex.join(["mukca", "check", *folders, *_one_robot(document), *zeros])
 
 
 def record_command(document: CalibrationDocument) -> str:

@@ -38,21 +38,21 @@ def steps(
         return ()
     document = predictions.document
     status = {row.name: row.status for row in verdict.limits}
-    found: list[Step] = []
+    steps: list[Step] = []
     if status["data_checks"] != "pass":
-        found += [_mend(check_command(document)), *_leave_out(predictions, placements)]
+        steps += [_mend(check_command(document)), *_leave_out(predictions, placements)]
     likely = likely_distance(document.scale, placements) if document.scale is not None else 0.0
     if document.scale is not None and likely and status.get("scale") == "fail":
         likely = f"{likely:.5f}"
-        found.append(_measure(document.scale, solve_command(document, given={"distance": likely})))
+        steps.append(_measure(document.scale, solve_command(document, given={"distance": likely})))
     if "fail" in status.values() or "not enough" in status.values():
-        found += _train_more(document, placements)
+        steps += _train_more(document, placements)
     if any(row.status == "not evaluated" and row.found is not None for row in verdict.limits[:2]):
         text = "Say how well the arm repeats, from its data sheet"
         again = solve_command(document, given={"repeatability_mm": "MM"})
-        found.append(Step(text=text, command=again, expected="a verdict, not a smaller error"))
+        steps.append(Step(text=text, command=again, expected="a verdict, not a smaller error"))
     if all(row.kind == "points" for row in placements):
-        return (*found, _measure_more(document))
+        return (*steps, _measure_more(document))
     text = "Record another placement far from the others, 30 samples in each socket, all varied"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
@@ -60,8 +60,8 @@ def steps(
         text += ", and train on it too"
     else:
         text += ", and hold it out by --test"
-    found.append(_forecast(document, None, text, record_command(document)))
-    return tuple(found)
+    steps.append(_forecast(document, None, text, record_command(document)))
+    return tuple(steps)
 
 
 def _measure_more(document: CalibrationDocument) -> Step:

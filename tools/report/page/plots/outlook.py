@@ -14,20 +14,20 @@ LEVELS = 5
 
 def error_map(report: ReportDocument) -> Plot | None:
     """How well distances from where was trained to each place are known, from above."""
-    found = None if report.outlook is None else report.outlook.map
-    if found is None:
+    outlook = None if report.outlook is None else report.outlook.map
+    if outlook is None:
         return None
-    deviations = [deviation for _, _, deviation in found.cells]
+    deviations = [deviation for _, _, deviation in outlook.cells]
     least, most = min(deviations), max(deviations)
-    reach = max(max(abs(x), abs(y)) for x, y, _ in found.cells) + found.width
+    reach = max(max(abs(x), abs(y)) for x, y, _ in outlook.cells) + outlook.width
     panel = Panel(
         "predicted error of places, from above",
         Axis(-reach, reach, "m to the robot's right"),
         Axis(-reach, reach, "m ahead of the robot's base"),
         height=468,
     )
-    side = panel.x(found.width) - panel.x(0) - 1
-    for x, y, deviation in found.cells:
+    side = panel.x(outlook.width) - panel.x(0) - 1
+    for x, y, deviation in outlook.cells:
         level = _level(deviation, least, most)
         panel.add(
             "rect",
@@ -47,7 +47,7 @@ def error_map(report: ReportDocument) -> Plot | None:
         (f"known-{i}", f"{mm(least + i * step)} to {mm(least + (i + 1) * step)}")
         for i in range(LEVELS)
     )
-    far = max(found.cells, key=lambda cell: cell[2])
+    far = max(outlook.cells, key=lambda cell: cell[2])
     return Plot(
         "error-map",
         "How well each place is known",
