@@ -27,7 +27,7 @@ def test_its_options_exist(capsys: pytest.CaptureFixture[str]) -> None:
     known = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
     named = set(re.findall(r"--[a-z-]+(?=[ `])", TEXT))
     assert len(named) > 8
-    assert named <= known | {"--flange", "--ball"}
+    assert named <= known | {"--flange", "--ball", "--sockets-at"}
 
 
 @pytest.mark.parametrize("name", MOUNTS)
