@@ -61,7 +61,7 @@ def draw(rigid: bool, seed: int) -> dict[str, list[float]]:
 
     true = exactly(q)
     lengths = [np.linalg.norm(p[1::2] - p[::2], axis=1) for p in (ball, true)]
-    distances = (lengths[0] - lengths[1]) / distance_deviations(found, q, torque)
+    distances = (lengths[0] - lengths[1]) / distance_deviations(found, q, torque)[1]
 
     size = found.model.size
     covariance = found.covariance[:size, :size]

@@ -4,9 +4,12 @@
 
 Sound: simulated arms of all shipped robots, 2 x 30 samples at two placements, one of them held
 out, each with so much noise as its repeatability suggests; arms of hobby servos have play, coarse
-encoders, and zeros that are off by up to 5 degrees, and are calibrated with `--zeros`. Spoilt: the
-same recordings after one mistake, taken in turn from the list below. For each the status of the
-verdict is counted. The arms do not bend, so what they do not have is not tried.
+encoders, and zeros that are off by up to 5 degrees, and are calibrated with `--zeros`. Places at
+which some joint hardly turns are not chosen, as `mukca plan` would not. Spoilt: the same recordings
+after one mistake, taken in turn from the list below. For each the status of the verdict is counted,
+and for each PASS by how much distances in the workspace are truly wrong, beside what the verdict
+allows: after some mistakes the model is right all the same. The arms do not bend, so what they do
+not have is not tried.
 """
 
 import argparse
@@ -24,6 +27,7 @@ import numpy as np
 
 import mukca
 from mukca.recorder.dataset import Placement
+from mukca.solver.robot.kinematics import BallModel, workspace
 from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
 from mukca.tools.workers import add_workers, workers_of
@@ -33,10 +37,15 @@ NOISE = {"gen3_lite": 3e-4, "wx250s": 3e-4, "vx300s": 3e-4}
 REPEATABILITY = {"gen3": 0.15, "lite6": 0.5, "openarm": 0.1, "piper": 0.1, "ur20": 0.1}
 REPEATABILITY |= {"uf850": 0.1, "wxai": 1.0}
 """What is given for arms of which no figure is known [mm]."""
+TRAVEL = math.radians(20)
 SERVOS = ("so100", "so101", "koch")
 PLAY, TICK, ZERO = math.radians(0.7), 2 * math.pi / 4096, math.radians(5)
 SERVO_REPEATABILITY = 2.0
 """As builders of such arms measure it [mm]."""
+
+
+Truth = Callable[[np.ndarray], np.ndarray]
+"""Where the ball truly is, of joint positions as the arm reports them."""
 
 
 def positions(placement: Placement, change: Callable[[np.ndarray], np.ndarray]) -> Placement:
@@ -103,7 +112,7 @@ MISTAKES: dict[str, tuple[Callable[[Placement], Placement], dict[str, float]]] =
 }
 
 
-def status(robot: mukca.Robot, placements: list[Placement], **settings: Any) -> str:
+def status(robot: mukca.Robot, truth: Truth, placements: list[Placement], **settings: Any) -> str:
     """Return the verdict's status; ``refused`` where one line says why there is none."""
     train, test = placements
     without = () if settings.get("zeros") else ("compliance", "tilt", "transmission")
@@ -111,33 +120,54 @@ def status(robot: mukca.Robot, placements: list[Placement], **settings: Any) -> 
         calibration = mukca.calibrate(robot, train, test=test, without=without, **settings)
     except mukca.MukcaError:
         return "refused"
-    return (
-        "distorted" if calibration.document.distorted else calibration.report.figures.verdict.status
-    )
+    if calibration.document.distorted:
+        return "distorted"
+    verdict = calibration.report.figures.verdict
+    (allowed,) = [row.limit for row in verdict.limits if row.name == "predicted_distance"]
+    if verdict.status == "pass" and allowed is not None:
+        wrong = workspace_error(truth, calibration)
+        return "pass" if wrong <= allowed else "wrong pass"
+    return verdict.status
 
 
-def recordings(i: int) -> tuple[mukca.Robot, list[Placement], dict[str, Any]]:
-    """Return a robot, its recordings, and what is given with them."""
+def workspace_error(truth: Truth, calibration: mukca.Calibration) -> float:
+    """Return the median error of distances between poses all over the workspace [m]."""
+    q = workspace(calibration.robot, 400)
+    points = (truth(q), calibration.ball(q))
+    true, predicted = (np.linalg.norm(p[1::2] - p[::2], axis=1) for p in points)
+    return float(np.median(np.abs(predicted - true)))
+
+
+def recordings(i: int) -> tuple[mukca.Robot, Truth, list[Placement], dict[str, Any]]:
+    """Return a robot, where its ball truly is, its recordings, and what is given with them."""
     names = list(shipped_robots())
     name = names[i % len(names)]
     robot = mukca.load_robot(name)
-    if name in SERVOS:
-        return robot, servo_recordings(robot, 100 + i), SERVO
-    noise = NOISE.get(name, 5e-5)
-    _, placements = mukca.simulate_recordings(robot, 2, seed=100 + i, noise=noise)
-    given = {"repeatability_mm": REPEATABILITY[name]} if name in REPEATABILITY else {}
-    return robot, placements, given
+    given: dict[str, Any] = {}
+    if name in REPEATABILITY:
+        given = {"repeatability_mm": REPEATABILITY[name]}
+    for seed in range(100 + i, 10_000, 1000):
+        if name in SERVOS:
+            truth, placements = servo_recordings(robot, seed)
+            given = SERVO
+        else:
+            noise = NOISE.get(name, 5e-5)
+            arm, placements = mukca.simulate_recordings(robot, 2, seed=seed, noise=noise)
+            truth = arm.ball
+        if all((np.ptp(p.positions, axis=0) >= TRAVEL).all() for p in placements):
+            break
+    return robot, truth, placements, given
 
 
 SERVO = {"repeatability_mm": SERVO_REPEATABILITY, "zeros": True}
 
 
-def servo_recordings(robot: mukca.Robot, seed: int) -> list[Placement]:
+def servo_recordings(robot: mukca.Robot, seed: int) -> tuple[Truth, list[Placement]]:
     generator = np.random.default_rng(seed)
     arm = perturb(robot, generator, 3e-4, 0.0)
     zeros = generator.uniform(-ZERO, ZERO, len(robot.actuated))
     how = Imperfection(3e-4, play=PLAY, resolution=TICK)
-    return [
+    return lambda q: BallModel(arm, ()).points(np.zeros(0), q + zeros), [
         positions(record(arm, base, generator, imperfection=how), lambda q: q - zeros)
         for base in reachable_bases(arm, generator, 2)
     ]
@@ -145,15 +175,15 @@ def servo_recordings(robot: mukca.Robot, seed: int) -> list[Placement]:
 
 def of_sound(i: int) -> tuple[str, str]:
     """Return the status of sound recordings, and the robot."""
-    robot, placements, given = recordings(i)
-    return status(robot, placements, **given), robot.name
+    robot, truth, placements, given = recordings(i)
+    return status(robot, truth, placements, **given), robot.name
 
 
 def of_spoilt(i: int) -> tuple[str, str]:
     """Return the status of the same after a mistake, and the robot."""
     spoil, settings = MISTAKES[mistake(i)]
-    robot, placements, given = recordings(i)
-    return status(robot, [spoil(p) for p in placements], **given, **settings), robot.name
+    robot, truth, placements, given = recordings(i)
+    return status(robot, truth, [spoil(p) for p in placements], **given, **settings), robot.name
 
 
 def mistake(i: int) -> str:
@@ -175,8 +205,8 @@ def main() -> None:
     print(f"sound recordings: {dict(Counter(found for found, _ in sound))}", flush=True)
     spoilt = workers.map(of_spoilt, range(arguments.bad))
     for i, (found, robot) in enumerate(spoilt):
-        if found == "pass":
-            print(f"PASS {i} ({robot}): {mistake(i)}")
+        if found.endswith("pass"):
+            print(f"{found} {i} ({robot}): {mistake(i)}")
     print(f"spoilt recordings: {dict(Counter(found for found, _ in spoilt))}")
 
 

@@ -95,8 +95,10 @@ def observability_index(posterior: Posterior) -> float:
     return float(np.exp(np.mean(np.log(values))) / np.sqrt(len(data.positions)))
 
 
-def distance_deviations(posterior: Posterior, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    """Return the standard deviation of predicted distances between pairs of ball positions.
+def distance_deviations(
+    posterior: Posterior, q: np.ndarray, torque: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return distances between pairs of ball positions, and their standard deviations.
 
     Args:
         posterior: The calibration.
@@ -104,14 +106,16 @@ def distance_deviations(posterior: Posterior, q: np.ndarray, torque: np.ndarray)
         torque: What holds their joints, shape (2 N, 3 m) [N m].
 
     Returns:
-        Shape (N,) [m].
+        Each of shape (N,) [m].
     """
     points, jacobian, _ = posterior.model.linearise(posterior.x, q, torque)
     offset = points[1::2] - points[::2]
-    direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-12)
+    distances = np.linalg.norm(offset, axis=1)
+    direction = offset / distances[:, None].clip(1e-12)
     slopes = np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
     size = posterior.model.size
-    return np.sqrt(np.einsum("ni,ij,nj->n", slopes, posterior.covariance[:size, :size], slopes))
+    variances = np.einsum("ni,ij,nj->n", slopes, posterior.covariance[:size, :size], slopes)
+    return distances, np.sqrt(variances)
 
 
 def predicted_deviation(
@@ -151,16 +155,21 @@ def scale(posterior: Posterior) -> tuple[float, float]:
     return float(by_scale @ posterior.x), variance**0.5
 
 
-def workspace_deviation(posterior: Posterior, load: Load, pairs: int = 200) -> tuple[float, float]:
-    """Return the predicted error of distances between random poses, its median and maximum [m].
+def workspace_deviation(
+    posterior: Posterior, load: Load, pairs: int = 200
+) -> tuple[float, float, float]:
+    """Return the predicted error of distances between random poses.
 
     Args:
         posterior: The calibration.
         load: What pulls at the joints.
         pairs: How many pairs of poses.
+
+    Returns:
+        The median and the maximum of it, and the median of the distances [m].
     """
     robot = posterior.model.robot
     q = workspace(robot, 2 * pairs)
     torque = gravity_moments(robot, q, load.gravity, load.payload)
-    deviation = distance_deviations(posterior, q, torque)
-    return float(np.median(deviation)), float(deviation.max())
+    distances, deviation = distance_deviations(posterior, q, torque)
+    return float(np.median(deviation)), float(deviation.max()), float(np.median(distances))

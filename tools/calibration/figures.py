@@ -290,7 +290,7 @@ def noise_scale(posterior: Posterior) -> NoiseScale:
 
 def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
     """Return how well the calibration is known, and what the data cannot tell."""
-    median, worst = uncertainty.workspace_deviation(posterior, load)
+    median, worst, length = uncertainty.workspace_deviation(posterior, load)
     weak = tuple(weak_directions(posterior))
     return Uncertainty(
         weak_directions=weak,
@@ -298,7 +298,7 @@ def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
             Correlation(a=a, b=b, value=r) for a, b, r in uncertainty.correlations(posterior)
         ),
         observability_index=uncertainty.observability_index(posterior),
-        distance_deviation=DistanceDeviation(median=median, worst=worst),
+        distance_deviation=DistanceDeviation(median=median, worst=worst, length=length),
         cannot_see=cannot_see(posterior, weak),
     )
 

@@ -170,6 +170,8 @@ class DistanceDeviation(Document, kw_only=True, frozen=True):
 
     median: float
     worst: float
+    length: float | None = None
+    """The median of those distances; None in older files."""
 
 
 class Scale(Document, kw_only=True, frozen=True):

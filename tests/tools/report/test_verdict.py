@@ -242,6 +242,13 @@ def test_a_large_predicted_error_leaves_it_open(extended) -> None:
     assert "are known to 3.80 mm only" in text
 
 
+def test_no_distance_is_asked_to_be_known_better_than_links_are(extended) -> None:
+    known = {"median": 1.4e-3, "worst": 9e-3}
+    for length, expected in ((0.8, "not enough"), (1.3, "not enough"), (1.5, "pass")):
+        extended["uncertainty"]["distance_deviation"] = {**known, "length": length}
+        assert rows(extended)[1]["predicted_distance"] == expected, length
+
+
 def test_whatever_is_not_a_pass_says_what_to_do_next(document) -> None:
     assert figures_of(document).todo == ()
     todo = figures_of(with_geometric(document, 0.5e-3)).todo
