@@ -21,6 +21,7 @@ import numpy as np
 from mukca.solver.auto.selection import select_model
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
+from mukca.solver.paper.optimizers import NotConverged
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot, shipped_robots
 from mukca.tools.realistic_flaws import NOISE, TRANSLATION, TURN
@@ -39,7 +40,10 @@ def notes_of(seed: int) -> tuple[str, tuple[str, ...]]:
     how = Imperfection(noise=generator.uniform(*NOISE))
     placement = record(arm, reachable_bases(arm, generator, 1)[0], generator, imperfection=how)
     data = observe([measure(placement, nominal)], nominal)
-    chosen = select_model(nominal, tuple(choose_parameters(nominal)), data, zeros=True)
+    try:
+        chosen = select_model(nominal, tuple(choose_parameters(nominal)), data, zeros=True)
+    except NotConverged:
+        return nominal.name, ("no model: the fit did not settle",)
     return nominal.name, chosen.notes
 
 

@@ -97,9 +97,10 @@ def half_in_the_other(p: Placement) -> Placement:
 
 
 MISTAKES: dict[str, tuple[Callable[[Placement], Placement], dict[str, float]]] = {
-    "distance 2 % too long": (lambda p: p, {"distance": 0.051}),
-    "distance 4 % too short": (lambda p: p, {"distance": 0.048}),
-    "distance of another base": (lambda p: p, {"distance": 0.12}),
+    # What was done to the recording, or by how much the stated distance is wrong.
+    "distance 2 % too long": (lambda p: p, {"distance": 1.02}),
+    "distance 4 % too short": (lambda p: p, {"distance": 0.96}),
+    "distance of another base": (lambda p: p, {"distance": 2.4}),
     "joint 2's sign": (flipped(1), {}),
     "joint 4's sign": (flipped(3), {}),
     "last joint's sign": (flipped(-1), {}),
@@ -146,7 +147,7 @@ def recordings(i: int) -> tuple[mukca.Robot, Truth, list[Placement], dict[str, A
     given: dict[str, Any] = {}
     if name in REPEATABILITY:
         given = {"repeatability_mm": REPEATABILITY[name]}
-    for seed in range(100 + i, 10_000, 1000):
+    for seed in range(100 + i, 50_000, 1000):
         if name in SERVOS:
             truth, placements = servo_recordings(robot, seed)
             given = SERVO
@@ -162,6 +163,11 @@ def recordings(i: int) -> tuple[mukca.Robot, Truth, list[Placement], dict[str, A
 SERVO = {"repeatability_mm": SERVO_REPEATABILITY, "zeros": True}
 
 
+def base_of(robot: mukca.Robot) -> float:
+    """Return the distance of the sockets [m]: one socket holds the first joint of an SO arm."""
+    return 0.15 if robot.name.startswith("so1") else 0.05
+
+
 def servo_recordings(robot: mukca.Robot, seed: int) -> tuple[Truth, list[Placement]]:
     generator = np.random.default_rng(seed)
     arm = perturb(robot, generator, 3e-4, 0.0)
@@ -169,7 +175,7 @@ def servo_recordings(robot: mukca.Robot, seed: int) -> tuple[Truth, list[Placeme
     how = Imperfection(3e-4, play=PLAY, resolution=TICK)
     return lambda q: BallModel(arm, ()).points(np.zeros(0), q + zeros), [
         positions(record(arm, base, generator, imperfection=how), lambda q: q - zeros)
-        for base in reachable_bases(arm, generator, 2)
+        for base in reachable_bases(arm, generator, 2, base_of(robot))
     ]
 
 
@@ -181,8 +187,9 @@ def of_sound(i: int) -> tuple[str, str]:
 
 def of_spoilt(i: int) -> tuple[str, str]:
     """Return the status of the same after a mistake, and the robot."""
-    spoil, settings = MISTAKES[mistake(i)]
+    spoil, wrong = MISTAKES[mistake(i)]
     robot, truth, placements, given = recordings(i)
+    settings = {name: factor * base_of(robot) for name, factor in wrong.items()}
     return status(robot, truth, [spoil(p) for p in placements], **given, **settings), robot.name
 
 

@@ -37,6 +37,9 @@ LARGEST_STEP = 0.2
 """Of any unknown in an iteration [m], [rad]."""
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
+WANDER = 1.5e-3
+"""Nor for less than this on arms made of servos [m]: their play moves successive samples together,
+as a base that was knocked would."""
 ENOUGH, LEAST = 4000, 20
 """Samples in all that a fit looks at, and of a socket; more tell it little."""
 
@@ -119,6 +122,7 @@ class RigidModel:
     ) -> None:
         model = extend(robot, parameters)
         self.robot, self.zeros = robot, zeros
+        self._least = WANDER if zeros else SMALLEST
         self.ball: BallModel = model.ball
         self.widths = np.array(
             [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
@@ -182,7 +186,7 @@ class RigidModel:
             left: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
             fitted = 3 * few.count + len(widths) - float(np.sum(covariance * P))
             variance = float(weights @ left) / max(3 * len(e) - fitted, 1.0)
-            before, noise = noise, max(variance, SMALLEST**2) ** 0.5
+            before, noise = noise, max(variance**0.5, self._least)
             change = max(abs(log(noise / before)), float(np.abs(step / widths).max()))
             if change < SETTLED:
                 break

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.tools.simulated_arms import Base, record
+from mukca.solver.checks.inspection import inspect_all
+from mukca.solver.data.measurements import measure
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.simulated_arms import Base, Imperfection, perturb, reachable_bases, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
@@ -69,3 +73,22 @@ def test_one_sample_from_elsewhere_was_not_badly_seated(look, placements, elsewh
     (finding,) = look([replace(placements[0], samples=tuple(samples)), *placements[1:]]).findings
     assert finding.code == "elsewhere"
     assert finding.where.endswith("sample 12") and "another base position" in finding.advice
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.012])
+def test_play_moves_samples_together_and_is_no_moved_base(moved: float) -> None:
+    """But one that did move by more is an error still, by whatever name."""
+    robot = load_robot("so101")
+    for seed in (1, 3):
+        generator = np.random.default_rng(5000 + seed)
+        arm = perturb(robot, generator, 3e-4, 0.0)
+        (base,) = reachable_bases(arm, generator, 1)
+        away = replace(base, centre=base.centre + np.array([0.0, 0.0, moved]))
+        play = Imperfection(3e-4, play=0.012, resolution=1.5e-3)
+        first, then = (
+            record(arm, b, generator, samples=15, imperfection=play) for b in (base, away)
+        )
+        rows = sorted((*first.samples, *then.samples), key=lambda sample: sample.socket)
+        measured = measure(replace(first, samples=tuple(rows)), robot, None)
+        seen = inspect_all(robot, choose_parameters(robot), [measured], zeros=True)
+        assert any(finding.level == "error" for finding in seen.findings) == bool(moved), seed
