@@ -72,28 +72,31 @@ def take(terminal: TerminalSession, number: int) -> None:
     raise AssertionError(terminal.text)
 
 
-def test_a_guided_session_by_keys(hands: Path, begun: Path) -> None:
-    """The rest of one: as it goes on, changes sockets, and ends."""
-    done = LEAST - LEFT
-    with TerminalSession(
-        command(hands / "rest", begun, "rate=250&hold=1.2&move=0.4"), columns=80, rows=24
-    ) as terminal:
-        terminal.wait_for("GO ON?", f"Continues {done} in socket 0, {done} in socket 1")
-        terminal.press("y")
-        terminal.wait_for("predicted", "goal 20.00", "next best", "◆", "mean")
-        for number in range(2 * done + 1, 2 * done + LEFT + 1):
+@pytest.mark.parametrize("part", ["all", "rest"])
+def test_a_guided_session_by_keys(hands: Path, begun: Path, tmp_path: Path, part: str) -> None:
+    """A new one, and one that goes on: it changes sockets, says where to go next, and ends."""
+    done = 0 if part == "all" else LEAST - LEFT
+    out = begun if done else tmp_path / "new"
+    words = command(hands / part, out, "rate=250&hold=1.2&move=0.4")
+    with TerminalSession(words, columns=80, rows=24) as terminal:
+        if done:
+            terminal.wait_for("GO ON?", f"Continues {done} in socket 0, {done} in socket 1")
+            terminal.press("y")
+        for number in range(2 * done + 1, done + LEAST + 1):
             take(terminal, number)
         terminal.wait_for("SOCKET 1 NOW: move the ball to socket 1, then press s")
         terminal.press("s")
         terminal.wait_for("MOVE")
-        for number in range(2 * done + LEFT + 1, 2 * LEAST + 1):
+        for number in range(done + LEAST + 1, 2 * LEAST + 1):
             take(terminal, number)
+            if number == 2 * LEAST - 1:
+                terminal.wait_for("predicted", "goal 20.00", "next best", "◆", "mean")
         shown = terminal.wait_for("ENOUGH: q finishes", "the goal is reached", "second placement")
         assert "last" in shown and "mean" in shown
         terminal.press("q")
         assert terminal.wait() == 0
         terminal.wait_for("mukca check", "mukca solve")
-    assert np.bincount(read_placement(begun).sockets).tolist() == [LEAST, LEAST]
+    assert np.bincount(read_placement(out).sockets).tolist() == [LEAST, LEAST]
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
