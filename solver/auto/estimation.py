@@ -251,11 +251,11 @@ def _without_negligible(objective: Objective, state: State) -> State:
 
     The very same state where there are none.
     """
-    gone = [
-        group
-        for group in state.groups
+    gone = {  # by place: those of two arms may have one name
+        i: group
+        for i, group in enumerate(state.groups)
         if group.name in EXTENSIONS and group.width and _effect(state, group) < NEGLIGIBLE
-    ]
+    }
     noises = tuple(
         replace(noise, joint=0.0)
         if noise.joint and noise.joint_effect(state.linear.by_joints[source]) < NEGLIGIBLE
@@ -265,10 +265,10 @@ def _without_negligible(objective: Objective, state: State) -> State:
     if not gone and noises == state.noises:
         return state
     x, at_zero = state.x.copy(), state.at_zero.copy()
-    for group in gone:
+    for group in gone.values():
         x[group.members], at_zero[group.members] = 0.0, True
     groups = tuple(
-        replace(g, width=0.0, effective=0.0, learned=False) if g in gone else g
-        for g in state.groups
+        replace(g, width=0.0, effective=0.0, learned=False) if i in gone else g
+        for i, g in enumerate(state.groups)
     )
     return replace(state, x=x, at_zero=at_zero, groups=groups, noises=noises)
