@@ -37,7 +37,7 @@ LARGEST_STEP = 0.2
 """Of any unknown in an iteration [m], [rad]."""
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
-WANDER = 2e-3
+WANDER = 1.5e-3
 """Nor for less than this on arms made of servos [m]: their play moves successive samples together,
 as a base that was knocked would."""
 ENOUGH, LEAST = 4000, 20

@@ -136,3 +136,19 @@ def test_what_cannot_be_is_one_line(
     assert main(["solve", *(word.replace("CELL", str(cell)) for word in words)]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert said in line.replace("?", "")
+
+
+@pytest.mark.slow
+def test_two_arms_of_one_type_need_no_extension() -> None:
+    """Those that do hardly anything have one name in both arms, and are left out of each."""
+    generator = np.random.default_rng(3)
+    arms = [perturb(load_robot("panda"), generator, 2e-3, 5e-3) for _ in range(2)]
+    poses = [Pose(np.eye(3), np.zeros(3)), Pose(turn([0, 0, np.pi]), np.array([1.2, 0, 0]))]
+    bases = [
+        Base("front", np.array([0.6, 0.0, 0.15]), np.array([1.0, 0, 0])),
+        Base("side", np.array([0.55, 0.35, 0.3]), np.array([0, 1.0, 0])),
+    ]
+    recorded = recorded_by_both(arms, poses, bases, generator, samples=12, noise=1e-4)
+    robots = {name: load_robot("panda") for name in ("left", "right")}
+    found = mukca.calibrate(robots, dict(zip(robots, recorded, strict=True)), distance=0.05)
+    assert set(found) == set(robots)
