@@ -40,8 +40,8 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     """
     curve = _curve(objective, state)
     widened = prior_precision(objective, curve.state, widened=True)
-    told = curve.normal.information - _overstated(objective, curve.state, curve.normal)
-    precision = told + widened + np.diag(curve.bounds)
+    of_data = curve.normal.information - _overstated(objective, curve.state, curve.normal)
+    precision = of_data + widened + np.diag(curve.bounds)
     covariance = inverse(precision, free_unknowns(objective, curve.state))
     mean = curve.state
     if curve.change.any():
@@ -68,8 +68,8 @@ def _overstated(objective: Objective, state: State, normal: NormalEquations) -> 
     measured = objective.rows.sockets < 0
     J, own = state.linear.by_unknowns[measured], slice(objective.dense)
     weighted = normal.inverse_scales[measured] * normal.weights[measured, None, None] @ J
-    told = J.reshape(-1, objective.dense).T @ weighted.reshape(-1, objective.dense)
-    less[own, own] = (1 - GAUSSIAN) * INFORMATION * told
+    information = J.reshape(-1, objective.dense).T @ weighted.reshape(-1, objective.dense)
+    less[own, own] = (1 - GAUSSIAN) * INFORMATION * information
     return less
 
 

@@ -27,7 +27,7 @@ __all__ = ["RigidFit", "RigidModel", "Samples", "samples_of"]
 TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
 """Widths of the priors [m], [rad]: as far as arms are from their models."""
 SCALE = 1e-5
-"""So closely is the scale held at nominal."""
+"""Standard deviation of the prior that holds the arm's scale at nominal."""
 ITERATIONS = 40
 GLANCES = 6
 """Iterations for the ball's place alone."""
@@ -38,10 +38,11 @@ LARGEST_STEP = 0.2
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
 WANDER = 1.5e-3
-"""Nor for less than this on arms made of servos [m]: their play moves successive samples together,
-as a base that was knocked would."""
+"""The same for arms made of servos [m]: play shifts several samples in a row together, which would
+else look like a base that was knocked."""
 ENOUGH, LEAST = 4000, 20
-"""Samples in all that a fit looks at, and of a socket; more tell it little."""
+"""A fit uses about the first number of samples in all, and at least the second of each socket; more
+would hardly change it."""
 
 
 @dataclass(frozen=True)
