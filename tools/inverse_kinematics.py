@@ -23,8 +23,8 @@ FEW = 64
 """So many of them are followed first, and then all others."""
 ROWS = 16
 """Poses are computed for a multiple of so many configurations."""
-NEAR = 1e-5
-"""A Newton step below this [rad, m] has all but arrived."""
+MARGIN = 0.1
+"""Whoever is this far outside of the limits at the target stays outside [rad, m]."""
 LONGEST = 0.5
 """The longest step of a joint on its way to the target [rad, m]."""
 MAX_TILT = np.deg2rad(50)
@@ -107,29 +107,33 @@ class Guide:
     def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
-        moving = np.arange(len(q))
-        for step in range(30):
-            dq = self._newton_step(q[moving], targets[moving], near=step >= 18)
-            size = np.abs(dq).max(axis=1)
-            q[moving] += dq
-            if step == 15 and self._leans_freely:  # who still takes long steps is lost, mostly
-                lost = size > 0.98 * LONGEST
-                q[moving[lost]], size[lost] = np.nan, 0.0
-            moving = moving[size > NEAR]
-            if not moving.size:
-                break
-        arrived = self._within_limits(q)  # most ways end outside: only the others are worth more
-        rest = np.flatnonzero(arrived)
-        for _ in range(3):  # each squares the error
-            q[rest] += self._newton_step(q[rest], targets[rest], near=True)
+        moving = self._walk(q, targets, np.arange(len(q)), near=False)
+        # Most arrive outside the limits, and stay there: the others are worth the last steps.
+        beyond = np.maximum(self.lower - q, q - self.upper).max(axis=1)
+        rest = np.union1d(moving, np.flatnonzero(beyond < MARGIN))
+        self._walk(q, targets, rest, near=True)
         pose = self._linear(q[rest])[0]
-        error = np.abs(targets[rest] - pose)
+        error = targets[rest] - pose
         exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
         tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
         if not self._leans_freely:
             tilted = pose[:, 5] < -np.cos(MAX_TILT)
-        arrived[rest] = exact & tilted & self._within_limits(q[rest])
+        inside = np.all((self.lower < q[rest]) & (q[rest] < self.upper), axis=1)
+        arrived = np.zeros(len(q), dtype=bool)
+        arrived[rest] = exact & tilted & inside
         return q, arrived
+
+    def _walk(
+        self, q: np.ndarray, targets: np.ndarray, moving: np.ndarray, *, near: bool
+    ) -> np.ndarray:
+        """Take steps in some rows of q until they arrive; return which rows still move."""
+        for _ in range(12 if near else 18):
+            if not moving.size:
+                break
+            dq = self._newton_step(q[moving], targets[moving], near)
+            q[moving] += dq
+            moving = moving[np.abs(dq).max(axis=1) > (1e-7 if near else 1e-5)]
+        return moving
 
     def _newton_step(self, q: np.ndarray, targets: np.ndarray, near: bool) -> np.ndarray:
         """Return the change of each row of q; far from the target it is damped."""
@@ -139,9 +143,6 @@ class Guide:
         JJ = slope @ slope.transpose(0, 2, 1) + (1e-10 if near else 1e-4) * np.eye(rows)
         dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
         return dq * np.minimum(1.0, LONGEST / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
-
-    def _within_limits(self, q: np.ndarray) -> np.ndarray:
-        return np.all((self.lower < q) & (q < self.upper), axis=1)
 
     def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
