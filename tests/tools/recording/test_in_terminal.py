@@ -13,6 +13,8 @@ from terminal_session import MUKCA, TerminalSession
 from mukca.recorder.dataset import read_placement
 from mukca.recorder.samples import read_samples
 
+pytestmark = pytest.mark.waits
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("columns", "rows"), [(80, 24), (200, 50)])
