@@ -119,9 +119,8 @@ def gauss_newton(objective: Objective, state: State, *, release: bool = True) ->
     See :func:`~mukca.solver.auto.normal_equations.normal_equations` for the data's part.
     """
     normal = normal_equations(objective, state)
-    covariance = inverse(
-        normal.information + prior_precision(objective, state), free_unknowns(objective, state)
-    )
+    prior = prior_precision(objective, state)
+    covariance = inverse(normal.information + prior, free_unknowns(objective, state))
     spread = leverage(objective, state, covariance)
     spread = INFORMATION * normal.weights[:, None, None] * spread
     volume = _volume_weight(objective, state, normal, spread)
@@ -130,7 +129,8 @@ def gauss_newton(objective: Objective, state: State, *, release: bool = True) ->
         bounded[group.members] = group.name in ELASTICITY and group.width > 0
     held = state.at_zero & ~(release & bounded[: objective.model.size])
     released = replace(state, at_zero=held)
-    prior = prior_precision(objective, released)
+    if held.sum() < state.at_zero.sum():
+        prior = prior_precision(objective, released)
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
     pull = prior @ from_means(objective, state)
     gradient = normal.gradient + pull + volume * state.linear.by_volume
@@ -209,8 +209,8 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
             members = group.members[free]
             new = group.updated(
                 state.x[members] - group.mean[free],
-                step.covariance[np.ix_(members, members)],
-                members,
+                step.covariance[members[:, None], members],
+                free,
             )
             if _effect(state, new) > NEGLIGIBLE:
                 change = max(change, abs(log(new.width / group.width)))
@@ -241,9 +241,8 @@ def _updated_noises(
 def _effect(state: State, group: PriorGroup) -> float:
     """Return how far a group's width moves the ball, relative to the noise."""
     members = group.members[~state.at_zero[group.members]]
-    squares: np.ndarray = np.sum(state.linear.by_unknowns[:, :, members] ** 2, axis=(1, 2)) / 3
     least = min(noise.space for noise in state.noises)
-    return group.width * float(np.mean(squares)) ** 0.5 / least
+    return group.width * float(np.sum(state.linear.reach[members])) ** 0.5 / least
 
 
 def _without_negligible(objective: Objective, state: State) -> State:

@@ -63,14 +63,14 @@ def value(objective: Objective, state: State, volume: float = 1.0) -> float:
         state: Where.
         volume: How much of the last term counts.
     """
-    _, squares, _ = weigh(objective, state)
-    sizes = np.linalg.slogdet(scales(objective, state))[1]
+    inverse, squares, _ = weigh(objective, state)
+    sizes = -np.linalg.slogdet(inverse)[1]
     cost = 0.5 * float(sizes.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
     cost += 0.5 * float(np.sum(knowledge(objective, state)[1] ** 2))
     for group in state.groups:
         if group.width:
             apart = state.x[group.members] - group.mean
-            cost += 0.5 * float(apart @ group.precision(group.members, group.width) @ apart)
+            cost += 0.5 * float(apart @ group.precision(group.width) @ apart)
     return cost + volume * state.linear.volume
 
 

@@ -44,6 +44,7 @@ ALIKE = 0.3
 """By what share of itself the elasticity of one arm differs from that of its type."""
 SMALLEST_WIDTH = 1e-12
 """A width is never less, so that it can be divided by."""
+EVERY = slice(None)
 
 
 @dataclass(frozen=True)
@@ -81,18 +82,17 @@ class PriorGroup:
         t = self._common
         return np.diag(self._variances(width)) + np.outer(t, t)
 
-    def precision(self, members: np.ndarray, width: float) -> np.ndarray:
+    def precision(self, width: float, free: np.ndarray | slice = EVERY) -> np.ndarray:
         """Return the prior precision (inverse covariance) of some of the members.
 
         The members that are left out are held at zero. By Sherman and Morrison's formula,
         (D + t t^T)^-1 = D^-1 - D^-1 t t^T D^-1 / (1 + t^T D^-1 t).
 
         Args:
-            members: Indices of those that count.
             width: s, in the unit of the group.
+            free: Which members count.
         """
-        kept = np.isin(self.members, members)
-        t, inverse = self._common[kept], 1 / self._variances(width)[kept]
+        t, inverse = self._common[free], 1 / self._variances(width)[free]
         scaled = inverse * t
         return np.diag(inverse) - np.outer(scaled, scaled) / (1 + t @ scaled)
 
@@ -120,7 +120,7 @@ class PriorGroup:
         gamma = max(self.effective, 4.0)
         return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
 
-    def updated(self, x: np.ndarray, covariance: np.ndarray, members: np.ndarray) -> "PriorGroup":
+    def updated(self, x: np.ndarray, covariance: np.ndarray, free: np.ndarray) -> "PriorGroup":
         """Return the group with a width closer to what the evidence prefers (MacKay 1992).
 
             gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2    s_g^2 = |x_g|^2 / gamma_g    (A4)
@@ -132,9 +132,9 @@ class PriorGroup:
         Args:
             x: How far those members that are free are from their mean.
             covariance: Sigma_g, their posterior covariance.
-            members: Their indices.
+            free: Which members they are.
         """
-        P = self.width**2 * self.precision(members, self.width)
+        P = self.width**2 * self.precision(self.width, free)
         effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
         squares, gamma = float(np.sum((P @ x) ** 2)), max(effective, 1e-9)
         square = squares / gamma
