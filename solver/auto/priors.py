@@ -9,6 +9,7 @@ less than so many separate changes.
 """
 
 from dataclasses import dataclass, replace
+from math import log
 
 import numpy as np
 
@@ -42,6 +43,8 @@ SHYEST, BOLDEST = 0.3, 10.0
 """How many times as far as (A4) says a width goes, at least and at most."""
 ALIKE = 0.3
 """By what share of itself the elasticity of one arm differs from that of its type."""
+FALLING = 0.05
+"""Relative change in a step from which on a width falls, and not just settles."""
 SMALLEST_WIDTH = 1e-12
 """A width is never less, so that it can be divided by."""
 EVERY = slice(None)
@@ -155,12 +158,15 @@ class PriorGroup:
         """Return by how much to change the logarithm of the width.
 
         (A4) alone may take hundreds of steps, each a little shorter than the one before, where a
-        width vanishes. The secant through this step and the last says where they lead to.
+        width vanishes. The secant through this step and the last says where they lead to: nowhere
+        if the width falls ever faster, so that it is halved at once.
         """
         if self.trail is None or now == self.trail[0] or not change:
             return change
         slope = (change - self.trail[1]) / (now - self.trail[0])
-        return float(np.clip(-1 / slope, SHYEST, BOLDEST)) * change if slope < 0 else change
+        if slope < 0:
+            return float(np.clip(-1 / slope, SHYEST, BOLDEST)) * change
+        return min(change, -log(2)) if max(change, self.trail[1]) < -FALLING else change
 
 
 def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, ...]:
