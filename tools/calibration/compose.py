@@ -79,7 +79,7 @@ def compose(task: Task, fit: Fit) -> CalibrationDocument:
         },
         load=CarriedLoad(gravity=calibrated.load.gravity, payload=calibrated.load.payload),
         data=_samples(task, fit),
-        scale=estimates.scale_of(fit.calibrated, fit.posterior),
+        scale=estimates.scale_of(fit),
         outlook=outlook_of(task, fit),
         **_known(fit),
     )

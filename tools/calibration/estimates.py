@@ -8,6 +8,7 @@ from ...solver.auto.noise import NU
 from ...solver.auto.posterior import Posterior
 from ...solver.calibrated import CalibratedRobot
 from ...solver.data.load import Load
+from ...solver.fit import Fit
 from ..documents.estimates import (
     Coefficient,
     Correlation,
@@ -117,10 +118,14 @@ def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
     )
 
 
-def scale_of(calibrated: CalibratedRobot, posterior: Posterior | None) -> Scale:
+def scale_of(fit: Fit) -> Scale:
     """Return by how much the arm came out larger than its model."""
-    if posterior is not None:
-        value, deviation = uncertainty.scale(posterior)
+    if fit.posterior is not None:
+        value, deviation = uncertainty.scale(fit.posterior)
         return Scale(value=value, deviation=deviation)
+    calibrated = fit.calibrated
     by_scale = extend(calibrated.robot, calibrated.parameters).by_scale()
-    return Scale(value=float(by_scale @ (calibrated.values - calibrated.model.nominal)))
+    value = float(by_scale @ (calibrated.values - calibrated.model.nominal))
+    if fit.covariance is None:
+        return Scale(value=value)
+    return Scale(value=value, deviation=float(by_scale @ fit.covariance @ by_scale) ** 0.5)
