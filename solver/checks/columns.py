@@ -104,6 +104,8 @@ def _mm(error: float) -> str:
 
 def _weak_signs(model: RigidModel, samples: Samples, fit: RigidFit, where: str) -> list[Finding]:
     """Return a joint near whose axis the ball is, if the samples fit better with its other sign."""
+    if not samples.tell(len(fit.x)):
+        return []
     least = fit.noise * min(BETTER, np.exp(-ODDS / (3 * len(samples.sockets))))
     findings: list[Finding] = []
     for guess in signs(model.robot, 1):
@@ -138,7 +140,7 @@ def _best(model: RigidModel, samples: Samples) -> Guess:
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
         if best[0] > TOLERANCE:
             best = _clearly(best, _least(map(judged, signs(robot, count))))
-    if best[0] > UNEXPLAINED and not model.zeros:
+    if best[0] > UNEXPLAINED and not model.zeros and samples.tell(3 + len(turning)):
         far = [guess for _, guess in zeros]
         starts = [as_they_are(robot), *signs(robot, 1), *swaps(robot), *far]
         found = several(model, samples, starts, turning)

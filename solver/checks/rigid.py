@@ -60,6 +60,10 @@ class Samples:
         """Number of sockets."""
         return int(self.sockets.max()) + 1
 
+    def tell(self, unknowns: int) -> bool:
+        """Whether they are enough: twice as many numbers as unknowns, beside the sockets' places."""
+        return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
+
     def thinned(self, enough: int) -> "Samples":
         """Return some of the samples, evenly from each socket."""
         rows = [np.flatnonzero(self.sockets == k) for k in range(self.count)]

@@ -76,7 +76,7 @@ class Scale(Document, kw_only=True, frozen=True):
     value: float
     """0.01 stands for an arm 1 % longer than its model."""
     deviation: float | None = None
-    """Its standard deviation; None by the paper's method, which does not say."""
+    """Its standard deviation; None where it could not be computed, and in older files."""
 
 
 class Correlation(Document, kw_only=True, frozen=True):

@@ -199,6 +199,18 @@ def test_the_likelier_distance_is_said(document) -> None:
     assert "more likely the sockets are 50.0 mm apart than 51.0" in text
 
 
+@pytest.mark.parametrize("code", ["sign", "swap", "zero", "model"])
+def test_joints_are_to_be_mended_before_the_distance(document, code) -> None:
+    """Where a joint is wrong, the arm's size is, too, and no distance is likelier."""
+    document["scale"] = {"value": 0.02, "deviation": 7e-4}
+    said = {"level": "error", "code": code, "where": "all placements", "text": "x", "advice": "y"}
+    document["checks"] = [*document["checks"], said]
+    figures = figures_of(document)
+    assert "mend them before the distance" in figures.verdict.text
+    assert "more likely the sockets" not in figures.verdict.text
+    assert not any("--distance 0.0490" in step.command for step in figures.todo)
+
+
 def test_few_samples_are_not_enough_to_say(document) -> None:
     for row in document["data"]:
         by_socket = [[s for s in row["samples"] if s["socket"] == k] for k in (0, 1)]
