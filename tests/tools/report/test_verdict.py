@@ -249,9 +249,11 @@ def test_a_joint_that_stood_still_leaves_it_open(document) -> None:
 def test_a_large_predicted_error_leaves_it_open(extended) -> None:
     assert rows(extended)[1]["predicted_distance"] == "pass"
     extended["uncertainty"]["distance_deviation"] = {"median": 3.8e-3, "worst": 9e-3}
-    status, limits, text = rows(extended)
-    assert (status, limits["predicted_distance"]) == ("incomplete", "not enough")
-    assert "are known to 3.80 mm only" in text
+    figures = figures_of(extended)
+    limits = {row.name: row.status for row in figures.verdict.limits}
+    assert (figures.verdict.status, limits["predicted_distance"]) == ("incomplete", "not enough")
+    assert "are known to 3.80 mm only" in figures.verdict.text
+    assert figures.answers.use.text.endswith("see first what it lacks.")
 
 
 def test_no_distance_is_asked_to_be_known_better_than_links_are(extended) -> None:
