@@ -61,7 +61,7 @@ class Samples:
         return int(self.sockets.max()) + 1
 
     def tell(self, unknowns: int) -> bool:
-        """Whether they are enough: twice as many numbers as unknowns, beside the sockets' places."""
+        """Whether they are enough: twice as many numbers as unknowns beside the sockets'."""
         return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
 
     def thinned(self, enough: int) -> "Samples":
