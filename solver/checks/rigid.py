@@ -235,7 +235,7 @@ def _means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndar
     """Return the weighted mean in each socket of values of shape (N, ...)."""
     rows = weights[:, None] * values.reshape(len(values), -1)
     width = rows.shape[1]
-    cells = samples.sockets[:, None] * width + np.arange(width)
+    cells: np.ndarray = samples.sockets[:, None] * width + np.arange(width)
     sums = np.bincount(cells.ravel(), rows.ravel(), samples.count * width)
     totals = np.bincount(samples.sockets, weights, samples.count)
     return (sums.reshape(-1, width) / totals[:, None]).reshape(-1, *values.shape[1:])
