@@ -18,6 +18,7 @@ from .data.load import Load
 from .data.measurements import Measurement
 from .data.metrics import CALIPER_DEVIATION
 from .data.observe import Recorded, observe_all
+from .paper.covariance import covariance
 from .paper.optimizers import MAX_ITERATIONS
 from .paper.problem import REGULARIZATION, build_problem, solve
 from .robot.kinematics import BallModel
@@ -42,6 +43,9 @@ class Fit:
     """The model after each iteration, the nominal one first."""
     posterior: Posterior | None = None
     """How well everything is known; None by the paper's method, which does not say."""
+    covariance: np.ndarray | None = None
+    """By the paper's method: how far the parameters would move if the same were recorded again,
+    shape (n, n)."""
     choices: tuple[str, ...] | None = None
     """One line for each extension (compliance, tilt, ..): kept or not, and why. None by the
     paper's method, which has none."""
@@ -83,7 +87,7 @@ def fit_by_paper(
     seconds = time.perf_counter() - begin
     calibrated = CalibratedRobot(robot, problem.parameters, solution.x)
     iterates = tuple(partial(_rigid, problem.model, x) for x in solution.iterates)
-    return Fit(calibrated, optimizer, seconds, iterates)
+    return Fit(calibrated, optimizer, seconds, iterates, covariance=covariance(problem, solution.x))
 
 
 def _rigid(model: BallModel, x: np.ndarray, measured: Measurement) -> np.ndarray:

@@ -109,7 +109,7 @@ def _limit(arm: Arm | None, margin: int, given: float | None, option: str) -> Li
     if given is not None:
         return Limit(value=given, source=f"given by {option}")
     if arm is None:
-        words = f"give --repeatability-mm (your arm's data sheet), or {option}"
+        words = f"give --repeatability-mm (your arm's data sheet), or {option} to mukca report"
         return Limit(value=None, source=words)
     times = f"{margin} times the" if margin > 1 else "the"
     if arm.repeatability < RESOLUTION:
