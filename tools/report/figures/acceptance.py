@@ -37,7 +37,7 @@ ARMS: dict[str, Arm] = {
     "ur3e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
     "ur5e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
     "ur10e": Arm(5e-5, "Universal Robots' data sheet, ISO 9283"),
-    **dict.fromkeys(("ur3", "ur5", "ur10"), Arm(1e-4, "the CB3 series' figure as it is quoted")),
+    **dict.fromkeys(("ur3", "ur5", "ur10"), Arm(1e-4, "Universal Robots' data sheet, CB3 series")),
     **dict.fromkeys(("xarm6", "xarm7"), Arm(1e-4, "UFACTORY's user manual")),
     **dict.fromkeys(("vx300s", "wx250s"), Arm(1e-3, "Trossen Robotics' specifications")),
 }
