@@ -11,6 +11,7 @@ The last two lead to the maximum of the evidence (A6), see :mod:`mukca.solver.au
 width of a group that the data do not support falls to nearly zero; the group is then taken out.
 """
 
+from bisect import bisect
 from dataclasses import dataclass, replace
 from math import log
 
@@ -20,7 +21,7 @@ from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
 from .bounded import bounded_step
-from .deflection import ELASTICITY, EXTENSIONS
+from .deflection import ELASTICITY, EXTENSIONS, PLAY
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, NU, SMALLEST, Noise
@@ -36,7 +37,7 @@ from .objective import (
     start,
 )
 from .posterior import Posterior, World
-from .priors import PriorGroup
+from .priors import PriorGroup, play_group
 
 __all__ = ["estimate", "estimate_all", "gauss_newton"]
 
@@ -173,6 +174,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     linear = there.linear
     groups, change = _updated_groups(there, step)
     noises = _updated_noises(objective, state, there, step)
+    groups = _with_play(objective, groups, noises)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
@@ -243,6 +245,22 @@ def _updated_noises(
         effect = noise.joint_effect(there.linear.by_joints[source])
         noises.append(noise.updated(squares, effect))
     return tuple(noises)
+
+
+def _with_play(
+    objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
+) -> tuple[PriorGroup, ...]:
+    """Return the groups, the play of each robot believed to be what its joints' noise shows."""
+    rows, joint = objective.rows, np.zeros(len(objective.rows.sockets))
+    for source, noise in zip(rows.sources, noises, strict=True):
+        joint[source] = noise.joint
+    noisy = [float(joint[samples].max()) for samples in rows.own]
+    starts = [own.start for own in objective.model.own]
+    of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
+    return tuple(
+        play_group(group.members, noise) if group.name == PLAY and group.width and noise else group
+        for group, noise in zip(groups, of, strict=True)
+    )
 
 
 def _effect(state: State, group: PriorGroup) -> float:
