@@ -18,6 +18,7 @@ from .data.load import Load
 from .data.measurements import Measurement
 from .data.metrics import CALIPER_DEVIATION
 from .data.observe import Recorded, observe_all
+from .paper.covariance import covariance
 from .paper.optimizers import MAX_ITERATIONS
 from .paper.problem import REGULARIZATION, build_problem, solve
 from .robot.kinematics import BallModel
@@ -47,6 +48,9 @@ class Fit:
     paper's method, which has none."""
     world: World | None = None
     """All robots that were fitted together, and the frames; None by the paper's method."""
+    covariance: np.ndarray | None = None
+    """By the paper's method: how far the parameters would move if the same were recorded again,
+    shape (n, n)."""
 
     @property
     def iterations(self) -> int:
@@ -83,7 +87,7 @@ def fit_by_paper(
     seconds = time.perf_counter() - begin
     calibrated = CalibratedRobot(robot, problem.parameters, solution.x)
     iterates = tuple(partial(_rigid, problem.model, x) for x in solution.iterates)
-    return Fit(calibrated, optimizer, seconds, iterates)
+    return Fit(calibrated, optimizer, seconds, iterates, covariance=covariance(problem, solution.x))
 
 
 def _rigid(model: BallModel, x: np.ndarray, measured: Measurement) -> np.ndarray:

@@ -78,6 +78,8 @@ def test_play_widens_what_is_said_of_zeros(robot, seed):
     how = Imperfection(noise=3e-4, play=np.radians(0.7), resolution=2 * np.pi / 4096)
     chosen = selected(robot, recorded(robot, how, 20, seed), ("play",))
     assert chosen.full.model.extensions == (ZERO, PLAY)
+    elbow = chosen.full.deflection.coefficients[1][2]
+    assert np.degrees(elbow) == pytest.approx(0.35, abs=0.12), "it always hangs on one side"
     error = (chosen.full.deflection.zeros - ZEROS)[:4]
     begin = chosen.full.model.geometry
     deviation = np.sqrt(np.diag(chosen.full.covariance))[begin : begin + 4]

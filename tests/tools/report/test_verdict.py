@@ -199,6 +199,18 @@ def test_the_likelier_distance_is_said(document) -> None:
     assert "more likely the sockets are 50.0 mm apart than 51.0" in text
 
 
+@pytest.mark.parametrize("code", ["sign", "swap", "zero", "model"])
+def test_joints_are_to_be_mended_before_the_distance(document, code) -> None:
+    """Where a joint is wrong, the arm's size is, too, and no distance is likelier."""
+    document["scale"] = {"value": 0.02, "deviation": 7e-4}
+    said = {"level": "error", "code": code, "where": "all placements", "text": "x", "advice": "y"}
+    document["checks"] = [*document["checks"], said]
+    figures = figures_of(document)
+    assert "mend them before the distance" in figures.verdict.text
+    assert "more likely the sockets" not in figures.verdict.text
+    assert not any("--distance 0.0490" in step.command for step in figures.todo)
+
+
 def test_few_samples_are_not_enough_to_say(document) -> None:
     for row in document["data"]:
         by_socket = [[s for s in row["samples"] if s["socket"] == k] for k in (0, 1)]
@@ -237,9 +249,11 @@ def test_a_joint_that_stood_still_leaves_it_open(document) -> None:
 def test_a_large_predicted_error_leaves_it_open(extended) -> None:
     assert rows(extended)[1]["predicted_distance"] == "pass"
     extended["uncertainty"]["distance_deviation"] = {"median": 3.8e-3, "worst": 9e-3}
-    status, limits, text = rows(extended)
-    assert (status, limits["predicted_distance"]) == ("incomplete", "not enough")
-    assert "are known to 3.80 mm only" in text
+    figures = figures_of(extended)
+    limits = {row.name: row.status for row in figures.verdict.limits}
+    assert (figures.verdict.status, limits["predicted_distance"]) == ("incomplete", "not enough")
+    assert "are known to 3.80 mm only" in figures.verdict.text
+    assert figures.answers.use.text.endswith("see first what it lacks.")
 
 
 def test_no_distance_is_asked_to_be_known_better_than_links_are(extended) -> None:

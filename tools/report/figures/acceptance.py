@@ -37,7 +37,7 @@ ARMS: dict[str, Arm] = {
     "ur3e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
     "ur5e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
     "ur10e": Arm(5e-5, "Universal Robots' data sheet, ISO 9283"),
-    **dict.fromkeys(("ur3", "ur5", "ur10"), Arm(1e-4, "the CB3 series' figure as it is quoted")),
+    **dict.fromkeys(("ur3", "ur5", "ur10"), Arm(1e-4, "Universal Robots' data sheet, CB3 series")),
     **dict.fromkeys(("xarm6", "xarm7"), Arm(1e-4, "UFACTORY's user manual")),
     **dict.fromkeys(("vx300s", "wx250s"), Arm(1e-3, "Trossen Robotics' specifications")),
 }
@@ -109,7 +109,7 @@ def _limit(arm: Arm | None, margin: int, given: float | None, option: str) -> Li
     if given is not None:
         return Limit(value=given, source=f"given by {option}")
     if arm is None:
-        words = f"give --repeatability-mm (your arm's data sheet), or {option}"
+        words = f"give --repeatability-mm (your arm's data sheet), or {option} to mukca report"
         return Limit(value=None, source=words)
     times = f"{margin} times the" if margin > 1 else "the"
     if arm.repeatability < RESOLUTION:

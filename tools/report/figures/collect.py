@@ -164,7 +164,7 @@ def _earned(predictions: Predictions, covered: Coverage, limits: Limits) -> tupl
         travel_row(covered),
     ]
     if document.scale is not None:
-        rows.insert(0, scale_row(document.scale, document.placements))
+        rows.insert(0, scale_row(document.scale, document.placements, document.checks))
     limit = limits.mean_absolute_error
     rows.append(prediction_row(document.uncertainty, limit, document.method))
     return tuple(rows)
