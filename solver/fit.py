@@ -43,14 +43,14 @@ class Fit:
     """The model after each iteration, the nominal one first."""
     posterior: Posterior | None = None
     """How well everything is known; None by the paper's method, which does not say."""
-    covariance: np.ndarray | None = None
-    """By the paper's method: how far the parameters would move if the same were recorded again,
-    shape (n, n)."""
     choices: tuple[str, ...] | None = None
     """One line for each extension (compliance, tilt, ..): kept or not, and why. None by the
     paper's method, which has none."""
     world: World | None = None
     """All robots that were fitted together, and the frames; None by the paper's method."""
+    covariance: np.ndarray | None = None
+    """By the paper's method: how far the parameters would move if the same were recorded again,
+    shape (n, n)."""
 
     @property
     def iterations(self) -> int:
