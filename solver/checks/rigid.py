@@ -234,8 +234,8 @@ def _medians(points: np.ndarray, samples: Samples) -> np.ndarray:
 def _means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
     """Return the weighted mean in each socket of values of shape (N, ...)."""
     rows = weights[:, None] * values.reshape(len(values), -1)
-    width = rows.shape[1]
-    cells: np.ndarray = samples.sockets[:, None] * width + np.arange(width)
+    width = int(rows.shape[1])
+    cells = np.add.outer(width * samples.sockets, np.arange(width))
     sums = np.bincount(cells.ravel(), rows.ravel(), samples.count * width)
     totals = np.bincount(samples.sockets, weights, samples.count)
     return (sums.reshape(-1, width) / totals[:, None]).reshape(-1, *values.shape[1:])
