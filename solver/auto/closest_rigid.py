@@ -73,9 +73,7 @@ def closest_rigid(full: Posterior, load: Load) -> np.ndarray:
     prior = np.zeros((n, n))
     for group in full.groups:
         if group.members[0] < n:
-            prior[np.ix_(group.members, group.members)] = group.precision(
-                group.members, group.width
-            )
+            prior[np.ix_(group.members, group.members)] = group.precision(group.width)
     x = with_zeros(full) - model.ball.nominal
     zeros = with_zeros(full) - full.values
     for _ in range(ROUNDS // 2):

@@ -9,13 +9,23 @@ then the coefficients of each extension. With q' the true joint positions, see
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from ..robot.kinematics import BallModel, workspace
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
-from .deflection import EXTENSIONS, PLAY, ZERO, Deflection, coefficient_names, design, looseness
+from .deflection import (
+    EXTENSIONS,
+    PLAY,
+    ZERO,
+    Deflection,
+    coefficient_names,
+    design,
+    looseness,
+    shifted,
+)
 
 __all__ = ["Expected", "ExtendedModel", "extend"]
 
@@ -43,18 +53,18 @@ class ExtendedModel:
         """Number of geometric unknowns; those of the extensions follow."""
         return len(self.parameters)
 
-    @property
+    @cached_property
     def sizes(self) -> list[int]:
         """Number of coefficients of each extension."""
         joints = self.robot.joint_names
         return [len(coefficient_names(extension, joints)) for extension in self.extensions]
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of unknowns."""
         return self.geometry + sum(self.sizes)
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Names of all unknowns."""
         names = [p.name for p in self.parameters]
@@ -95,7 +105,7 @@ class ExtendedModel:
             and by the joint positions, shape (N, 3, m): with play, by as much as each is noisy.
         """
         shifts = design(self.extensions, q, torque)
-        true = self.deflection(x).true_positions(q, torque)
+        true = shifted(q, shifts, x[self.geometry :])
         linear = self.ball.linearise(self.values(x), true)
         by_unknowns = np.concatenate([linear.by_parameters, linear.by_joints @ shifts], axis=2)
         by_joints = linear.by_joints[:, :, : q.shape[1]]

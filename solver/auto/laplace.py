@@ -176,8 +176,8 @@ def _log_evidence(objective: Objective, state: State) -> float:
     """Return the part of (A6) that needs no curvature."""
     constant = lgamma((NU + 3) / 2) - lgamma(NU / 2) - 1.5 * log(NU * pi)
     result = len(state.linear.errors) * constant - value(objective, state)
-    for group, members in priors(state):
-        P = group.precision(members, group.width)
+    for group, free in priors(state):
+        P = group.precision(group.width, free)
         result += 0.5 * float(np.linalg.slogdet(P)[1]) - 0.5 * (group.width / group.scale) ** 2
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
@@ -191,10 +191,9 @@ def inverse(H: np.ndarray, free: np.ndarray) -> np.ndarray:
         H: The matrix, shape (n, n).
         free: Which rows and columns count, shape (n,); the others are zero in the inverse.
     """
-    part = H[np.ix_(free, free)]
-    scale = 1 / np.sqrt(np.diag(part))
+    rows = np.ix_(free, free)
+    scale = 1 / np.sqrt(np.diag(H)[free])
+    units = scale[:, None] * scale
     whole = np.zeros_like(H)
-    whole[np.ix_(free, free)] = (
-        np.linalg.inv(part * scale[:, None] * scale) * scale[:, None] * scale
-    )
+    whole[rows] = np.linalg.inv(H[rows] * units) * units
     return whole

@@ -25,6 +25,8 @@ class NormalEquations:
     """Its slope, shape (n,)."""
     inverse_scales: np.ndarray
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
+    squares: np.ndarray
+    """e_i^T C_i^-1 e_i, shape (N,)."""
     weights: np.ndarray
     """w_i, robust weight of each sample, shape (N,)."""
 
@@ -55,22 +57,31 @@ def scales(objective: Objective, state: State) -> np.ndarray:
     return scales
 
 
-def value(objective: Objective, state: State, volume: float = 1.0) -> float:
+def value(
+    objective: Objective,
+    state: State,
+    volume: float = 1.0,
+    normal: NormalEquations | None = None,
+) -> float:
     """Return L of (A1) at a state, but for a constant.
 
     Args:
         objective: What is minimised.
         state: Where.
         volume: How much of the last term counts.
+        normal: The normal equations there, where they are known already.
     """
-    _, squares, _ = weigh(objective, state)
-    sizes = np.linalg.slogdet(scales(objective, state))[1]
+    if normal is None:
+        inverse, squares, _ = weigh(objective, state)
+    else:
+        inverse, squares = normal.inverse_scales, normal.squares
+    sizes = -np.linalg.slogdet(inverse)[1]
     cost = 0.5 * float(sizes.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
     cost += 0.5 * float(np.sum(knowledge(objective, state)[1] ** 2))
     for group in state.groups:
         if group.width:
             apart = state.x[group.members] - group.mean
-            cost += 0.5 * float(apart @ group.precision(group.members, group.width) @ apart)
+            cost += 0.5 * float(apart @ group.precision(group.width) @ apart)
     return cost + volume * state.linear.volume
 
 
@@ -83,7 +94,7 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     B is the derivative of the distances l by all unknowns, and k says how much one sample with
     Student's noise tells, relative to one with Gaussian noise.
     """
-    inverse, _, weights = weigh(objective, state)
+    inverse, squares, weights = weigh(objective, state)
     size, S = objective.dense, objective.rows.socket_count
     J = state.linear.by_unknowns
     weighted = inverse * weights[:, None, None]
@@ -102,7 +113,7 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     gradient[size:] = -by_socket(We).ravel()
     B, b = knowledge(objective, state)
     information = INFORMATION * information + B.T @ B
-    return NormalEquations(information, gradient + B.T @ b, inverse, weights)
+    return NormalEquations(information, gradient + B.T @ b, inverse, squares, weights)
 
 
 def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ less than so many separate changes.
 """
 
 from dataclasses import dataclass, replace
+from math import log
 
 import numpy as np
 
@@ -42,8 +43,11 @@ SHYEST, BOLDEST = 0.3, 10.0
 ALIKE = 0.3
 """By what share of itself the elasticity of one arm differs from that of its type; and half the
 play of a joint from that of the others, and that of all from what their noise shows."""
+FALLING = 0.05
+"""Relative change in a step from which on a width falls, and not just settles."""
 SMALLEST_WIDTH = 1e-12
 """A width is never less, so that it can be divided by."""
+EVERY = slice(None)
 
 
 @dataclass(frozen=True)
@@ -82,18 +86,17 @@ class PriorGroup:
         t = self._common
         return np.diag(self._variances(width)) + np.outer(t, t)
 
-    def precision(self, members: np.ndarray, width: float) -> np.ndarray:
+    def precision(self, width: float, free: np.ndarray | slice = EVERY) -> np.ndarray:
         """Return the prior precision (inverse covariance) of some of the members.
 
         The members that are left out are held at zero. By Sherman and Morrison's formula,
         (D + t t^T)^-1 = D^-1 - D^-1 t t^T D^-1 / (1 + t^T D^-1 t).
 
         Args:
-            members: Indices of those that count.
             width: s, in the unit of the group.
+            free: Which members count.
         """
-        kept = np.isin(self.members, members)
-        t, inverse = self._common[kept], 1 / self._variances(width)[kept]
+        t, inverse = self._common[free], 1 / self._variances(width)[free]
         scaled = inverse * t
         return np.diag(inverse) - np.outer(scaled, scaled) / (1 + t @ scaled)
 
@@ -121,7 +124,7 @@ class PriorGroup:
         gamma = max(self.effective, 4.0)
         return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
 
-    def updated(self, x: np.ndarray, covariance: np.ndarray, members: np.ndarray) -> "PriorGroup":
+    def updated(self, x: np.ndarray, covariance: np.ndarray, free: np.ndarray) -> "PriorGroup":
         """Return the group with a width closer to what the evidence prefers (MacKay 1992).
 
             gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2    s_g^2 = |x_g|^2 / gamma_g    (A4)
@@ -133,9 +136,9 @@ class PriorGroup:
         Args:
             x: How far those members that are free are from their mean.
             covariance: Sigma_g, their posterior covariance.
-            members: Their indices.
+            free: Which members they are.
         """
-        P = self.width**2 * self.precision(members, self.width)
+        P = self.width**2 * self.precision(self.width, free)
         effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
         squares, gamma = float(np.sum((P @ x) ** 2)), max(effective, 1e-9)
         square = squares / gamma
@@ -156,12 +159,15 @@ class PriorGroup:
         """Return by how much to change the logarithm of the width.
 
         (A4) alone may take hundreds of steps, each a little shorter than the one before, where a
-        width vanishes. The secant through this step and the last says where they lead to.
+        width vanishes. The secant through this step and the last says where they lead to: nowhere
+        if the width falls ever faster, so that it is halved at once.
         """
         if self.trail is None or now == self.trail[0] or not change:
             return change
         slope = (change - self.trail[1]) / (now - self.trail[0])
-        return float(np.clip(-1 / slope, SHYEST, BOLDEST)) * change if slope < 0 else change
+        if slope < 0:
+            return float(np.clip(-1 / slope, SHYEST, BOLDEST)) * change
+        return min(change, -log(2)) if max(change, self.trail[1]) < -FALLING else change
 
 
 def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..auto.noise import NU
 from ..data.measurements import Measurement
-from .rigid import RigidFit, RigidModel, Samples
+from .rigid import RigidFit, RigidModel, Samples, median
 
 __all__ = ["Change", "Part", "cut", "find_parts", "split_at"]
 
@@ -177,11 +177,11 @@ def _sides(points: np.ndarray, k: int, noise: float) -> tuple[list[np.ndarray], 
     that neither a far sample nor a jump hides the other.
     """
     sides = points[:k], points[k:]
-    medians = [np.median(side, axis=0) for side in sides]
+    medians = [median(side) for side in sides]
     squares = [np.sum((p - m) ** 2, axis=1) for p, m in zip(sides, medians, strict=True)]
-    variance = max(float(np.median(np.concatenate(squares))) / 2.366, noise)  # chi2 with 3
+    variance = max(float(median(np.concatenate(squares))) / 2.366, noise)  # chi2 with 3
     weights = [1 / (NU + d / variance) for d in squares]
-    return [np.average(p, axis=0, weights=w) for p, w in zip(sides, weights, strict=True)], variance
+    return [w @ p / w.sum() for p, w in zip(sides, weights, strict=True)], variance
 
 
 def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:
