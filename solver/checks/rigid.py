@@ -39,9 +39,8 @@ LARGEST_STEP = 0.2
 """Of any unknown in an iteration [m], [rad]."""
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
-WANDER = 2.2e-3
-"""Nor for less than this on arms made of servos [m]: their play moves successive samples together,
-as a base that was knocked would. Of 64 sockets with 0.7 degrees of it, one would need 1.9 mm."""
+WANDER = 1.9e-3
+"""Nor for less than this on arms made of servos [m]: their play moves whole sockets."""
 ENOUGH, LEAST = 4000, 20
 """Samples in all that a fit looks at, and of a socket; more tell it little."""
 
