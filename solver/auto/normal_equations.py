@@ -12,7 +12,15 @@ import numpy as np
 from .noise import INFORMATION, NU
 from .objective import Objective, State, knowledge
 
-__all__ = ["NormalEquations", "leverage", "normal_equations", "predicted_errors", "value", "weigh"]
+__all__ = [
+    "NormalEquations",
+    "curvature",
+    "leverage",
+    "normal_equations",
+    "predicted_errors",
+    "value",
+    "weigh",
+]
 
 
 @dataclass(frozen=True)
@@ -95,25 +103,31 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     Student's noise tells, relative to one with Gaussian noise.
     """
     inverse, squares, weights = weigh(objective, state)
+    weighted = inverse * weights[:, None, None]
+    J, size = state.linear.by_unknowns, objective.dense
+    We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
+    gradient = np.zeros(objective.size)
+    gradient[:size] = J.reshape(-1, size).T @ We.ravel()
+    gradient[size:] = -objective.rows.by_socket(We).ravel()
+    B, b = knowledge(objective, state)
+    information = INFORMATION * curvature(objective, state, weighted) + B.T @ B
+    return NormalEquations(information, gradient + B.T @ b, inverse, squares, weights)
+
+
+def curvature(objective: Objective, state: State, weighted: np.ndarray) -> np.ndarray:
+    """Return sum_i [J_i, -I]^T V_i [J_i, -I], shape (n, n), for weights V_i, shape (N, 3, 3)."""
     size, S = objective.dense, objective.rows.socket_count
     J = state.linear.by_unknowns
-    weighted = inverse * weights[:, None, None]
     WJ = weighted @ J
-    We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
-    information, gradient = np.zeros((objective.size,) * 2), np.zeros(objective.size)
-    rows = J.reshape(-1, size)
-    information[:size, :size] = rows.T @ WJ.reshape(-1, size)
-    gradient[:size] = rows.T @ We.ravel()
     by_socket = objective.rows.by_socket
+    total = np.zeros((objective.size,) * 2)
+    total[:size, :size] = J.reshape(-1, size).T @ WJ.reshape(-1, size)
     across = -by_socket(WJ).reshape(3 * S, size)
-    information[size:, :size], information[:size, size:] = across, across.T
+    total[size:, :size], total[:size, size:] = across, across.T
     for k, own in enumerate(by_socket(weighted)):
         centre = slice(size + 3 * k, size + 3 * k + 3)
-        information[centre, centre] = own
-    gradient[size:] = -by_socket(We).ravel()
-    B, b = knowledge(objective, state)
-    information = INFORMATION * information + B.T @ B
-    return NormalEquations(information, gradient + B.T @ b, inverse, squares, weights)
+        total[centre, centre] = own
+    return total
 
 
 def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:
