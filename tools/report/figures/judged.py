@@ -63,6 +63,7 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
         mean_absolute_error=options.mean_absolute_error,
         distance_error=options.distance_error,
         between_placements=options.between_placements,
+        servos=bool(document.settings.get("zeros")),
     )
 
 
