@@ -113,6 +113,28 @@ class ExtendedModel:
             by_joints = by_joints * looseness(torque[:, : q.shape[1]])[:, None]
         return linear.points, by_unknowns, by_joints
 
+    def log_volume(self, x: np.ndarray, q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
+
+        The zeros count: lengths and zeros that trade for each other, and leave all balls where they
+        are, leave the volume, too. At the readings alone it would grow with such lengths.
+
+        Args:
+            x: The unknowns, shape (size,).
+            q: Joint positions as the encoders read them, shape (N, m) [rad].
+
+        Returns:
+            See :meth:`.BallModel.log_volume`; and the derivatives by the unknowns, shape (size,).
+        """
+        zeros = self.deflection(x).zeros
+        true = q if zeros is None else q + zeros
+        value, by_geometry, by_joints = self.ball.log_volume(self.values(x), true)
+        slope = np.zeros(self.size)
+        slope[: self.geometry] = by_geometry
+        if zeros is not None:  # they are the first extension
+            slope[self.geometry : self.geometry + len(zeros)] = by_joints
+        return value, slope
+
     def by_scale(self) -> np.ndarray:
         """Return the derivative of the logarithm of the robot's scale by the unknowns.
 

@@ -137,7 +137,7 @@ def build_objective(model: ExtendedModel | Arms, data: Observations | Scene) -> 
     """Return the objective of one robot or several, and what is known of them."""
     model, scene = as_arms(model), as_scene(data)
     log_volumes = tuple(
-        one.ball.log_volume(one.ball.nominal, arm.positions)[0]
+        one.log_volume(np.zeros(one.size), arm.positions)[0]
         for one, arm in zip(model.models, scene.arms, strict=True)
     )
     whiten = np.linalg.inv(np.linalg.cholesky(scene.arms[0].distance_covariance()))
@@ -237,8 +237,8 @@ def linearise(
         count = rows.volumes[i]
         if count:
             positions = rows.scene.arms[i].positions
-            log_volume, slope = one.ball.log_volume(one.values(x[own]), positions)
-            by_volume[own.start : own.start + one.geometry] = -count * slope
+            log_volume, slope = one.log_volume(x[own], positions)
+            by_volume[own] = -count * slope
             volume -= count * (log_volume - objective.nominal_log_volumes[i])
     return Linear(points, errors, by_x, by_joints, volume, by_volume)
 

@@ -39,9 +39,8 @@ LARGEST_STEP = 0.2
 """Of any unknown in an iteration [m], [rad]."""
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
-WANDER = 1.5e-3
-"""Nor for less than this on arms made of servos [m]: their play moves successive samples together,
-as a base that was knocked would."""
+WANDER = 1.9e-3
+"""Nor for less than this on arms made of servos [m]: their play moves whole sockets."""
 ENOUGH, LEAST = 4000, 20
 """Samples in all that a fit looks at, and of a socket; more tell it little."""
 

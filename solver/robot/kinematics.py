@@ -204,24 +204,27 @@ class BallModel:
         (N, m), n = positions.shape, len(self.free)
         return Linearisation(points, by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
 
-    def log_volume(self, parameters: np.ndarray, positions: np.ndarray) -> tuple[float, np.ndarray]:
+    def log_volume(
+        self, parameters: np.ndarray, positions: np.ndarray
+    ) -> tuple[float, np.ndarray, np.ndarray]:
         """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
 
         A small box of joint positions becomes a body of ball positions whose volume is
         sqrt(det(Jq Jq^T)) times as large. For a robot of less than three joints there is no
-        volume, and both are zero.
+        volume, and all are zero.
 
         Args:
             parameters: The free numbers, shape (n,).
             positions: Joint positions, shape (N, m).
 
         Returns:
-            The mean over the positions, and its derivatives by the free numbers, shape (n,).
+            The mean over the positions, and its derivatives by the free numbers, shape (n,), and
+            by a turn of each joint in all positions, shape (m,).
         """
         if positions.shape[1] < 3:
-            return 0.0, np.zeros(len(self.free))
-        value, slope = self._functions.volume(positions, self._given, parameters)
-        return float(value.mean()), slope.mean(axis=0)
+            return 0.0, np.zeros(len(self.free)), 0 * positions[0]
+        value, slope, by_joints = self._functions.volume(positions, self._given, parameters)
+        return float(value.mean()), slope.mean(axis=0), by_joints.mean(axis=0)
 
     def _of(self, positions: np.ndarray) -> "_BallFunctions":
         """Return the functions for joint positions without or with tilts."""
@@ -258,7 +261,9 @@ class _BallFunctions:
     def volume(self) -> RowFunction:
         J = ca.jacobian(self._p, self._q)
         value = 0.5 * ca.log(ca.det(J @ J.T))
-        return RowFunction("volume", self._inputs, [value, ca.gradient(value, self._x)])
+        n = self._x.numel()
+        slopes = ca.gradient(value, ca.vertcat(self._x, self._q))
+        return RowFunction("volume", self._inputs, [value, slopes[:n], slopes[n:]])
 
 
 @lru_cache(maxsize=64)

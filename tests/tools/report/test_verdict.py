@@ -15,7 +15,7 @@ from mukca.tools.documents.calibration import FORMAT, CalibrationDocument, calib
 from mukca.tools.documents.files import decode
 from mukca.tools.documents.report import ReportDocument
 from mukca.tools.report.build import Options, build_report
-from mukca.tools.report.figures.acceptance import ARMS, known_arm
+from mukca.tools.report.figures.acceptance import ARMS, known_arm, limits_for
 from mukca.tools.report.figures.earned import travel_row
 from mukca.tools.report.figures.predictions import measurements_of
 
@@ -119,6 +119,14 @@ def test_limits_are_no_finer_than_a_printed_socket_resolves(document) -> None:
     for name, limit in (("ur5e", 3e-4), ("iiwa14", 4.5e-4), ("gen3_lite", 3e-3)):
         document["model"]["name"] = name
         assert figures_of(document).limits.mean_absolute_error.value == pytest.approx(limit)
+
+
+@pytest.mark.parametrize(("servos", "times"), [(False, 1), (True, 2)])
+def test_play_leaves_the_mean_of_a_socket_no_better_than_a_sample(document, servos, times) -> None:
+    limits = limits_for(decode_(document).model, 2e-3, servos=servos)
+    assert limits.distance_error.value == times * 2e-3 and limits.mean_absolute_error.value == 6e-3
+    document["settings"]["zeros"] = servos
+    assert figures_of(document).limits.distance_error.value == pytest.approx(times * 1e-4)
 
 
 def test_a_shipped_robot_is_known_by_its_names() -> None:

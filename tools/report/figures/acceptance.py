@@ -2,7 +2,8 @@
 
 Errors of a calibrated arm stay within some three times its repeatability, which is how well it
 comes back to the same place. A socket's centre is the mean of many samples, so the distance of two
-is known better, and its limit is the repeatability itself.
+is known better, and its limit is the repeatability itself. Play moves the samples of a socket
+alike, and leaves the mean no better than each: of arms made of servos, the limit is twice that.
 """
 
 import re
@@ -78,6 +79,7 @@ def limits_for(
     mean_absolute_error: float | None = None,
     distance_error: float | None = None,
     between_placements: float | None = None,
+    servos: bool = False,
 ) -> Limits:
     """Return the limits for an arm.
 
@@ -88,6 +90,7 @@ def limits_for(
             the repeatability.
         distance_error: Likewise, on the distance of two sockets.
         between_placements: Likewise, on distances between placements.
+        servos: Whether it is made of servos, whose gears have play.
     """
     name = known_arm([model.name, Path(model.source).stem])
     if repeatability is not None:
@@ -100,7 +103,7 @@ def limits_for(
         repeatability=None if arm is None else arm.repeatability,
         repeatability_source=arm.source if arm else "no repeatability is known for this arm",
         mean_absolute_error=_limit(arm, 3, mean_absolute_error, "--limit-mae-mm"),
-        distance_error=_limit(arm, 1, distance_error, "--limit-distance-mm"),
+        distance_error=_limit(arm, 2 if servos else 1, distance_error, "--limit-distance-mm"),
         between_placements=_limit(arm, 3, between_placements, "--limit-between-mm"),
     )
 
