@@ -176,9 +176,8 @@ def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
     """Return damped steps of the joints that shift the balls, shape (N, m)."""
     across = slopes.swapaxes(1, 2)
     squares = slopes @ across
-    damping = DAMPING * np.trace(squares, axis1=1, axis2=2)
+    damping: np.ndarray = DAMPING * np.sum(slopes**2, axis=(1, 2))
     forces = np.linalg.solve(squares + damping[:, None, None] * np.eye(3), off)
-    forces = forces.astype(np.float64)
     return (across @ forces).reshape(len(slopes), -1)
 
 
