@@ -20,6 +20,8 @@ BATCH = 256
 """Random starts that are drawn at once."""
 FEW = 64
 """So many of them are followed at once."""
+EXACT = 1e-12
+"""A ball nearer to its point than this is there [m]."""
 MAX_TILT = np.deg2rad(50)
 """How far the neck of the ball leans from the vertical [rad]; the printed socket allows 60 deg."""
 
@@ -99,28 +101,39 @@ class Guide:
         return not np.isnan(reached[missing, 0]).all()
 
     def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return damped Newton solutions from some starts, and which of them arrived."""
-        for step in range(30):
-            pose, J = self._linear(q)
-            damping = 1e-4 if step < 18 else 1e-10
-            rows = 6 if step < 18 or self._leans_freely else 3
-            error, slope = (targets - pose)[:, :rows], J[:, :rows]
-            JJ = slope @ slope.transpose(0, 2, 1) + damping * np.eye(rows)
-            dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
-            q = q + dq * np.minimum(1.0, 0.5 / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
+        """Return damped Newton solutions from some starts, and which of them arrived.
+
+        Those that are there after the first steps take no more of them.
+        """
+        q = self._stepped(q, targets, 18, 1e-4, 6)
+        rows = 6 if self._leans_freely else 3
+        off = np.abs(targets - self._linear(q)[0])[:, :rows].max(axis=1) > EXACT / 10
+        q[off] = self._stepped(q[off], targets[off], 12, 1e-10, rows)
         pose = self._linear(q)[0]
         error = targets - pose
-        exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
+        exact = np.linalg.norm(error[:, :3], axis=1) < EXACT
         tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
         if not self._leans_freely:
             tilted = pose[:, 5] < -np.cos(MAX_TILT)
         inside = np.all((self.lower < q) & (q < self.upper), axis=1)
         return q, exact & tilted & inside
 
+    def _stepped(
+        self, q: np.ndarray, targets: np.ndarray, steps: int, damping: float, rows: int
+    ) -> np.ndarray:
+        """Return configurations after damped Newton steps to the first rows of their targets."""
+        for _ in range(steps):
+            pose, J = self._linear(q)
+            error, slope = (targets - pose)[:, :rows], J[:, :rows]
+            JJ = slope @ slope.transpose(0, 2, 1) + damping * np.eye(rows)
+            dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
+            q = q + dq * np.minimum(1.0, 0.5 / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
+        return q
+
     def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
         pose, by_q = self._pose(q)
-        return pose, by_q.reshape(len(q), 6, -1)
+        return pose, by_q.reshape(len(q), 6, len(self.lower))
 
 
 @lru_cache(maxsize=16)

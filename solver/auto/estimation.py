@@ -137,13 +137,15 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
         bounded[group.members] = group.name in ELASTICITY and group.width > 0
     held = state.at_zero & ~(may_leave & bounded[: objective.model.size])
     released = replace(state, at_zero=held)
-    if held.sum() < state.at_zero.sum():
-        prior = prior_precision(objective, released)
+    unheld = covariance
+    if (held != state.at_zero).any():
+        prior, unheld = prior_precision(objective, released), None
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
     pull = prior @ from_means(objective, state)
     gradient = normal.gradient + pull + volume * state.linear.by_volume
     free = free_unknowns(objective, released)
-    change, covariance = bounded_step(normal.information + prior, gradient, x, free, bounded & free)
+    H = normal.information + prior
+    change, covariance = bounded_step(H, gradient, x, free, bounded & free, unheld)
     return Step(change, covariance, normal, spread, volume)
 
 

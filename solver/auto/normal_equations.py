@@ -33,6 +33,8 @@ class NormalEquations:
     """Its slope, shape (n,)."""
     inverse_scales: np.ndarray
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
+    known: np.ndarray
+    """W (l - d) and the like, see :func:`~mukca.solver.auto.objective.knowledge`."""
     squares: np.ndarray
     """e_i^T C_i^-1 e_i, shape (N,)."""
     weights: np.ndarray
@@ -80,12 +82,12 @@ def value(
         normal: The normal equations there, where they are known already.
     """
     if normal is None:
-        inverse, squares, _ = weigh(objective, state)
+        (inverse, squares, _), known = weigh(objective, state), knowledge(objective, state)[1]
     else:
-        inverse, squares = normal.inverse_scales, normal.squares
+        inverse, squares, known = normal.inverse_scales, normal.squares, normal.known
     sizes = -np.linalg.slogdet(inverse)[1]
     cost = 0.5 * float(sizes.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
-    cost += 0.5 * float(np.sum(knowledge(objective, state)[1] ** 2))
+    cost += 0.5 * float(np.sum(known**2))
     for group in state.groups:
         if group.width:
             apart = state.x[group.members] - group.mean
@@ -111,7 +113,7 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     gradient[size:] = -objective.rows.by_socket(We).ravel()
     B, b = knowledge(objective, state)
     information = INFORMATION * curvature(objective, state, weighted) + B.T @ B
-    return NormalEquations(information, gradient + B.T @ b, inverse, squares, weights)
+    return NormalEquations(information, gradient + B.T @ b, inverse, b, squares, weights)
 
 
 def curvature(objective: Objective, state: State, weighted: np.ndarray) -> np.ndarray:

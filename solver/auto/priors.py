@@ -83,8 +83,8 @@ class PriorGroup:
 
         D is s_g^2 I, and with what other arms tell, the squares of its deviations added.
         """
-        t = self._common
-        return np.diag(self._variances(width)) + np.outer(t, t)
+        D = np.diag(self._variances(width))
+        return D if self.common is None else D + np.outer(self.common, self.common)
 
     def precision(self, width: float, free: np.ndarray | slice = EVERY) -> np.ndarray:
         """Return the prior precision (inverse covariance) of some of the members.
@@ -96,7 +96,10 @@ class PriorGroup:
             width: s, in the unit of the group.
             free: Which members count.
         """
-        t, inverse = self._common[free], 1 / self._variances(width)[free]
+        inverse = 1 / self._variances(width)[free]
+        if self.common is None:
+            return np.diag(inverse)
+        t = self.common[free]
         scaled = inverse * t
         return np.diag(inverse) - np.outer(scaled, scaled) / (1 + t @ scaled)
 
@@ -108,10 +111,6 @@ class PriorGroup:
     def _variances(self, width: float) -> np.ndarray:
         own = 0.0 if self.expected is None else self.expected[1] ** 2
         return np.full(len(self.members), width**2) + own
-
-    @property
-    def _common(self) -> np.ndarray:
-        return np.zeros(len(self.members)) if self.common is None else self.common
 
     @property
     def deviation(self) -> float:

@@ -261,8 +261,9 @@ class _BallFunctions:
     def volume(self) -> RowFunction:
         J = ca.jacobian(self._p, self._q)
         value = 0.5 * ca.log(ca.det(J @ J.T))
-        slopes = [ca.gradient(value, by) for by in (self._x, self._q)]
-        return RowFunction("volume", self._inputs, [value, *slopes])
+        n = self._x.numel()
+        slopes = ca.gradient(value, ca.vertcat(self._x, self._q))
+        return RowFunction("volume", self._inputs, [value, slopes[:n], slopes[n:]])
 
 
 @lru_cache(maxsize=64)

@@ -12,7 +12,6 @@ from ..terminal import Terminal
 if TYPE_CHECKING:
     from ..calibration.arms import ArmsCalibration
     from ..calibration.calibration import Calibration
-    from ..documents.report import ReportDocument
     from ..documents.report_verdict import Verdict
 
 EXAMPLE = """example:
@@ -68,8 +67,12 @@ def _refused(calibration: "Calibration", arguments: argparse.Namespace, terminal
 def judge(calibration: "Calibration", terminal: Terminal, *, written: bool) -> "Verdict":
     """Print the verdict, and return it."""
     from ..report.console import show_verdict
+    from ..report.figures.judged import Options, judged
 
-    report = figures_of(calibration, written)
+    if written:
+        report = calibration.report.figures
+    else:  # the page and its figures are made only where they are written
+        report = judged(calibration.document, "calibration", Options())
     show_verdict(terminal.console, report)
     return report.verdict
 
@@ -103,15 +106,6 @@ def _run_several(
     if arguments.json:
         terminal.emit({**calibrations.as_dict(), "outputs": outputs})
     return 1 if failed else 0
-
-
-def figures_of(calibration: "Calibration", written: bool) -> "ReportDocument":
-    """Return the figures with the verdict; the page is made only where it is written."""
-    from ..report.figures.collect import Options, report_figures
-
-    if written:
-        return calibration.report.figures
-    return report_figures(calibration.document, "calibration", Options())
 
 
 def calibrated(

@@ -110,7 +110,7 @@ def _drift(
     arm: ArmFolder, since: str, earlier: Calibration, placements: Sequence[Placement]
 ) -> FleetDrift:
     """Return how a calibration does on recordings that were made after it."""
-    from ..report.figures.collect import Options, limits_of
+    from ..report.figures.judged import Options, limits_of
 
     data = [measure(p, earlier.robot, arm.distance, sockets=1) for p in placements]
     errors = earlier.errors_of(data).summary
