@@ -40,7 +40,7 @@ class Arms:
         ends = np.cumsum([0, *(model.size for model in self.models)]).tolist()
         return tuple(slice(a, b) for a, b in pairwise(ends))
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of unknowns of all robots."""
         return sum(model.size for model in self.models)

@@ -104,8 +104,8 @@ def inspect_all(
     if not measurements:
         return Survey((), (), None)
     model = RigidModel(robot, parameters, zeros=zeros)
-    alone = [find_parts(model, samples_of([m])) for m in measurements]
-    floors = [fit.error for fit, _ in alone]
+    alone = {m.name: find_parts(model, samples_of([m])) for m in measurements}
+    floors = [fit.error for fit, _ in alone.values()]
     bad = {
         m.name: [] if typical is None else _bad(model, m, floor, typical)
         for m, floor, typical in zip(measurements, floors, standing_out(floors), strict=True)
@@ -114,7 +114,7 @@ def inspect_all(
     columns = column_findings(model, good)
     # A mistake in all columns shows as anything: told first, and alone.
     explained = any(finding.level == "error" for finding in columns)
-    together, parts = find_parts(model, samples_of(good))
+    together, parts = alone[good[0].name] if len(good) == 1 else find_parts(model, samples_of(good))
     labels = tuple((m.name, socket) for m in good for socket in m.sockets)
     sockets = Sockets(labels, together.centres[: len(labels)], together.noise)
     placed = {m.name: elsewhere(m, parts, together, sockets) for m in good}
@@ -132,7 +132,8 @@ def inspect_all(
         findings = bad[measured.name]
         if not explained and not findings:
             findings, changes = placed[measured.name]
-            findings += far_samples(measured, alone[i][1], alone[i][0], sockets)
+            fit, own = alone[measured.name]
+            findings += far_samples(measured, own, fit, sockets)
             findings += (
                 [distances.single[measured.name]] if measured.name in distances.single else []
             )

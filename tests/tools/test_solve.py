@@ -311,6 +311,8 @@ def test_fail_is_status_1_and_the_files_are_there(run, tmp_path) -> None:
     )
     assert likely is not None and float(likely[1]) == pytest.approx(50, abs=0.7)
     assert json.loads(text)["scale"]["value"] == pytest.approx(0.09, abs=0.01)
+    assert 5e-4 < json.loads(text)["scale"]["deviation"] < 5e-3
+    assert json.loads(text)["verdict"]["status"] == "fail"
     written = {file.name for file in (tmp_path / "c").iterdir()}
     assert written == {"calibrated.urdf", "calibration.json", "report.html", "report.json"}
     report = json.loads((tmp_path / "c/report.json").read_text())

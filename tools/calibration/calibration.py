@@ -27,7 +27,8 @@ from ..documents.calibration import (
 )
 from ..documents.files import encode
 from ..files import refuse_existing, write_files
-from . import figures
+from .errors import placement_errors, summarise
+from .models import models_of
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -206,12 +207,12 @@ class Calibration:
         roles: list[tuple[Role, Measurement]] = [
             ("train" if self.was_trained_on(m) else "test", m) for m in data
         ]
-        models = figures.models_of(self.calibrated)
+        models = models_of(self.calibrated)
         rows = tuple(
-            figures.placement_errors(models, role, m)
+            placement_errors(models, role, m)
             for role, m in sorted(roles, key=lambda row: row[0] == "test")
         )
-        return Errors(rows, figures.summarise(rows))
+        return Errors(rows, summarise(rows))
 
     def was_trained_on(self, measured: Measurement) -> bool:
         """Tell whether the robot was fitted to these very samples, wherever they lie now."""

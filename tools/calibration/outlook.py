@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...solver.auto.extended_model import extend
-from ...solver.auto.forecast import after_recording, error_map, joint_effects
+from ...solver.auto.forecast import after_recording, error_map, everywhere, joint_effects
 from ...solver.auto.posterior import Posterior
 from ...solver.auto.uncertainty import workspace_deviation
 from ...solver.checks.inspection import farthest_place
@@ -19,6 +19,8 @@ __all__ = ["outlook_of"]
 
 GUIDED, ADVISED = 10, 30
 """Configurations in each socket that are thought of, and that are advised: each counts thrice."""
+TRIES = 4
+"""A place that random starts do not reach in so many batches is no place to advise."""
 NEARER = (1.0, 0.85, 0.7)
 """A place that the arm does not reach is tried nearer to its base, by these factors."""
 
@@ -37,7 +39,7 @@ def outlook_of(task: Task, fit: Fit) -> Outlook | None:
     if posterior is None:
         model = extend(task.robot, calibrated.parameters)
         x = calibrated.values - calibrated.model.nominal
-        return Outlook(joints=joint_effects(model, x, load, recorded))
+        return Outlook(joints=joint_effects(model, x, everywhere(model, x, load), recorded))
     test = [m for m in task.test if m.kind == "sockets"]
     centres = np.array([calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test])
     forecasts = [
@@ -50,9 +52,10 @@ def outlook_of(task: Task, fit: Fit) -> Outlook | None:
     new = _imagined(task.robot, farthest_place(centres), train[0].distance, load)
     if new:
         forecasts.append(Forecast(placement=None, distance_deviation=_after(posterior, load, new)))
+    poses = everywhere(posterior.model, posterior.x, load)
     return Outlook(
-        joints=joint_effects(posterior.model, posterior.x, load, recorded),
-        map=error_map(posterior, load),
+        joints=joint_effects(posterior.model, posterior.x, poses, recorded),
+        map=error_map(posterior, poses),
         forecasts=tuple(forecasts),
     )
 
@@ -73,7 +76,7 @@ def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> S
         centre = place * np.array([factor, factor, 1.0])
         balls = np.repeat([centre - half, centre + half], GUIDED, axis=0)
         try:
-            q = Guide(robot).reach(balls, np.random.default_rng(0))
+            q = Guide(robot).reach(balls, np.random.default_rng(0), TRIES)
         except SimulationError:
             continue
         repeated = [np.tile(rows, (ADVISED // GUIDED, 1)) for rows in (q[:GUIDED], q[GUIDED:])]
