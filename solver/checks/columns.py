@@ -41,14 +41,17 @@ Judged = tuple[float, Guess]
 """A guess, and the error that the model as it is has with it [m]."""
 
 
-def column_findings(model: RigidModel, measurements: Sequence[Measurement]) -> list[Finding]:
+def column_findings(
+    model: RigidModel, measurements: Sequence[Measurement], samples: Samples | None = None
+) -> list[Finding]:
     """Return which sign, swap or zero of the columns would explain placements better.
 
     Args:
         model: The arm.
         measurements: Placements that share the mistake, if there is one.
+        samples: Theirs, where some that lie elsewhere stand apart; None for all as recorded.
     """
-    samples = samples_of(measurements)
+    samples = samples or samples_of(measurements)
     few = samples.thinned(max(LOOK // samples.count, 4))
     glance = samples.thinned(max(GLANCE // samples.count, 4))
     fit, nominal = model.fit(few), model.nominal_error(glance)
