@@ -22,6 +22,8 @@ TOLERANCE = 0.02
 """No arm is farther from its model than this on average, but for its ball's place [m]."""
 UNEXPLAINED = 5e-3
 """No arm is fitted worse than this [m]."""
+FAR_OFF = 1e-2
+"""Zeros of several joints are sought where the best simpler guess leaves more than this [m]."""
 ODDS, BETTER = 30.0, 0.9
 """A sign is wrong if the other makes the samples e^30 times as likely, and the noise that much
 less."""
@@ -143,7 +145,7 @@ def _best(model: RigidModel, samples: Samples) -> Guess:
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
         if best[0] > TOLERANCE:
             best = _clearly(best, _least(map(judged, signs(robot, count))))
-    if best[0] > UNEXPLAINED and not model.zeros and samples.tell(3 + len(turning)):
+    if best[0] > FAR_OFF and not model.zeros and samples.tell(3 + len(turning)):
         far = [guess for _, guess in zeros]
         starts = [as_they_are(robot), *signs(robot, 1), *swaps(robot), *far]
         found = several(model, samples, starts, turning)
