@@ -22,6 +22,8 @@ TOLERANCE = 0.02
 """A right model is off by less than this on average, once the ball's place is fitted [m]."""
 UNEXPLAINED = 5e-3
 """A fit to sound recordings leaves less than this [m]."""
+FAR_OFF = 1e-2
+"""Zeros of several joints are sought where the best simpler guess leaves more than this [m]."""
 ODDS, BETTER = 30.0, 0.9
 """A sign is wrong if the opposite one makes the samples at least e^30 times as likely, and the
 noise at most 0.9 times as large."""
@@ -41,14 +43,17 @@ Judged = tuple[float, Guess]
 """A guess, and the error that the model as it is has with it [m]."""
 
 
-def column_findings(model: RigidModel, measurements: Sequence[Measurement]) -> list[Finding]:
+def column_findings(
+    model: RigidModel, measurements: Sequence[Measurement], samples: Samples | None = None
+) -> list[Finding]:
     """Return which sign, swap or zero of the columns would explain placements better.
 
     Args:
         model: The arm.
         measurements: Placements that share the mistake, if there is one.
+        samples: Theirs, where some that lie elsewhere stand apart; None for all as recorded.
     """
-    samples = samples_of(measurements)
+    samples = samples or samples_of(measurements)
     few = samples.thinned(max(LOOK // samples.count, 4))
     glance = samples.thinned(max(GLANCE // samples.count, 4))
     fit, nominal = model.fit(few), model.nominal_error(glance)
@@ -140,7 +145,7 @@ def _best(model: RigidModel, samples: Samples) -> Guess:
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
         if best[0] > TOLERANCE:
             best = _clearly(best, _least(map(judged, signs(robot, count))))
-    if best[0] > UNEXPLAINED and not model.zeros and samples.tell(3 + len(turning)):
+    if best[0] > FAR_OFF and not model.zeros and samples.tell(3 + len(turning)):
         far = [guess for _, guess in zeros]
         starts = [as_they_are(robot), *signs(robot, 1), *swaps(robot), *far]
         found = several(model, samples, starts, turning)
