@@ -37,6 +37,7 @@ def test_every_verb_is_in_the_documents() -> None:
     assert [verb for verb in VERBS if f"mukca {verb}" not in text] == []
 
 
+@pytest.mark.slow
 def test_every_command_in_the_documents_is_one() -> None:
     from mukca.tools.cli import VERBS, build_parser
 

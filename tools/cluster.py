@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from typing import Any, TypeVar
 
+from .. import MukcaError
 from .usage import UsageError
-from .workers import WorkersLostError
 
-__all__ = ["map_on_cluster"]
+__all__ = ["WorkersLostError", "map_on_cluster"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -20,6 +20,12 @@ POLL_SECONDS = 0.02
 LOOK_SECONDS = 2.0
 COMPUTING = ("mukca", "numpy", "casadi")
 """What results depend on."""
+
+
+class WorkersLostError(MukcaError):
+    """There is nobody left to do the work."""
+
+    failed = True
 
 
 def map_on_cluster(

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import wait
 from typing import TypeVar
 
-from .. import MukcaError
+from .cluster import WorkersLostError, map_on_cluster
 from .usage import UsageError
 
 __all__ = ["Workers", "WorkersLostError", "add_workers", "workers_of"]
@@ -26,12 +26,6 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 MOST_LOSSES = 3
 """So often in a row may processes be lost without any piece of work done in between."""
-
-
-class WorkersLostError(MukcaError):
-    """There is nobody left to do the work."""
-
-    failed = True
 
 
 def _ignore(_: int) -> None:
@@ -70,8 +64,6 @@ class Workers:
             UsageError: No such cluster, or it has other versions of what computes.
         """
         if self.cluster is not None:
-            from .cluster import map_on_cluster
-
             return map_on_cluster(self.cluster, work, items, done)
         if self.processes == 1 or len(items) < 2:
             return list(_here(work, items, done))

@@ -208,6 +208,7 @@ def test_states_that_come_later_and_later_are_stale() -> None:
     assert lenient.trouble(1.8) is None
 
 
+@pytest.mark.slow
 def test_a_clock_that_runs_a_little_fast_is_not_stale() -> None:
     watch = Watch(JOINTS)
     for k in range(10_000):

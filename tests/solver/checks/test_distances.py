@@ -29,6 +29,7 @@ ALONG_Y = np.array([0.0, 1.0, 0.0])
         (0.12, "error", "140.0 % longer"),
     ],
 )
+@pytest.mark.slow
 def test_a_wrong_distance_is_found(look, placements, given, level, words) -> None:
     seen = look(placements, given)
     (finding,) = seen.findings
@@ -40,6 +41,7 @@ def test_a_wrong_distance_is_found(look, placements, given, level, words) -> Non
     assert abs(seen.scale.value - (given / 0.05 - 1)) < 4 * seen.scale.deviation
 
 
+@pytest.mark.slow
 def test_a_forgotten_distance_is_found(look, true_panda) -> None:
     base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y, distance=0.12)
     long = record(true_panda, base, np.random.default_rng(3), samples=20, noise=1e-4)
@@ -81,6 +83,7 @@ def test_the_scale_of_a_fit_is_that_of_the_distance(panda, placements) -> None:
 
 
 @pytest.mark.parametrize(("name", "joint"), [("panda", 3), ("panda", 5), ("so101", 2)])
+@pytest.mark.slow
 def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int, change) -> None:
     """The distance alone is never the cause of errors that a zero takes away."""
     robot, generator = load_robot(name), np.random.default_rng(5)

@@ -183,6 +183,7 @@ def test_a_foreign_file_is_told(tmp_path, text: str) -> None:
         mukca.load_calibration(file)
 
 
+@pytest.mark.slow
 def test_a_fit_that_does_not_settle_says_what_is_wrong_in_the_recordings(
     recordings, monkeypatch
 ) -> None:

@@ -40,6 +40,7 @@ def test_good_recordings_are_told_by_what_they_would_bring(
     assert "sockets 50 mm apart (the default)" in told
 
 
+@pytest.mark.slow
 def test_a_wrong_distance_is_told_before_the_fit(
     session: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,6 +13,7 @@ import trimesh
 from mukca.tools.printables import PrintableError, encode
 
 
+@pytest.mark.slow
 def test_an_stl_file_has_the_length_that_it_announces() -> None:
     content = encode("stl", printed_parts.base("default"))
     assert not content.startswith(b"solid")

@@ -13,10 +13,9 @@ from terminal_session import MUKCA, TerminalSession
 from mukca.recorder.dataset import read_placement
 from mukca.recorder.samples import read_samples
 
-pytestmark = pytest.mark.waits
+pytestmark = [pytest.mark.slow, pytest.mark.waits]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("columns", "rows"), [(80, 24), (200, 50)])
 def test_a_whole_session_by_keys(hand: Path, tmp_path: Path, columns: int, rows: int) -> None:
     out = tmp_path / "data/front"
@@ -68,7 +67,6 @@ def test_the_screen_is_readable_without_colour(hand: Path, tmp_path: Path) -> No
         assert b"\x1b[38;" not in terminal.output and b"\x1b[48;" not in terminal.output
 
 
-@pytest.mark.slow
 def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> None:
     stale = {"COLUMNS": "80", "LINES": "24"}  # as some shells export them
     with TerminalSession(command(hand, tmp_path / "front"), environment=stale) as terminal:
@@ -87,7 +85,6 @@ def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> N
         terminal.wait_for("needs 60 x 14")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("end", "status"), [("SIGHUP", 129), ("SIGTERM", 143), ("SIGQUIT", 131), ("Ctrl-C", 130)]
 )
@@ -106,7 +103,6 @@ def test_every_end_saves_and_restores(hand: Path, tmp_path: Path, end: str, stat
     assert len(read_placement(out).samples) == 1
 
 
-@pytest.mark.slow
 def test_a_closed_terminal_ends_the_session(hand: Path, tmp_path: Path) -> None:
     out = tmp_path / "front"
     with TerminalSession(command(hand, out)) as terminal:
@@ -132,7 +128,6 @@ def test_an_unexpected_error_restores_the_terminal(hand: Path, tmp_path: Path) -
         assert b"\x1b[?1049l" in terminal.output
 
 
-@pytest.mark.slow
 def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> None:
     out = tmp_path / "front"
     with TerminalSession(command(hand, out, mock="&fault=drop@3+3")) as terminal:
@@ -147,7 +142,6 @@ def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> Non
     assert len(read_placement(out).samples) == 1
 
 
-@pytest.mark.slow
 def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
     words = fast(hand, out)
@@ -207,7 +201,6 @@ def test_a_simple_terminal_shows_what_to_do(tmp_path: Path) -> None:
         assert terminal.wait() == 0
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
 def test_a_thousand_states_a_second_reach_the_screen(hand: Path, tmp_path: Path) -> None:
     """A soak in small: the mock forgets what is not read in time, and forgets nothing."""
