@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -19,7 +20,7 @@ from .data.measurements import Measurement
 from .data.metrics import CALIPER_DEVIATION
 from .data.observe import Recorded, observe_all
 from .paper.covariance import covariance
-from .paper.optimizers import MAX_ITERATIONS
+from .paper.optimizers import MAX_ITERATIONS, NotConverged
 from .paper.problem import REGULARIZATION, build_problem, solve
 from .robot.kinematics import BallModel
 from .robot.parameters import Parameter
@@ -191,19 +192,31 @@ def _fit_of(
     arm: Recorded, parameters: Sequence[Parameter], chosen: Selected, i: int, seconds: float
 ) -> Fit:
     full = chosen.full.arms[i]
-    deflection = full.deflection.without_zeros
+    deflection, exported = full.deflection.without_zeros, _exported(arm, full)
     calibrated = CalibratedRobot(
         arm.robot,
         tuple(parameters),
-        with_zeros(full),
+        with_zeros(full) if deflection.extensions else exported,
         deflection,
         arm.load,
-        closest_rigid(full, arm.load) if deflection.extensions else None,
+        exported if deflection.extensions else None,
     )
     iterates = tuple(partial(_extended, full, arm.load, x) for x in full.iterates)
     return Fit(
         calibrated, "gauss-newton", seconds, iterates, full, chosen.notes[i], world=chosen.full
     )
+
+
+def _exported(arm: Recorded, full: Posterior) -> np.ndarray:
+    """Return the best geometry for a program that corrects nothing."""
+    data, train = full.data, arm.measurements
+    more = data.located or data.frames or not all(known.on_base for known in data.known)
+    alone = None
+    if not more and full.deflection.zeros is None and all(m.has_distance for m in train):
+        # else the paper's cost does not know all that is known
+        with suppress(NotConverged):
+            alone = fit_by_paper(arm.robot, full.model.parameters, train).calibrated.values
+    return closest_rigid(full, arm.load, alone)
 
 
 def _extended(full: Posterior, load: Load, x: np.ndarray, measured: Measurement) -> np.ndarray:

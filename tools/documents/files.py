@@ -100,10 +100,9 @@ def decode(data: bytes, kind: type[Typed], format_: str, source: str) -> Typed:
 def format_of(file: Path) -> str:
     """Return what a file says of its own format; empty where it says nothing."""
     try:
-        value = json.loads(file.read_bytes())
-    except (OSError, ValueError, RecursionError):
+        return msgspec.convert(json.loads(file.read_bytes()), _Head).format
+    except (OSError, ValueError, RecursionError, msgspec.ValidationError):
         return ""
-    return str(value.get("format", "")) if isinstance(value, dict) else ""
 
 
 def _refuse(word: str) -> float:

@@ -12,11 +12,13 @@ from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.calibration.calibration import Calibration
 from mukca.tools.cli import build_parser, main
 from mukca.tools.documents.calibration import FORMAT, CalibrationDocument, calibrated_robot
+from mukca.tools.documents.estimates import DistanceDeviation, Uncertainty
 from mukca.tools.documents.files import decode
 from mukca.tools.documents.report import ReportDocument
+from mukca.tools.documents.report_verdict import Limit
 from mukca.tools.report.build import Options, build_report
 from mukca.tools.report.figures.acceptance import ARMS, known_arm, limits_for
-from mukca.tools.report.figures.earned import travel_row
+from mukca.tools.report.figures.earned import prediction_row, travel_row
 from mukca.tools.report.figures.predictions import measurements_of
 
 
@@ -250,8 +252,18 @@ def test_a_joint_that_stood_still_leaves_it_open(document) -> None:
         )
         for socket in covered.sockets
     )
-    row = travel_row(msgspec.structs.replace(covered, sockets=sockets))
+    narrow = msgspec.structs.replace(covered, sockets=sockets)
+    row = travel_row(narrow)
     assert row.status == "not enough" and "panda_joint3 turned by 17 deg" in row.text
+    unknown = Uncertainty(
+        weak_directions=(),
+        correlations=(),
+        observability_index=0.01,
+        distance_deviation=DistanceDeviation(median=4e-3, worst=9e-3),
+        cannot_see=(),
+    )
+    row = prediction_row(unknown, Limit(value=3e-4, source=""), "auto", narrow)
+    assert "more varied samples (panda_joint3 turned by 17 deg only), and a second" in row.text
 
 
 def test_a_large_predicted_error_leaves_it_open(extended) -> None:

@@ -123,5 +123,5 @@ def _earned(predictions: Predictions, covered: Coverage, limits: Limits) -> tupl
     if document.scale is not None:
         rows.insert(0, scale_row(document.scale, document.placements, document.checks))
     limit = limits.mean_absolute_error
-    rows.append(prediction_row(document.uncertainty, limit, document.method))
+    rows.append(prediction_row(document.uncertainty, limit, document.method, covered))
     return tuple(rows)
