@@ -19,22 +19,22 @@ from .rigid import RigidFit, RigidModel, Samples, samples_of
 __all__ = ["UNEXPLAINED", "column_findings", "columns_behind"]
 
 TOLERANCE = 0.02
-"""No arm is farther from its model than this on average, but for its ball's place [m]."""
+"""A right model is off by less than this on average, once the ball's place is fitted [m]."""
 UNEXPLAINED = 5e-3
-"""No arm is fitted worse than this [m]."""
+"""A fit to sound recordings leaves less than this [m]."""
 FAR_OFF = 1e-2
 """Zeros of several joints are sought where the best simpler guess leaves more than this [m]."""
 ODDS, BETTER = 30.0, 0.9
-"""A sign is wrong if the other makes the samples e^30 times as likely, and the noise that much
-less."""
+"""A sign is wrong if the opposite one makes the samples at least e^30 times as likely, and the
+noise at most 0.9 times as large."""
 MUCH = 0.5
-"""Part of the error of the model as it is that is left if a guess is right."""
+"""A right guess reduces the nominal model's error to this share of it, or less."""
 CLEARLY = 0.4
-"""Part of a simpler guess's error that a guess less simple must come down to."""
+"""A less simple guess is preferred if it leaves this share of a simpler one's error, or less."""
 GLANCE, LOOK = 90, 400
-"""Samples in all that a first look at a guess takes, and a fit."""
+"""How many samples are used to try a guess, and how many to fit the arm with it."""
 MOST_SIGNS = 8
-"""Signs of more joints are not tried all together."""
+"""Arms with more joints than this: their signs are tried one at a time only."""
 ZEROS, SMALL = np.deg2rad(np.arange(-180, 180, 15)), np.deg2rad(31)
 FINEST = np.deg2rad(0.2)
 """Zeros that are tried, which of them are likelier, and how finely the best one is searched."""

@@ -38,7 +38,8 @@ __all__ = [
 ]
 
 BAD_FLOOR = 2.5
-"""A placement that alone leaves this many times the others' error is not to be trusted."""
+"""A placement is not to be trusted if the fit to it alone leaves this many times the error that is
+usual for the others."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Inspection:
 
     measured: Measurement
     floor: float
-    """What it leaves when fitted alone, see :func:`fitted_alone` [m]."""
+    """Mean error of a fit to this placement alone, see :func:`fitted_alone` [m]."""
     changes: tuple[Change, ...]
     findings: tuple[Finding, ...]
     centre: np.ndarray

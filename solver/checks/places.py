@@ -1,4 +1,4 @@
-"""Samples that lie elsewhere than in their socket, known for what they are."""
+"""Explains samples that lie outside their socket: a base that moved, a wrong socket number."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
