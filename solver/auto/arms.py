@@ -135,7 +135,7 @@ class Rows:
 
     @cached_property
     def volumes(self) -> tuple[float, ...]:
-        """For each robot, how many samples tell the volume that it sweeps: see (A1).
+        """For each robot, the number of samples by which its volume counts in (A1).
 
         One less for each socket, whose centre is unknown; robots share that by their samples.
         A ball that was measured does not count.

@@ -7,8 +7,8 @@ from .laplace import inverse
 __all__ = ["bounded_step"]
 
 REFINEMENTS = 3
-"""Where hardly anything is seen of a direction, and all else to a tenth of a micrometre, rounding
-makes the inverse wrong by up to its own size: each of these leaves that share of the last error."""
+"""How many times the step is corrected for rounding errors of the inverse. They are large where the
+data show nearly nothing of one unknown, and the others very well."""
 
 
 def bounded_step(

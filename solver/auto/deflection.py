@@ -107,7 +107,7 @@ def shifted(q: np.ndarray, shifts: np.ndarray, coefficients: np.ndarray) -> np.n
 
 
 def looseness(torque: np.ndarray) -> np.ndarray:
-    """Return how freely joints with play may rest anywhere in it, relative to one without load.
+    """Return how uncertain play makes each joint's position, as a share of a joint's without load.
 
     The angle of such a joint is noisy by half its play; one that carries a load lies on one side.
 

@@ -138,9 +138,9 @@ class JointEffect:
 
     joint: str
     recorded: float
-    """In the samples that were trained on."""
+    """Over the samples that were trained on."""
     workspace: float
-    """In random poses."""
+    """Over random poses of the workspace."""
 
 
 def joint_effects(

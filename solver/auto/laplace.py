@@ -40,8 +40,8 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     """
     curve = _curve(objective, state)
     widened = prior_precision(objective, curve.state, widened=True)
-    told = curve.normal.information - _overstated(objective, curve.state, curve.normal)
-    precision = told + widened + np.diag(curve.bounds)
+    of_data = curve.normal.information - _overstated(objective, curve.state, curve.normal)
+    precision = of_data + widened + np.diag(curve.bounds)
     covariance = inverse(precision, free_unknowns(objective, curve.state))
     mean = curve.state
     if curve.change.any():

@@ -64,7 +64,8 @@ __all__ = [
 Balls = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Balls, each in its own robot's base, and their derivatives by x and by the joints."""
 LOOSE = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
-"""Where nothing holds a frame, a step turns and shifts it by no more than 1 rad and 10 m."""
+"""A weak prior, in 1/rad and 1/m, for frames that the data do not hold: one step then turns a frame
+by 1 rad at most, and shifts it by 10 m."""
 
 
 @dataclass(frozen=True)

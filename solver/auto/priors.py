@@ -39,7 +39,8 @@ HALF_PLAY = float(np.deg2rad(0.3))
 TYPICAL_SPREAD = 1.0
 """Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
 SHYEST, BOLDEST = 0.3, 10.0
-"""How many times as far as (A4) says a width goes, at least and at most."""
+"""A width's step is the one of (A4) times a factor between these two, by how well earlier steps
+went."""
 ALIKE = 0.3
 """By what share of itself the elasticity of one arm differs from that of its type; and half the
 play of a joint from that of the others, and that of all from what their noise shows."""

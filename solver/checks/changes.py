@@ -16,7 +16,8 @@ from .rigid import RigidFit, RigidModel, Samples, median
 __all__ = ["Change", "Part", "cut", "find_parts", "split_at"]
 
 SIGNIFICANT = 40.0
-"""Of the squared jump over its variance, about 3 were it chance alone."""
+"""A jump counts if its square is this many times its variance; by chance it would be about 3
+times."""
 SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
 PLAYED = 2.3e-3
@@ -29,7 +30,7 @@ LARGE_MOVE, LARGE_SIDE = 1e-2, 3
 SAME_PLACE = 3e-3
 """Parts nearer to each other than this [m] were recorded at one place."""
 CANDIDATES = 100
-"""Places for a cut that are tried at once; between the best ones, others are tried next."""
+"""How many evenly spaced places for a cut are tried at first; then those near the best of them."""
 ROUNDS = 3
 
 

@@ -19,20 +19,22 @@ from .rigid import RigidFit, RigidModel, Samples, samples_of
 __all__ = ["UNEXPLAINED", "column_findings", "columns_behind"]
 
 TOLERANCE = 0.02
-"""No arm is farther from its model than this on average, but for its ball's place [m]."""
+"""A right model is off by less than this on average, once the ball's place is fitted [m]."""
 UNEXPLAINED = 5e-3
-"""No arm is fitted worse than this [m]."""
+"""A fit to sound recordings leaves less than this [m]."""
+FAR_OFF = 1e-2
+"""Zeros of several joints are sought where the best simpler guess leaves more than this [m]."""
 ODDS, BETTER = 30.0, 0.9
-"""A sign is wrong if the other makes the samples e^30 times as likely, and the noise that much
-less."""
+"""A sign is wrong if the opposite one makes the samples at least e^30 times as likely, and the
+noise at most 0.9 times as large."""
 MUCH = 0.5
-"""Part of the error of the model as it is that is left if a guess is right."""
+"""A right guess reduces the nominal model's error to this share of it, or less."""
 CLEARLY = 0.4
-"""Part of a simpler guess's error that a guess less simple must come down to."""
+"""A less simple guess is preferred if it leaves this share of a simpler one's error, or less."""
 GLANCE, LOOK = 90, 400
-"""Samples in all that a first look at a guess takes, and a fit."""
+"""How many samples are used to try a guess, and how many to fit the arm with it."""
 MOST_SIGNS = 8
-"""Signs of more joints are not tried all together."""
+"""Arms with more joints than this: their signs are tried one at a time only."""
 ZEROS, SMALL = np.deg2rad(np.arange(-180, 180, 15)), np.deg2rad(31)
 FINEST = np.deg2rad(0.2)
 """Zeros that are tried, which of them are likelier, and how finely the best one is searched."""
@@ -41,14 +43,17 @@ Judged = tuple[float, Guess]
 """A guess, and the error that the model as it is has with it [m]."""
 
 
-def column_findings(model: RigidModel, measurements: Sequence[Measurement]) -> list[Finding]:
+def column_findings(
+    model: RigidModel, measurements: Sequence[Measurement], samples: Samples | None = None
+) -> list[Finding]:
     """Return which sign, swap or zero of the columns would explain placements better.
 
     Args:
         model: The arm.
         measurements: Placements that share the mistake, if there is one.
+        samples: Theirs, where some that lie elsewhere stand apart; None for all as recorded.
     """
-    samples = samples_of(measurements)
+    samples = samples or samples_of(measurements)
     few = samples.thinned(max(LOOK // samples.count, 4))
     glance = samples.thinned(max(GLANCE // samples.count, 4))
     fit, nominal = model.fit(few), model.nominal_error(glance)
@@ -140,7 +145,7 @@ def _best(model: RigidModel, samples: Samples) -> Guess:
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
         if best[0] > TOLERANCE:
             best = _clearly(best, _least(map(judged, signs(robot, count))))
-    if best[0] > UNEXPLAINED and not model.zeros and samples.tell(3 + len(turning)):
+    if best[0] > FAR_OFF and not model.zeros and samples.tell(3 + len(turning)):
         far = [guess for _, guess in zeros]
         starts = [as_they_are(robot), *signs(robot, 1), *swaps(robot), *far]
         found = several(model, samples, starts, turning)

@@ -27,7 +27,7 @@ __all__ = ["RigidFit", "RigidModel", "Samples", "median", "samples_of"]
 TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
 """Widths of the priors [m], [rad]: as far as arms are from their models."""
 SCALE = 1e-5
-"""So closely is the scale held at nominal."""
+"""Standard deviation of the prior that holds the arm's scale at nominal."""
 ITERATIONS = 40
 FAR_ZERO = np.deg2rad(30)
 """So far may a joint's zero be off that is sought [rad]."""
@@ -40,9 +40,10 @@ LARGEST_STEP = 0.2
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
 WANDER = 1.9e-3
-"""Nor for less than this on arms made of servos [m]: their play moves whole sockets."""
+"""The same for arms made of servos [m]: their play moves whole sockets."""
 ENOUGH, LEAST = 4000, 20
-"""Samples in all that a fit looks at, and of a socket; more tell it little."""
+"""A fit uses about the first number of samples in all, and at least the second of each socket; more
+would hardly change it."""
 
 
 @dataclass(frozen=True)

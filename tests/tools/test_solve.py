@@ -12,6 +12,7 @@ import pytest
 
 from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.calibration.calibration import load_calibration
+from mukca.tools.calibration.settings import ONLY_PAPER
 from mukca.tools.cli import main
 
 
@@ -284,6 +285,15 @@ def test_the_help_loads_nothing_heavy() -> None:
         "sys.exit(str(heavy & set(sys.modules)) if heavy & set(sys.modules) else 0)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_the_help_names_the_defaults_that_are_used(run) -> None:
+    status, out, _ = run("solve", "--help")
+    words = " ".join(out.partition("method paper:")[2].split())
+    assert status == 0
+    for option, default in ONLY_PAPER.items():
+        at = re.search(rf"--{option.replace('_', '-')} [^-].*?\(default: ([^)]+)\)", words)
+        assert at and type(default)(at[1]) == default
 
 
 PAPER = ("solve", "front", "--test", "left", "--robot", "panda", "--method", "paper")

@@ -137,9 +137,9 @@ def _again(arm: FleetArm) -> str | None:
     if last.status != "pass":
         return last.todo.text if last.todo else last.text
     if last.drift is not None and last.drift.status == "invalid":
-        told = last.drift.text.removeprefix("Verdict: ").removesuffix(" Calibrate again.")
+        reason = last.drift.text.removeprefix("Verdict: ").removesuffix(" Calibrate again.")
         old = f"that of {last.drift.since}" if last.drift.since else "the one before"
-        return f"Load the new {Path(last.outputs['urdf']).name} in place of {old}: {told}"
+        return f"Load the new {Path(last.outputs['urdf']).name} in place of {old}: {reason}"
     return None
 
 

@@ -128,23 +128,23 @@ def prediction_row(
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
         return _row("predicted_distance", title, "fail", words)
-    found = uncertainty.distance_deviation.median
+    predicted = uncertainty.distance_deviation.median
     if limit.value is None:
-        return _row("predicted_distance", title, "not evaluated", limit.source, found)
+        return _row("predicted_distance", title, "not evaluated", limit.source, predicted)
     allowed = PREDICTED * limit.value
     words = f"{PREDICTED:g} times the limit on the held-out error"
     length = uncertainty.distance_deviation.length
     if length is not None and LINKS * length > allowed:
         allowed = LINKS * length
         words = f"{100 * LINKS:g} % of {mm(length)}, the median distance in the workspace"
-    if found <= allowed:
-        return _row("predicted_distance", title, "pass", words, found, allowed)
+    if predicted <= allowed:
+        return _row("predicted_distance", title, "pass", words, predicted, allowed)
     text = (
-        f"distances in the workspace are known to {mm(found)} only, where {mm(allowed)} is asked; "
-        f"record more varied samples{_turned_least(coverage)}, and a second placement far from the "
-        "first"
+        f"distances in the workspace are known to {mm(predicted)} only, where {mm(allowed)} is "
+        f"asked; record more varied samples{_turned_least(coverage)}, and a second placement far "
+        "from the first"
     )
-    return _row("predicted_distance", title, "not enough", text, found, allowed)
+    return _row("predicted_distance", title, "not enough", text, predicted, allowed)
 
 
 def _turned_least(coverage: Coverage) -> str:
