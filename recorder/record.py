@@ -12,7 +12,7 @@ from .controls import Controls
 from .desk import Desk
 from .display import Display
 from .keyboard import HangUp, Keyboard
-from .keys import KEYS
+from .keys import KEYS, capture_key
 from .news import StreamNews
 from .push import Push
 from .readiness import Moment, readiness
@@ -69,9 +69,9 @@ class Recorder:
     script: Script | None = None
     push: Push | None = None
     check: Callable[[Sequence[Sample]], str | None] | None = None
-    """Says what is odd about the last of some samples by the model; None if nothing is."""
+    """Says what the last of some samples does that is odd by the model; None if nothing is."""
     plausible: Callable[[Sequence[Sample]], str | None] | None = None
-    """Says why the last of some samples would not be captured without a key; None if it would."""
+    """Likewise, of a pose that is to be captured without a key."""
     keys: Mapping[str, str] = field(default_factory=lambda: KEYS)
     """What each key does."""
     hands_free: bool = False
@@ -98,6 +98,7 @@ class Recorder:
         self._pressed = 0.0
         self._got: tuple[int, float] | None = None
         self._shunned: Rest | None = None
+        self._doubted: Rest | None = None
         self._news = StreamNews(self.stream, self.watch, self._desk)
         self._trouble = self._news.trouble
         self._consultation = Consultation(self.adviser, self._desk, self._sound)
@@ -209,12 +210,18 @@ class Recorder:
         if self._shuns(rest):
             return
         moment = replace(self._moment(now), got=None)
-        if readiness(moment).words == "HOLD":
+        ready = readiness(moment)
+        if ready.words == "HOLD":
             self._save(rest)
+        elif moment.doubt and ready.reason == moment.doubt and not self._same(self._doubted, rest):
+            self._doubted = rest  # said once
+            self._desk.alarm(f"{moment.doubt} {moment.capture_key} captures it all the same")
 
     def _shuns(self, rest: Rest) -> bool:
-        shunned = self._shunned
-        return bool(shunned and self._desk.session.same(shunned.position, rest.position))
+        return self._same(self._shunned, rest)
+
+    def _same(self, earlier: Rest | None, rest: Rest) -> bool:
+        return bool(earlier and self._desk.session.same(earlier.position, rest.position))
 
     # -- keys from a script ----------------------------------------------------------------------
 
@@ -262,6 +269,7 @@ class Recorder:
             paused=self._controls.paused,
             prompt=prompt.text if prompt else "",
             asking=self._controls.asking,
+            capture_key=capture_key(self.keys),
         )
 
     def _draw(self) -> None:

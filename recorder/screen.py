@@ -12,7 +12,7 @@ from .samples import Sample
 from .session import JointLimits, Session
 from .view import View
 
-__all__ = ["HELP", "render", "rows_needed"]
+__all__ = ["HELP", "advice_lines", "render", "rows_needed"]
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 HELP = """\
@@ -56,6 +56,13 @@ def render(view: View, width: int, height: int, *, plain: bool = False) -> Group
         said = f"needs {_WIDTH} x {least}, has {width} x {height}: {view.ready.words}"
         return Group(_shown(Text(said), width, plain=plain))
     return Group(*(_shown(line, width, plain=plain) for line in _lines(view, width, height)))
+
+
+def advice_lines(view: View, width: int) -> list[str]:
+    """Return what the advice says, for where there is no screen; nothing without advice."""
+    if view.advice is None:
+        return []
+    return [line.plain.strip() for line in (_gauge(view, width), *_hint(view, width))]
 
 
 def _shown(line: Text, width: int, *, plain: bool) -> Text:
