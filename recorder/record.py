@@ -76,6 +76,8 @@ class Recorder:
     """What each key does."""
     hands_free: bool = False
     """Whether a settled rest at a new, plausible pose is captured without a key."""
+    moved: bool = False
+    """Whether the base was moved a moment ago, so that a key says when the ball is in it again."""
     sound: bool = True
     card: Sequence[str] = ()
     """What is continued, for the operator to confirm before anything is captured."""
@@ -91,7 +93,8 @@ class Recorder:
             self.keys,
             self._capture,
             asking=bool(self.card),
-            paused=self.hands_free,
+            hands_free=self.hands_free,
+            paused=self.hands_free or self.moved,
         )
         self._push = self.push or Push(self.session.joints)
         self._pushed: str | None = None
@@ -207,7 +210,7 @@ class Recorder:
         rest = self.watch.rest
         if not rest or not self.watch.settled or self._trouble(now):
             return
-        if self._shuns(rest):
+        if self._same(self._shunned, rest):
             return
         moment = replace(self._moment(now), got=None)
         ready = readiness(moment)
@@ -216,9 +219,6 @@ class Recorder:
         elif moment.doubt and ready.reason == moment.doubt and not self._same(self._doubted, rest):
             self._doubted = rest  # said once
             self._desk.alarm(f"{moment.doubt} {moment.capture_key} captures it all the same")
-
-    def _shuns(self, rest: Rest) -> bool:
-        return self._same(self._shunned, rest)
 
     def _same(self, earlier: Rest | None, rest: Rest) -> bool:
         return bool(earlier and self._desk.session.same(earlier.position, rest.position))
@@ -242,7 +242,7 @@ class Recorder:
         trouble = self._trouble(now) or (None if rest else self.watch.moving)
         if trouble or not (rest and self.watch.settled):
             return trouble or "not yet still for long enough"
-        if self._shuns(rest):
+        if self._same(self._shunned, rest):
             return "it rests where a capture was just refused"
         earlier = self._desk.session.nearest(rest.position)
         return earlier and f"it rests where sample {earlier.number} was taken"

@@ -12,7 +12,7 @@ from .samples import Sample
 from .session import JointLimits, Session
 from .view import View
 
-__all__ = ["HELP", "advice_lines", "render", "rows_needed"]
+__all__ = ["HELP", "KEYS", "advice_lines", "render", "rows_needed"]
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 HELP = """\
@@ -60,7 +60,7 @@ def render(view: View, width: int, height: int, *, plain: bool = False) -> Group
 
 def advice_lines(view: View, width: int) -> list[str]:
     """Return what the advice says, for where there is no screen; nothing without advice."""
-    if view.advice is None:
+    if view.advice is None or not view.advice.telling:
         return []
     return [line.plain.strip() for line in (_gauge(view, width), *_hint(view, width))]
 
@@ -81,7 +81,7 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     spare = height - rows_needed(len(view.session.joints))
     keys = [Text(_fit(KEYS, width), style="bold")][:spare]
     title = [_title(view, width)][: max(0, spare - 1)]
-    facts = [_gauge(view, width)] if view.advice else []
+    facts = [_gauge(view, width)] if view.advice and view.advice.telling else []
     facts = [*facts, _stream(view)][: 0 if view.help else max(0, spare - 2)]
     large = banner(view.ready.words, view.ready.colour, width)
     counts = _counts(view.session, width)

@@ -13,6 +13,7 @@ from mukca.recorder.advice import Advice
 from mukca.recorder.display import Lines, Screen
 from mukca.recorder.keyboard import HangUp
 from mukca.recorder.readiness import Readiness
+from mukca.recorder.screen import KEYS
 from mukca.recorder.session import JointLimits, Session
 from mukca.recorder.view import View
 
@@ -114,9 +115,14 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
         lines.show(by_hand)
         lines.show(replace(by_hand, age=0.1))
         lines.show(replace(by_hand, ready=Readiness("HOLD", "red", "still moving")))
+        for typed in ("", "2"):
+            lines.show(replace(by_hand, ready=Readiness("WHICH?", "red", f"delete: {typed}_")))
     assert text.getvalue().splitlines() == [
+        KEYS,
         "socket 0  PRESS: space captures sample 1",
         "socket 0  HOLD: still moving",
+        "socket 0  WHICH?: delete: _",
+        "socket 0  WHICH?: delete: 2_",
     ]
 
 

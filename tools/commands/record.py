@@ -132,7 +132,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         outcome = record_session(arguments, robot, terminal)
         while outcome.elsewhere and outcome.signal is None:
             arguments.out = next_folder(arguments.out)
-            outcome = record_session(arguments, robot, terminal)
+            outcome = record_session(arguments, robot, terminal, moved=True)
     try:
         _say_outcome(outcome, arguments, terminal)
         sys.stdout.flush()

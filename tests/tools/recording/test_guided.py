@@ -84,7 +84,7 @@ def test_a_guided_session_by_keys(hands: Path, begun: Path, tmp_path: Path, part
             terminal.press("y")
         for number in range(2 * done + 1, done + LEAST + 1):
             take(terminal, number)
-        terminal.wait_for("SOCKET 1 NOW: move the ball to socket 1, then press s")
+        terminal.wait_for("SOCKET 1 NOW: enough here: ball to socket 1, then press s")
         terminal.press("s")
         terminal.wait_for("MOVE")
         for number in range(done + LEAST + 1, 2 * LEAST + 1):
