@@ -108,18 +108,20 @@ def _gauge(view: View, width: int) -> Text:
     """The predicted error against the goal, and what the fit says."""
     advice = view.advice
     assert advice is not None
-    length = max(8, min(24, width - 62))
-    share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
-    bar = ("█" * round(share * length)).ljust(length, "·")
-    text = f" predicted {_mm(advice.predicted)} {bar} goal {_mm(advice.goal)}"
     facts = [
         None if advice.last_error is None else f"last {_mm(advice.last_error)}",
         None if advice.mean_error is None else f"mean {_mm(advice.mean_error)}",
         None if advice.scale is None else f"scale {100 * advice.scale:+.2f} %",
         None if advice.distance is None else f"sockets {_mm(advice.distance)}",
     ]
-    text += "".join(f"  {fact}" for fact in facts if fact)
-    return Text(_fit(text, width), style="green" if advice.predicted <= advice.goal else "")
+    start = f" predicted {_mm(advice.predicted)} "
+    end = " ".join([f" goal {_mm(advice.goal)}", *(fact for fact in facts if fact)])
+    length = max(3, min(24, width - len(start + end)))
+    share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
+    bar = ("█" * round(share * length)).ljust(length, "·")
+    return Text(
+        _fit(start + bar + end, width), style="green" if advice.predicted <= advice.goal else ""
+    )
 
 
 def _mm(metres: float) -> str:

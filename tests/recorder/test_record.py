@@ -394,6 +394,12 @@ def test_hands_free_waits_for_a_key_between_sockets_and_counts_samples(by_hand) 
     assert words[1] == "SOCKET 0 NOW" and "SOCKET 1 NOW" in words and "PRESS" not in words
 
 
+def test_hands_free_does_not_take_again_what_was_taken_back(by_hand) -> None:
+    outcome, _ = by_hand(arm(speed=1.0), (0.5, "a"), (2.4, "u"), (4.4, "q"), hands_free=True)
+    assert outcome.session.withdrawn == (2,)
+    assert positions(outcome)[:, 0] == pytest.approx([0.1, 0.2], abs=1e-4)
+
+
 @pytest.mark.slow
 def test_hands_free_takes_no_implausible_pose_and_has_no_patience_to_lose(by_hand) -> None:
     def doubt(samples: Sequence[Sample]) -> str | None:

@@ -114,8 +114,12 @@ def test_another_placement_is_weighed(coach: Coach, samples: list[Sample]) -> No
     assert now > then > tied
 
 
-def test_the_nearest_of_the_good_poses_is_proposed(coach: Coach, samples: list[Sample]) -> None:
+def test_the_nearest_of_the_good_poses_is_proposed(
+    coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(coach, "_stranger", lambda samples: f"odd: {len(samples)}")
     anywhere = coach.advise(samples[:8], 0)
+    assert anywhere.doubt == "odd: 8"
     assert anywhere.target is not None
     poses = coach._poses[0]
     near = coach.advise(samples[:8], 0, poses[3])

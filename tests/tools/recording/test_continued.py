@@ -115,9 +115,7 @@ def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) 
         terminal.press("a")
         terminal.wait_for("GO ON?")
         terminal.press("n")
-        terminal.wait_for(
-            "front-2", "0:  0/30", "SOCKET 0 NOW: once the ball is in socket 0: Enter"
-        )
+        terminal.wait_for("front-2", "SOCKET 0 NOW: once the ball is in socket 0: Enter")
         terminal.press("\r")
         capture(terminal, "\x1b[6~", "captured sample 1", called="Enter")
         terminal.press("q")

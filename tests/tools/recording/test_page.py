@@ -64,11 +64,8 @@ def test_a_state_reaches_a_browser(server: Server) -> None:
     server.board.post(json.dumps(state_of(view)))
     said = json.loads(response.readline().removeprefix(b"data: "))
     assert said["words"] == "PRESS" and list(said["counts"]) == [1, 0]
-    assert (
-        said["next"] == [0.5, 0.3]
-        and said["predicted"] == 4e-4
-        and said["messages"] == [["<b>hi</b>", False]]
-    )
+    assert said["next"] == [0.5, 0.3] and said["messages"] == [["<b>hi</b>", False]]
+    assert said["predicted"] == 4e-4
     assert said["joints"][0] == ["elbow", -3.2, 3.2, False]
     response.close()
     assert state_of(replace(view, advice=replace(advice, count=2)))["predicted"] is None
