@@ -42,8 +42,8 @@ SHYEST, BOLDEST = 0.3, 10.0
 """How many times as far as (A4) says a width goes, at least and at most."""
 ALIKE = 0.3
 """By what share of itself the elasticity of one arm differs from that of its type."""
-SMALLEST_WIDTH = 1e-12
-"""A width is never less, so that it can be divided by."""
+SMALLEST_WIDTH = 1e-9
+"""A width is never less: rounding would leave nothing of the scale that lengths share."""
 
 
 @dataclass(frozen=True)

@@ -62,9 +62,13 @@ class Seen:
 
 
 def arm(
-    *faults: str, places: Sequence[Sequence[float]] = PLACES, speed: float = 8.0, **more: object
+    *faults: str,
+    places: Sequence[Sequence[float]] = PLACES,
+    speed: float = 8.0,
+    hold: float = 1.0,
+    **more: object,
 ) -> SimulatedArm:
-    motion = Motion(places, hold=1.0, move=0.6)
+    motion = Motion(places, hold=hold, move=0.6)
     read = [Fault.parse(fault) for fault in faults]
     return SimulatedArm(motion, rate=200.0, speed=speed, faults=read, **more)  # pyright: ignore
 
@@ -414,13 +418,14 @@ def test_hands_free_takes_no_implausible_pose_and_has_no_patience_to_lose(by_han
 
 def test_press_is_never_said_where_it_would_be_refused(by_hand) -> None:
     """A key is pressed whenever the banner says so, and at no other time."""
-    outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (2.0, "a"), (4.0, "s"), (9.0, "q"))
+    typed = (0.5, "a"), (3.8, "a"), (6.0, "s"), (9.0, "q")
+    outcome, seen = by_hand(arm(speed=1.0, hold=2.5), *typed)
     assert outcome.refused == 0 and outcome.session.counts == (2, 0)
     for view in seen.views:
         if view.ready.words == "PRESS":
             assert view.position and view.session.refusal(view.position) is None
             assert view.session.counts[view.session.socket] < view.session.target
-    assert {"GOT 1", "MOVE", "SOCKET 1 NOW", "PRESS"} <= set(words_of(seen))
+    assert {"GOT 1", "NEXT POSE", "MOVE", "SOCKET 1 NOW", "PRESS"} <= set(words_of(seen))
 
 
 def test_a_joint_count_that_changes_is_told_and_nothing_captured(by_hand) -> None:
@@ -517,6 +522,7 @@ def test_advice_ends_a_socket_and_the_placement(by_hand) -> None:
     assert words.index("SOCKET 1 NOW") < words.index("ENOUGH")
     assert outcome.advice and outcome.advice.closing == ("go left",)
     assert seen.alarms == ["this moves like a crane"]
+    assert seen.bells == 1 + 3 + 1  # captured, done here, captured
 
 
 def test_advice_that_fails_ends_no_session(by_hand) -> None:

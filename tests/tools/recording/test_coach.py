@@ -14,6 +14,7 @@ from mukca.recorder.dataset import Sample, read_placement
 from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.inverse_kinematics import MAX_TILT, Guide
+from mukca.tools.recording import sites
 from mukca.tools.recording.coach import LATELY, LEAST, SHARE, Coach
 from mukca.tools.recording.coaching import COACHING, BackgroundCoach, setup_of
 from mukca.tools.recording.neighbour import Neighbour
@@ -69,6 +70,8 @@ def test_the_prediction_falls_and_each_socket_has_its_turn(
     assert whole.mean_error and whole.mean_error < 1.5e-4
     assert whole.distance == pytest.approx(0.05, abs=1e-4)
     assert whole.last_error and abs(whole.scale or 1) < 0.01
+    turned = coach.advise([*samples[SHARE:], *samples[:SHARE]], 0)
+    assert turned.last_error != pytest.approx(whole.last_error, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -106,8 +109,16 @@ def test_an_easy_goal_leaves_a_socket_earlier(
 
 
 @pytest.mark.slow
-def test_another_placement_is_weighed(coach: Coach, samples: list[Sample]) -> None:
+def test_another_placement_is_weighed(
+    coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The best of some, whichever comes first."""
+    found = sites.sites_around(coach._reach, np.array([0.5, 0.0, 0.1]), 0.05)[::3]
+    assert len(found) > 1
+    monkeypatch.setattr(sites, "sites_around", lambda *_: found)
     words = coach.closing(samples)
+    monkeypatch.setattr(sites, "sites_around", lambda *_: found[::-1])
+    assert coach.closing(samples) == words
     assert "A second placement near" in words[0] and "measured to 0.1 mm" in words[1]
     now = float(words[0].split(" known to ")[1].split()[0])
     then, tied = (float(line.split()[-2]) for line in words[:2])
@@ -122,9 +133,15 @@ def test_the_nearest_of_the_good_poses_is_proposed(
     assert anywhere.doubt == "odd: 8"
     assert anywhere.target is not None
     poses = coach._poses[0]
-    near = coach.advise(samples[:8], 0, poses[3])
-    far = np.abs(np.array(anywhere.target) - poses[3]).max()
-    assert np.abs(np.array(near.target) - poses[3]).max() <= far
+    advised = [(q, coach.advise(samples[:8], 0, q).target) for q in poses[:4]]
+    for q, target in advised:
+        assert away(target, q) <= away(anywhere.target, q)
+    assert len({target for _, target in advised}) > 1
+
+
+def away(target: tuple[float, ...] | None, q: np.ndarray) -> float:
+    assert target is not None
+    return float(np.abs(np.array(target) - q).max())
 
 
 @pytest.fixture
