@@ -43,8 +43,14 @@ def test_poses_can_be_reached_by_a_hand(panda: Robot) -> None:
     assert np.all((upper - q) / (upper - lower) > 0.049)
     neck = Guide(panda)._linear(q)[0][:, 3:]
     assert np.all(neck[:, 2] < -np.cos(MAX_TILT) + 1e-6)
-    heights = skeleton(panda)(q)[0].reshape(30, -1, 3)[:, 3:-1, 2]
-    assert np.all(heights > TABLE)
+
+
+def test_no_link_is_below_the_table() -> None:
+    """As two of three poses of a UR would be, with a socket this low."""
+    robot = load_robot("ur5e")
+    q = Reach(robot).poses(np.array([0.7, 0.05, 0.03]), 20)
+    heights = skeleton(robot)(q)[0].reshape(20, -1, 3)[:, 2:-1, 2]
+    assert np.all(heights > TABLE - 1e-9)
 
 
 @pytest.mark.parametrize(("name", "z"), [("ur10", 0.25), ("ur3e", 0.2), ("iiwa14", -0.1)])
