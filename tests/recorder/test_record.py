@@ -401,6 +401,7 @@ def test_hands_free_waits_for_a_key_between_sockets_and_counts_samples(by_hand) 
 def test_hands_free_does_not_take_again_what_was_taken_back(by_hand) -> None:
     outcome, _ = by_hand(arm(speed=1.0), (0.5, "a"), (2.4, "u"), (4.4, "q"), hands_free=True)
     assert outcome.session.withdrawn == (2,)
+    assert outcome.session.samples[1].stamp > 1.6 + 0.5  # it rests from 1.6 on; two windows
     assert positions(outcome)[:, 0] == pytest.approx([0.1, 0.2], abs=1e-4)
 
 
