@@ -36,7 +36,7 @@ def recorded(
     """Return what an arm that is a little off reads, near poses that the nominal arm reads."""
     generator = np.random.default_rng(seed)
     model = BallModel(robot, range(robot.origins.size))
-    origins = perturb(robot, generator, 2e-3, 5e-3, keep_size=False).origins.ravel()
+    origins = perturb(robot, generator, 2e-3, 5e-3).origins.ravel()
     results: list[mukca.Placement] = []
     for placement in placements:
         chosen = np.array([generator.permutation(30)[:samples] + 30 * k for k in (0, 1)]).ravel()

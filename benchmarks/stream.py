@@ -9,7 +9,8 @@ latency is from then to when the state was read here, by the clock that both sha
 is of one core, for reading and decoding alone. The baseline of each line is a loop that receives
 the same bytes and decodes nothing; the ratio of the two is printed. The last line is the UR read
 by the driver ur-rtde instead, where that is installed. Servos send a state only when they are
-asked: there the lost ones are requests that had to be repeated, and there is no bare loop.
+asked: there the lost ones are requests that had to be repeated, since no whole answer came within
+0.1 s, and there is no bare loop.
 """
 
 import argparse
@@ -19,6 +20,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from bisect import bisect
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -35,10 +37,13 @@ STREAMS = {
     "xarm": ("xarm", ("--version", "xarm6")),
     "feetech": ("feetech", ()),
     "dynamixel": ("dynamixel", ()),
+    "damiao": ("damiao", ()),
 }
 RATES = {"franka": 1000.0, "kuka": 200.0, "ur": 500.0, "xarm": 250.0}
 CLOCKS = {"franka": 0.0, "kuka": 1_700_000_000.0, "ur": 0.0, "xarm": 5.0}  # where clocks start
-POLLED = {"feetech": "?rate=300", "dynamixel": "&rate=200"}  # as fast as such a bus is at 1 Mbaud
+POLLED = {"feetech": "?rate=300", "dynamixel": "?rate=200", "damiao": "?rate=100"}
+"""What is asked of the driver: as fast as such a bus of servos is at 1 Mbaud."""
+BUS = ("--address", "udp_multicast/239.74.163.2?port=43198&hop_limit=0")  # CAN without hardware
 
 
 def main() -> None:
@@ -48,8 +53,8 @@ def main() -> None:
     arguments = parser.parse_args()
     if not arguments.names:
         arguments.names = [*STREAMS, *(["ur, by ur-rtde"] if find_spec("rtde_receive") else [])]
-    print(f"{'stream':18} {'states':>7} {'sent':>7} {'lost':>5} {'CPU':>7} {'x bare':>7}", end="")
-    print(f" {'p50':>9} {'p99':>9} {'max':>9}")
+    print(f"{'stream':18} {'states':>7} {'a second':>8} {'sent':>7} {'lost':>5}", end="")
+    print(f" {'CPU':>7} {'x bare':>7} {'p50':>9} {'p99':>9} {'max':>9}")
     for name in arguments.names:
         controller, options = STREAMS[name.partition(",")[0]]
         with tempfile.TemporaryDirectory() as folder:
@@ -61,6 +66,7 @@ def measure(
     name: str, controller: str, options: tuple[str, ...], journal: Path, seconds: float
 ) -> None:
     """Read one stream, and print its line."""
+    options += BUS if controller == "damiao" else ()
     command = [sys.executable, "-m", "mukca", "emulate", controller, "--json", *options]
     emulator = subprocess.Popen(
         [*command, "--journal", str(journal)], stdout=subprocess.PIPE, text=True
@@ -68,7 +74,9 @@ def measure(
     try:
         assert emulator.stdout
         select.select([emulator.stdout], [], [], 30)
-        address = json.loads(emulator.stdout.readline())["driver"] + POLLED.get(name, "")
+        address = json.loads(emulator.stdout.readline())["driver"]
+        polled = POLLED.get(name, "")
+        address += polled.replace("?", "&") if "?" in address else polled
         host = address.split(":")[1]
         with open_driver(f"ur-rtde:{host}" if "ur-rtde" in name else address) as driver:
             arrivals, cpu = read(driver, seconds)
@@ -81,9 +89,9 @@ def measure(
         emulator.terminate()
         emulator.wait(30)
     sent = sent_times(journal)
-    if name in POLLED:  # the first state was read before
-        assert len(sent) == len(arrivals) + 1 + rejected
-        numbers = list(sent)[1:] if not rejected else []
+    if name in POLLED:  # what came is what was sent last; the first state was read before
+        known, moments = list(sent), list(sent.values())
+        numbers = [known[bisect(moments, arrival) - 1] for arrival, _ in arrivals]
         count = len(sent) - 1
     else:
         rate = 1000.0 if "1 kHz" in name else RATES[controller]
@@ -93,11 +101,12 @@ def measure(
         1e3 * (arrival - sent[number])
         for number, (arrival, _) in zip(numbers, arrivals, strict=True)
     )
+    rate = len(arrivals) / (arrivals[-1][0] - arrivals[0][0])
     print(
-        f"{name:18} {len(arrivals):7} {count:7} {count - len(arrivals):5} {cpu:7.1%} "
+        f"{name:18} {len(arrivals):7} {rate:8.1f} {count:7} {count - len(arrivals):5} {cpu:7.1%} "
         f"{cpu / bare:7.2f} {latencies[len(latencies) // 2]:6.2f} ms "
         f"{latencies[int(0.99 * len(latencies))]:6.2f} ms {latencies[-1]:6.2f} ms"
-        + (f"  missed {missed}" if missed else ""),
+        f"  missed {missed}, rejected {rejected}",
         flush=True,
     )
 

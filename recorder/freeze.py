@@ -21,9 +21,10 @@ LONG = 0.25
 SHORT = 0.02
 """An arm rested if it sent the same for this long [s] and then went on with a small step."""
 GOES_ON = 1e-3
-"""The largest such step, but for streams that tell coarser ones alone [rad]."""
+"""The largest such step [rad]; a stream with a coarser resolution may go on by a step of that."""
 USUAL = 3
-"""An arm that rested this often without noise sends none: standing still is usual for it."""
+"""After this many rests with exactly the same numbers, a stream is known to have no noise, so that
+sameness is no sign that it is frozen."""
 ENOUGH_STEPS = 100
 """Steps between states after which a stream's noise can be judged."""
 NOISY = 0.3

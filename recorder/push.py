@@ -25,7 +25,7 @@ LOAD = 2.0
 LOAD_SHARE = 0.1
 """Further deviation that is allowed, as a share of the gravity torque."""
 TREMOR = 4.0
-"""How many times as much as at the quietest rest a torque may tremble."""
+"""A torque may tremble by this many times its tremor at the quietest rest."""
 LEAST_TREMOR = 0.1
 """Standard deviation of a torque that is always allowed [N m]."""
 

@@ -1,4 +1,4 @@
-"""What the operator is to do now, in one or two words, and why: every refusal before the key.
+"""What the operator is to do now, in one or two words, and why, also before a key is refused.
 
 ===============  ================================================================================
 words            meaning

@@ -24,9 +24,9 @@ CHECK_EVERY = 0.02
 LEAST_STATES = 5
 """The fewest states that are averaged."""
 FAST = 20.0
-"""An arm is led on, not held, where it spreads this many times as much as one that is still."""
+"""A spread this many times that of a still arm means that somebody leads the arm on."""
 WHOLE = 0.9
-"""A window counts as full once its states span this share of its length, but for one step."""
+"""A window counts as full once its states and one step more span this share of its length."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ __all__ = ["CAPTURED", "DONE", "REFUSED", "Sound"]
 CAPTURED, REFUSED, DONE = 1, 2, 3
 """How many tones."""
 APART = 0.25
-"""Time between two tones, which a terminal would else make one [s]."""
+"""Time between two tones [s]; terminals merge tones that are closer."""
 
 
 class Sound:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,7 +19,8 @@ from .data.load import Load
 from .data.measurements import Measurement
 from .data.metrics import CALIPER_DEVIATION
 from .data.observe import Recorded, observe_all
-from .paper.optimizers import MAX_ITERATIONS
+from .paper.covariance import covariance
+from .paper.optimizers import MAX_ITERATIONS, NotConverged
 from .paper.problem import REGULARIZATION, build_problem, solve
 from .robot.kinematics import BallModel
 from .robot.parameters import Parameter
@@ -47,6 +49,9 @@ class Fit:
     paper's method, which has none."""
     world: World | None = None
     """All robots that were fitted together, and the frames; None by the paper's method."""
+    covariance: np.ndarray | None = None
+    """By the paper's method: how far the parameters would move if the same were recorded again,
+    shape (n, n)."""
 
     @property
     def iterations(self) -> int:
@@ -83,7 +88,7 @@ def fit_by_paper(
     seconds = time.perf_counter() - begin
     calibrated = CalibratedRobot(robot, problem.parameters, solution.x)
     iterates = tuple(partial(_rigid, problem.model, x) for x in solution.iterates)
-    return Fit(calibrated, optimizer, seconds, iterates)
+    return Fit(calibrated, optimizer, seconds, iterates, covariance=covariance(problem, solution.x))
 
 
 def _rigid(model: BallModel, x: np.ndarray, measured: Measurement) -> np.ndarray:
@@ -187,19 +192,31 @@ def _fit_of(
     arm: Recorded, parameters: Sequence[Parameter], chosen: Selected, i: int, seconds: float
 ) -> Fit:
     full = chosen.full.arms[i]
-    deflection = full.deflection.without_zeros
+    deflection, exported = full.deflection.without_zeros, _exported(arm, full)
     calibrated = CalibratedRobot(
         arm.robot,
         tuple(parameters),
-        with_zeros(full),
+        with_zeros(full) if deflection.extensions else exported,
         deflection,
         arm.load,
-        closest_rigid(full, arm.load) if deflection.extensions else None,
+        exported if deflection.extensions else None,
     )
     iterates = tuple(partial(_extended, full, arm.load, x) for x in full.iterates)
     return Fit(
         calibrated, "gauss-newton", seconds, iterates, full, chosen.notes[i], world=chosen.full
     )
+
+
+def _exported(arm: Recorded, full: Posterior) -> np.ndarray:
+    """Return the best geometry for a program that corrects nothing."""
+    data, train = full.data, arm.measurements
+    more = data.located or data.frames or not all(known.on_base for known in data.known)
+    alone = None
+    if not more and full.deflection.zeros is None and all(m.has_distance for m in train):
+        # else the paper's cost does not know all that is known
+        with suppress(NotConverged):
+            alone = fit_by_paper(arm.robot, full.model.parameters, train).calibrated.values
+    return closest_rigid(full, arm.load, alone)
 
 
 def _extended(full: Posterior, load: Load, x: np.ndarray, measured: Measurement) -> np.ndarray:

@@ -36,18 +36,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
-FIRST = (
-    "tools/recording/test_guided.py",
-    "tools/test_insertion.py",
-    "tools/recording/test_in_terminal.py",
-    "tools/test_emulated_arms.py",
-    "recorder/test_kill.py",
-)
+LONG = ("tools/test_insertion.py", "tools/test_emulated_arms.py", "recorder/test_kill.py")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with what takes longest or waits in real time, so that it is not waited for at last."""
-    items.sort(key=lambda item: not item.path.as_posix().endswith(FIRST))
+    """Begin with what waits in real time, while the other processes compute; then what is long."""
+    items.sort(
+        key=lambda item: (
+            item.get_closest_marker("waits") is None,
+            not item.path.as_posix().endswith(LONG),
+        )
+    )
 
 
 @pytest.fixture

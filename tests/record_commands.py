@@ -19,8 +19,10 @@ def configurations(count: int, seed: int = 0) -> list[list[float]]:
 
 
 def command(hand: Path, out: Path, *more: str, mock: str = "") -> list[str]:
+    """Without a guide, which is a program of its own beside it: test_guided.py has that."""
     driver = f"mock:{hand}?rate=1000&hold=2.5&move=0.7{mock}"
-    return [*MUKCA, "record", "--robot", "panda", "--driver", driver, "--out", str(out), *more]
+    words = ["record", "--robot", "panda", "--driver", driver, "--out", str(out), "--no-guide"]
+    return [*MUKCA, *words, *more]
 
 
 def fast(hand: Path, out: Path) -> list[str]:

@@ -1,6 +1,7 @@
 """The documents lead where they say, and none is left out of the site."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -34,3 +35,18 @@ def test_every_verb_is_in_the_documents() -> None:
 
     text = "\n".join(page.read_text() for page in [*PAGES, ROOT / "README.md"])
     assert [verb for verb in VERBS if f"mukca {verb}" not in text] == []
+
+
+def test_every_command_in_the_documents_is_one() -> None:
+    from mukca.tools.cli import VERBS, build_parser
+
+    wrong: list[str] = []
+    for page in [*PAGES, ROOT / "README.md"]:
+        text = page.read_text().replace("\\\n", " ")
+        for line in re.findall(rf"\bmukca (?:{'|'.join(VERBS)}) [^`|&\n]+$", text, re.M):
+            words = shlex.split(line, comments=True)[1:]
+            try:
+                build_parser(words[0]).parse_args(words)
+            except SystemExit:
+                wrong.append(f"{page.name}: {line}")
+    assert wrong == []

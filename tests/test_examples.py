@@ -2,11 +2,12 @@
 
 import ast
 import json
-import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,18 +20,21 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 
 
-def run(folder: Path, script: str, *words: str) -> str:
-    """Run an example in a folder, and return what it printed."""
-    done = subprocess.run(
-        [sys.executable, "-W", "error", str(EXAMPLES / script), *words],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        env={**os.environ, "COLUMNS": "100"},
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+Run = Callable[..., str]
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run an example in a folder of its own, and return what it printed."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+
+    def run(script: str, *words: str) -> str:
+        monkeypatch.setattr(sys, "argv", [script, *words])
+        runpy.run_path(str(EXAMPLES / script), run_name="__main__")
+        return capsys.readouterr().out
+
+    return run
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda file: file.name)
@@ -45,8 +49,8 @@ def test_an_example_is_short_and_uses_the_public_face_alone(script: Path) -> Non
 
 
 @pytest.mark.slow
-def test_calibrate_from_csv(tmp_path: Path) -> None:
-    shown = run(tmp_path, "calibrate_from_csv.py")
+def test_calibrate_from_csv(run: Run, tmp_path: Path) -> None:
+    shown = run("calibrate_from_csv.py")
     placements = mukca.read_placements(tmp_path / "recordings")
     assert [len(p.samples) for p in placements] == [24, 24, 24]
     calibration = mukca.load_calibration(tmp_path / "calibrated" / "calibration.json")
@@ -56,8 +60,8 @@ def test_calibrate_from_csv(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_own_urdf(tmp_path: Path, session: Path) -> None:
-    shown = run(tmp_path, "own_urdf.py")
+def test_own_urdf(run: Run, tmp_path: Path) -> None:
+    shown = run("own_urdf.py")
     assert "6 joints, base_link -> ball_link" in shown
     calibration = mukca.load_calibration(tmp_path / "my_arm_calibrated" / "calibration.json")
     assert calibration.errors.summary.test.removed_error > 0.9
@@ -67,7 +71,11 @@ def test_own_urdf(tmp_path: Path, session: Path) -> None:
 
 
 def test_stream_arm(tmp_path: Path) -> None:
-    names, *states = run(tmp_path, "stream_arm.py").splitlines()
+    """As a program of its own."""
+    words = [sys.executable, "-W", "error", str(EXAMPLES / "stream_arm.py")]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    names, *states = done.stdout.splitlines()
     rows = np.array([[float(word) for word in line.split() if word not in ("s", "deg")]
                      for line in states])  # fmt: skip
     assert rows.shape == (20, 8) and len(names.split()) == 7
@@ -76,18 +84,18 @@ def test_stream_arm(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_use_in_pinocchio(tmp_path: Path) -> None:
+def test_use_in_pinocchio(run: Run) -> None:
     pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
-    shown = run(tmp_path, "use_in_pinocchio.py")
+    shown = run("use_in_pinocchio.py")
     difference, nominal = re.findall(r"by ([\d.e+-]+) m", shown)
     assert float(difference) < 1e-9 and float(nominal) > 0.5
-    again = run(tmp_path, "use_in_pinocchio.py", "calibrated")
+    again = run("use_in_pinocchio.py", "calibrated")
     assert again == shown
 
 
 @pytest.mark.slow
-def test_monte_carlo(tmp_path: Path) -> None:
-    _, *rows = run(tmp_path, "monte_carlo.py", "1", "5", "20").splitlines()
+def test_monte_carlo(run: Run) -> None:
+    _, *rows = run("monte_carlo.py", "1", "5", "20").splitlines()
     few, many = ([float(word) for word in row.split()] for row in rows)
     assert (few[0], many[0]) == (5, 20)
     assert 0.05 < many[1] < few[1] < 2  # the noise is 0.05 mm per axis

@@ -5,6 +5,7 @@ starts go side by side, so that the answers are spread over all that the arm can
 """
 
 from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -19,7 +20,13 @@ __all__ = ["MAX_TILT", "Guide", "SimulationError"]
 BATCH = 256
 """Random starts that are drawn at once."""
 FEW = 64
-"""So many of them are followed at once."""
+"""So many of them are followed first, and then all others."""
+ROWS = 16
+"""Poses are computed for a multiple of so many configurations."""
+MARGIN = 0.1
+"""Whoever is this far outside of the limits at the target stays outside [rad, m]."""
+LONGEST = 0.5
+"""The longest step of a joint on its way to the target [rad, m]."""
 MAX_TILT = np.deg2rad(50)
 """How far the neck of the ball leans from the vertical [rad]; the printed socket allows 60 deg."""
 
@@ -83,44 +90,66 @@ class Guide:
     ) -> bool:
         """Try a batch of random starts, and fill in what they reached; return whether any did.
 
-        They are followed a few at a time, from the last: where a point is reached, the other
-        starts for it are left alone.
+        The last few are followed first: where a point is reached, the other starts for it are left
+        alone.
         """
         starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
         necks = _random_necks(generator)
         rows = np.resize(missing, BATCH)
-        for end in range(BATCH, 0, -FEW):
-            few = np.arange(end - FEW, end)
-            few = few[np.isnan(reached[rows[few], 0])]
-            if few.size:
-                targets = np.concatenate([points[rows[few]], necks[few]], axis=1)
-                q, arrived = self._follow(starts[few], targets)
-                reached[rows[few[arrived]]] = q[arrived]
+        for some in np.split(np.arange(BATCH), [BATCH - FEW])[::-1]:
+            some = some[np.isnan(reached[rows[some], 0])]
+            if some.size:
+                targets = np.concatenate([points[rows[some]], necks[some]], axis=1)
+                q, arrived = self._follow(starts[some], targets)
+                reached[rows[some[arrived]]] = q[arrived]
         return not np.isnan(reached[missing, 0]).all()
 
     def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
-        for step in range(30):
-            pose, J = self._linear(q)
-            damping = 1e-4 if step < 18 else 1e-10
-            rows = 6 if step < 18 or self._leans_freely else 3
-            error, slope = (targets - pose)[:, :rows], J[:, :rows]
-            JJ = slope @ slope.transpose(0, 2, 1) + damping * np.eye(rows)
-            dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
-            q = q + dq * np.minimum(1.0, 0.5 / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
-        pose = self._linear(q)[0]
-        error = targets - pose
+        q = q.copy()
+        moving = self._walk(q, targets, np.arange(len(q)), near=False)
+        # Most arrive outside the limits, and stay there: the others are worth the last steps.
+        beyond = np.maximum(self.lower - q, q - self.upper).max(axis=1)
+        rest = np.union1d(moving, np.flatnonzero(beyond < MARGIN))
+        self._walk(q, targets, rest, near=True)
+        pose = self._linear(q[rest])[0]
+        error = targets[rest] - pose
         exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
         tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
         if not self._leans_freely:
             tilted = pose[:, 5] < -np.cos(MAX_TILT)
-        inside = np.all((self.lower < q) & (q < self.upper), axis=1)
-        return q, exact & tilted & inside
+        inside = np.all((self.lower < q[rest]) & (q[rest] < self.upper), axis=1)
+        arrived = np.zeros(len(q), dtype=bool)
+        arrived[rest] = exact & tilted & inside
+        return q, arrived
+
+    def _walk(
+        self, q: np.ndarray, targets: np.ndarray, moving: np.ndarray, *, near: bool
+    ) -> np.ndarray:
+        """Take steps in some rows of q until they arrive; return which rows still move."""
+        for _ in range(12 if near else 18):
+            if not moving.size:
+                break
+            dq = self._newton_step(q[moving], targets[moving], near)
+            q[moving] += dq
+            moving = moving[np.abs(dq).max(axis=1) > (1e-7 if near else 1e-5)]
+        return moving
+
+    def _newton_step(self, q: np.ndarray, targets: np.ndarray, near: bool) -> np.ndarray:
+        """Return the change of each row of q; far from the target it is damped."""
+        rows = 3 if near and not self._leans_freely else 6
+        pose, J = self._linear(q)
+        error, slope = (targets - pose)[:, :rows], J[:, :rows]
+        JJ = slope @ slope.transpose(0, 2, 1) + (1e-10 if near else 1e-4) * np.eye(rows)
+        dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
+        return dq * np.minimum(1.0, LONGEST / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
 
     def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
-        pose, by_q = self._pose(q)
-        return pose, by_q.reshape(len(q), 6, -1)
+        N, m = q.shape
+        # CasADi prepares a function for each number of rows: some rows twice cost less
+        pose, by_q = self._pose(np.resize(q, (-(-N // ROWS) * ROWS, m)))
+        return pose[:N], by_q[:N].reshape(N, 6, m)
 
 
 @lru_cache(maxsize=16)
@@ -128,9 +157,16 @@ def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     """Return ball, neck and their derivatives as a function of joint positions."""
     q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
     origins = ca.DM([value for j in joints for value in (*j.origin.xyz, *j.origin.rpy)])
-    R, p = link_frames(joints, origins, q)[-1]
-    pose = ca.vertcat(ca.SX(p), ca.SX(R)[:, 2])
-    return RowFunction("pose", [q], [pose, ca.jacobian(pose, q)])
+    frames = link_frames(joints, origins, q)
+    neck, ball = ca.SX(frames[-1][0])[:, 2], frames[-1][1]
+    columns: list[Any] = []  # by hand, in a third of the operations that ca.jacobian takes
+    for joint, (R, p) in zip(joints, frames, strict=True):
+        axis = R @ ca.DM(joint.axis)
+        if joint.actuated and joint.type == "prismatic":
+            columns.append(ca.vertcat(axis, ca.DM.zeros(3)))
+        elif joint.actuated:
+            columns.append(ca.vertcat(ca.cross(axis, ball - p), ca.cross(axis, neck)))
+    return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
 
 
 def _random_necks(generator: np.random.Generator) -> np.ndarray:

@@ -75,8 +75,8 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="FILE",
-        help="calibration.json of other arms of the type: how far their joints give way is much "
-        "the same in this one; the data decide how far to believe it",
+        help="calibration.json of other arms of the type, or a fleet's elasticity.json: how far "
+        "their joints give way is much the same in this one; the data decide how far to believe it",
     )
     add_load(parser)
 

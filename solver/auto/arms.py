@@ -40,7 +40,7 @@ class Arms:
         ends = np.cumsum([0, *(model.size for model in self.models)]).tolist()
         return tuple(slice(a, b) for a, b in pairwise(ends))
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of unknowns of all robots."""
         return sum(model.size for model in self.models)
@@ -135,7 +135,7 @@ class Rows:
 
     @cached_property
     def volumes(self) -> tuple[float, ...]:
-        """For each robot, how many samples tell the volume that it sweeps: see (A1).
+        """For each robot, the number of samples by which its volume counts in (A1).
 
         One less for each socket, whose centre is unknown; robots share that by their samples.
         A ball that was measured does not count.

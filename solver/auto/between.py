@@ -16,7 +16,7 @@ from .posterior import World
 __all__ = ["UNSEEN", "Between", "between"]
 
 UNSEEN = 0.1
-"""A turn that is not known to this is not known at all [rad]."""
+"""A turn whose standard deviation is larger than this counts as unknown [rad]."""
 MARGIN = 0.02
 """The shared region reaches this far beyond the places that both robots visited [m]."""
 TRIES = 3000

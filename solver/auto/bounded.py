@@ -7,12 +7,17 @@ from .laplace import inverse
 __all__ = ["bounded_step"]
 
 REFINEMENTS = 3
-"""Where hardly anything is seen of a direction, and all else to a tenth of a micrometre, rounding
-makes the inverse wrong by up to its own size: each of these leaves that share of the last error."""
+"""How many times the step is corrected for rounding errors of the inverse. They are large where the
+data show nearly nothing of one unknown, and the others very well."""
 
 
 def bounded_step(
-    H: np.ndarray, gradient: np.ndarray, x: np.ndarray, free: np.ndarray, bounded: np.ndarray
+    H: np.ndarray,
+    gradient: np.ndarray,
+    x: np.ndarray,
+    free: np.ndarray,
+    bounded: np.ndarray,
+    unheld: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the step to the minimum of a quadratic function within the bounds.
 
@@ -27,6 +32,7 @@ def bounded_step(
         x: Where the step begins, shape (n,).
         free: Which of x may change at all, shape (n,).
         bounded: Which of those are never negative, shape (n,).
+        unheld: Inverse of the curvature where all that is free may change, if it is known already.
 
     Returns:
         The step d, shape (n,), which leads to zero exactly where x is held; and the inverse of the
@@ -35,7 +41,7 @@ def bounded_step(
     held = bounded & (x == 0) & (gradient > 0)
     change, covariance = np.zeros(len(x)), np.zeros_like(H)
     for _ in range(3 * int(bounded.sum()) + 1):
-        covariance = inverse(H, free & ~held)
+        covariance = inverse(H, free & ~held) if unheld is None or held.any() else unheld
         change = np.where(held, -x, 0.0)
         for _ in range(REFINEMENTS):
             change -= covariance @ (gradient + H @ change)

@@ -5,6 +5,10 @@ model depends on the poses it is meant for: at all poses of the workspace alike 
 each of them. So places near those recorded are imagined, some 0.2 m away, with the ball held there
 in postures like those recorded. The geometry is fitted to what the full model says of them, and to
 the samples.
+
+The full model may be wrong, too, most of all after few samples. So the geometry that the samples
+alone give, by the paper's cost, has a share in it: a large one where both geometries differ by less
+than what either is off by.
 """
 
 from dataclasses import dataclass
@@ -13,6 +17,7 @@ import numpy as np
 
 from ..data.load import Load
 from ..robot.kinematics import BallModel
+from .noise import INFORMATION
 from .posterior import Posterior
 from .zeros import with_zeros
 
@@ -32,6 +37,10 @@ RECORDED = 10.0
 SEAT = 3e-4
 """Standard deviation to which the geometry is to follow the full model [m]; prior against data."""
 ROUNDS = 4
+DAMPING = 1e-4
+"""Keeps steps short where the arm is stretched out and hardly reaches further."""
+CHANCE = 0.5
+"""By how much two geometries differ by chance, as a share of what the better one is off by."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +57,26 @@ class _Poses:
     """How much each counts, shape (N,)."""
 
 
-def closest_rigid(full: Posterior, load: Load) -> np.ndarray:
+def closest_rigid(full: Posterior, load: Load, alone: np.ndarray | None = None) -> np.ndarray:
+    """Return the best geometry for programs that correct nothing.
+
+    Args:
+        full: The full model.
+        load: What pulls at the joints.
+        alone: The geometry that the samples alone give, which is to have a share; None for none.
+
+    Returns:
+        The free numbers of the geometry, shape (geometry,) [m, rad].
+    """
+    rigid = not full.deflection.without_zeros.extensions
+    if rigid and alone is None:
+        return with_zeros(full)
+    imagined = _imagined(full, load)
+    closest = with_zeros(full) if rigid else _closest(full, _joined(_recorded(full), imagined))
+    return closest if alone is None else _shared(full, load, imagined, closest, alone)
+
+
+def _closest(full: Posterior, poses: _Poses) -> np.ndarray:
     """Return the geometry whose balls are nearest to the full model's around the places recorded.
 
     It minimises, over places p, imagined ones and sockets, and postures i at them,
@@ -58,24 +86,14 @@ def closest_rigid(full: Posterior, load: Load) -> np.ndarray:
     where the target is the full model's ball, or a recorded sample's socket, w is 1 or, for a
     sample, RECORDED times its robust weight, and P is the prior precision of the geometry, whose
     mean has the joints' zeros in it.
-
-    Args:
-        full: The full model.
-        load: What pulls at the joints.
-
-    Returns:
-        The free numbers of the geometry, shape (geometry,) [m, rad].
     """
-    model = full.model
-    poses = _joined(_recorded(full), _imagined(full, load))
-    q, n = poses.positions, model.geometry
+    model, q = full.model, poses.positions
+    n = model.geometry
     root = np.sqrt(poses.weights) / SEAT
     prior = np.zeros((n, n))
     for group in full.groups:
         if group.members[0] < n:
-            prior[np.ix_(group.members, group.members)] = group.precision(
-                group.members, group.width
-            )
+            prior[np.ix_(group.members, group.members)] = group.precision(group.width)
     x = with_zeros(full) - model.ball.nominal
     zeros = with_zeros(full) - full.values
     for _ in range(ROUNDS // 2):
@@ -89,13 +107,41 @@ def closest_rigid(full: Posterior, load: Load) -> np.ndarray:
     return model.ball.nominal + x
 
 
-def _apart(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+def _shared(
+    full: Posterior, load: Load, poses: _Poses, closest: np.ndarray, alone: np.ndarray
+) -> np.ndarray:
+    """Return the weighted mean of two geometries: the closest one, and the samples' own.
+
+    With r and r' what they are off by at imagined places, as deviations from the mean of all
+    postures at a place, the closest one has the weight
+
+        |r - r'|^2 / (|r - r'|^2 + CHANCE^2 (|r|^2 + variance))
+
+    It is Wiener's, for a difference of which so much is chance. The variance is that of a sample:
+    its noise and the full model's own uncertainty.
+    """
+    model, q = full.model, poses.positions
+    _, slopes, by_joints = model.linearise(full.x, q, load.moments(model.robot, q, None))
+    slopes = _apart(slopes, poses.places, 0.0)
+    covariance = full.covariance[: model.size, : model.size]
+    variance = float(np.sum((slopes @ covariance) * slopes))
+    variance += float(np.trace(full.noise.scales(by_joints), axis1=1, axis2=2).sum()) / INFORMATION
+    off, other = (
+        _apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
+        for values in (closest, alone)
+    )
+    apart = float(np.sum((off - other) ** 2))
+    weight = apart / (apart + CHANCE**2 * (float(np.sum(off**2)) + variance))
+    return alone + weight * (closest - alone) if np.isfinite(weight) else closest
+
+
+def _apart(values: np.ndarray, places: np.ndarray, common: float = COMMON) -> np.ndarray:
     """Return values, of shape (N, ...), without most of what those at one place have in common."""
     starts = np.flatnonzero(np.diff(places, prepend=-1))
     counts = np.diff([*starts.tolist(), len(places)])
     sums = np.add.reduceat(values, starts, axis=0)
     means = sums / counts.reshape(-1, *[1] * (values.ndim - 1))
-    return values - (1 - COMMON) * np.repeat(means, counts, axis=0)
+    return values - (1 - common) * np.repeat(means, counts, axis=0)
 
 
 def _imagined(full: Posterior, load: Load) -> _Poses:
@@ -116,15 +162,23 @@ def _imagined(full: Posterior, load: Load) -> _Poses:
     q = q + generator.normal(0, SWAY, q.shape)
     for _ in range(ROUNDS):
         linear = ball.linearise(np.empty(0), q)
-        back = np.linalg.pinv(linear.by_joints, rcond=1e-2)
-        step = (back @ (centres[places] - linear.points)[:, :, None])[:, :, 0]
-        q = q + step.clip(-SWAY, SWAY)
+        off = (centres[places] - linear.points)[:, :, None]
+        q = q + _back(linear.by_joints, off).clip(-SWAY, SWAY)
     off = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
     lower, upper = (np.array([getattr(j, k) for j in robot.actuated]) for k in ("lower", "upper"))
     kept = (off < 0.01 * length) & np.all((q >= lower) & (q <= upper), axis=1)
     q, places = q[kept], places[kept]
     targets = full.predict(q, load.moments(robot, q, None))
     return _Poses(q, places, targets, np.ones(len(q)))
+
+
+def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
+    """Return damped steps of the joints that shift the balls, shape (N, m)."""
+    across = slopes.swapaxes(1, 2)
+    squares = slopes @ across
+    damping: np.ndarray = DAMPING * np.sum(slopes**2, axis=(1, 2))
+    forces = np.linalg.solve(squares + damping[:, None, None] * np.eye(3), off)
+    return (across @ forces).reshape(len(slopes), -1)
 
 
 def _recorded(full: Posterior) -> _Poses:

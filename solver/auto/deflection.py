@@ -43,6 +43,7 @@ __all__ = [
     "coefficient_names",
     "design",
     "looseness",
+    "shifted",
 ]
 
 COMPLIANCE = "compliance"
@@ -92,8 +93,21 @@ def design(extensions: Sequence[str], q: np.ndarray, moments: np.ndarray) -> np.
     return np.concatenate(parts, axis=2)[:, : 3 * m if TILT in extensions else m]
 
 
+def shifted(q: np.ndarray, shifts: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Return the true joint positions, and the tilts where there are any.
+
+    Args:
+        q: Joint positions as the encoders read them, shape (N, m) [rad].
+        shifts: What :func:`design` returns for them.
+        coefficients: Of the same extensions, one after the other.
+    """
+    true = shifts @ coefficients
+    true[:, : q.shape[1]] += q
+    return true
+
+
 def looseness(torque: np.ndarray) -> np.ndarray:
-    """Return how freely joints with play may rest anywhere in it, relative to one without load.
+    """Return how uncertain play makes each joint's position, as a share of a joint's without load.
 
     The angle of such a joint is noisy by half its play; one that carries a load lies on one side.
 
@@ -152,6 +166,4 @@ class Deflection:
             Shape (N, m), or with tilts (N, 3 m) [rad].
         """
         shifts = design(self.extensions, q, moments)
-        shifted = shifts @ np.concatenate([np.zeros(0), *self.coefficients])
-        shifted[:, : q.shape[1]] += q
-        return shifted
+        return shifted(q, shifts, np.concatenate([np.zeros(0), *self.coefficients]))

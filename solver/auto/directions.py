@@ -12,8 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..robot.chain import Joint
-from ..robot.kinematics import rotation, rotation_rpy
+from ..robot.chain import Joint, matrix_rpy
 from ..robot.urdf import Robot
 from .posterior import Posterior
 from .uncertainty import UNDECIDED, prior_covariance
@@ -162,7 +161,7 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
 
 def _frame(origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return rotation and translation of an origin."""
-    return np.array(rotation_rpy(origin[3:]).full()), origin[:3]
+    return matrix_rpy(origin[3:]), origin[:3]
 
 
 def _between(
@@ -189,8 +188,7 @@ def _rates(origin: np.ndarray, spin: np.ndarray) -> np.ndarray:
     stand: x after pitch and yaw, y after yaw, and z.
     """
     _, pitch, yaw = origin[3:]
-    Rz = np.array(rotation((0, 0, 1), yaw).full())
-    Ry = np.array(rotation((0, 1, 0), pitch).full())
-    axes = np.stack([Rz @ Ry @ [1, 0, 0], Rz @ [0, 1, 0], np.array([0, 0, 1])], axis=1)
+    roll_axis, pitch_axis = matrix_rpy([0, pitch, yaw])[:, 0], matrix_rpy([0, 0, yaw])[:, 1]
+    axes = np.stack([roll_axis, pitch_axis, np.array([0, 0, 1])], axis=1)
     rates: np.ndarray = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
     return rates

@@ -11,6 +11,7 @@ The last two lead to the maximum of the evidence (A6), see :mod:`mukca.solver.au
 width of a group that the data do not support falls to nearly zero; the group is then taken out.
 """
 
+from bisect import bisect
 from dataclasses import dataclass, replace
 from math import log
 
@@ -20,7 +21,7 @@ from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
 from .bounded import bounded_step
-from .deflection import ELASTICITY, EXTENSIONS
+from .deflection import ELASTICITY, EXTENSIONS, PLAY
 from .extended_model import ExtendedModel
 from .laplace import inverse, posterior
 from .noise import INFORMATION, NEGLIGIBLE, NU, SMALLEST, Noise
@@ -36,7 +37,7 @@ from .objective import (
     start,
 )
 from .posterior import Posterior, World
-from .priors import PriorGroup
+from .priors import PriorGroup, play_group
 
 __all__ = ["estimate", "estimate_all", "gauss_newton"]
 
@@ -45,9 +46,9 @@ SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
 SETTLED_EXACT = 1e-4
 """The same where the data are exact: steps along what they hardly show still count then."""
-RELEASES = 15
-"""For so many iterations, elasticity that is held at zero may leave it. One that gains nothing
-could otherwise come and go forever."""
+LEAVES = 2
+"""So often may a joint's elasticity leave zero. One that gains nothing could otherwise come and go
+forever."""
 HALVINGS = 6
 RISE = 1e-9
 """Relative rise of the objective in a step that is rounding alone."""
@@ -93,10 +94,12 @@ def estimate_all(
     objective = build_objective(model, data)
     state: State = start(objective, joint_noise, near)
     iterates: list[np.ndarray] = [state.x]
+    left = np.zeros(len(state.x), dtype=int)
     try:
-        for iteration in range(MAX_ITERATIONS):
-            step = gauss_newton(objective, state, release=iteration < RELEASES)
+        for _ in range(MAX_ITERATIONS):
+            held, step = state.at_zero, gauss_newton(objective, state, left < LEAVES)
             state, change = _advance(objective, state, step)
+            left += held & ~state.at_zero
             iterates.append(state.x)
             noisy = any(noise.space > SMALLEST for noise in state.noises)
             if change >= (SETTLED if noisy else SETTLED_EXACT):
@@ -111,31 +114,38 @@ def estimate_all(
     raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
 
 
-def gauss_newton(objective: Objective, state: State, *, release: bool = True) -> Step:
+def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | bool = True) -> Step:
     """Return the step to the minimum of L's quadratic approximation.
 
         H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (A3)
 
     See :func:`~mukca.solver.auto.normal_equations.normal_equations` for the data's part.
+
+    Args:
+        objective: What is minimised.
+        state: Where.
+        may_leave: Which elasticity that is held at zero may leave it, shape (size,).
     """
     normal = normal_equations(objective, state)
-    covariance = inverse(
-        normal.information + prior_precision(objective, state), free_unknowns(objective, state)
-    )
+    prior = prior_precision(objective, state)
+    covariance = inverse(normal.information + prior, free_unknowns(objective, state))
     spread = leverage(objective, state, covariance)
     spread = INFORMATION * normal.weights[:, None, None] * spread
     volume = _volume_weight(objective, state, normal, spread)
     bounded = np.zeros(objective.size, dtype=bool)
     for group in state.groups:
         bounded[group.members] = group.name in ELASTICITY and group.width > 0
-    held = state.at_zero & ~(release & bounded[: objective.model.size])
+    held = state.at_zero & ~(may_leave & bounded[: objective.model.size])
     released = replace(state, at_zero=held)
-    prior = prior_precision(objective, released)
+    unheld = covariance
+    if (held != state.at_zero).any():
+        prior, unheld = prior_precision(objective, released), None
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
     pull = prior @ from_means(objective, state)
     gradient = normal.gradient + pull + volume * state.linear.by_volume
     free = free_unknowns(objective, released)
-    change, covariance = bounded_step(normal.information + prior, gradient, x, free, bounded & free)
+    H = normal.information + prior
+    change, covariance = bounded_step(H, gradient, x, free, bounded & free, unheld)
     return Step(change, covariance, normal, spread, volume)
 
 
@@ -166,6 +176,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     linear = there.linear
     groups, change = _updated_groups(there, step)
     noises = _updated_noises(objective, state, there, step)
+    groups = _with_play(objective, groups, noises)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
@@ -175,7 +186,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
 
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
     """Return the state after a step, halved as often as L would rise, and the step taken."""
-    before = value(objective, state, step.volume)
+    before = value(objective, state, step.volume, step.normal)
     for _ in range(HALVINGS):
         there = _moved(objective, state, step.change)
         if value(objective, there, step.volume) <= before + RISE * abs(before):
@@ -209,8 +220,8 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
             members = group.members[free]
             new = group.updated(
                 state.x[members] - group.mean[free],
-                step.covariance[np.ix_(members, members)],
-                members,
+                step.covariance[members[:, None], members],
+                free,
             )
             if _effect(state, new) > NEGLIGIBLE:
                 change = max(change, abs(log(new.width / group.width)))
@@ -238,12 +249,27 @@ def _updated_noises(
     return tuple(noises)
 
 
+def _with_play(
+    objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
+) -> tuple[PriorGroup, ...]:
+    """Return the groups, the play of each robot believed to be what its joints' noise shows."""
+    rows, joint = objective.rows, np.zeros(len(objective.rows.sockets))
+    for source, noise in zip(rows.sources, noises, strict=True):
+        joint[source] = noise.joint
+    noisy = [float(joint[samples].max()) for samples in rows.own]
+    starts = [own.start for own in objective.model.own]
+    of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
+    return tuple(
+        play_group(group.members, noise) if group.name == PLAY and group.width and noise else group
+        for group, noise in zip(groups, of, strict=True)
+    )
+
+
 def _effect(state: State, group: PriorGroup) -> float:
     """Return how far a group's width moves the ball, relative to the noise."""
     members = group.members[~state.at_zero[group.members]]
-    squares: np.ndarray = np.sum(state.linear.by_unknowns[:, :, members] ** 2, axis=(1, 2)) / 3
     least = min(noise.space for noise in state.noises)
-    return group.width * float(np.mean(squares)) ** 0.5 / least
+    return group.width * float(np.sum(state.linear.reach[members])) ** 0.5 / least
 
 
 def _without_negligible(objective: Objective, state: State) -> State:

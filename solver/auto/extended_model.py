@@ -9,13 +9,23 @@ then the coefficients of each extension. With q' the true joint positions, see
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from ..robot.kinematics import BallModel, workspace
 from ..robot.parameters import Parameter
 from ..robot.urdf import Robot
-from .deflection import EXTENSIONS, PLAY, ZERO, Deflection, coefficient_names, design, looseness
+from .deflection import (
+    EXTENSIONS,
+    PLAY,
+    ZERO,
+    Deflection,
+    coefficient_names,
+    design,
+    looseness,
+    shifted,
+)
 
 __all__ = ["Expected", "ExtendedModel", "extend"]
 
@@ -43,18 +53,18 @@ class ExtendedModel:
         """Number of geometric unknowns; those of the extensions follow."""
         return len(self.parameters)
 
-    @property
+    @cached_property
     def sizes(self) -> list[int]:
         """Number of coefficients of each extension."""
         joints = self.robot.joint_names
         return [len(coefficient_names(extension, joints)) for extension in self.extensions]
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of unknowns."""
         return self.geometry + sum(self.sizes)
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Names of all unknowns."""
         names = [p.name for p in self.parameters]
@@ -95,13 +105,35 @@ class ExtendedModel:
             and by the joint positions, shape (N, 3, m): with play, by as much as each is noisy.
         """
         shifts = design(self.extensions, q, torque)
-        true = self.deflection(x).true_positions(q, torque)
+        true = shifted(q, shifts, x[self.geometry :])
         linear = self.ball.linearise(self.values(x), true)
         by_unknowns = np.concatenate([linear.by_parameters, linear.by_joints @ shifts], axis=2)
         by_joints = linear.by_joints[:, :, : q.shape[1]]
         if PLAY in self.extensions:
             by_joints = by_joints * looseness(torque[:, : q.shape[1]])[:, None]
         return linear.points, by_unknowns, by_joints
+
+    def log_volume(self, x: np.ndarray, q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
+
+        The zeros count: lengths and zeros that trade for each other, and leave all balls where they
+        are, leave the volume, too. At the readings alone it would grow with such lengths.
+
+        Args:
+            x: The unknowns, shape (size,).
+            q: Joint positions as the encoders read them, shape (N, m) [rad].
+
+        Returns:
+            See :meth:`.BallModel.log_volume`; and the derivatives by the unknowns, shape (size,).
+        """
+        zeros = self.deflection(x).zeros
+        true = q if zeros is None else q + zeros
+        value, by_geometry, by_joints = self.ball.log_volume(self.values(x), true)
+        slope = np.zeros(self.size)
+        slope[: self.geometry] = by_geometry
+        if zeros is not None:  # they are the first extension
+            slope[self.geometry : self.geometry + len(zeros)] = by_joints
+        return value, slope
 
     def by_scale(self) -> np.ndarray:
         """Return the derivative of the logarithm of the robot's scale by the unknowns.

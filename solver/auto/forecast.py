@@ -15,7 +15,15 @@ from .extended_model import ExtendedModel
 from .noise import INFORMATION
 from .posterior import Posterior
 
-__all__ = ["ErrorMap", "JointEffect", "after_recording", "error_map", "joint_effects"]
+__all__ = [
+    "ErrorMap",
+    "Everywhere",
+    "JointEffect",
+    "after_recording",
+    "error_map",
+    "everywhere",
+    "joint_effects",
+]
 
 POSES = 2000
 """Random poses of the workspace."""
@@ -70,6 +78,29 @@ def after_recording(
 
 
 @dataclass(frozen=True)
+class Everywhere:
+    """The ball in random poses of the workspace."""
+
+    points: np.ndarray
+    """Ball centres, shape (N, 3) [m]."""
+    slopes: np.ndarray
+    """Their derivatives by the unknowns, shape (N, 3, size)."""
+
+
+def everywhere(model: ExtendedModel, x: np.ndarray, load: Load) -> Everywhere:
+    """Return the ball in random poses of the workspace.
+
+    Args:
+        model: The calibrated model.
+        x: Its unknowns, shape (size,).
+        load: What pulls at the joints.
+    """
+    q = workspace(model.robot, POSES)
+    moments = gravity_moments(model.robot, q, load.gravity, load.payload)
+    return Everywhere(*model.linearise(x, q, moments)[:2])
+
+
+@dataclass(frozen=True)
 class ErrorMap:
     """How well places are known, seen from where the calibration was recorded."""
 
@@ -80,30 +111,25 @@ class ErrorMap:
     and the standard deviation of its distance from what was trained on [m]."""
 
 
-def error_map(posterior: Posterior, load: Load) -> ErrorMap:
+def error_map(posterior: Posterior, poses: Everywhere) -> ErrorMap:
     """Return the predicted error of places over the workspace, from above.
 
     The base frame itself cannot be seen by a ball, so that a place is known by its distance from
     the middle of all that was trained on.
     """
-    model, size = posterior.model, posterior.model.size
-    q = workspace(model.robot, POSES)
-    points, J, _ = model.linearise(
-        posterior.x, q, gravity_moments(model.robot, q, load.gravity, load.payload)
-    )
+    model, size, points = posterior.model, posterior.model.size, poses.points
     _, trained, _ = model.linearise(posterior.x, posterior.data.positions, posterior.data.torques)
     offset = points - posterior.points.mean(axis=0)
     direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-9)
-    slopes = np.einsum("ni,nij->nj", direction, J - trained.mean(axis=0))
-    variances = np.einsum("ni,ij,nj->n", slopes, posterior.covariance[:size, :size], slopes)
+    slopes = np.einsum("ni,nij->nj", direction, poses.slopes - trained.mean(axis=0))
+    variances = np.sum(slopes @ posterior.covariance[:size, :size] * slopes, axis=1)
     width = float(np.linalg.norm(points[:, :2], axis=1).max()) / CELLS
-    cells = np.floor(points[:, :2] / width).astype(int)
-    places: list[tuple[float, float, float]] = []
-    for cell in np.unique(cells, axis=0):
-        own = variances[(cells == cell).all(axis=1)]
-        x, y = ((cell + 0.5) * width).tolist()
-        places.append((x, y, float(np.median(own)) ** 0.5))
-    return ErrorMap(width, tuple(places))
+    by_cell: dict[tuple[float, float], list[float]] = {}
+    middles = (np.floor(points[:, :2] / width) + 0.5) * width
+    for middle, variance in zip(middles.tolist(), variances.tolist(), strict=True):
+        by_cell.setdefault((middle[0], middle[1]), []).append(variance)
+    cells = ((x, y, float(np.median(own)) ** 0.5) for (x, y), own in sorted(by_cell.items()))
+    return ErrorMap(width, tuple(cells))
 
 
 @dataclass(frozen=True)
@@ -112,15 +138,15 @@ class JointEffect:
 
     joint: str
     recorded: float
-    """In the samples that were trained on."""
+    """Over the samples that were trained on."""
     workspace: float
-    """In random poses."""
+    """Over random poses of the workspace."""
 
 
 def joint_effects(
     model: ExtendedModel,
     x: np.ndarray,
-    load: Load,
+    poses: Everywhere,
     by_socket: Sequence[tuple[np.ndarray, np.ndarray]],
 ) -> tuple[JointEffect, ...]:
     """Return how far the numbers of each joint, and of the ball, move the ball.
@@ -131,21 +157,18 @@ def joint_effects(
     Args:
         model: The calibrated model.
         x: Its unknowns, shape (size,).
-        load: What pulls at the joints.
+        poses: The same model in random poses.
         by_socket: As for :func:`after_recording`.
     """
-    q = workspace(model.robot, POSES)
-    everywhere = (q, gravity_moments(model.robot, q, load.gravity, load.payload))
     owners = [name.rpartition(".")[0] for name in model.names]
     joints = list(dict.fromkeys(owners))
     share = np.array([[owner == joint for owner in owners] for joint in joints]) * x
 
-    def squares(q: np.ndarray, moments: np.ndarray) -> np.ndarray:
-        _, J, _ = model.linearise(x, q, moments)
+    def squares(J: np.ndarray) -> np.ndarray:
         return np.sum(((J - J.mean(axis=0)) @ share.T) ** 2, axis=1)
 
-    there = np.concatenate([squares(*one) for one in by_socket])
+    there = np.concatenate([squares(model.linearise(x, *one)[1]) for one in by_socket])
     recorded, over_workspace = (
-        np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (there, squares(*everywhere))
+        np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (there, squares(poses.slopes))
     )
     return tuple(map(JointEffect, joints, recorded, over_workspace))

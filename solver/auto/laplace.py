@@ -14,7 +14,7 @@ import numpy as np
 
 from .deflection import ELASTICITY
 from .noise import INFORMATION, NU
-from .normal_equations import NormalEquations, normal_equations, value, weigh
+from .normal_equations import NormalEquations, curvature, normal_equations, value, weigh
 from .objective import Objective, State, free_unknowns, from_means, moved, prior_precision, priors
 from .positive import bounds
 from .posterior import Posterior, World
@@ -22,8 +22,8 @@ from .priors import TYPICAL_SPREAD
 
 __all__ = ["inverse", "posterior"]
 
-GAUSSIAN = 0.89
-"""See :func:`_overstated`."""
+TAIL_STEPS = 30
+"""Until errors are as large as their noise says."""
 
 
 def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> World:
@@ -40,8 +40,8 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     """
     curve = _curve(objective, state)
     widened = prior_precision(objective, curve.state, widened=True)
-    told = curve.normal.information - _overstated(objective, curve.state, curve.normal)
-    precision = told + widened + np.diag(curve.bounds)
+    of_data = curve.normal.information - _overstated(objective, curve.state, curve.normal)
+    precision = of_data + widened + np.diag(curve.bounds)
     covariance = inverse(precision, free_unknowns(objective, curve.state))
     mean = curve.state
     if curve.change.any():
@@ -58,19 +58,36 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
 
 
 def _overstated(objective: Objective, state: State, normal: NormalEquations) -> np.ndarray:
-    """Return what the curvature claims to know too much of balls that an instrument measured.
+    """Return what the curvature claims to know too much, as the errors' own tails show it.
 
-    Its noise is Gaussian, unlike that of a ball in a socket, and the robust weights pass over some
-    of what such samples tell: the variance of the best fit is 1 / GAUSSIAN times that by the
-    curvature (Huber's E[psi^2] / E[psi']^2, for Student's psi of (A2) and Gaussian 3-vectors).
+    Errors that are more Gaussian than Student's distribution with nu = 5 leave the best fit less
+    sure than the curvature says, since the robust weights pass over some of what they tell.
     """
-    less = np.zeros_like(normal.information)
-    measured = objective.rows.sockets < 0
-    J, own = state.linear.by_unknowns[measured], slice(objective.dense)
-    weighted = normal.inverse_scales[measured] * normal.weights[measured, None, None] @ J
-    told = J.reshape(-1, objective.dense).T @ weighted.reshape(-1, objective.dense)
-    less[own, own] = (1 - GAUSSIAN) * INFORMATION * told
-    return less
+    share = np.empty(len(normal.weights))
+    for source in objective.rows.sources:
+        share[source] = _told(normal.squares[source])
+    weights = (1 - share) * normal.weights
+    return INFORMATION * curvature(objective, state, normal.inverse_scales * weights[:, None, None])
+
+
+def _told(squares: np.ndarray) -> float:
+    """Return how much errors tell, relative to what the curvature says.
+
+    It is a^2 / (b k), with a and b the means of psi's slope and square, psi being the slope of t in
+    (A1): the variance of a robust fit is b / a^2 (Huber 1967). 1 for Student's errors, 0.89 for
+    Gaussian ones. Only the errors' distribution counts, not how large they are.
+
+    Args:
+        squares: e_i^T C_i^-1 e_i, shape (N,).
+    """
+    if not squares.any():
+        return 1.0
+    for _ in range(TAIL_STEPS):
+        weights = (NU + 3) / (NU + squares)
+        squares = squares * 3 / np.mean(weights * squares)
+    weights = (NU + 3) / (NU + squares)
+    slope = np.mean(weights - 2 / 3 * weights**2 * squares / (NU + 3))
+    return float(slope**2 / (np.mean(weights**2 * squares) / 3 * INFORMATION))
 
 
 def _of_arm(
@@ -176,8 +193,8 @@ def _log_evidence(objective: Objective, state: State) -> float:
     """Return the part of (A6) that needs no curvature."""
     constant = lgamma((NU + 3) / 2) - lgamma(NU / 2) - 1.5 * log(NU * pi)
     result = len(state.linear.errors) * constant - value(objective, state)
-    for group, members in priors(state):
-        P = group.precision(members, group.width)
+    for group, free in priors(state):
+        P = group.precision(group.width, free)
         result += 0.5 * float(np.linalg.slogdet(P)[1]) - 0.5 * (group.width / group.scale) ** 2
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
@@ -191,10 +208,9 @@ def inverse(H: np.ndarray, free: np.ndarray) -> np.ndarray:
         H: The matrix, shape (n, n).
         free: Which rows and columns count, shape (n,); the others are zero in the inverse.
     """
-    part = H[np.ix_(free, free)]
-    scale = 1 / np.sqrt(np.diag(part))
+    rows = np.ix_(free, free)
+    scale = 1 / np.sqrt(np.diag(H)[free])
+    units = scale[:, None] * scale
     whole = np.zeros_like(H)
-    whole[np.ix_(free, free)] = (
-        np.linalg.inv(part * scale[:, None] * scale) * scale[:, None] * scale
-    )
+    whole[rows] = np.linalg.inv(H[rows] * units) * units
     return whole

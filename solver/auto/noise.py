@@ -21,7 +21,8 @@ NU = 5.0
 """Degrees of freedom of Student's t distribution of the errors. Unlike a Gaussian it expects a
 large error now and then, so that a ball that was badly seated hardly pulls at the fit."""
 INFORMATION = (NU + 3) / (NU + 5)
-"""How much one sample with such noise tells, relative to one with Gaussian noise of scale C_i."""
+"""Information of one sample with Student's noise, as a share of one with Gaussian noise of scale
+C_i."""
 NEGLIGIBLE = 0.05
 """Whatever moves the ball by less than this share of the noise is taken for zero."""
 SMALLEST = 1e-7

@@ -12,7 +12,15 @@ import numpy as np
 from .noise import INFORMATION, NU
 from .objective import Objective, State, knowledge
 
-__all__ = ["NormalEquations", "leverage", "normal_equations", "predicted_errors", "value", "weigh"]
+__all__ = [
+    "NormalEquations",
+    "curvature",
+    "leverage",
+    "normal_equations",
+    "predicted_errors",
+    "value",
+    "weigh",
+]
 
 
 @dataclass(frozen=True)
@@ -25,6 +33,10 @@ class NormalEquations:
     """Its slope, shape (n,)."""
     inverse_scales: np.ndarray
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
+    known: np.ndarray
+    """W (l - d) and the like, see :func:`~mukca.solver.auto.objective.knowledge`."""
+    squares: np.ndarray
+    """e_i^T C_i^-1 e_i, shape (N,)."""
     weights: np.ndarray
     """w_i, robust weight of each sample, shape (N,)."""
 
@@ -55,22 +67,31 @@ def scales(objective: Objective, state: State) -> np.ndarray:
     return scales
 
 
-def value(objective: Objective, state: State, volume: float = 1.0) -> float:
+def value(
+    objective: Objective,
+    state: State,
+    volume: float = 1.0,
+    normal: NormalEquations | None = None,
+) -> float:
     """Return L of (A1) at a state, but for a constant.
 
     Args:
         objective: What is minimised.
         state: Where.
         volume: How much of the last term counts.
+        normal: The normal equations there, where they are known already.
     """
-    _, squares, _ = weigh(objective, state)
-    sizes = np.linalg.slogdet(scales(objective, state))[1]
+    if normal is None:
+        (inverse, squares, _), known = weigh(objective, state), knowledge(objective, state)[1]
+    else:
+        inverse, squares, known = normal.inverse_scales, normal.squares, normal.known
+    sizes = -np.linalg.slogdet(inverse)[1]
     cost = 0.5 * float(sizes.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
-    cost += 0.5 * float(np.sum(knowledge(objective, state)[1] ** 2))
+    cost += 0.5 * float(np.sum(known**2))
     for group in state.groups:
         if group.width:
             apart = state.x[group.members] - group.mean
-            cost += 0.5 * float(apart @ group.precision(group.members, group.width) @ apart)
+            cost += 0.5 * float(apart @ group.precision(group.width) @ apart)
     return cost + volume * state.linear.volume
 
 
@@ -83,26 +104,32 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     B is the derivative of the distances l by all unknowns, and k says how much one sample with
     Student's noise tells, relative to one with Gaussian noise.
     """
-    inverse, _, weights = weigh(objective, state)
+    inverse, squares, weights = weigh(objective, state)
+    weighted = inverse * weights[:, None, None]
+    J, size = state.linear.by_unknowns, objective.dense
+    We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
+    gradient = np.zeros(objective.size)
+    gradient[:size] = J.reshape(-1, size).T @ We.ravel()
+    gradient[size:] = -objective.rows.by_socket(We).ravel()
+    B, b = knowledge(objective, state)
+    information = INFORMATION * curvature(objective, state, weighted) + B.T @ B
+    return NormalEquations(information, gradient + B.T @ b, inverse, b, squares, weights)
+
+
+def curvature(objective: Objective, state: State, weighted: np.ndarray) -> np.ndarray:
+    """Return sum_i [J_i, -I]^T V_i [J_i, -I], shape (n, n), for weights V_i, shape (N, 3, 3)."""
     size, S = objective.dense, objective.rows.socket_count
     J = state.linear.by_unknowns
-    weighted = inverse * weights[:, None, None]
     WJ = weighted @ J
-    We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
-    information, gradient = np.zeros((objective.size,) * 2), np.zeros(objective.size)
-    rows = J.reshape(-1, size)
-    information[:size, :size] = rows.T @ WJ.reshape(-1, size)
-    gradient[:size] = rows.T @ We.ravel()
     by_socket = objective.rows.by_socket
+    total = np.zeros((objective.size,) * 2)
+    total[:size, :size] = J.reshape(-1, size).T @ WJ.reshape(-1, size)
     across = -by_socket(WJ).reshape(3 * S, size)
-    information[size:, :size], information[:size, size:] = across, across.T
+    total[size:, :size], total[:size, size:] = across, across.T
     for k, own in enumerate(by_socket(weighted)):
         centre = slice(size + 3 * k, size + 3 * k + 3)
-        information[centre, centre] = own
-    gradient[size:] = -by_socket(We).ravel()
-    B, b = knowledge(objective, state)
-    information = INFORMATION * information + B.T @ B
-    return NormalEquations(information, gradient + B.T @ b, inverse, weights)
+        total[centre, centre] = own
+    return total
 
 
 def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:

@@ -33,6 +33,7 @@ their priors, and the robot should not shrink.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -60,8 +61,11 @@ __all__ = [
     "start",
 ]
 
+Balls = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Balls, each in its own robot's base, and their derivatives by x and by the joints."""
 LOOSE = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
-"""Where nothing holds a frame, a step turns and shifts it by no more than 1 rad and 10 m."""
+"""A weak prior, in 1/rad and 1/m, for frames that the data do not hold: one step then turns a frame
+by 1 rad at most, and shifts it by 10 m."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +79,12 @@ class Objective:
     whiten: np.ndarray
     """W, for K measured distances, shape (K, K) [1/m]."""
 
-    @property
+    @cached_property
     def dense(self) -> int:
         """Number of unknowns before the socket centres: x, and six for each frame."""
         return self.model.size + 6 * self.rows.frame_count
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number n of all unknowns."""
         return self.dense + 3 * self.rows.socket_count
@@ -103,6 +107,11 @@ class Linear:
     """The last term of L."""
     by_volume: np.ndarray
     """Its derivatives by all unknowns, shape (n,)."""
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """Mean square of how far each unknown moves the ball per axis, shape (dense,)."""
+        return np.einsum("nij,nij->j", self.by_unknowns, self.by_unknowns) / self.errors.size
 
 
 @dataclass(frozen=True)
@@ -129,7 +138,7 @@ def build_objective(model: ExtendedModel | Arms, data: Observations | Scene) -> 
     """Return the objective of one robot or several, and what is known of them."""
     model, scene = as_arms(model), as_scene(data)
     log_volumes = tuple(
-        one.ball.log_volume(one.ball.nominal, arm.positions)[0]
+        one.log_volume(np.zeros(one.size), arm.positions)[0]
         for one, arm in zip(model.models, scene.arms, strict=True)
     )
     whiten = np.linalg.inv(np.linalg.cholesky(scene.arms[0].distance_covariance()))
@@ -156,13 +165,14 @@ def start(objective: Objective, joint_noise: bool, near: World | None = None) ->
         if near is not None:
             x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
         groups += [replace(g, members=g.members + own.start) for g in mine]
-    points = _balls(objective, x)[0]
+    balls = _balls(objective, x)
+    points = balls[0]
     frames = rows.place_frames(points)
     in_world = _in_world(objective, frames, points)
     centres = np.array(
         [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
     ).reshape(-1, 3)
-    linear = linearise(objective, x, centres, frames)
+    linear = linearise(objective, x, centres, frames, balls)
     noises = tuple(
         _first_noise(linear, source, joint_noise) if near is None else _noise(rows, source, near)
         for source in rows.sources
@@ -209,11 +219,18 @@ def _first_noise(linear: Linear, source: np.ndarray | slice, joint_noise: bool) 
 
 
 def linearise(
-    objective: Objective, x: np.ndarray, centres: np.ndarray, frames: tuple[Pose, ...] = ()
+    objective: Objective,
+    x: np.ndarray,
+    centres: np.ndarray,
+    frames: tuple[Pose, ...] = (),
+    balls: Balls | None = None,
 ) -> Linear:
-    """Return the samples' errors and their derivatives at some unknowns."""
+    """Return the samples' errors and their derivatives at some unknowns.
+
+    ``balls`` are the balls there, where they are known already.
+    """
     model, rows = objective.model, objective.rows
-    points, by_x, by_joints = _balls(objective, x)
+    points, by_x, by_joints = balls or _balls(objective, x)
     errors, by_x, by_joints = _errors(objective, points, by_x, by_joints, centres, frames)
     by_x, by_joints = np.ascontiguousarray(by_x), np.ascontiguousarray(by_joints)  # far faster
     volume, by_volume = 0.0, np.zeros(objective.size)
@@ -221,8 +238,8 @@ def linearise(
         count = rows.volumes[i]
         if count:
             positions = rows.scene.arms[i].positions
-            log_volume, slope = one.ball.log_volume(one.values(x[own]), positions)
-            by_volume[own.start : own.start + one.geometry] = -count * slope
+            log_volume, slope = one.log_volume(x[own], positions)
+            by_volume[own] = -count * slope
             volume -= count * (log_volume - objective.nominal_log_volumes[i])
     return Linear(points, errors, by_x, by_joints, volume, by_volume)
 
@@ -237,7 +254,7 @@ def moved(objective: Objective, state: State, change: np.ndarray) -> State:
     return replace(state, x=x, centres=centres, frames=frames, linear=linear)
 
 
-def _balls(objective: Objective, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _balls(objective: Objective, x: np.ndarray) -> Balls:
     """Return all balls, each in its own robot's base, and derivatives by x and by the joints."""
     model, scene = objective.model, objective.rows.scene
     parts = [
@@ -330,17 +347,17 @@ def knowledge(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarra
 
 
 def priors(state: State) -> list[tuple[PriorGroup, np.ndarray]]:
-    """Return the groups that have a width, and the members of each that are not held."""
-    kept = [(g, g.members[~state.at_zero[g.members]]) for g in state.groups if g.width]
-    return [(group, members) for group, members in kept if len(members)]
+    """Return the groups that have a width, and which members of each are not held."""
+    kept = [(g, ~state.at_zero[g.members]) for g in state.groups if g.width]
+    return [(group, free) for group, free in kept if free.any()]
 
 
 def free_unknowns(objective: Objective, state: State) -> np.ndarray:
     """Return which of all unknowns are not held at zero, shape (n,)."""
     free = np.ones(objective.size, dtype=bool)
     free[: objective.model.size] = False
-    for _, members in priors(state):
-        free[members] = True
+    for group, kept in priors(state):
+        free[group.members[kept]] = True
     return free
 
 
@@ -366,9 +383,9 @@ def prior_precision(objective: Objective, state: State, *, widened: bool = False
         widened: Whether to count that the widths are uncertain themselves.
     """
     P = np.zeros((objective.size, objective.size))
-    for group, members in priors(state):
-        width = group.deviation if widened else group.width
-        P[np.ix_(members, members)] = group.precision(members, width)
+    for group, free in priors(state):
+        width, members = group.deviation if widened else group.width, group.members[free]
+        P[members[:, None], members] = group.precision(width, free)
     frames = np.arange(objective.model.size, objective.dense)
     P[frames, frames] = np.tile(LOOSE**2, objective.rows.frame_count)
     return P

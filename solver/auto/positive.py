@@ -17,7 +17,7 @@ SETTLED = 1e-6
 
 
 class Bounds:
-    """The factors that stand for the bounds, and the logarithm of what they leave of the curve."""
+    """Gaussian factors that replace the bounds, and how much of the bell curve lies within them."""
 
     def __init__(self, precision: np.ndarray, pull: np.ndarray, log_share: float) -> None:
         self.precision = precision

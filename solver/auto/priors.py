@@ -9,6 +9,7 @@ less than so many separate changes.
 """
 
 from dataclasses import dataclass, replace
+from math import log
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from ..data.observations import Observations
 from .deflection import COMPLIANCE, ELASTICITY, PLAY, ZERO
 from .extended_model import Expected, ExtendedModel
 
-__all__ = ["PriorGroup", "prior_groups"]
+__all__ = ["PriorGroup", "play_group", "prior_groups"]
 
 BALL_WIDTH = 0.1
 """Width of the prior of the ball's place on the flange [m]: so wide that the data decide alone."""
@@ -33,17 +34,21 @@ ZERO_WIDTH = float(np.deg2rad(3))
 PRINTED = {"translation": 2e-4, "rotation": 7e-4}
 """Typical widths of lengths [m] and angles [rad] where the zeros are free, too: what printed parts
 are off by. The zeros are then the larger part of what is wrong with the angles."""
-PLAY_WIDTH, PLAY_DIFFERENCE = float(np.deg2rad(0.3)), float(np.deg2rad(0.1))
-"""Standard deviations of half the play of a servo, and of how joints differ in it [rad]. Where a
-joint carries its load on one side throughout, the other joints tell what its zero must leave."""
+HALF_PLAY = float(np.deg2rad(0.3))
+"""Of a servo, as it is believed to be until the noise of its joints shows it [rad]."""
 TYPICAL_SPREAD = 1.0
 """Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
 SHYEST, BOLDEST = 0.3, 10.0
-"""How many times as far as (A4) says a width goes, at least and at most."""
+"""A width's step is the one of (A4) times a factor between these two, by how well earlier steps
+went."""
 ALIKE = 0.3
-"""By what share of itself the elasticity of one arm differs from that of its type."""
+"""By what share of itself the elasticity of one arm differs from that of its type; and half the
+play of a joint from that of the others, and that of all from what their noise shows."""
+FALLING = 0.05
+"""Relative change in a step from which on a width falls, and not just settles."""
 SMALLEST_WIDTH = 1e-9
 """A width is never less: rounding would leave nothing of the scale that lengths share."""
+EVERY = slice(None)
 
 
 @dataclass(frozen=True)
@@ -71,28 +76,31 @@ class PriorGroup:
     """t: a change of all members together that the prior allows in addition, shape (members,).
     For lengths it is how they change when the whole robot grows by 0.2 %. None: no such change."""
     expected: Expected | None = None
-    """What other arms of the type have, and how well that is known; None for zero, exactly."""
+    """What other arms of the type have, or what the noise shows of play, and how well that is
+    known; None for zero, exactly."""
 
     def covariance(self, width: float) -> np.ndarray:
         """Return the members' prior covariance D + t t^T, for s_g a given width.
 
         D is s_g^2 I, and with what other arms tell, the squares of its deviations added.
         """
-        t = self._common
-        return np.diag(self._variances(width)) + np.outer(t, t)
+        D = np.diag(self._variances(width))
+        return D if self.common is None else D + np.outer(self.common, self.common)
 
-    def precision(self, members: np.ndarray, width: float) -> np.ndarray:
+    def precision(self, width: float, free: np.ndarray | slice = EVERY) -> np.ndarray:
         """Return the prior precision (inverse covariance) of some of the members.
 
         The members that are left out are held at zero. By Sherman and Morrison's formula,
         (D + t t^T)^-1 = D^-1 - D^-1 t t^T D^-1 / (1 + t^T D^-1 t).
 
         Args:
-            members: Indices of those that count.
             width: s, in the unit of the group.
+            free: Which members count.
         """
-        kept = np.isin(self.members, members)
-        t, inverse = self._common[kept], 1 / self._variances(width)[kept]
+        inverse = 1 / self._variances(width)[free]
+        if self.common is None:
+            return np.diag(inverse)
+        t = self.common[free]
         scaled = inverse * t
         return np.diag(inverse) - np.outer(scaled, scaled) / (1 + t @ scaled)
 
@@ -106,10 +114,6 @@ class PriorGroup:
         return np.full(len(self.members), width**2) + own
 
     @property
-    def _common(self) -> np.ndarray:
-        return np.zeros(len(self.members)) if self.common is None else self.common
-
-    @property
     def deviation(self) -> float:
         """Standard deviation of the prior, larger than its width where that is uncertain itself.
 
@@ -120,7 +124,7 @@ class PriorGroup:
         gamma = max(self.effective, 4.0)
         return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
 
-    def updated(self, x: np.ndarray, covariance: np.ndarray, members: np.ndarray) -> "PriorGroup":
+    def updated(self, x: np.ndarray, covariance: np.ndarray, free: np.ndarray) -> "PriorGroup":
         """Return the group with a width closer to what the evidence prefers (MacKay 1992).
 
             gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2    s_g^2 = |x_g|^2 / gamma_g    (A4)
@@ -132,9 +136,9 @@ class PriorGroup:
         Args:
             x: How far those members that are free are from their mean.
             covariance: Sigma_g, their posterior covariance.
-            members: Their indices.
+            free: Which members they are.
         """
-        P = self.width**2 * self.precision(members, self.width)
+        P = self.width**2 * self.precision(self.width, free)
         effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
         squares, gamma = float(np.sum((P @ x) ** 2)), max(effective, 1e-9)
         square = squares / gamma
@@ -155,12 +159,15 @@ class PriorGroup:
         """Return by how much to change the logarithm of the width.
 
         (A4) alone may take hundreds of steps, each a little shorter than the one before, where a
-        width vanishes. The secant through this step and the last says where they lead to.
+        width vanishes. The secant through this step and the last says where they lead to: nowhere
+        if the width falls ever faster, so that it is halved at once.
         """
         if self.trail is None or now == self.trail[0] or not change:
             return change
         slope = (change - self.trail[1]) / (now - self.trail[0])
-        return float(np.clip(-1 / slope, SHYEST, BOLDEST)) * change if slope < 0 else change
+        if slope < 0:
+            return float(np.clip(-1 / slope, SHYEST, BOLDEST)) * change
+        return min(change, -log(2)) if max(change, self.trail[1]) < -FALLING else change
 
 
 def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, ...]:
@@ -213,14 +220,28 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
                 )
             )
         elif extension == PLAY:
-            alike = np.full(size, PLAY_WIDTH)
-            groups.append(
-                PriorGroup(PLAY, "rad", members_here, PLAY_DIFFERENCE, learned=False, common=alike)
-            )
+            groups.append(play_group(members_here, HALF_PLAY))
         else:
             groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=DEFLECTION))
         begin += size
     return tuple(groups)
+
+
+def play_group(members: np.ndarray, noise: float) -> PriorGroup:
+    """Return the prior of half the play of a robot's joints.
+
+    A joint without load rests anywhere in its play, and its angle is as noisy as half of that. A
+    joint that carries its load on one side throughout shows nothing of its own, and what it has
+    would pass for its zero: so it is believed to have what the noise shows of the others.
+
+    Args:
+        members: The unknowns.
+        noise: Standard deviation of the angles of joints without load [rad].
+    """
+    alike, around = np.ones(len(members)), max(ALIKE * noise, SMALLEST_WIDTH)
+    expected = noise * alike, 0 * alike
+    common = around * alike
+    return PriorGroup(PLAY, "rad", members, around, learned=False, common=common, expected=expected)
 
 
 def _printed(group: PriorGroup) -> PriorGroup:

@@ -44,8 +44,8 @@ LIKELY = 0.01
 """Models less probable than this are left out of the mean."""
 ENOUGH_PLACEMENTS = 3
 PARTS = 10
-"""Into so many parts are placements divided at most, each of which is left out once: the time of
-a fit to the others grows with their number, and so would the number of fits."""
+"""Placements are divided into at most this many parts, and each part is left out of a fit once. One
+fit for each placement would take too long where there are many."""
 
 
 @dataclass(frozen=True)

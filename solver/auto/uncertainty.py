@@ -114,7 +114,7 @@ def distance_deviations(
     direction = offset / distances[:, None].clip(1e-12)
     slopes = np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
     size = posterior.model.size
-    variances = np.einsum("ni,ij,nj->n", slopes, posterior.covariance[:size, :size], slopes)
+    variances = np.sum(slopes @ posterior.covariance[:size, :size] * slopes, axis=1)
     return distances, np.sqrt(variances)
 
 

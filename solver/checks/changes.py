@@ -11,14 +11,18 @@ import numpy as np
 
 from ..auto.noise import NU
 from ..data.measurements import Measurement
-from .rigid import RigidFit, RigidModel, Samples
+from .rigid import RigidFit, RigidModel, Samples, median
 
 __all__ = ["Change", "Part", "cut", "find_parts", "split_at"]
 
 SIGNIFICANT = 40.0
-"""Of the squared jump over its variance, about 3 were it chance alone."""
+"""A jump counts if its square is this many times its variance; by chance it would be about 3
+times."""
 SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
+PLAYED = 2.3e-3
+"""Noise of arms made of servos is not taken for less [m]: their play moves successive samples
+together, as a knock would. Of 96 sockets with 0.7 degrees of it, one would need 1.93 mm."""
 SIDE = 4
 """Samples needed on each side of a change."""
 LARGE_MOVE, LARGE_SIDE = 1e-2, 3
@@ -26,7 +30,7 @@ LARGE_MOVE, LARGE_SIDE = 1e-2, 3
 SAME_PLACE = 3e-3
 """Parts nearer to each other than this [m] were recorded at one place."""
 CANDIDATES = 100
-"""Places for a cut that are tried at once; between the best ones, others are tried next."""
+"""How many evenly spaced places for a cut are tried at first; then those near the best of them."""
 ROUNDS = 3
 
 
@@ -59,13 +63,16 @@ def find_parts(model: RigidModel, samples: Samples) -> tuple[RigidFit, list[Part
     The parts are one socket each in the fit: the longest of each socket first, in the order of
     the sockets, then all others in the order of the list.
     """
+    least = PLAYED if model.zeros else 0.0
     fit = model.fit(samples)
-    parts = [part for socket in range(samples.count) for part in _first_parts(fit, samples, socket)]
+    noise = max(fit.noise, least) ** 2
+    sockets = [fit.points[samples.sockets == k] for k in range(samples.count)]
+    parts = [part for k, points in enumerate(sockets) for part in _first_parts(k, points, noise)]
     if len(parts) == samples.count:
         return fit, parts
     for _ in range(ROUNDS):
         fit = model.fit(cut(samples, parts))
-        before, parts = parts, _settled(parts, fit, samples)
+        before, parts = parts, _settled(parts, fit, samples, max(fit.noise, least) ** 2)
         if parts == before:
             break
     parts = _ordered(parts, model.fit(cut(samples, parts)))
@@ -100,14 +107,13 @@ def _ordered(parts: Sequence[Part], fit: RigidFit) -> list[Part]:
     return main + [part for part in parts if part not in main]
 
 
-def _first_parts(fit: RigidFit, samples: Samples, socket: int) -> list[Part]:
+def _first_parts(socket: int, points: np.ndarray, noise: float) -> list[Part]:
     """Return the parts of a socket as the first fit shows them."""
-    points = fit.points[samples.sockets == socket]
-    ends = [*_cuts(points, fit.noise**2, 0, len(points)), len(points)]
+    ends = [*_cuts(points, noise, 0, len(points)), len(points)]
     return [Part(socket, begin, end) for begin, end in zip([0, *ends], ends, strict=False)]
 
 
-def _settled(parts: Sequence[Part], fit: RigidFit, samples: Samples) -> list[Part]:
+def _settled(parts: Sequence[Part], fit: RigidFit, samples: Samples, noise: float) -> list[Part]:
     """Return the parts with each cut where a better fit has it, without those that it denies."""
     settled = [parts[0]]
     for part in parts[1:]:
@@ -116,8 +122,8 @@ def _settled(parts: Sequence[Part], fit: RigidFit, samples: Samples) -> list[Par
             settled.append(part)
             continue
         points = fit.points[samples.sockets == part.socket][last.begin : part.end]
-        k = _exactly(points, last.end - last.begin, fit.noise**2)
-        kept = _significance(points, k, fit.noise**2) > SIGNIFICANT
+        k = _exactly(points, last.end - last.begin, noise)
+        kept = _significance(points, k, noise) > SIGNIFICANT
         ends = [last.begin + k, part.end] if kept else [part.end]
         settled[-1:] = [
             Part(part.socket, begin, end)
@@ -177,11 +183,11 @@ def _sides(points: np.ndarray, k: int, noise: float) -> tuple[list[np.ndarray], 
     that neither a far sample nor a jump hides the other.
     """
     sides = points[:k], points[k:]
-    medians = [np.median(side, axis=0) for side in sides]
+    medians = [median(side) for side in sides]
     squares = [np.sum((p - m) ** 2, axis=1) for p, m in zip(sides, medians, strict=True)]
-    variance = max(float(np.median(np.concatenate(squares))) / 2.366, noise)  # chi2 with 3
+    variance = max(float(median(np.concatenate(squares))) / 2.366, noise)  # chi2 with 3
     weights = [1 / (NU + d / variance) for d in squares]
-    return [np.average(p, axis=0, weights=w) for p, w in zip(sides, weights, strict=True)], variance
+    return [w @ p / w.sum() for p, w in zip(sides, weights, strict=True)], variance
 
 
 def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:

@@ -5,66 +5,55 @@ wrong guess about a wrist that turns near the ball costs little, so fits decide,
 it is.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from itertools import combinations
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from ..data.measurements import Measurement
 from ..robot.urdf import Robot
 from .finding import Finding, where_of
+from .guesses import Guess, as_they_are, signs, swaps, with_zero
+from .offsets import USUAL, several
 from .rigid import RigidFit, RigidModel, Samples, samples_of
 
 __all__ = ["UNEXPLAINED", "column_findings", "columns_behind"]
 
 TOLERANCE = 0.02
-"""No arm is farther from its model than this on average, but for its ball's place [m]."""
+"""A right model is off by less than this on average, once the ball's place is fitted [m]."""
 UNEXPLAINED = 5e-3
-"""No arm is fitted worse than this [m]."""
+"""A fit to sound recordings leaves less than this [m]."""
+FAR_OFF = 1e-2
+"""Zeros of several joints are sought where the best simpler guess leaves more than this [m]."""
 ODDS, BETTER = 30.0, 0.9
-"""A sign is wrong if the other makes the samples e^30 times as likely, and the noise that much
-less."""
-USUAL = np.deg2rad(1.5)
-"""Joints' zeros may be off by less than this."""
+"""A sign is wrong if the opposite one makes the samples at least e^30 times as likely, and the
+noise at most 0.9 times as large."""
 MUCH = 0.5
-"""Part of the error of the model as it is that is left if a guess is right."""
+"""A right guess reduces the nominal model's error to this share of it, or less."""
 CLEARLY = 0.4
-"""Part of a simpler guess's error that a guess less simple must come down to."""
+"""A less simple guess is preferred if it leaves this share of a simpler one's error, or less."""
 GLANCE, LOOK = 90, 400
-"""Samples in all that a first look at a guess takes, and a fit."""
+"""How many samples are used to try a guess, and how many to fit the arm with it."""
 MOST_SIGNS = 8
-"""Signs of more joints are not tried all together."""
+"""Arms with more joints than this: their signs are tried one at a time only."""
 ZEROS, SMALL = np.deg2rad(np.arange(-180, 180, 15)), np.deg2rad(31)
 FINEST = np.deg2rad(0.2)
 """Zeros that are tried, which of them are likelier, and how finely the best one is searched."""
 
-
-@dataclass(frozen=True)
-class _Guess:
-    """What the columns may be instead: q[order] * signs - zeros."""
-
-    code: str
-    text: str
-    advice: str
-    order: np.ndarray
-    signs: np.ndarray
-    zeros: np.ndarray
-
-    def of(self, samples: Samples) -> Samples:
-        """Return samples as they would be."""
-        q = samples.positions[:, self.order] * self.signs - self.zeros
-        return Samples(q, samples.sockets)
+Judged = tuple[float, Guess]
+"""A guess, and the error that the model as it is has with it [m]."""
 
 
-def column_findings(model: RigidModel, measurements: Sequence[Measurement]) -> list[Finding]:
+def column_findings(
+    model: RigidModel, measurements: Sequence[Measurement], samples: Samples | None = None
+) -> list[Finding]:
     """Return which sign, swap or zero of the columns would explain placements better.
 
     Args:
         model: The arm.
         measurements: Placements that share the mistake, if there is one.
+        samples: Theirs, where some that lie elsewhere stand apart; None for all as recorded.
     """
-    samples = samples_of(measurements)
+    samples = samples or samples_of(measurements)
     few = samples.thinned(max(LOOK // samples.count, 4))
     glance = samples.thinned(max(GLANCE // samples.count, 4))
     fit, nominal = model.fit(few), model.nominal_error(glance)
@@ -109,7 +98,7 @@ def columns_behind(
     return _finding(guess, where_of(measurements), before, after), model.fit(guess.of(samples))
 
 
-def _finding(guess: _Guess, where: str, before: float, after: float) -> Finding:
+def _finding(guess: Guess, where: str, before: float, after: float) -> Finding:
     text = f"{guess.text} the error falls from {_mm(before)} to {_mm(after)} mm"
     return Finding("error", guess.code, where, text, guess.advice)
 
@@ -120,9 +109,11 @@ def _mm(error: float) -> str:
 
 def _weak_signs(model: RigidModel, samples: Samples, fit: RigidFit, where: str) -> list[Finding]:
     """Return a joint near whose axis the ball is, if the samples fit better with its other sign."""
+    if not samples.tell(len(fit.x)):
+        return []
     least = fit.noise * min(BETTER, np.exp(-ODDS / (3 * len(samples.sockets))))
     findings: list[Finding] = []
-    for guess in _signs(model.robot, 1):
+    for guess in signs(model.robot, 1):
         other = guess.of(samples)
         if model.nominal_error(other) > TOLERANCE:
             continue
@@ -133,104 +124,62 @@ def _weak_signs(model: RigidModel, samples: Samples, fit: RigidFit, where: str) 
     return findings
 
 
-def _best(model: RigidModel, samples: Samples) -> _Guess:
+def _best(model: RigidModel, samples: Samples) -> Guess:
     """Return the guess by which the model explains samples best, with nothing but its ball free.
 
-    One joint's mistake first, a sign before a swap before a zero where they explain as much; then,
-    if none does, signs of several.
+    One mistake first, a sign before a swap before a zero where they explain as much; then, if none
+    does, signs of several joints, then zeros of some with a sign or a swap at most.
     """
     robot = model.robot
     joints = len(robot.actuated)
 
-    def error(guess: _Guess) -> float:
-        return model.nominal_error(guess.of(samples))
+    def judged(guess: Guess) -> Judged:
+        return model.nominal_error(guess.of(samples)), guess
 
     # A turn of the first or the last joint is one of the base frame or of the ball.
     turning = [j for j in range(1, joints - 1) if robot.actuated[j].type != "prismatic"]
-    kinds = [_signs(robot, 1), _swaps(robot), [_best_zero(robot, j, error) for j in turning]]
-    best, least = None, np.inf
-    for guesses in kinds:
-        guess = min(guesses, key=error)
-        if error(guess) < CLEARLY * least:
-            best, least = guess, error(guess)
+    zeros = [_best_zero(robot, j, judged) for j in turning]
+    best = _least(map(judged, signs(robot, 1)))
+    best = _clearly(best, _least(map(judged, swaps(robot))))
+    best = _clearly(best, _least(zeros)) if zeros else best
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
-        if least > TOLERANCE:
-            guess = min(_signs(robot, count), key=error)
-            if error(guess) < CLEARLY * least:
-                best, least = guess, error(guess)
-    assert best is not None
-    return best
+        if best[0] > TOLERANCE:
+            best = _clearly(best, _least(map(judged, signs(robot, count))))
+    if best[0] > FAR_OFF and not model.zeros and samples.tell(3 + len(turning)):
+        far = [guess for _, guess in zeros]
+        starts = [as_they_are(robot), *signs(robot, 1), *swaps(robot), *far]
+        found = several(model, samples, starts, turning)
+        if found is not None and judged(found)[0] < TOLERANCE:
+            best = _clearly(best, judged(found))
+    return best[1]
 
 
-def _best_zero(robot: Robot, joint: int, error: Callable[[_Guess], float]) -> _Guess:
+def _least(guesses: Iterable[Judged]) -> Judged:
+    return min(guesses, key=lambda judged: judged[0])
+
+
+def _clearly(simpler: Judged, other: Judged) -> Judged:
+    """Return the simpler guess, unless the other is clearly better."""
+    return other if other[0] < CLEARLY * simpler[0] else simpler
+
+
+def _best_zero(robot: Robot, joint: int, judged: Callable[[Guess], Judged]) -> Judged:
     """Return the best guess of a joint's zero: a small one, unless a large one is clearly better.
 
     Near a wrist, one that is half a turn off may look almost right.
     """
-    small = _searched(robot, joint, ZEROS[abs(ZEROS) < SMALL], error)
-    large = _searched(robot, joint, ZEROS, error)
-    return large if error(large) < CLEARLY * error(small) else small
+    right = as_they_are(robot)
+    tried = [judged(with_zero(right, joint, zero)) for zero in ZEROS.tolist()]
+    small = _least(one for one in tried if abs(one[1].zeros[joint]) < SMALL)
+    return _clearly(*(_searched(joint, start, judged) for start in (small, _least(tried))))
 
 
-def _searched(
-    robot: Robot, joint: int, zeros: np.ndarray, error: Callable[[_Guess], float]
-) -> _Guess:
-    """Return the best of some zeros, searched by halves there."""
-    guess = min((_zero(robot, joint, zero) for zero in zeros.tolist()), key=error)
+def _searched(joint: int, best: Judged, judged: Callable[[Guess], Judged]) -> Judged:
+    """Return the best zero near that of a guess, searched by halves."""
     step = float(ZEROS[1] - ZEROS[0]) / 2
     while step > FINEST:
-        zero = float(guess.zeros[joint])
-        guess = min((_zero(robot, joint, z) for z in (zero, zero - step, zero + step)), key=error)
+        guess = best[1]
+        beside = (float(guess.zeros[joint]) + side for side in (-step, step))
+        best = _least([best, *(judged(with_zero(guess, joint, zero)) for zero in beside)])
         step /= 2
-    return guess
-
-
-def _signs(robot: Robot, count: int) -> Iterator[_Guess]:
-    m = len(robot.actuated)
-    for joints in combinations(range(m), count):
-        signs = np.ones(m)
-        signs[list(joints)] = -1
-        yield _Guess(
-            "sign",
-            f"{_names(robot, joints)} sign-flipped: with -q",
-            "change the sign in the recording, or of the axis in the model",
-            np.arange(m),
-            signs,
-            np.zeros(m),
-        )
-
-
-def _swaps(robot: Robot) -> Iterator[_Guess]:
-    m = len(robot.actuated)
-    for i, j in combinations(range(m), 2):
-        order = np.arange(m)
-        order[[i, j]] = j, i
-        yield _Guess(
-            "swap",
-            f"{_names(robot, (i, j))} swapped: with their columns exchanged",
-            "bring the columns into the order of the model's chain",
-            order,
-            np.ones(m),
-            np.zeros(m),
-        )
-
-
-def _zero(robot: Robot, joint: int, zero: float) -> _Guess:
-    m = len(robot.actuated)
-    zeros = np.zeros(m)
-    zeros[joint] = zero
-    return _Guess(
-        "zero",
-        f"{_names(robot, (joint,))} off by {np.rad2deg(zero):+.1f} deg: with that taken off",
-        "set the joint's zero, or choose the model of this robot's version",
-        np.arange(m),
-        np.ones(m),
-        zeros,
-    )
-
-
-def _names(robot: Robot, joints: Sequence[int]) -> str:
-    numbers = " and ".join(str(joint + 1) for joint in joints)
-    names = ", ".join(robot.joint_names[joint] for joint in joints)
-    many = len(joints) > 1
-    return f"joint{'s' * many} {numbers} ({names}) look{'s' * (not many)}"
+    return best

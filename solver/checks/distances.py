@@ -21,16 +21,17 @@ from .rigid import RigidFit
 __all__ = ["DistanceVerdict", "Scale", "judge_distances", "named", "size_level"]
 
 SUSPECT, WRONG = 0.003, 0.01
-"""Change of an arm's scale that no arm should have, and that none has."""
+"""How far an arm's size may differ from its model's, as a share: more than the first is doubtful,
+more than the second is a mistake."""
 ARMS = 0.002
 """Standard deviation of the scale of real arms about their models."""
 DEVIATIONS = 3
 CORRELATED = 3
-"""Errors of a sample and the next are correlated by about a half: so much larger is the variance
-of their means."""
+"""Variance of a mean of samples, relative to that of independent ones: the errors of a sample and
+the next are correlated by about a half."""
 ODD = 0.03
-"""A placement whose distance differs by this part from the others' has a reason of its own. Where
-it was measured anew, a smaller part (WRONG) has one."""
+"""A placement whose distance differs from the others' by this share is wrong for a reason of its
+own. Where the distance was measured anew, the smaller share WRONG is enough."""
 SAME_DISTANCE = 2e-5
 """Distances that differ by less are of one base, measured again [m]."""
 SAME_PLACE = 0.2

@@ -6,8 +6,10 @@ from typing import Any
 
 from ..data.measurements import Measurement
 
-__all__ = ["EVERYWHERE", "Finding", "row_of", "where_of"]
+__all__ = ["EVERYWHERE", "OF_JOINTS", "Finding", "row_of", "where_of"]
 
+OF_JOINTS = ("sign", "swap", "zero", "model")
+"""Codes of findings on what the columns mean: such a mistake makes the arm's size wrong, too."""
 EVERYWHERE = "all placements"
 """Where something stands that concerns several placements."""
 

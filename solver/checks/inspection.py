@@ -38,7 +38,8 @@ __all__ = [
 ]
 
 BAD_FLOOR = 2.5
-"""A placement that alone leaves this many times the others' error is not to be trusted."""
+"""A placement is not to be trusted if the fit to it alone leaves this many times the error that is
+usual for the others."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Inspection:
 
     measured: Measurement
     floor: float
-    """What it leaves when fitted alone, see :func:`fitted_alone` [m]."""
+    """Mean error of a fit to this placement alone, see :func:`fitted_alone` [m]."""
     changes: tuple[Change, ...]
     findings: tuple[Finding, ...]
     centre: np.ndarray
@@ -103,20 +104,21 @@ def inspect_all(
     if not measurements:
         return Survey((), (), None)
     model = RigidModel(robot, parameters, zeros=zeros)
-    alone = [find_parts(model, samples_of([m])) for m in measurements]
-    floors = [fit.error for fit, _ in alone]
+    alone = {m.name: find_parts(model, samples_of([m])) for m in measurements}
+    floors = [fit.error for fit, _ in alone.values()]
     bad = {
         m.name: [] if typical is None else _bad(model, m, floor, typical)
         for m, floor, typical in zip(measurements, floors, standing_out(floors), strict=True)
     }
     good = [m for m in measurements if not bad[m.name]]
-    columns = column_findings(model, good)
-    # A mistake in all columns shows as anything: told first, and alone.
-    explained = any(finding.level == "error" for finding in columns)
-    together, parts = find_parts(model, samples_of(good))
+    together, parts = alone[good[0].name] if len(good) == 1 else find_parts(model, samples_of(good))
     labels = tuple((m.name, socket) for m in good for socket in m.sockets)
     sockets = Sockets(labels, together.centres[: len(labels)], together.noise)
-    placed = {m.name: elsewhere(m, parts, together, sockets) for m in good}
+    placed = {m.name: elsewhere(m, parts, together, sockets, zeros=zeros) for m in good}
+    apart = together.error < UNEXPLAINED and any(findings for findings, _ in placed.values())
+    columns = column_findings(model, good, together.samples if apart else None)
+    # A mistake in all columns shows as anything: told first, and alone.
+    explained = any(finding.level == "error" for finding in columns)
     moved = [name for name, (_, changes) in placed.items() if changes]
     kept = {m.name for m in good}
     usable = [k for k in known if {k.first[0], k.second[0]} <= kept]
@@ -131,7 +133,8 @@ def inspect_all(
         findings = bad[measured.name]
         if not explained and not findings:
             findings, changes = placed[measured.name]
-            findings += far_samples(measured, alone[i][1], alone[i][0], sockets)
+            fit, own = alone[measured.name]
+            findings += far_samples(measured, own, fit, sockets)
             findings += (
                 [distances.single[measured.name]] if measured.name in distances.single else []
             )

@@ -22,26 +22,28 @@ from ..robot.kinematics import BallModel
 from ..robot.parameters import Parameter, all_parameters
 from ..robot.urdf import Robot
 
-__all__ = ["RigidFit", "RigidModel", "Samples", "samples_of"]
+__all__ = ["RigidFit", "RigidModel", "Samples", "median", "samples_of"]
 
 TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
 """Widths of the priors [m], [rad]: as far as arms are from their models."""
 SCALE = 1e-5
-"""So closely is the scale held at nominal."""
+"""Standard deviation of the prior that holds the arm's scale at nominal."""
 ITERATIONS = 40
+FAR_ZERO = np.deg2rad(30)
+"""So far may a joint's zero be off that is sought [rad]."""
 GLANCES = 6
-"""Iterations for the ball's place alone."""
+"""Iterations for the ball's place, and zeros."""
 SETTLED = 1e-2
 """Relative change of the noise, and change of the unknowns in widths, at which a fit ends."""
 LARGEST_STEP = 0.2
 """Of any unknown in an iteration [m], [rad]."""
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
-WANDER = 1.5e-3
-"""Nor for less than this on arms made of servos [m]: their play moves successive samples together,
-as a base that was knocked would."""
+WANDER = 1.9e-3
+"""The same for arms made of servos [m]: their play moves whole sockets."""
 ENOUGH, LEAST = 4000, 20
-"""Samples in all that a fit looks at, and of a socket; more tell it little."""
+"""A fit uses about the first number of samples in all, and at least the second of each socket; more
+would hardly change it."""
 
 
 @dataclass(frozen=True)
@@ -53,15 +55,23 @@ class Samples:
     sockets: np.ndarray
     """Index of each sample's socket, shape (N,)."""
 
-    @property
+    @cached_property
     def count(self) -> int:
         """Number of sockets."""
         return int(self.sockets.max()) + 1
 
+    @cached_property
+    def rows(self) -> list[np.ndarray]:
+        """Which samples are in each socket."""
+        return [np.flatnonzero(self.sockets == k) for k in range(self.count)]
+
+    def tell(self, unknowns: int) -> bool:
+        """Whether they are enough: twice as many numbers as unknowns beside the sockets'."""
+        return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
+
     def thinned(self, enough: int) -> "Samples":
         """Return some of the samples, evenly from each socket."""
-        rows = [np.flatnonzero(self.sockets == k) for k in range(self.count)]
-        kept = [r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in rows]
+        kept = [r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in self.rows]
         few = np.concatenate(kept)
         return Samples(self.positions[few], self.sockets[few])
 
@@ -142,11 +152,32 @@ class RigidModel:
         Zeros that may be off by degrees are the best ones, too. It is the mean distance of samples
         from their socket, each by its weight.
         """
+        joints = range(samples.positions.shape[1]) if self.zeros else ()
+        return self._glance(samples, joints, ZERO_WIDTH)[1]
+
+    def nominal_zeros(self, samples: Samples, joints: Sequence[int]) -> np.ndarray:
+        """Return how far off zeros of some joints are by the model as it is, to first order.
+
+        A joint is truly at q less that where it reads q. Of all sets of zeros, it is the one with
+        the best place of the ball.
+        """
+        return self._glance(samples, joints, FAR_ZERO)[0][3:]
+
+    def _glance(
+        self, samples: Samples, joints: Sequence[int], width: float
+    ) -> tuple[np.ndarray, float]:
+        """Return by how much the ball's place and some zeros are off, and the error without.
+
+        Args:
+            samples: The samples.
+            joints: Those whose zeros may be off.
+            width: By about so much [rad].
+        """
         linear = self._place.linearise(self._place.nominal, samples.positions)
-        points, slopes, widths = linear.points, linear.by_parameters, [BALL] * 3
-        if self.zeros:
-            slopes = np.concatenate([slopes, linear.by_joints], axis=2)
-            widths += [ZERO_WIDTH] * linear.by_joints.shape[2]
+        points, by_joints = linear.points, linear.by_joints[:, :, list(joints)]
+        slopes = np.concatenate([linear.by_parameters, by_joints], axis=2)
+        widths = np.array([BALL] * 3 + [width] * len(joints))
+        off = np.zeros(len(widths))
         e = points - _medians(points, samples)[samples.sockets]
         noise = _typical(e)
         for _ in range(GLANCES):
@@ -155,10 +186,11 @@ class RigidModel:
             e = points - _means(points, samples, weights)[samples.sockets]
             centred = slopes - _means(slopes, samples, weights)[samples.sockets]
             A = (centred * weights[:, None, None]).reshape(-1, len(widths))
-            H = A.T @ centred.reshape(A.shape) + np.diag((noise / np.array(widths)) ** 2)
-            e = e - centred @ np.linalg.solve(H, A.T @ e.ravel())
+            H = A.T @ centred.reshape(A.shape) + np.diag((noise / widths) ** 2)
+            off = np.linalg.solve(H, A.T @ e.ravel())
+            e = e - centred @ off
         errors = np.linalg.norm(e, axis=1)
-        return float(np.average(errors, weights=_weights(e, noise)))
+        return off, float(np.average(errors, weights=_weights(e, noise)))
 
     def fit(self, samples: Samples) -> RigidFit:
         """Return the fit to some samples, at least one in each socket."""
@@ -200,20 +232,25 @@ class RigidModel:
 
 
 def _medians(points: np.ndarray, samples: Samples) -> np.ndarray:
-    return np.array([np.median(points[samples.sockets == k], axis=0) for k in range(samples.count)])
+    return np.array([median(points[rows]) for rows in samples.rows])
 
 
 def _means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
     """Return the weighted mean in each socket of values of shape (N, ...)."""
-    columns = (weights[:, None] * values.reshape(len(values), -1)).T
-    sums = np.array([np.bincount(samples.sockets, column, samples.count) for column in columns])
-    totals = np.bincount(samples.sockets, weights, samples.count)
-    return (sums / totals).T.reshape(-1, *values.shape[1:])
+    flat = values.reshape(len(values), -1)
+    means = np.array([weights[r] @ flat[r] / weights[r].sum() for r in samples.rows])
+    return means.reshape(-1, *values.shape[1:])
+
+
+def median(values: np.ndarray) -> np.ndarray:
+    """Return the median over the first axis; for few values NumPy's own takes ten times as long."""
+    values, n = np.sort(values, axis=0), len(values)
+    return (values[(n - 1) // 2] + values[n // 2]) / 2
 
 
 def _typical(errors: np.ndarray) -> float:
     """Return the scale of errors per axis by their median [m]."""
-    square = float(np.median(np.sum(errors**2, axis=1)))
+    square = float(median(np.sum(errors**2, axis=1)))
     return max(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
 
 

@@ -30,7 +30,7 @@ arm, and more than a guessed ball is off."""
 UNLIKE = 20.0
 """Coordinates whose spread is this many times that of the ball are not in metres."""
 SAME = 1e-6
-"""Nor are they measurements, if it is so small a share of it."""
+"""Coordinates whose spread is less than this share of the ball's are no measurements."""
 MIRRORED = 0.2
 """Coordinates fit much better mirrored, if that leaves less than this share of the error."""
 REWEIGHTINGS = 20
@@ -140,7 +140,7 @@ class Landmarks:
 
 
 def place_frames(frames: Sequence[Landmarks]) -> list[Pose]:
-    """Return where frames stand in the first one, as well as their common places tell.
+    """Return poses of frames in the first one, from the places that they have in common.
 
     It is where the search begins. Frame after frame is placed, the one that shares most with those
     placed already first.

@@ -15,6 +15,7 @@ __all__ = [
     "find_chain",
     "find_parents",
     "find_root",
+    "matrix_rpy",
     "require_link",
 ]
 
@@ -222,7 +223,7 @@ def find_bodies(
         name = link
         while mass and name not in index and name in parents:
             origin = text.origins[parents[name]]
-            centre = origin.xyz + _rotation(origin.rpy) @ centre
+            centre = origin.xyz + matrix_rpy(origin.rpy) @ centre
             name = _link(text, parents[name], "parent")
         if mass and name in index:
             x, y, z = centre.tolist()
@@ -230,8 +231,8 @@ def find_bodies(
     return tuple(bodies)
 
 
-def _rotation(rpy: Sequence[float]) -> np.ndarray:
-    """Return Rz(yaw) Ry(pitch) Rx(roll), for joints that no parameter changes."""
+def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return Rz(yaw) Ry(pitch) Rx(roll) of numbers, shape (3, 3)."""
     (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
     return np.array(
         [

@@ -16,7 +16,7 @@ it then turns by R(b, u) R(c, v) more, where b and c are those axes in its own f
 positions, or of 3 m numbers: the positions, all tilts about b, all tilts about c.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import Any
@@ -27,6 +27,7 @@ import numpy as np
 from .chain import Body, Joint
 from .row_function import RowFunction
 from .urdf import Robot
+from .urdf_text import Origin
 
 __all__ = [
     "BallModel",
@@ -46,11 +47,12 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 def rotation(axis: Sequence[float], angle: Any) -> Any:
     """Return the rotation matrix about a unit axis, by Rodrigues' formula.
 
-    R = I + sin(angle) K + (1 - cos(angle)) K^2, where K v is the cross product of axis and v.
+    R = a a^T + cos(angle) (I - a a^T) + sin(angle) K, where K v is the cross product of a and v.
     """
     x, y, z = axis
+    along = np.outer(axis, axis)
     K = ca.DM([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return ca.DM.eye(3) + ca.sin(angle) * K + (1 - ca.cos(angle)) * (K @ K)
+    return ca.DM(along) + ca.cos(angle) * ca.DM(np.eye(3) - along) + ca.sin(angle) * K
 
 
 def rotation_rpy(rpy: Any) -> Any:
@@ -69,22 +71,61 @@ def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any
     """
     R_base, p = ca.DM.eye(3), ca.DM.zeros(3)
     frames: list[tuple[Any, Any]] = []
-    m = sum(joint.actuated for joint in joints)
-    tilted = q.shape[0] > m
-    moving = 0
-    for i, joint in enumerate(joints):
-        p = p + R_base @ origins[6 * i : 6 * i + 3]
-        R_base = R_base @ rotation_rpy(origins[6 * i + 3 : 6 * i + 6])
-        if joint.actuated:
-            if joint.type == "prismatic":
-                p = p + R_base @ ca.DM(joint.axis) * q[moving]
-            else:
-                R_base = R_base @ rotation(joint.axis, q[moving])
-            for k, axis in enumerate(across(joint.axis) if tilted else ()):
-                R_base = R_base @ rotation(axis, q[(k + 1) * m + moving])
-            moving += 1
+    for transform in _transforms(joints, origins, q, 4):
+        T = transform(ca.DM.eye(4))
+        R_base, p = R_base @ T[:, :3], p + R_base @ T[:, 3]
         frames.append((R_base, p))
     return frames
+
+
+def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
+    """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`link_frames`.
+
+    It is where the last link begins. From there each joint, back to the base, carries it along: to
+    turn one point takes a third of what it takes to turn a frame.
+    """
+    p = ca.DM([0, 0, 0, 1])
+    for transform in reversed(_transforms(joints, origins, q, 1)):
+        p = ca.vertcat(transform(p), 1)
+    return p[:3]
+
+
+def _transforms(
+    joints: Sequence[Joint], origins: Any, q: Any, columns: int
+) -> list[Callable[[Any], Any]]:
+    """Return each joint's T(i-1, i) as a function of so many columns, see :func:`_transform`."""
+    m = sum(joint.actuated for joint in joints)
+    angles = 3 if q.shape[0] > m else 1
+    transforms: list[Callable[[Any], Any]] = []
+    moving = 0
+    for i, joint in enumerate(joints):
+        own = [q[k * m + moving] for k in range(angles if joint.actuated else 0)]
+        function = _transform(joint.type, joint.axis, len(own), columns)
+        transforms.append(partial(function, origins[6 * i : 6 * i + 6], ca.vertcat(*own)))
+        moving += joint.actuated
+    return transforms
+
+
+@lru_cache(maxsize=64)
+def _transform(kind: str, axis: tuple[float, ...], angles: int, columns: int) -> Any:
+    """Return T(i-1, i) of a kind of joint, as a CasADi function.
+
+    Its arguments are the joint's origin; its position and, where there are three angles, its
+    tilts; and columns (v, 1) for points or (v, 0) for vectors of the link after it, shape
+    (4, columns). It returns what they are in the link before, shape (3, columns).
+    """
+    origin, own = ca.SX.sym("origin", 6), ca.SX.sym("own", angles)
+    P = ca.SX.sym("P", 4, columns)
+    v, is_point = P[:3, :], P[3, :]
+    for k in range(angles - 1, 0, -1):
+        v = rotation(across(axis)[k - 1], own[k]) @ v
+    if kind == "prismatic":
+        v = v + own[0] * ca.DM(axis) @ is_point
+    elif kind != "fixed":
+        v = rotation(axis, own[0]) @ v
+    for k, of_frame in enumerate(np.eye(3).tolist()):
+        v = rotation(of_frame, origin[3 + k]) @ v
+    return ca.Function("T", [origin, own, P], [v + origin[:3] @ is_point])
 
 
 def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -98,11 +139,6 @@ def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]
     c = np.cross(axis, b)
     c *= np.copysign(1.0, c @ second)
     return tuple(b.tolist()), tuple(c.tolist())
-
-
-def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
-    """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`link_frames`."""
-    return link_frames(joints, origins, q)[-1][1]
 
 
 @dataclass(frozen=True)
@@ -130,14 +166,23 @@ class BallModel:
         self.robot = robot
         self.free = np.array(free, dtype=int)
         self.nominal: np.ndarray = robot.origins.ravel()[self.free]
-        chain = (robot.joints, tuple(self.free.tolist()))
+        self._given = robot.origins.ravel()
+        chain = (tuple(map(_kind, robot.joints)), tuple(self.free.tolist()))
         self._functions = _ball_functions(*chain, len(robot.actuated))
         self._tilted = partial(_ball_functions, *chain, 3 * len(robot.actuated))
-        self.function = self._functions.ball
+
+    @property
+    def function(self) -> Any:
+        """The ball's position as a CasADi function of the free numbers and one configuration."""
+        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(self.robot.actuated))
+        origins = ca.SX(self._given)
+        origins[self.free.tolist()] = x
+        p = ca.densify(ball_position(self.robot.joints, origins, q))
+        return ca.Function("ball", [x, q], [p], ["x", "q"], ["p"])
 
     def origins(self, parameters: np.ndarray) -> np.ndarray:
         """Return the origins of all joints for values of the free numbers, shape (joints, 6)."""
-        origins = self.robot.origins.ravel()
+        origins = self._given.copy()
         origins[self.free] = parameters
         return origins.reshape(-1, 6)
 
@@ -151,32 +196,35 @@ class BallModel:
         Returns:
             Shape (N, 3) [m].
         """
-        return self._of(positions).points(positions, parameters)[0]
+        return self._of(positions).points(positions, self._given, parameters)[0]
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
-        points, by_x, by_q = self._of(positions).linear(positions, parameters)
+        points, by_x, by_q = self._of(positions).linear(positions, self._given, parameters)
         (N, m), n = positions.shape, len(self.free)
         return Linearisation(points, by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
 
-    def log_volume(self, parameters: np.ndarray, positions: np.ndarray) -> tuple[float, np.ndarray]:
+    def log_volume(
+        self, parameters: np.ndarray, positions: np.ndarray
+    ) -> tuple[float, np.ndarray, np.ndarray]:
         """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
 
         A small box of joint positions becomes a body of ball positions whose volume is
         sqrt(det(Jq Jq^T)) times as large. For a robot of less than three joints there is no
-        volume, and both are zero.
+        volume, and all are zero.
 
         Args:
             parameters: The free numbers, shape (n,).
             positions: Joint positions, shape (N, m).
 
         Returns:
-            The mean over the positions, and its derivatives by the free numbers, shape (n,).
+            The mean over the positions, and its derivatives by the free numbers, shape (n,), and
+            by a turn of each joint in all positions, shape (m,).
         """
         if positions.shape[1] < 3:
-            return 0.0, np.zeros(len(self.free))
-        value, slope = self._functions.volume(positions, parameters)
-        return float(value.mean()), slope.mean(axis=0)
+            return 0.0, np.zeros(len(self.free)), 0 * positions[0]
+        value, slope, by_joints = self._functions.volume(positions, self._given, parameters)
+        return float(value.mean()), slope.mean(axis=0), by_joints.mean(axis=0)
 
     def _of(self, positions: np.ndarray) -> "_BallFunctions":
         """Return the functions for joint positions without or with tilts."""
@@ -185,27 +233,37 @@ class BallModel:
 
 
 class _BallFunctions:
-    """The ball's position, its derivatives and its volume as functions of x and rows q."""
+    """The ball's position, its derivatives and its volume as functions of x and rows q.
+
+    All origins are given as well, those that x replaces too, so that arms whose joints are of the
+    same kinds share the functions.
+    """
 
     def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int) -> None:
-        self._x = ca.SX.sym("x", len(free))
-        self._q = ca.SX.sym("q", columns)
-        origins = ca.SX(_origin_numbers(joints))
+        given = ca.SX.sym("given", 6 * len(joints))
+        self._x, self._q = ca.SX.sym("x", len(free)), ca.SX.sym("q", columns)
+        self._inputs = [given, self._x, self._q]
+        origins = ca.SX(given)
         origins[list(free)] = self._x
         self._p = ca.densify(ball_position(joints, origins, self._q))
-        self.ball = ca.Function("ball", [self._x, self._q], [self._p], ["x", "q"], ["p"])
-        self.points = RowFunction("points", [self._x, self._q], [self._p])
+
+    @cached_property
+    def points(self) -> RowFunction:
+        return RowFunction("points", self._inputs, [self._p])
 
     @cached_property
     def linear(self) -> RowFunction:
-        slopes = [ca.jacobian(self._p, by) for by in (self._x, self._q)]
-        return RowFunction("linear", [self._x, self._q], [self._p, *slopes])
+        n = self._x.numel()
+        slopes = ca.jacobian(self._p, ca.vertcat(self._x, self._q))
+        return RowFunction("linear", self._inputs, [self._p, slopes[:, :n], slopes[:, n:]])
 
     @cached_property
     def volume(self) -> RowFunction:
         J = ca.jacobian(self._p, self._q)
         value = 0.5 * ca.log(ca.det(J @ J.T))
-        return RowFunction("volume", [self._x, self._q], [value, ca.gradient(value, self._x)])
+        n = self._x.numel()
+        slopes = ca.gradient(value, ca.vertcat(self._x, self._q))
+        return RowFunction("volume", self._inputs, [value, slopes[:n], slopes[n:]])
 
 
 @lru_cache(maxsize=64)
@@ -214,6 +272,11 @@ def _ball_functions(
 ) -> _BallFunctions:
     """Return the functions of a chain; to build them takes longer than most of their calls."""
     return _BallFunctions(joints, free, columns)
+
+
+def _kind(joint: Joint) -> Joint:
+    """Return a joint of the same type and axis, and of nothing else."""
+    return Joint("", joint.type, "", "", Origin(), joint.axis)
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:

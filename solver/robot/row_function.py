@@ -30,7 +30,7 @@ class RowFunction:
         turned = [ca.densify(ca.SX(output).T) for output in outputs]
         self._sizes = [output.numel() for output in turned]
         self._lengths = [symbol.numel() for symbol in inputs]
-        self._function = ca.Function(name, inputs, turned, {"cse": True})
+        self._function = ca.Function(name, inputs, turned)
         self._mapped = lru_cache(maxsize=32)(self._map)
 
     def __call__(self, rows: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:

@@ -49,7 +49,7 @@ class Robot:
         """The joints that move, in order: the columns of a recording."""
         return tuple(joint for joint in self.joints if joint.actuated)
 
-    @property
+    @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints that move."""
         return tuple(joint.name for joint in self.actuated)

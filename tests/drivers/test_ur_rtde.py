@@ -55,6 +55,7 @@ def test_the_end_of_the_connection_is_told(tmp_path):
 
 
 @needs_ur_rtde
+@pytest.mark.waits
 def test_a_silence_is_told(tmp_path):
     with (
         emulated_program("ur", tmp_path, "--fault", "silent@1+60") as emulation,

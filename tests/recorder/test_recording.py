@@ -96,6 +96,9 @@ def test_a_new_file_is_synced_with_its_header_before_its_folder(
     Recording(tmp_path, METADATA).close()
     header = (tmp_path / "samples.csv", len(header_line(METADATA.joints)))
     assert header in synced[: synced.index((tmp_path, 0))]
+    written = (tmp_path / "placement.json").stat().st_size
+    metadata = (tmp_path / ".placement.json.tmp", written)  # as it was called until it was whole
+    assert metadata in synced[: len(synced) - 1 - synced[::-1].index((tmp_path, 0))]
 
 
 def test_a_new_folder_and_its_parents_are_synced(

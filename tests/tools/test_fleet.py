@@ -56,6 +56,7 @@ def test_a_fleet_is_calibrated_and_compared(
         assert Path(session["outputs"]["urdf"]).is_file()
     page = (out / "fleet.html").read_text()
     assert "panda_joint4" in page and "arm-3" in page and "What to record again" in page
+    assert not (out / "elasticity.json").exists()  # the paper's method finds none
     links = re.findall(r'href="([^":]+)"', page)
     assert links == ["arm-1/2026-06-01/report.html", "arm-2/2026-06-01/report.html"]
     assert all((out / link).is_file() for link in links)

@@ -12,6 +12,7 @@ import pytest
 
 from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.calibration.calibration import load_calibration
+from mukca.tools.calibration.settings import ONLY_PAPER
 from mukca.tools.cli import main
 
 
@@ -286,6 +287,15 @@ def test_the_help_loads_nothing_heavy() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
+def test_the_help_names_the_defaults_that_are_used(run) -> None:
+    status, out, _ = run("solve", "--help")
+    words = " ".join(out.partition("method paper:")[2].split())
+    assert status == 0
+    for option, default in ONLY_PAPER.items():
+        at = re.search(rf"--{option.replace('_', '-')} [^-].*?\(default: ([^)]+)\)", words)
+        assert at and type(default)(at[1]) == default
+
+
 PAPER = ("solve", "front", "--test", "left", "--robot", "panda", "--method", "paper")
 
 
@@ -301,6 +311,8 @@ def test_fail_is_status_1_and_the_files_are_there(run, tmp_path) -> None:
     )
     assert likely is not None and float(likely[1]) == pytest.approx(50, abs=0.7)
     assert json.loads(text)["scale"]["value"] == pytest.approx(0.09, abs=0.01)
+    assert 5e-4 < json.loads(text)["scale"]["deviation"] < 5e-3
+    assert json.loads(text)["verdict"]["status"] == "fail"
     written = {file.name for file in (tmp_path / "c").iterdir()}
     assert written == {"calibrated.urdf", "calibration.json", "report.html", "report.json"}
     report = json.loads((tmp_path / "c/report.json").read_text())

@@ -16,7 +16,7 @@ from ..documents.arms import ArmsDocument, BaseToBase, GivenArm
 from ..documents.files import encode
 from ..files import refuse_existing, write_files
 from .calibration import Calibration, DistortedError
-from .figures import summarise
+from .errors import summarise
 from .frames import frame_poses, postures, visited_sockets
 
 __all__ = ["ArmsCalibration"]

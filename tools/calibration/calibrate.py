@@ -279,8 +279,8 @@ def _fit(task: Task, located: Sequence[SocketAt], progress: Callable[[str], None
 
 def _settled(fit: Callable[[], list[Fit]], tasks: Sequence[Task]) -> list[Fit]:
     """Return fits, if they settled to finite numbers; else say what is wrong in the recordings."""
-    seen = [f for task in tasks if task.inspected is not None for f in task.inspected.findings]
-    wrong = next((finding for finding in seen if finding.level == "error"), None)
+    findings = [f for task in tasks if task.inspected is not None for f in task.inspected.findings]
+    wrong = next((finding for finding in findings if finding.level == "error"), None)
     try:
         fits = fit()
     except NotConverged:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ... import MukcaError
 from ...recorder.dataset import Placement
 from ...solver.calibrated import CalibratedRobot
+from ...solver.checks.finding import OF_JOINTS
 from ...solver.data.measurements import Measurement, measure
 from ...solver.robot.urdf import Robot
 from ..documents.calibration import (
@@ -27,7 +28,8 @@ from ..documents.calibration import (
 )
 from ..documents.files import encode
 from ..files import refuse_existing, write_files
-from . import figures
+from .errors import placement_errors, summarise
+from .models import models_of
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -124,11 +126,13 @@ class Calibration:
     @property
     def distortion(self) -> str:
         """Why a model that does not reproduce the sockets' distance is not to be used."""
+        mend = "Check --distance, that sockets are not mixed up, and the data"
+        if any(finding.code in OF_JOINTS for finding in self.document.checks or ()):
+            mend = "Mend first what the checks say of the joints"
         return (
             "refused: the calibrated model does not reproduce the sockets' distance at "
             f"{', '.join(self.document.distorted)}; it has shrunk or bent to bring the samples "
-            "together. Check --distance, that sockets are not mixed up, and the data; "
-            "--accept-distorted exports it"
+            f"together. {mend}; --accept-distorted exports it"
         )
 
     @cached_property
@@ -206,12 +210,12 @@ class Calibration:
         roles: list[tuple[Role, Measurement]] = [
             ("train" if self.was_trained_on(m) else "test", m) for m in data
         ]
-        models = figures.models_of(self.calibrated)
+        models = models_of(self.calibrated)
         rows = tuple(
-            figures.placement_errors(models, role, m)
+            placement_errors(models, role, m)
             for role, m in sorted(roles, key=lambda row: row[0] == "test")
         )
-        return Errors(rows, figures.summarise(rows))
+        return Errors(rows, summarise(rows))
 
     def was_trained_on(self, measured: Measurement) -> bool:
         """Tell whether the robot was fitted to these very samples, wherever they lie now."""

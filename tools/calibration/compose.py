@@ -5,11 +5,12 @@ import platform
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
-from importlib.metadata import version
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
+from ... import __version__
 from ...solver.auto.posterior import Posterior
 from ...solver.data.measurements import Measurement
 from ...solver.data.metrics import evaluate, is_distorted
@@ -26,9 +27,12 @@ from ..documents.calibration import (
     Provenance,
     Role,
 )
-from . import figures
+from . import estimates
+from .errors import history, placement_errors, summarise
 from .frames import frame_poses
+from .models import ball_refitted, frames_of, models_of
 from .outlook import outlook_of
+from .recorded import recorded, weights_by_placement
 from .task import Task
 
 __all__ = ["compose"]
@@ -56,11 +60,11 @@ def compose(task: Task, fit: Fit) -> CalibrationDocument:
         converged=True,
         solve_seconds=fit.seconds,
         placements=placements,
-        summary=figures.summarise(placements),
+        summary=summarise(placements),
         distorted=_distorted(fit, task.train),
-        parameters=figures.parameter_values(calibrated, fit.posterior),
+        parameters=estimates.parameter_values(calibrated, fit.posterior),
         choices=fit.choices,
-        history=figures.history(fit.iterates, task.train, task.test),
+        history=history(fit.iterates, task.train, task.test),
         settings={**task.robot.loaded_with, **settings.as_dict()},
         provenance=_provenance(task.robot, (*task.train, *task.test)),
         checks=None if task.inspected is None else task.inspected.findings,
@@ -76,7 +80,7 @@ def compose(task: Task, fit: Fit) -> CalibrationDocument:
         },
         load=CarriedLoad(gravity=calibrated.load.gravity, payload=calibrated.load.payload),
         data=_samples(task, fit),
-        scale=figures.scale_of(fit.calibrated, fit.posterior),
+        scale=estimates.scale_of(fit),
         outlook=outlook_of(task, fit),
         **_known(fit),
     )
@@ -91,16 +95,16 @@ def _is_finite(posterior: Posterior) -> bool:
 def _errors(task: Task, fit: Fit) -> tuple[PlacementErrors, ...]:
     robot, weight = task.robot, task.settings.regularization or REGULARIZATION
     models = {
-        **figures.models_of(fit.calibrated),
-        **figures.ball_refitted(robot, task.train, weight),
+        **models_of(fit.calibrated),
+        **ball_refitted(robot, task.train, weight),
     }
-    frames = figures.frames_of(models, task.train)
+    frames = frames_of(models, task.train)
     roles: tuple[tuple[Role, Sequence[Measurement]], ...] = (
         ("train", task.train),
         ("test", task.test),
     )
     return tuple(
-        figures.placement_errors(models, role, measured, fit.posterior, fit.calibrated, frames)
+        placement_errors(models, role, measured, fit.posterior, fit.calibrated, frames)
         for role, placements in roles
         for measured in placements
     )
@@ -111,12 +115,12 @@ def _known(fit: Fit) -> dict[str, Any]:
     if fit.posterior is None:
         return {}
     return {
-        "coefficients": figures.coefficient_values(fit.posterior),
-        "groups": figures.prior_widths(fit.posterior),
-        "noise": figures.noise_scale(fit.posterior),
+        "coefficients": estimates.coefficient_values(fit.posterior),
+        "groups": estimates.prior_widths(fit.posterior),
+        "noise": estimates.noise_scale(fit.posterior),
         "log_evidence": fit.posterior.log_evidence,
         "frames": _frames(fit),
-        "uncertainty": figures.uncertainty_of(fit.posterior, fit.calibrated.load),
+        "uncertainty": estimates.uncertainty_of(fit.posterior, fit.calibrated.load),
     }
 
 
@@ -137,10 +141,10 @@ def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:
 def _samples(task: Task, fit: Fit) -> tuple[Any, ...]:
     weights: dict[str, list[float]] = {}
     if fit.posterior is not None:
-        weights = figures.weights_by_placement(task.train, fit.posterior)
+        weights = weights_by_placement(task.train, fit.posterior)
     return (
-        *(figures.recorded(m, "train", weights.get(m.name)) for m in task.train),
-        *(figures.recorded(m, "test") for m in task.test),
+        *(recorded(m, "train", weights.get(m.name)) for m in task.train),
+        *(recorded(m, "test") for m in task.test),
     )
 
 
@@ -169,6 +173,8 @@ def _provenance(robot: Robot, measurements: Sequence[Measurement]) -> Provenance
         },
         versions={
             "python": platform.python_version(),
-            **{name: version(name) for name in ("mukca", "casadi", "numpy")},
+            "mukca": __version__,
+            "casadi": ca.__version__,
+            "numpy": np.__version__,
         },
     )

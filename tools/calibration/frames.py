@@ -104,13 +104,13 @@ def postures(world: World, robot: int) -> list[list[list[float]]]:
     shared_sockets: list[int] = np.unique(data.sockets[shared]).tolist()
     first = {data.labels[k][0]: k for k in reversed(shared_sockets)}
     origins = ca.DM(arm.model.ball.origins(arm.values).ravel())
-    found: list[list[list[float]]] = []
+    places: list[list[list[float]]] = []
     for socket in first.values():
         row = int(np.argmax(data.sockets == socket))
         frames = link_frames(arm.model.robot.joints, origins, ca.DM(data.positions[row]))
         joints = np.array([np.zeros(3), *(np.array(ca.DM(p)).ravel() for _, p in frames)])
-        found.append(pose.apply(joints).round(5).tolist())
-    return found
+        places.append(pose.apply(joints).round(5).tolist())
+    return places
 
 
 def _three(values: np.ndarray) -> tuple[float, float, float]:

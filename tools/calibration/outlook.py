@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...solver.auto.extended_model import extend
-from ...solver.auto.forecast import after_recording, error_map, joint_effects
+from ...solver.auto.forecast import after_recording, error_map, everywhere, joint_effects
 from ...solver.auto.posterior import Posterior
 from ...solver.auto.uncertainty import workspace_deviation
 from ...solver.checks.inspection import farthest_place
@@ -37,7 +37,7 @@ def outlook_of(task: Task, fit: Fit) -> Outlook | None:
     if posterior is None:
         model = extend(task.robot, calibrated.parameters)
         x = calibrated.values - calibrated.model.nominal
-        return Outlook(joints=joint_effects(model, x, load, recorded))
+        return Outlook(joints=joint_effects(model, x, everywhere(model, x, load), recorded))
     test = [m for m in task.test if m.kind == "sockets"]
     centres = np.array([calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test])
     forecasts = [
@@ -50,9 +50,10 @@ def outlook_of(task: Task, fit: Fit) -> Outlook | None:
     new = _imagined(task.robot, farthest_place(centres), train[0].distance, load)
     if new:
         forecasts.append(Forecast(placement=None, distance_deviation=_after(posterior, load, new)))
+    poses = everywhere(posterior.model, posterior.x, load)
     return Outlook(
-        joints=joint_effects(posterior.model, posterior.x, load, recorded),
-        map=error_map(posterior, load),
+        joints=joint_effects(posterior.model, posterior.x, poses, recorded),
+        map=error_map(posterior, poses),
         forecasts=tuple(forecasts),
     )
 

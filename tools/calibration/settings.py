@@ -8,6 +8,8 @@ from typing import Any
 from ...solver.data.known import KnownDistance, parse_known
 from ...solver.data.load import Load
 from ...solver.data.metrics import CALIPER_DEVIATION
+from ...solver.paper.optimizers import MAX_ITERATIONS
+from ...solver.paper.problem import OPTIMIZERS, REGULARIZATION
 from ...solver.robot.kinematics import STANDARD_GRAVITY
 from ..usage import UsageError
 
@@ -26,9 +28,9 @@ ONLY_AUTO: dict[str, Any] = {
 }
 """Settings of the default method, and their defaults."""
 ONLY_PAPER: dict[str, Any] = {
-    "optimizer": "gauss-newton",
-    "regularization": 1e-4,
-    "max_iterations": 200,
+    "optimizer": OPTIMIZERS[0],
+    "regularization": REGULARIZATION,
+    "max_iterations": MAX_ITERATIONS,
 }
 """Settings of the paper's method, and their defaults."""
 

@@ -4,7 +4,7 @@ Each arm's geometry is its own, but how far joints and links of a type give way 
 all of its arms.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +12,12 @@ import numpy as np
 from ...solver.auto.deflection import ELASTICITY, coefficient_names
 from ...solver.auto.extended_model import Expected
 from ...solver.robot.urdf import Robot
-from ..documents.calibration import CalibrationDocument, read_calibration
+from ..documents.calibration import Coefficient, read_calibration
+from ..documents.elasticity import FORMAT, ElasticityDocument, TypeElasticity
+from ..documents.files import format_of, read
 from ..usage import UsageError
 
-__all__ = ["type_priors"]
+__all__ = ["learn_types", "type_priors"]
 
 LEAST = 1e-9
 """No deviation is less [rad/(N m)], so that it can be divided by."""
@@ -27,49 +29,95 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
     Where several files tell of one robot, a coefficient is their mean, weighted by its precision.
 
     Args:
-        files: Each a ``calibration.json`` of another arm.
+        files: Each a ``calibration.json`` of another arm, or an ``elasticity.json`` of several.
         robots: A file tells of those that have the same joints.
 
     Raises:
         UsageError: A file tells of none of the robots, or has no elasticity.
         DocumentError: A file is missing, of another format, or damaged.
     """
-    documents = {str(file): read_calibration(Path(file)) for file in files}
-    for file, document in documents.items():
-        joints = document.model.joint_names
-        if not any(tuple(robot.joint_names) == joints for robot in robots):
-            known = "; ".join(", ".join(robot.joint_names) for robot in robots)
-            raise UsageError(
-                f"--type-prior {file}: of an arm with the joints {', '.join(joints)}, while this "
-                f"has {known}"
+    own = {tuple(robot.joint_names) for robot in robots}
+    told: list[TypeElasticity] = []
+    for file in files:
+        types = _types(Path(file))
+        if not own & {one.joint_names for one in types}:
+            known, others = (
+                "; ".join(", ".join(joints) for joints in each)
+                for each in (own, [one.joint_names for one in types])
             )
-        if not any(_coefficients(document, extension) for extension in ELASTICITY):
+            raise UsageError(
+                f"--type-prior {file}: of an arm with the joints {others}, while this has {known}"
+            )
+        if not any(one.coefficients for one in types):
             raise UsageError(
                 f"--type-prior {file}: no elasticity was found in that arm; give calibrations "
                 "that list `compliance` or `tilt` under `deflection`"
             )
-    return [_of(robot, list(documents.values())) for robot in robots]
+        told += types
+    pooled = {one.joint_names: one for one in _pooled(told)}
+    return [_expected(pooled.get(tuple(robot.joint_names))) for robot in robots]
 
 
-def _of(robot: Robot, documents: Sequence[CalibrationDocument]) -> dict[str, Expected]:
-    """Return what is known of one robot."""
-    own = [d for d in documents if d.model.joint_names == tuple(robot.joint_names)]
+def learn_types(files: Iterable[Path]) -> ElasticityDocument:
+    """Return the elasticity of each type of arm that some calibrations are of.
+
+    Args:
+        files: Each a ``calibration.json``; those in which no elasticity was found tell nothing.
+
+    Raises:
+        DocumentError: A file is missing, of another format, or damaged.
+    """
+    types = _pooled([one for file in files for one in _types(file) if one.coefficients])
+    return ElasticityDocument(format=FORMAT, types=tuple(types))
+
+
+def _types(file: Path) -> tuple[TypeElasticity, ...]:
+    if format_of(file) == FORMAT:
+        return read(file, ElasticityDocument, FORMAT).types
+    document = read_calibration(file)
+    joints = document.model.joint_names
+    kept = [name for name in ELASTICITY if name in document.deflection]
+    names = {name for extension in kept for name in coefficient_names(extension, joints)}
+    found = tuple(one for one in document.coefficients or () if one.name in names)
+    return (TypeElasticity(joint_names=joints, arms=1, coefficients=found),)
+
+
+def _pooled(types: Sequence[TypeElasticity]) -> list[TypeElasticity]:
+    """Return one for each type: the means of its coefficients."""
+    pooled: list[TypeElasticity] = []
+    for joints in dict.fromkeys(one.joint_names for one in types):
+        own = [one for one in types if one.joint_names == joints]
+        by_name: dict[str, list[Coefficient]] = {}
+        for coefficient in (c for one in own for c in one.coefficients):
+            by_name.setdefault(coefficient.name, []).append(coefficient)
+        pooled.append(
+            TypeElasticity(
+                joint_names=joints,
+                arms=sum(one.arms for one in own),
+                coefficients=tuple(map(_mean, by_name.values())),
+            )
+        )
+    return pooled
+
+
+def _mean(each: Sequence[Coefficient]) -> Coefficient:
+    weights = np.array([max(one.standard_deviation, LEAST) for one in each]) ** -2
+    mean = float(weights @ [one.value for one in each] / weights.sum())
+    deviation = float(weights.sum() ** -0.5)
+    return Coefficient(
+        name=each[0].name, unit=each[0].unit, value=mean, standard_deviation=deviation
+    )
+
+
+def _expected(known: TypeElasticity | None) -> dict[str, Expected]:
+    """Return what is known of a type, by extension."""
+    if known is None:
+        return {}
+    by_name = {one.name: (one.value, one.standard_deviation) for one in known.coefficients}
     expected: dict[str, Expected] = {}
     for extension in ELASTICITY:
-        rows = np.array([rows for rows in (_coefficients(d, extension) for d in own) if rows])
-        if len(rows):
-            weights = 1 / rows[:, :, 1] ** 2
-            mean = (weights * rows[:, :, 0]).sum(axis=0) / weights.sum(axis=0)
-            expected[extension] = mean, weights.sum(axis=0) ** -0.5
+        names = coefficient_names(extension, known.joint_names)
+        if all(name in by_name for name in names):
+            values, deviations = np.array([by_name[name] for name in names]).T
+            expected[extension] = values, deviations
     return expected
-
-
-def _coefficients(document: CalibrationDocument, extension: str) -> list[tuple[float, float]]:
-    """Return an extension's coefficients and their deviations; none where it was not found."""
-    if extension not in document.deflection:
-        return []
-    names = coefficient_names(extension, document.model.joint_names)
-    known = {
-        c.name: (c.value, max(c.standard_deviation, 1e-9)) for c in document.coefficients or ()
-    }
-    return [known[name] for name in names if name in known]

@@ -47,9 +47,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Calibrate all arms, and write the page."""
+    from ..calibration.type_prior import learn_types
     from ..documents.files import encode
     from ..documents.fleet import FORMAT, FleetDocument
-    from ..fleet.calibrate import calibrate_arm, compare_parameters
+    from ..fleet.calibrate import calibrate_arm, compare_parameters, last_sessions
     from ..fleet.folders import find_arms
     from ..report.page.fleet_page import fleet_page
 
@@ -60,10 +61,14 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         arms = workers.map(calibrate_arm, items, lambda i: progress(items[i].folder.name))
     result = FleetDocument(format=FORMAT, arms=tuple(arms), parameters=compare_parameters(arms))
     page = fleet_page(result).encode("utf-8", "replace")
-    written = write_files(
-        arguments.out, {"fleet.html": page, "fleet.json": encode(result, indent=1)}
-    )
+    files = {"fleet.html": page, "fleet.json": encode(result, indent=1)}
+    learned = learn_types(Path(last.outputs["calibration"]) for last in last_sessions(arms))
+    if learned.types:
+        files["elasticity.json"] = encode(learned, indent=1)
+    written = write_files(arguments.out, files)
     show(result, terminal)
+    if learned.types:
+        terminal.say(f"Elasticity, for --type-prior: {written['elasticity.json']}")
     terminal.say(f"Report: {written['fleet.html']}")
     if arguments.json:
         terminal.emit(result)

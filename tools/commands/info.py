@@ -136,12 +136,12 @@ def _change(change: Any) -> str:
     """What was corrected, and when; metadata may be written by hand, and hold anything."""
     if not (isinstance(change, dict) and "distance" in change):
         return str(change)  # pyright: ignore[reportUnknownArgumentType]
-    told = cast("dict[str, Any]", change)
-    lengths = told["distance"]
+    known = cast("dict[str, Any]", change)
+    lengths = known["distance"]
     changed = " to ".join(
         map(_length, cast("list[Any]", lengths) if isinstance(lengths, list) else [])
     )
-    return f"distance from {changed}, {told.get('time', 'at an unknown time')}"
+    return f"distance from {changed}, {known.get('time', 'at an unknown time')}"
 
 
 def _joint_lines(facts: dict[str, Any]) -> list[str]:

@@ -1,7 +1,7 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..arguments import known_of, placements_of, split_test
 from ..files import refuse_existing
@@ -12,7 +12,7 @@ from ..terminal import Terminal
 if TYPE_CHECKING:
     from ..calibration.arms import ArmsCalibration
     from ..calibration.calibration import Calibration
-    from ..documents.report import ReportDocument
+    from ..documents.report_verdict import Verdict
 
 EXAMPLE = """example:
   mukca solve recordings/front --test recordings --robot panda --distance 0.0501 --out calibrated
@@ -38,20 +38,21 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     if isinstance(calibration, ArmsCalibration):
         return _run_several(calibration, arguments, terminal)
     show(terminal, calibration)
-    status, outputs = 0, dict[str, str]()
-    if _refused(calibration, arguments, terminal):
-        status = 1
-    else:
+    outputs = dict[str, str]()
+    verdict: dict[str, Any] = {"status": "fail", "title": "FAIL", "text": calibration.distortion}
+    if not _refused(calibration, arguments, terminal):
         if arguments.out is not None:
             outputs = calibration.save(
                 arguments.out, force=arguments.force, accept_distorted=arguments.accept_distorted
             )
-        status = judge(calibration, terminal, written=arguments.out is not None)
+        verdict = judge(calibration, terminal, written=arguments.out is not None).as_dict()
         for line in last_words(outputs):
             terminal.say(line)
     if arguments.json:
-        terminal.emit({**calibration.result.as_dict(), "outputs": outputs})
-    return status
+        verdict = {key: verdict[key] for key in ("status", "title", "text")}
+        result = calibration.result.as_dict()
+        terminal.emit({**result, "outputs": outputs, "verdict": verdict})
+    return 1 if verdict["status"] == "fail" else 0
 
 
 def _refused(calibration: "Calibration", arguments: argparse.Namespace, terminal: Terminal) -> bool:
@@ -59,17 +60,21 @@ def _refused(calibration: "Calibration", arguments: argparse.Namespace, terminal
     if not calibration.document.distorted or arguments.accept_distorted:
         return False
     terminal.warn(calibration.distortion)
-    terminal.say("Verdict: FAIL, the sockets' distance is not reproduced.")
+    terminal.say("Verdict: FAIL, the sockets' distance is not reproduced. Nothing was written.")
     return True
 
 
-def judge(calibration: "Calibration", terminal: Terminal, *, written: bool) -> int:
-    """Print the verdict, and return the exit status."""
+def judge(calibration: "Calibration", terminal: Terminal, *, written: bool) -> "Verdict":
+    """Print the verdict, and return it."""
     from ..report.console import show_verdict
+    from ..report.figures.judged import Options, judged
 
-    report = figures_of(calibration, written)
+    if written:
+        report = calibration.report.figures
+    else:  # the page and its figures are made only where they are written
+        report = judged(calibration.document, "calibration", Options())
     show_verdict(terminal.console, report)
-    return 1 if report.verdict.status == "fail" else 0
+    return report.verdict
 
 
 def _run_several(
@@ -80,7 +85,7 @@ def _run_several(
         terminal.say(f"Robot {name}")
         show(terminal, calibration)
     refused = [_refused(one, arguments, terminal) for one in calibrations.values()]
-    status, outputs = 1 if any(refused) else 0, dict[str, str]()
+    failed, outputs = any(refused), dict[str, str]()
     if not any(refused):
         if arguments.out is not None:
             outputs = calibrations.save(
@@ -88,7 +93,8 @@ def _run_several(
             )
         for name, calibration in calibrations.items():
             terminal.say(f"Robot {name}")
-            status |= judge(calibration, terminal, written=arguments.out is not None)
+            verdict = judge(calibration, terminal, written=arguments.out is not None)
+            failed |= verdict.status == "fail"
     for pair in calibrations.document.between.values():
         terminal.say(pair.text)
     if outputs:
@@ -99,16 +105,7 @@ def _run_several(
         terminal.say("Nothing was written; add --out DIR to keep the calibrated URDFs.")
     if arguments.json:
         terminal.emit({**calibrations.as_dict(), "outputs": outputs})
-    return status
-
-
-def figures_of(calibration: "Calibration", written: bool) -> "ReportDocument":
-    """Return the figures with the verdict; the page is made only where it is written."""
-    from ..report.figures.collect import Options, report_figures
-
-    if written:
-        return calibration.report.figures
-    return report_figures(calibration.document, "calibration", Options())
+    return 1 if failed else 0
 
 
 def calibrated(

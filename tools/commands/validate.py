@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
     from ..calibration.calibration import load_calibration
     from ..calibration.drift import judge_drift
-    from ..report.figures.collect import Options, limits_of
+    from ..report.figures.judged import Options, limits_of
 
     repeatability = metres("--repeatability-mm", arguments.repeatability_mm)
     calibration = load_calibration(arguments.calibration)

@@ -13,7 +13,7 @@ import msgspec
 
 from ... import MukcaError
 
-__all__ = ["Document", "DocumentError", "decode", "encode", "fields_of", "read"]
+__all__ = ["Document", "DocumentError", "decode", "encode", "fields_of", "format_of", "read"]
 
 
 class DocumentError(MukcaError):
@@ -95,6 +95,14 @@ def decode(data: bytes, kind: type[Typed], format_: str, source: str) -> Typed:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
         raise DocumentError(f"{source}: damaged {name}: {error}") from None
+
+
+def format_of(file: Path) -> str:
+    """Return what a file says of its own format; empty where it says nothing."""
+    try:
+        return msgspec.convert(json.loads(file.read_bytes()), _Head).format
+    except (OSError, ValueError, RecursionError, msgspec.ValidationError):
+        return ""
 
 
 def _refuse(word: str) -> float:

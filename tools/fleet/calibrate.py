@@ -24,7 +24,7 @@ from ..documents.fleet import (
 from ..documents.report import ReportDocument
 from .folders import MODEL, ArmFolder, find_sessions
 
-__all__ = ["calibrate_arm", "compare_parameters"]
+__all__ = ["calibrate_arm", "compare_parameters", "last_sessions"]
 
 
 def calibrate_arm(arm: ArmFolder) -> FleetArm:
@@ -110,7 +110,7 @@ def _drift(
     arm: ArmFolder, since: str, earlier: Calibration, placements: Sequence[Placement]
 ) -> FleetDrift:
     """Return how a calibration does on recordings that were made after it."""
-    from ..report.figures.collect import Options, limits_of
+    from ..report.figures.judged import Options, limits_of
 
     data = [measure(p, earlier.robot, arm.distance, sockets=1) for p in placements]
     errors = earlier.errors_of(data).summary
@@ -137,10 +137,15 @@ def _again(arm: FleetArm) -> str | None:
     if last.status != "pass":
         return last.todo.text if last.todo else last.text
     if last.drift is not None and last.drift.status == "invalid":
-        told = last.drift.text.removeprefix("Verdict: ").removesuffix(" Calibrate again.")
+        reason = last.drift.text.removeprefix("Verdict: ").removesuffix(" Calibrate again.")
         old = f"that of {last.drift.since}" if last.drift.since else "the one before"
-        return f"Load the new {Path(last.outputs['urdf']).name} in place of {old}: {told}"
+        return f"Load the new {Path(last.outputs['urdf']).name} in place of {old}: {reason}"
     return None
+
+
+def last_sessions(arms: Sequence[FleetArm]) -> list[FleetSession]:
+    """Return each arm's last session, of those whose calibration may be used."""
+    return [one for arm in arms for one in arm.sessions[-1:] if one.status != "refused"]
 
 
 def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,8 +41,9 @@ def to_mesh(manifold: "Manifold") -> Mesh:
     return Mesh(vertices, corners[~folded])
 
 
+@lru_cache(maxsize=128)
 def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
-    """Evaluate a solid's tree.
+    """Evaluate a solid's tree, equal ones once: a base has several sockets, a ball goes with it.
 
     Args:
         solid: What to evaluate.
@@ -57,7 +59,9 @@ def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
         case Prism():
             return _prism(solid)
         case Moved(inner, offset):
-            return to_manifold(inner, chord).translate(offset)
+            body = to_manifold(inner, chord)
+            body.num_tri()  # evaluates it: what is moved stands at several places
+            return body.translate(offset)
         case Union(parts):
             return Manifold.batch_boolean([to_manifold(p, chord) for p in parts], OpType.Add)
         case Difference(body, tool):

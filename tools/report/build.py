@@ -7,7 +7,8 @@ import msgspec
 from ..documents.calibration import CalibrationDocument
 from ..documents.files import encode
 from ..documents.report import PlotCaption, ReportDocument
-from .figures.collect import Options, report_figures
+from .figures.collect import report_figures
+from .figures.judged import Options
 from .page.report_page import page, plots_of
 
 __all__ = ["Options", "Report", "build_report"]

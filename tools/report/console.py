@@ -13,6 +13,8 @@ from .words import short_names
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from .figures.judged import Judged
+
 __all__ = ["show", "show_verdict", "sparkline"]
 
 _BARS = "▁▂▃▄▅▆▇█"
@@ -45,7 +47,7 @@ def show(console: "Console", report: ReportDocument) -> None:
             console.print(Text.assemble(f"  {check.level} ", line))
 
 
-def show_verdict(console: "Console", report: ReportDocument) -> None:
+def show_verdict(console: "Console", report: "ReportDocument | Judged") -> None:
     """Print the verdict, limit by limit."""
     verdict, limits = report.verdict, report.limits
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")

@@ -48,10 +48,24 @@ def test_a_rigid_arm_is_its_own_closest(panda: Robot, true_panda: Robot) -> None
     (base,) = reachable_bases(true_panda, generator, 1)
     placement = record(true_panda, base, generator, samples=15, noise=1e-6)
     data = observe([measure(placement, panda)], panda)
-    full = estimate(extend(panda, choose_parameters(panda)), data)
+    full = estimate(extend(panda, choose_parameters(panda), ("compliance",)), data)
     q = workspace(panda, 30)
     points = [
         full.model.ball.points(values, q) for values in (full.values, closest_rigid(full, Load()))
     ]
     apart = [np.linalg.norm(p[:, None] - p, axis=2) for p in points]
     assert np.abs(apart[0] - apart[1]).max() < 1e-4
+
+
+def test_both_geometries_have_a_share_by_how_far_they_are_apart(panda: Robot, recorded) -> None:
+    """Where they hardly differ it is the samples' own; where they differ by far, the closest."""
+    full = estimate(extend(panda, choose_parameters(panda)), observe(recorded[:1], panda))
+    free = [i for i, p in enumerate(full.model.parameters) if p.unit == "rad" and not p.of_ball]
+    change = np.random.default_rng(0).normal(0, 1, len(free))
+    shares: list[np.ndarray] = []
+    for size in (1e-6, 1e-4, 1e-2):
+        alone = full.values.copy()
+        alone[free] += size * change
+        shares.append((closest_rigid(full, Load(), alone) - full.values)[free] / (size * change))
+    assert shares[0] == pytest.approx(1, abs=0.01) and shares[2] == pytest.approx(0, abs=0.01)
+    assert 0.1 < shares[1].mean() < 0.9 and np.ptp(shares[1]) < 1e-6

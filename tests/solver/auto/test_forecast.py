@@ -5,7 +5,7 @@ import pytest
 
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.forecast import after_recording, error_map, joint_effects
+from mukca.solver.auto.forecast import after_recording, error_map, everywhere, joint_effects
 from mukca.solver.auto.posterior import Posterior
 from mukca.solver.auto.uncertainty import workspace_deviation
 from mukca.solver.data.load import Load
@@ -61,7 +61,7 @@ def test_what_a_joint_moves_the_ball_by_is_what_its_correction_does(panda, recor
     x = np.zeros(model.size)
     x[model.names.index("panda_joint4.yaw")] = 1e-3
     pairs = samples(panda, recorded[0])
-    found = {row.joint: row for row in joint_effects(model, x, LOAD, pairs)}
+    found = {row.joint: row for row in joint_effects(model, x, everywhere(model, x, LOAD), pairs)}
     moved = [model.predict(x, q, m) - model.predict(0 * x, q, m) for q, m in pairs]
     offsets = np.concatenate([shift - shift.mean(axis=0) for shift in moved])
     expected = float(np.mean(np.sum(offsets**2, axis=1))) ** 0.5
@@ -71,7 +71,7 @@ def test_what_a_joint_moves_the_ball_by_is_what_its_correction_does(panda, recor
 
 
 def test_places_are_known_best_where_it_was_recorded(first) -> None:
-    found = error_map(first, LOAD)
+    found = error_map(first, everywhere(first.model, first.x, LOAD))
     centre = first.points.mean(axis=0)
     cells = np.array(found.cells)
     away = np.linalg.norm(cells[:, :2] - centre[:2], axis=1)

@@ -9,6 +9,7 @@ import mukca
 from mukca.recorder.dataset import Placement
 from mukca.solver import crossval
 from mukca.solver.auto.deflection import LEAST_TORQUE, PLAY, ZERO, Deflection, looseness
+from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.selection import select_model
 from mukca.solver.auto.uncertainty import scale
 from mukca.solver.auto.zeros import DECIDED, angles_near, with_zeros
@@ -18,7 +19,7 @@ from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
 from mukca.solver.paper.optimizers import NotConverged
-from mukca.solver.robot.kinematics import gravity_torques, rotation_rpy
+from mukca.solver.robot.kinematics import gravity_torques, rotation_rpy, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
 from mukca.tools.calibration.calibrate import calibrate
@@ -78,6 +79,8 @@ def test_play_widens_what_is_said_of_zeros(robot, seed):
     how = Imperfection(noise=3e-4, play=np.radians(0.7), resolution=2 * np.pi / 4096)
     chosen = selected(robot, recorded(robot, how, 20, seed), ("play",))
     assert chosen.full.model.extensions == (ZERO, PLAY)
+    elbow = chosen.full.deflection.coefficients[1][2]
+    assert np.degrees(elbow) == pytest.approx(0.35, abs=0.12), "it always hangs on one side"
     error = (chosen.full.deflection.zeros - ZEROS)[:4]
     begin = chosen.full.model.geometry
     deviation = np.sqrt(np.diag(chosen.full.covariance))[begin : begin + 4]
@@ -181,3 +184,17 @@ def test_check_and_crossval_know_of_zeros_as_solve_does(robot, tmp_path, monkeyp
         plan = crossval.Plan(robot, parameters, (), "auto", Load(), zeros=zeros)
         assert crossval.run_job(plan, crossval.Job("alone", ())) is None
     assert told == [False, True] * 3
+
+
+def test_the_swept_volume_is_that_of_where_the_joints_stand(robot):
+    """Else lengths and zeros that trade for each other would run away together."""
+    model = extend(robot, choose_parameters(robot), (ZERO, PLAY))
+    q, zeros = workspace(robot, 20), slice(model.geometry, model.geometry + 5)
+    x = np.zeros(model.size)
+    x[zeros] = ZEROS
+    value, slope = model.log_volume(x, q)
+    assert value == pytest.approx(model.ball.log_volume(model.ball.nominal, q + ZEROS)[0])
+    for i in (0, zeros.start + 1, zeros.start + 2, zeros.stop):
+        step = 1e-6 * np.eye(model.size)[i]
+        ahead, behind = (model.log_volume(x + s, q)[0] for s in (step, -step))
+        assert slope[i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-5)

@@ -1,6 +1,7 @@
 """What other arms of a type tell: it helps where it is right, and costs nothing where it is not."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,9 @@ from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.calibration.calibrate import calibrate
 from mukca.tools.calibration.calibration import Calibration
 from mukca.tools.calibration.type_prior import type_priors
+from mukca.tools.cli import main
+from mukca.tools.documents.fleet import FleetArm, FleetSession
+from mukca.tools.fleet.folders import ArmFolder
 from mukca.tools.simulated_arms import Imperfection, reachable_bases, record
 from mukca.tools.usage import UsageError
 
@@ -80,6 +84,41 @@ def test_it_is_read_from_calibrations_weighted_by_their_precision(
         assert mean == pytest.approx(other.document.deflection[name])
         assert both[name][0] == pytest.approx(mean + 1.2e-5)
         assert both[name][1] == pytest.approx(deviation * 0.8**0.5)
+
+
+@pytest.mark.slow
+def test_a_fleet_writes_what_its_arms_tell(
+    panda: Robot, other: Calibration, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The arms' own calibrations tell the same as the one file; a refused one tells nothing."""
+    files = other.save(tmp_path / "one")
+    document = json.loads(Path(files["calibration"]).read_text())
+    document["coefficients"][0]["value"] += 6e-5
+    (tmp_path / "two.json").write_text(json.dumps(document))
+    rows = {"a": (files["calibration"], "pass"), "b": (str(tmp_path / "two.json"), "fail")}
+    rows |= {"c": ("", "refused")}
+
+    def calibrated(arm: ArmFolder) -> FleetArm:
+        file, status = rows[arm.folder.name]
+        session = FleetSession(
+            name="", placements=1, samples=60, held_out=False, nominal=1, calibrated=1,
+            distance_error=None, status=status, text="", outputs={"calibration": file},
+        )  # fmt: skip
+        return FleetArm(name=arm.folder.name, robot="panda", sessions=(session,))
+
+    monkeypatch.setattr("mukca.tools.fleet.calibrate.calibrate_arm", calibrated)
+    for name in rows:
+        (tmp_path / "arms" / name / "front").mkdir(parents=True)
+        (tmp_path / "arms" / name / "front" / "hole_0.csv").touch()
+    words = ["fleet", str(tmp_path / "arms"), "--robot", "panda", "--processes", "1"]
+    main([*words, "--out", str(tmp_path / "out")])
+    (pooled,) = type_priors([tmp_path / "out" / "elasticity.json"], [panda])
+    (each,) = type_priors([file for file, _ in rows.values() if file], [panda])
+    assert set(pooled) == set(each)
+    for name in pooled:
+        assert np.array(pooled[name]) == pytest.approx(np.array(each[name]))
+    (entry,) = json.loads((tmp_path / "out" / "elasticity.json").read_text())["types"]
+    assert entry["arms"] == 2
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ from mukca.recorder.dataset import read_placement
 from mukca.solver.auto.directions import _structural, weak_directions
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.laplace import _told
 from mukca.solver.auto.uncertainty import (
     correlations,
     deviations,
@@ -96,3 +97,14 @@ def test_the_predicted_spread_is_about_the_one_found(found, session, panda) -> N
     rms = (sum(squares) / len(points)) ** 0.5
     by_socket = [(held_out.positions[r], torque[r]) for r in held_out.slices]
     assert predicted_deviation(found, by_socket) == pytest.approx(rms, rel=0.6)
+
+
+@pytest.mark.parametrize(("nu", "told"), [(5, 1.0), (1e6, 0.889), (3, 1.087)])
+def test_how_much_errors_tell_follows_from_their_tails_not_their_size(
+    nu: float, told: float
+) -> None:
+    """By Huber's formula, with its means as integrals over Student's distribution."""
+    generator = np.random.default_rng(0)
+    squares = generator.chisquare(3, 40_000) / (generator.chisquare(nu, 40_000) / nu)
+    assert _told(squares) == pytest.approx(told, abs=0.02)
+    assert _told(9 * squares) == pytest.approx(_told(squares))

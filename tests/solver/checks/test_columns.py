@@ -1,5 +1,7 @@
 """Signs, swaps and zeros of the columns are found, and never seen in a right recording."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from mukca.solver.checks.inspection import inspect_all
 from mukca.solver.data.measurements import MeasurementError, measure
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulated_arms import perturb, reachable_bases, record
+from mukca.tools.simulated_arms import perturb, reachable_bases, record, simulate_recordings
 
 
 def flipped(joint: int):
@@ -53,6 +55,13 @@ def test_what_no_single_mistake_explains_is_told(look, change, placements) -> No
 def test_a_sign_that_leaves_the_limits_is_told(look, change, placements) -> None:
     with pytest.raises(MeasurementError, match=r"panda_joint4.*is it sign-flipped"):
         look([change(placement, flipped(3)) for placement in placements])
+
+
+def test_a_few_samples_accuse_no_joint(look, panda) -> None:
+    """Three in each socket can be explained by almost anything, here by another last sign."""
+    _, (whole,) = simulate_recordings(panda, 1, samples=20, seed=3)
+    few = replace(whole, samples=(*whole.samples[:3], *whole.samples[20:23]))
+    assert [(f.level, f.code) for f in look([few]).findings] == [("warning", "few")] * 2
 
 
 @pytest.mark.slow

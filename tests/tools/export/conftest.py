@@ -15,12 +15,9 @@ from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot, shipped_robots
 from mukca.tools.calibration.calibration import Calibration, load_calibration
 from mukca.tools.cli import main
-from mukca.tools.documents.calibration import (
-    CalibrationDocument,
-    PlacementSamples,
-    RecordedSample,
-)
+from mukca.tools.documents.calibration import CalibrationDocument
 from mukca.tools.documents.files import encode
+from mukca.tools.documents.recorded import PlacementSamples, RecordedSample
 
 ROBOTS = tuple(shipped_robots())
 

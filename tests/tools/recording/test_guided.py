@@ -17,7 +17,7 @@ from mukca.solver.robot.urdf import Robot
 from mukca.tools.recording.coach import LEAST
 from mukca.tools.simulated_arms import Base, record
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.waits]
 LEFT = 2
 """So many samples a session that is continued lacks in each socket."""
 ASTRAY = 0.5

@@ -13,6 +13,8 @@ from terminal_session import MUKCA, TerminalSession
 from mukca.recorder.dataset import read_placement
 from mukca.recorder.samples import read_samples
 
+pytestmark = pytest.mark.waits
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("columns", "rows"), [(80, 24), (200, 50)])
@@ -22,9 +24,8 @@ def test_a_whole_session_by_keys(hand: Path, tmp_path: Path, columns: int, rows:
         terminal.wait_for("SOCKET 0", "sockets 50 mm", "panda_joint7", "0:  0/30", "1:  0/30")
         capture(terminal, " ", "captured sample 1: 1 in socket 0", "0:  1/30")
         await_next_rest(terminal)
-        capture(terminal, "a", "captured sample 2: 2 in socket 0", "0:  2/30")
-        terminal.press("a")
-        terminal.wait_for("! refused: nearly the same configuration as sample 2")
+        captured = ("captured sample 2: 2 in socket 0", "0:  2/30")
+        capture(terminal, "aa", *captured, "! refused: nearly the same configuration as sample 2")
         terminal.press("u")
         terminal.wait_for("took back sample 2 of socket 0", "0:  1/30")
         terminal.press("s")

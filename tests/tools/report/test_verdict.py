@@ -12,11 +12,13 @@ from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.calibration.calibration import Calibration
 from mukca.tools.cli import build_parser, main
 from mukca.tools.documents.calibration import FORMAT, CalibrationDocument, calibrated_robot
+from mukca.tools.documents.estimates import DistanceDeviation, Uncertainty
 from mukca.tools.documents.files import decode
 from mukca.tools.documents.report import ReportDocument
+from mukca.tools.documents.report_verdict import Limit
 from mukca.tools.report.build import Options, build_report
-from mukca.tools.report.figures.acceptance import ARMS, known_arm
-from mukca.tools.report.figures.earned import travel_row
+from mukca.tools.report.figures.acceptance import ARMS, known_arm, limits_for
+from mukca.tools.report.figures.earned import prediction_row, travel_row
 from mukca.tools.report.figures.predictions import measurements_of
 
 
@@ -121,6 +123,14 @@ def test_limits_are_no_finer_than_a_printed_socket_resolves(document) -> None:
         assert figures_of(document).limits.mean_absolute_error.value == pytest.approx(limit)
 
 
+@pytest.mark.parametrize(("servos", "times"), [(False, 1), (True, 2)])
+def test_play_leaves_the_mean_of_a_socket_no_better_than_a_sample(document, servos, times) -> None:
+    limits = limits_for(decode_(document).model, 2e-3, servos=servos)
+    assert limits.distance_error.value == times * 2e-3 and limits.mean_absolute_error.value == 6e-3
+    document["settings"]["zeros"] = servos
+    assert figures_of(document).limits.distance_error.value == pytest.approx(times * 1e-4)
+
+
 def test_a_shipped_robot_is_known_by_its_names() -> None:
     assert set(ARMS) < set(shipped_robots())
     assert all(known_arm([name]) == name for name in ARMS)
@@ -199,6 +209,18 @@ def test_the_likelier_distance_is_said(document) -> None:
     assert "more likely the sockets are 50.0 mm apart than 51.0" in text
 
 
+@pytest.mark.parametrize("code", ["sign", "swap", "zero", "model"])
+def test_joints_are_to_be_mended_before_the_distance(document, code) -> None:
+    """Where a joint is wrong, the arm's size is, too, and no distance is likelier."""
+    document["scale"] = {"value": 0.02, "deviation": 7e-4}
+    said = {"level": "error", "code": code, "where": "all placements", "text": "x", "advice": "y"}
+    document["checks"] = [*document["checks"], said]
+    figures = figures_of(document)
+    assert "mend them before the distance" in figures.verdict.text
+    assert "more likely the sockets" not in figures.verdict.text
+    assert not any("--distance 0.0490" in step.command for step in figures.todo)
+
+
 def test_few_samples_are_not_enough_to_say(document) -> None:
     for row in document["data"]:
         by_socket = [[s for s in row["samples"] if s["socket"] == k] for k in (0, 1)]
@@ -230,16 +252,28 @@ def test_a_joint_that_stood_still_leaves_it_open(document) -> None:
         )
         for socket in covered.sockets
     )
-    row = travel_row(msgspec.structs.replace(covered, sockets=sockets))
+    narrow = msgspec.structs.replace(covered, sockets=sockets)
+    row = travel_row(narrow)
     assert row.status == "not enough" and "panda_joint3 turned by 17 deg" in row.text
+    unknown = Uncertainty(
+        weak_directions=(),
+        correlations=(),
+        observability_index=0.01,
+        distance_deviation=DistanceDeviation(median=4e-3, worst=9e-3),
+        cannot_see=(),
+    )
+    row = prediction_row(unknown, Limit(value=3e-4, source=""), "auto", narrow)
+    assert "more varied samples (panda_joint3 turned by 17 deg only), and a second" in row.text
 
 
 def test_a_large_predicted_error_leaves_it_open(extended) -> None:
     assert rows(extended)[1]["predicted_distance"] == "pass"
     extended["uncertainty"]["distance_deviation"] = {"median": 3.8e-3, "worst": 9e-3}
-    status, limits, text = rows(extended)
-    assert (status, limits["predicted_distance"]) == ("incomplete", "not enough")
-    assert "are known to 3.80 mm only" in text
+    figures = figures_of(extended)
+    limits = {row.name: row.status for row in figures.verdict.limits}
+    assert (figures.verdict.status, limits["predicted_distance"]) == ("incomplete", "not enough")
+    assert "are known to 3.80 mm only" in figures.verdict.text
+    assert figures.answers.use.text.endswith("see first what it lacks.")
 
 
 def test_no_distance_is_asked_to_be_known_better_than_links_are(extended) -> None:

@@ -2,7 +2,8 @@
 
 Errors of a calibrated arm stay within some three times its repeatability, which is how well it
 comes back to the same place. A socket's centre is the mean of many samples, so the distance of two
-is known better, and its limit is the repeatability itself.
+is known better, and its limit is the repeatability itself. Play moves the samples of a socket
+alike, and leaves the mean no better than each: of arms made of servos, the limit is twice that.
 """
 
 import re
@@ -37,7 +38,7 @@ ARMS: dict[str, Arm] = {
     "ur3e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
     "ur5e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
     "ur10e": Arm(5e-5, "Universal Robots' data sheet, ISO 9283"),
-    **dict.fromkeys(("ur3", "ur5", "ur10"), Arm(1e-4, "the CB3 series' figure as it is quoted")),
+    **dict.fromkeys(("ur3", "ur5", "ur10"), Arm(1e-4, "Universal Robots' data sheet, CB3 series")),
     **dict.fromkeys(("xarm6", "xarm7"), Arm(1e-4, "UFACTORY's user manual")),
     **dict.fromkeys(("vx300s", "wx250s"), Arm(1e-3, "Trossen Robotics' specifications")),
 }
@@ -78,6 +79,7 @@ def limits_for(
     mean_absolute_error: float | None = None,
     distance_error: float | None = None,
     between_placements: float | None = None,
+    servos: bool = False,
 ) -> Limits:
     """Return the limits for an arm.
 
@@ -88,6 +90,7 @@ def limits_for(
             the repeatability.
         distance_error: Likewise, on the distance of two sockets.
         between_placements: Likewise, on distances between placements.
+        servos: Whether it is made of servos, whose gears have play.
     """
     name = known_arm([model.name, Path(model.source).stem])
     if repeatability is not None:
@@ -100,7 +103,7 @@ def limits_for(
         repeatability=None if arm is None else arm.repeatability,
         repeatability_source=arm.source if arm else "no repeatability is known for this arm",
         mean_absolute_error=_limit(arm, 3, mean_absolute_error, "--limit-mae-mm"),
-        distance_error=_limit(arm, 1, distance_error, "--limit-distance-mm"),
+        distance_error=_limit(arm, 2 if servos else 1, distance_error, "--limit-distance-mm"),
         between_placements=_limit(arm, 3, between_placements, "--limit-between-mm"),
     )
 
@@ -109,7 +112,7 @@ def _limit(arm: Arm | None, margin: int, given: float | None, option: str) -> Li
     if given is not None:
         return Limit(value=given, source=f"given by {option}")
     if arm is None:
-        words = f"give --repeatability-mm (your arm's data sheet), or {option}"
+        words = f"give --repeatability-mm (your arm's data sheet), or {option} to mukca report"
         return Limit(value=None, source=words)
     times = f"{margin} times the" if margin > 1 else "the"
     if arm.repeatability < RESOLUTION:

@@ -20,6 +20,8 @@ LEAST_HELD_OUT = 5
 """In each of two sockets held out: with fewer, the mean lies with the samples."""
 LEAST_TRAVEL = math.radians(20)
 """A joint that turned less than this over all that was trained on is hardly seen [rad]."""
+WELL_TURNED = math.radians(60)
+"""A joint that turned less is named where too little is known [rad]."""
 LINKS = 1e-3
 """Links are machined, and a base of 50 mm is measured, to this share of their length. No distance
 is asked to be known better, which a large arm would need to be."""
@@ -82,16 +84,21 @@ def _second(sockets: Sequence[tuple[int, ...]]) -> int:
     return max((sorted(counts)[-2] if len(counts) > 1 else 0 for counts in sockets), default=0)
 
 
-def travel_row(coverage: Coverage) -> LimitResult:
-    """Return whether each joint that turns was turned enough while recording."""
+def travels(coverage: Coverage) -> dict[str, float]:
+    """Return how far each joint that turns did over all that was trained on, by its name [rad]."""
     trained = [socket for socket in coverage.sockets if socket.role == "train"]
-    travels = {
+    return {
         joint.name: max(s.high[i] for s in trained) - min(s.low[i] for s in trained)
         for i, joint in enumerate(coverage.joints)
         if joint.unit == "rad" and trained
     }
-    still = [name for name, travel in travels.items() if travel < LEAST_TRAVEL]
-    least = math.degrees(min(travels.values(), default=0.0))
+
+
+def travel_row(coverage: Coverage) -> LimitResult:
+    """Return whether each joint that turns was turned enough while recording."""
+    turned = travels(coverage)
+    still = [name for name, travel in turned.items() if travel < LEAST_TRAVEL]
+    least = math.degrees(min(turned.values(), default=0.0))
     if not still:
         return _row(
             "travel", "travel of each joint", "pass", f"each joint turned {least:.0f} deg or more"
@@ -103,13 +110,16 @@ def travel_row(coverage: Coverage) -> LimitResult:
     return _row("travel", "travel of each joint", "not enough", text)
 
 
-def prediction_row(uncertainty: Uncertainty | None, limit: Limit, method: str) -> LimitResult:
+def prediction_row(
+    uncertainty: Uncertainty | None, limit: Limit, method: str, coverage: Coverage
+) -> LimitResult:
     """Return whether the error that is predicted of distances is small beside the limit.
 
     Args:
         uncertainty: How well the calibration is known; None where that could not be computed.
         limit: On the held-out error.
         method: ``paper`` or ``auto``.
+        coverage: How far each joint turned.
     """
     title = "predicted error of distances"
     if uncertainty is None and method == "paper":
@@ -118,22 +128,32 @@ def prediction_row(uncertainty: Uncertainty | None, limit: Limit, method: str) -
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
         return _row("predicted_distance", title, "fail", words)
-    found = uncertainty.distance_deviation.median
+    predicted = uncertainty.distance_deviation.median
     if limit.value is None:
-        return _row("predicted_distance", title, "not evaluated", limit.source, found)
+        return _row("predicted_distance", title, "not evaluated", limit.source, predicted)
     allowed = PREDICTED * limit.value
     words = f"{PREDICTED:g} times the limit on the held-out error"
     length = uncertainty.distance_deviation.length
     if length is not None and LINKS * length > allowed:
         allowed = LINKS * length
         words = f"{100 * LINKS:g} % of {mm(length)}, the median distance in the workspace"
-    if found <= allowed:
-        return _row("predicted_distance", title, "pass", words, found, allowed)
+    if predicted <= allowed:
+        return _row("predicted_distance", title, "pass", words, predicted, allowed)
     text = (
-        f"distances in the workspace are known to {mm(found)} only, where {mm(allowed)} is asked; "
-        "record more varied samples, and a second placement far from the first"
+        f"distances in the workspace are known to {mm(predicted)} only, where {mm(allowed)} is "
+        f"asked; record more varied samples{_turned_least(coverage)}, and a second placement far "
+        "from the first"
     )
-    return _row("predicted_distance", title, "not enough", text, found, allowed)
+    return _row("predicted_distance", title, "not enough", text, predicted, allowed)
+
+
+def _turned_least(coverage: Coverage) -> str:
+    """Return which joint turned least, where that was little."""
+    turned = travels(coverage)
+    name = min(turned, key=lambda joint: turned[joint], default="")
+    if not name or turned[name] >= WELL_TURNED:
+        return ""
+    return f" ({name} turned by {math.degrees(turned[name]):.0f} deg only)"
 
 
 def _row(

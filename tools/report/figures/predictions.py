@@ -11,16 +11,10 @@ from ....solver.data.frames import Pose
 from ....solver.data.measurements import Measurement, measure
 from ....solver.data.metrics import Metrics, evaluate, fit_frames, socket_centres, targets
 from ....solver.robot.urdf import Robot
-from ...documents.calibration import (
-    CalibrationDocument,
-    PlacementErrors,
-    PlacementSamples,
-    RecordedSample,
-    Role,
-    calibrated_robot,
-    misfit,
-)
+from ...documents.calibration import CalibrationDocument, calibrated_robot, misfit
+from ...documents.errors import PlacementErrors, Role
 from ...documents.files import DocumentError
+from ...documents.recorded import PlacementSamples, RecordedSample
 from ...documents.report_errors import ByModel, ModelName
 
 __all__ = [

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 from ....solver.checks.distances import size_level
+from ....solver.checks.finding import OF_JOINTS, Finding
 from ...documents.calibration import PlacementErrors, Scale
 from ...documents.report_verdict import LimitResult, Status
 from ..words import joined, short_names
 
-__all__ = ["distance_text", "likely_distance", "scale_row", "scale_text"]
+__all__ = ["distance_text", "joints_wrong", "likely_distance", "scale_row", "scale_text"]
 
 _SOURCES = {
     "given": "as given",
@@ -43,7 +44,14 @@ def scale_text(scale: Scale) -> str:
     return f"the arm came out {size}{known} than its model"
 
 
-def scale_row(scale: Scale, placements: Sequence[PlacementErrors]) -> LimitResult:
+def joints_wrong(checks: Sequence[Finding] | None) -> bool:
+    """Tell whether a joint's sign, order or zero, which comes before the distance, is wrong."""
+    return any(check.code in OF_JOINTS for check in checks or ())
+
+
+def scale_row(
+    scale: Scale, placements: Sequence[PlacementErrors], checks: Sequence[Finding] | None = None
+) -> LimitResult:
     """Return whether the arm's size is believable, and what is more likely where it is not."""
     level = size_level(scale.value, scale.deviation)
     statuses: dict[str | None, Status] = {
@@ -55,7 +63,9 @@ def scale_row(scale: Scale, placements: Sequence[PlacementErrors]) -> LimitResul
     status = statuses[level]
     text = scale_text(scale)
     spaced = any(row.role == "train" and row.distance for row in placements)
-    if status != "pass" and not spaced:
+    if status != "pass" and joints_wrong(checks):
+        text += "; the joints explain it, see the data checks: mend them before the distance"
+    elif status != "pass" and not spaced:
         text += "; check that the measured points are in metres"
     elif status == "not enough":
         text += (

@@ -16,7 +16,7 @@ from ..words import joined, mm, short_names
 from .answers.data import placements_with_errors
 from .commands import check_command, record_command, solve_command
 from .predictions import Predictions, norms
-from .size import likely_distance
+from .size import joints_wrong, likely_distance
 
 __all__ = ["steps"]
 
@@ -41,10 +41,8 @@ def steps(
     steps: list[Step] = []
     if status["data_checks"] != "pass":
         steps += [_mend(check_command(document)), *_leave_out(predictions, placements)]
-    likely = likely_distance(document.scale, placements) if document.scale is not None else 0.0
-    if document.scale is not None and likely and status.get("scale") == "fail":
-        likely = f"{likely:.5f}"
-        steps.append(_measure(document.scale, solve_command(document, given={"distance": likely})))
+    if document.scale is not None and status.get("scale") == "fail":
+        steps += _measure(document, document.scale, placements)
     if "fail" in status.values() or "not enough" in status.values():
         steps += _train_more(document, placements)
     if any(row.status == "not evaluated" and row.found is not None for row in verdict.limits[:2]):
@@ -75,17 +73,23 @@ def _mend(command: str) -> Step:
     return Step(text=text, command=command, expected="figures that can be believed")
 
 
-def _measure(scale: Scale, command: str) -> Step:
-    """Return the step to mend the sockets' distance, and what is wrong by it."""
+def _measure(
+    document: CalibrationDocument, scale: Scale, placements: Sequence[PlacementReport]
+) -> list[Step]:
+    """Return the step to mend the sockets' distance, unless it is not known or joints are wrong."""
+    likely = likely_distance(scale, placements)
+    if not likely or joints_wrong(document.checks):
+        return []
     deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
     before, after = (value * _SPAN for value in (abs(scale.value), deviation))
-    return Step(
+    step = Step(
         text="Measure the sockets' distance, and give it; this one would fit the arm",
-        command=command,
+        command=solve_command(document, given={"distance": f"{likely:.5f}"}),
         expected=f"the error of a distance of {_SPAN:g} m falls from {mm(before)} to {mm(after)}",
         before=before,
         after=after,
     )
+    return [step]
 
 
 def _forecast(document: CalibrationDocument, name: str | None, text: str, command: str) -> Step:

@@ -1,6 +1,6 @@
 """The report's last part: parameters, uncertainty, samples to look at, and provenance."""
 
-from ...documents.calibration import Coefficient, ParameterValue
+from ...documents.estimates import Coefficient, ParameterValue
 from ...documents.report import ReportDocument
 from ..words import mm, plural
 from .html.cells import Cell, figure, table

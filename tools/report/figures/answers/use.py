@@ -10,6 +10,10 @@ from ...words import brief_area, joined, mm, short_names
 __all__ = ["answer_at", "use_answer", "use_text"]
 
 _ANSWERS: dict[Answer, str] = {"yes": "yes", "mostly": "mostly (19 of 20 samples)", "no": "no"}
+_BUT = {
+    "fail": " But the verdict is FAIL, so mend that first.",
+    "incomplete": " But the verdict is open, so see first what it lacks.",
+}
 SIDE = 0.05
 """A place nearer than this to the robot's x axis is neither left nor right [m]."""
 _CANNOT_SEE = (
@@ -91,7 +95,7 @@ def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, sta
     if not parts:
         return "Not known: no placement was held out, and errors on what was fitted prove nothing."
     text = f"For a task that allows an error of {allowed} mm: {'; '.join(parts)}."
-    return text + (" But the verdict is FAIL, so mend that first." if status == "fail" else "")
+    return text + _BUT.get(status, "")
 
 
 def _side(position: Sequence[float]) -> str:

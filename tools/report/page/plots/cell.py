@@ -126,7 +126,7 @@ def _draw_frame(panel: Panel, view: _View, frame: _Stands, length: float, factor
 def _frames(arms: ArmsDocument) -> list[_Stands]:
     """Return the arms' bases, and the frames of sockets, where the first robot's base is."""
     first = arms.robots[0]
-    found = [_Stands(first, IDENTITY, np.zeros(3))]
+    robots = [_Stands(first, IDENTITY, np.zeros(3))]
     bases = [
         _stands(name, one) for name, one in zip(arms.robots[1:], arms.between.values(), strict=True)
     ]
@@ -135,7 +135,7 @@ def _frames(arms: ArmsDocument) -> list[_Stands]:
         for one in arms.frames
         if one.sockets and one.name != "base" and one.turn_known
     ]
-    return [*found, *(frame for frame in (*bases, *tables) if frame is not None)]
+    return [*robots, *(frame for frame in (*bases, *tables) if frame is not None)]
 
 
 def _stands(name: str, one: BaseToBase | FramePose) -> _Stands | None:
