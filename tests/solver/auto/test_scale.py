@@ -37,5 +37,5 @@ def test_the_scale_is_free_where_lengths_are_not(panda: Robot) -> None:
     assert t is not None
     for width in (1e-3, 1e-6, SMALLEST_WIDTH):
         known = float(t @ t)
-        precision = t @ group.precision(group.members, width) @ t
+        precision = t @ group.precision(width) @ t
         assert precision == pytest.approx(known / (width**2 + known), rel=1e-3)
