@@ -15,6 +15,7 @@ from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.inverse_kinematics import MAX_TILT, Guide
 from mukca.tools.recording import sites
+from mukca.tools.recording.beside import goal_for
 from mukca.tools.recording.coach import LATELY, LEAST, SHARE, Coach
 from mukca.tools.recording.coaching import COACHING, BackgroundCoach, setup_of
 from mukca.tools.recording.neighbour import Neighbour
@@ -105,6 +106,16 @@ def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
     near = asked(0.97 * beyond.predicted)
     assert not near.enough and not near.leave and near.why_enough == ""
     assert asked(1.01 * beyond.predicted).why_enough == "the goal is reached"
+
+
+@pytest.mark.parametrize(
+    ("name", "mm", "goal"),
+    [("panda", None, 3e-4), ("ur5e", None, 3e-4), ("gen3_lite", None, 3e-3), ("panda", 0.5, 5e-4)],
+)
+def test_the_goal_is_what_the_arm_repeats_to_or_a_socket_resolves(
+    name: str, mm: float | None, goal: float
+) -> None:
+    assert goal_for(load_robot(name), mm) == pytest.approx(goal)
 
 
 def test_an_easy_goal_leaves_a_socket_earlier(

@@ -96,7 +96,8 @@ def test_a_folder_of_placements_is_not_recorded_into(tmp_path: Path, scripted) -
 
 def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
-    assert scripted(out, "a*3 u r delete=1 relabel=2:1 q").status == 0
+    done = scripted(out, "a*3 u r delete=1 relabel=2:1 q")
+    assert done.status == 0 and "1 in socket 0, 1 in socket 1 (1 taken back)" in done.output
     assert [s.number for s in read_placement(out).samples] == [2, 3]
     assert read_placement(out).sockets.tolist() == [1, 0]
     events = [line.split(",")[0] for line in (out / "samples.csv").read_text().splitlines()[1:]]
