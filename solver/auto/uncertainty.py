@@ -55,7 +55,8 @@ def settled(posterior: Posterior, group: PriorGroup) -> float:
         return group.effective
     before = np.diag(group.covariance(group.deviation))
     after = np.diag(posterior.covariance)[group.members]
-    return float(np.sum(1 - after / before, where=before > 0).clip(0.0))
+    there = before > 0
+    return max(float(np.sum(1 - after[there] / before[there])), 0.0)
 
 
 def prior_deviations(posterior: Posterior) -> np.ndarray:
