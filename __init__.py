@@ -64,6 +64,9 @@ _MODULES = {
 """Where each public name is defined."""
 
 
+__version__ = "0.1.0"
+
+
 class MukcaError(Exception):
     """Base of all errors that a user can mend; the message is one line.
 

@@ -25,7 +25,7 @@ from mukca.recorder.convert import write_holes
 from mukca.tools.cli import main as mukca_main
 from mukca.tools.simulated_arms import Base, perturb, record
 
-ALONG_Y = np.array([0.0, 1.0, 0.0])
+ALONG_Y, EYE = np.array([0.0, 1.0, 0.0]), np.eye(7)
 FAST = ["--without", "compliance", "tilt", "transmission"]
 Spoil = Callable[[Path], list[str] | None]
 """Spoils the recordings in a folder; returns other options, if it takes some."""
@@ -236,6 +236,11 @@ MISTAKES: dict[str, Spoil] = {
     "joint 5's zero off by a quarter": shifted(4, np.pi / 2),
     "joint 4's zero off by 0.1 rad": shifted(3, 0.1),
     "joint 6's zero off by 0.1 rad": shifted(5, 0.1),
+    "zeros of joints 2 and 4 off": all_rows(lambda q: q + 0.1 * EYE[1] - 0.15 * EYE[3]),
+    "joint 3's sign, and joint 4's zero": all_rows(lambda q: q * (1 - 2 * EYE[2]) + 0.1 * EYE[3]),
+    "columns 3 and 5, and joint 2's zero": all_rows(
+        lambda q: q[:, [0, 1, 4, 3, 2, 5, 6]] + 0.12 * EYE[1]
+    ),
     "joint 4 homed again amid the recording": homed_again,
     "held out is trained on, rounded": copied_and_rounded,
     "another distance in one placement.json": text(b'{"distance": 0.0512}', "left/placement.json"),
@@ -279,8 +284,9 @@ MISTAKES: dict[str, Spoil] = {
 
 def said(folder: Path, spoil: Spoil) -> tuple[int, str, bool]:
     """Return the exit status, what was said in short, and whether that may not be."""
-    words = ["solve", str(folder / "front"), "--test", str(folder / "left"), "--robot", "panda"]
-    words += [*FAST, *(spoil(folder) or [])]
+    given = spoil(folder) or []
+    robot = [] if "--robot" in given else ["--robot", "panda"]
+    words = ["solve", str(folder / "front"), "--test", str(folder / "left"), *robot, *FAST, *given]
     out = io.StringIO()
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):

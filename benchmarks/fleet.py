@@ -1,11 +1,13 @@
-"""Arms calibrated per minute, by processes and by a Dask cluster of the same size, in one run.
+"""What handing work over costs: arms calibrated by processes and by Dask, in one run.
 
     python benchmarks/fleet.py [--arms 1000] [--method paper] [--samples 8]
 
-Simulated Pandas, each with origins of its own, recorded at two placements, one held out. All are
-calibrated by one process, by two, four, ... up to all cores, and by as many workers of a local Dask
-cluster, one of which is killed on the way in a further run. All must give the same errors to the
-last digit. One arm is little work, so that what handing it over costs is seen.
+Simulated Pandas, each with origins of its own, recorded at two placements, one held out. Overhead
+is the time beyond that of plain loops: of one here, or, for all cores, of one in each of as many
+processes side by side, which share the computer but hand nothing over. Processes are started for
+each run, which is part of the overhead, and told apart. One of the Dask workers is killed on the
+way in a further run. All runs must give the same errors to the last digit. One arm is little work,
+so that what handing it over costs is seen.
 """
 
 import argparse
@@ -13,6 +15,7 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -62,6 +65,15 @@ def arm(
     return summary.nominal.mean_absolute_error, summary.loaded.mean_absolute_error
 
 
+def loop(work: Callable[[int], tuple[float, float]], arms: Sequence[int]) -> tuple[float, float]:
+    """Return how long a plain loop over some arms takes, and what it computes [s]."""
+    work(arms[0])  # finds everything loaded from then on
+    begin, cpu = time.perf_counter(), time.process_time()
+    for seed in arms:
+        work(seed)
+    return time.perf_counter() - begin, time.process_time() - cpu
+
+
 class Race:
     """The same arms again and again, by one kind of workers after the other."""
 
@@ -69,23 +81,43 @@ class Race:
         _, placements = mukca.simulate_recordings(
             mukca.load_robot("panda"), 2, translation=0, rotation=0, noise=0
         )
-        self.work, self.arms = partial(arm, method, placements, samples), arms
+        self.work, self.arms = partial(arm, method, placements, samples), range(arms)
         self.errors: list[tuple[float, float]] = []
-        self.work(0)  # so that the first run finds everything loaded, too
-        self.seconds: dict[str, float] = {}
+        self.cpu = 0.0
 
-    def run(self, name: str, workers: Workers, against: str | None = None) -> float:
-        """Calibrate all arms, and tell how fast that was."""
+    def plain(self, loops: int) -> float:
+        """Return how long so many loops take side by side, and print it."""
+        shares = [self.arms[i::loops] for i in range(loops)]
+        times = Workers(loops).map(partial(loop, self.work), shares)
+        seconds, self.cpu = max(wall for wall, _ in times), sum(cpu for _, cpu in times)
+        self._tell("one plain loop" if loops == 1 else f"{loops} plain loops", seconds, "")
+        return seconds
+
+    def processes(self, count: int, plain: float) -> None:
+        """Calibrate all arms by processes, and tell what that costs beyond plain loops."""
+        begin = time.perf_counter()
+        Workers(count).map(self.work, self.arms[:count])
+        start = time.perf_counter() - begin - plain * count / len(self.arms)
+        self.run(f"{count} processes", Workers(count), plain, start)
+
+    def run(self, name: str, workers: Workers, plain: float, start: float = 0.0) -> float:
+        """Calibrate all arms, and tell what that costs beyond plain loops."""
         begin, cpu = time.perf_counter(), processor_seconds()
-        errors = workers.map(self.work, range(self.arms))
-        seconds = self.seconds[name] = time.perf_counter() - begin
-        cpu = (processor_seconds() - cpu) / self.arms
+        errors = workers.map(self.work, self.arms)
+        seconds, cpu = time.perf_counter() - begin, processor_seconds() - cpu
         self.errors = self.errors or errors
         assert errors == self.errors, f"{name}: other errors than the first run's"
-        ratio = f"   {self.seconds[against] / seconds:.2f} x {against}" if against else ""
-        speed = f"{60 * self.arms / seconds:8.1f} arms/min, {1e3 * cpu:.0f} ms of processor each"
-        print(f"{name:20s}{speed}{ratio}", flush=True)
+        words = f"   overhead {100 * (seconds / plain - 1):.1f} %"
+        words += f" (of processor time {100 * (cpu / self.cpu - 1):.1f} %)"
+        if start:
+            apart = 100 * ((seconds - start) / plain - 1)
+            words += f", {apart:.1f} % without the start of {start:.1f} s"
+        self._tell(name, seconds, words)
         return seconds
+
+    def _tell(self, name: str, seconds: float, words: str) -> None:
+        speed = f"{60 * len(self.arms) / seconds:8.1f} arms/min"
+        print(f"{name:20s}{speed}{words}", flush=True)
 
 
 def processor_seconds() -> float:
@@ -115,20 +147,22 @@ def main() -> None:
     dask.config.set({"distributed.admin.tick.interval": "1s"})
     cores = os.cpu_count() or 1
     race = Race(arguments.method, arguments.samples, arguments.arms)
-    sizes = [1, *(2**k for k in range(1, 12) if 2**k < cores), cores]
-    for count in dict.fromkeys(sizes):
-        race.run(f"processes: {count}", Workers(count), "processes: 1" if count > 1 else None)
-    all_cores = f"processes: {cores}"
-    with (
-        LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
-        workers = Workers(cluster=cluster.scheduler_address)
-        seconds = race.run(f"Dask workers: {cores}", workers, all_cores)
-        threading.Thread(target=kill_one, args=(client, seconds / 3), daemon=True).start()
-        race.run("one of them killed", workers, all_cores)
+    for count in dict.fromkeys((1, cores)):
+        plain = race.plain(count)
+        if count > 1:
+            race.processes(count, plain)
+        with (
+            LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as cluster,
+            Client(cluster, set_as_default=False) as client,
+        ):
+            workers = Workers(cluster=cluster.scheduler_address)
+            workers.map(race.work, race.arms[: 2 * count])  # so that all is loaded there, too
+            seconds = race.run(f"{count} Dask workers", workers, plain)
+            if count > 1:
+                threading.Thread(target=kill_one, args=(client, seconds / 3), daemon=True).start()
+                race.run("one of them killed", workers, plain)
     means = 1e3 * np.mean(race.errors, axis=0)
-    print(f"all {race.arms} arms the same each time; off by {means[0]:.2f} mm before, "
+    print(f"all {len(race.arms)} arms the same each time; off by {means[0]:.2f} mm before, "
           f"{means[1]:.3f} mm after, on average")  # fmt: skip
 
 

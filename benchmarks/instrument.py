@@ -15,13 +15,15 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import argparse
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import mukca
 from mukca.recorder.dataset import Placement
-from mukca.tools.calibration.calibration import Calibration
+from mukca.solver.robot.urdf import Robot
+from mukca.tools.workers import add_workers, workers_of
 
 
 def split(points: Placement, trained: int, seed: int) -> tuple[Placement, Placement]:
@@ -40,8 +42,10 @@ def split(points: Placement, trained: int, seed: int) -> tuple[Placement, Placem
     return train, test
 
 
-def held_out(calibration: Calibration, test: Placement) -> list[float]:
-    """Return mean errors of the held-out points in mm, by solve and by validate."""
+def held_out(robot: Robot, points: Placement, trained: int, seed: int) -> list[float]:
+    """Return mean errors of held-out points in mm, by solve and by validate."""
+    train, test = split(points, trained, seed)
+    calibration = mukca.calibrate(robot, train, test=test)
     summary = calibration.errors.summary.test
     again = calibration.validate(test).summary.test
     assert summary is not None and summary.geometric is not None and again is not None
@@ -58,16 +62,16 @@ def main() -> None:
     parser.add_argument("--ball", nargs=3, type=float, help="the reflector in that link [m]")
     parser.add_argument("--splits", type=int, default=10)
     parser.add_argument("--train", type=int, default=120, help="points to fit (default: 120)")
+    add_workers(parser)
     arguments = parser.parse_args()
     robot = mukca.load_robot(arguments.robot, flange=arguments.flange, ball=arguments.ball)
     (points,) = mukca.read_placements(arguments.points)
     begin = time.perf_counter()
-    rows: list[list[float]] = []
+    work = partial(held_out, robot, points, arguments.train)
+    rows = workers_of(arguments).map(work, range(arguments.splits))
     print("mean held-out error in mm: nominal, ball refitted, URDF alone, calibrated, by validate")
-    for seed in range(arguments.splits):
-        train, test = split(points, arguments.train, seed)
-        rows.append(held_out(mukca.calibrate(robot, train, test=test), test))
-        print(f"split {seed}: " + "  ".join(f"{value:.4f}" for value in rows[-1]), flush=True)
+    for seed, row in enumerate(rows):
+        print(f"split {seed}: " + "  ".join(f"{value:.4f}" for value in row))
     print("mean:    " + "  ".join(f"{value:.4f}" for value in np.mean(rows, axis=0)))
     print(f"{arguments.splits} splits in {time.perf_counter() - begin:.0f} s")
 

@@ -16,8 +16,12 @@ gripper, and is never decided.
 
 import argparse
 import math
+import os
 import time
 from dataclasses import replace
+from functools import partial
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
@@ -34,6 +38,7 @@ from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.solver.robot.urdf_text import Origin
 from mukca.tools.simulated_arms import Base, Imperfection, perturb, reachable_bases, record
+from mukca.tools.workers import add_workers, workers_of
 
 TICK = 2 * math.pi / 4096
 LARGEST = math.radians(5)
@@ -62,9 +67,12 @@ def main() -> None:
     parser.add_argument("--play", type=float, default=0.7, help="degrees")
     parser.add_argument("--angles", type=float, default=0.0, help="of the origins, deviation [rad]")
     parser.add_argument("--seed", type=int, default=0)
+    add_workers(parser)
     arguments = parser.parse_args()
     seeds = range(arguments.seed, arguments.seed + arguments.arms)
-    rows = np.concatenate([one_arm(arguments, seed) for seed in seeds])
+    arms = workers_of(arguments).map(partial(one_arm, arguments), seeds)
+    print("\n".join(text for text, _ in arms))
+    rows = np.concatenate([zeros for _, zeros in arms])
     decided = rows[rows[:, 1] <= math.degrees(DECIDED)]
     for name, some in (("all", rows), ("decided", decided)):
         off, ratio = np.abs(some[:, 0]), np.abs(some[:, 0] / some[:, 1])
@@ -76,11 +84,12 @@ def main() -> None:
         )
 
 
-def one_arm(arguments: argparse.Namespace, seed: int) -> np.ndarray:
-    """Simulate, calibrate, and print one arm.
+def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
+    """Simulate and calibrate one arm.
 
     Returns:
-        Of each joint's zero by how much it is off, and its stated deviation, shape (m, 2) [deg].
+        What to print; and of each joint's zero by how much it is off, and its stated deviation,
+        shape (m, 2) [deg].
     """
     generator = np.random.default_rng(seed)
     nominal = load_robot(arguments.robot)
@@ -108,16 +117,18 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> np.ndarray:
     models = (found.nominal_ball, found.geometric_ball, found.ball)
     where = np.repeat(bases[1].sockets, arguments.samples, axis=0)
     errors = [np.linalg.norm(model(test.positions) - where, axis=1).mean() for model in models]
-    print(f"arm {seed} ({seconds:.1f} s), mm held out, nominal > URDF > corrected:", end=" ")
-    print(" > ".join(f"{1e3 * error:.1f}" for error in errors))
-    print("  " + "; ".join(chosen.notes))
+    lines = [
+        f"arm {seed} ({seconds:.1f} s), mm held out, nominal > URDF > corrected: "
+        + " > ".join(f"{1e3 * error:.1f}" for error in errors),
+        "  " + "; ".join(chosen.notes),
+    ]
     begin = full.model.geometry
     deviations = np.degrees(np.sqrt(np.diag(full.covariance)[begin : begin + len(zeros)]))
     off = np.degrees(full.deflection.zeros - zeros)
     for joint, one, deviation in zip(nominal.joint_names, off, deviations, strict=True):
         word = "decided" if deviation <= math.degrees(DECIDED) else "unknown"
-        print(f"  {joint:14} {word}, off {one:+.2f} deg +- {deviation:.2f}")
-    return np.column_stack([off, deviations])
+        lines.append(f"  {joint:14} {word}, off {one:+.2f} deg +- {deviation:.2f}")
+    return "\n".join(lines), np.column_stack([off, deviations])
 
 
 if __name__ == "__main__":

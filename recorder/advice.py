@@ -7,6 +7,9 @@ from .samples import Sample
 
 __all__ = ["Advice", "Adviser", "Question"]
 
+TELLING = 3
+"""So many samples tell where the ball is on the arm, which nothing could be predicted without."""
+
 
 @dataclass(frozen=True)
 class Question:
@@ -54,6 +57,11 @@ class Advice:
     """What is odd about the samples, in words."""
     closing: tuple[str, ...] = ()
     """What another placement would bring, a line each, once this one is enough."""
+
+    @property
+    def telling(self) -> bool:
+        """Whether the prediction says anything yet: before, it is where the ball may be."""
+        return self.count >= TELLING
 
     @property
     def why_enough(self) -> str:

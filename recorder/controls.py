@@ -17,7 +17,8 @@ class Controls:
         keys: What each does.
         capture: Captures now, or says why not.
         asking: Whether the operator is asked first about what is continued.
-        paused: Whether capturing by itself waits for a key.
+        hands_free: Whether there is capturing without a key.
+        paused: Whether a key is waited for before anything is captured.
     """
 
     def __init__(
@@ -27,6 +28,7 @@ class Controls:
         capture: Callable[[], None],
         *,
         asking: bool = False,
+        hands_free: bool = False,
         paused: bool = False,
     ) -> None:
         self.help = False
@@ -34,6 +36,7 @@ class Controls:
         self.asking, self.paused = asking, paused
         self.elsewhere = False
         """Whether the operator goes on at a new placement."""
+        self._hands_free = hands_free
         self._desk = desk
         self._keys = keys
         self._capture = capture
@@ -81,7 +84,8 @@ class Controls:
     def _go_on_or_capture(self) -> None:
         if self.paused:
             self.paused = False
-            self._desk.tell("captures by itself wherever the arm rests at a new pose")
+            if self._hands_free:
+                self._desk.tell("captures by itself wherever the arm rests at a new pose")
         else:
             self._capture()
 

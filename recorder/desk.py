@@ -22,7 +22,8 @@ class Desk:
         session: Where it begins.
         recording: Its file.
         sound: What the operator hears.
-        check: Says what is odd about the last of some samples by the model; None if nothing is.
+        check: Says what the last of some samples does that is odd by the model, as in "puts the
+            ball 80 mm from the others"; None if nothing is.
         plausible: Likewise, of a pose that is to be captured without a key.
     """
 
@@ -59,10 +60,9 @@ class Desk:
         self.alarm(f"refused: {reason}")
 
     def doubt(self, rest: Rest) -> str | None:
-        """Say what would be odd about a sample taken at a rest; None if nothing would."""
-        if self._plausible is None:
-            return None
-        return self._plausible((*self.session.live, self._sample(rest)))
+        """Say why a rest is not captured without a key; None if it is."""
+        odd = self._plausible and self._plausible((*self.session.live, self._sample(rest)))
+        return f"this pose {odd}" if odd else None
 
     def capture(self, rest: Rest, push: str | None = None) -> Sample | None:
         """Save a rest as a sample; None if that failed, which the operator was told.
@@ -86,10 +86,11 @@ class Desk:
         said += f"; that is the target: {further}q to finish" if done else ""
         self.tell(said)
         self._sound.play(DONE if done else CAPTURED)
-        doubt = self._check and self._check(self.session.live)
-        self.doubted = bool(doubt)
-        if doubt:
-            self.alarm(doubt)
+        odd = self._check and self._check(self.session.live)
+        self.doubted = bool(odd)
+        if odd:
+            back = "u takes it back. Or has the base moved? n: new placement"
+            self.alarm(f"sample {sample.number} {odd} {back}")
         return sample
 
     def undo(self) -> None:

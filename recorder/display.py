@@ -8,7 +8,7 @@ from typing import Protocol
 from rich.console import Console, ConsoleDimensions
 
 from .keyboard import HangUp
-from .screen import HELP, render
+from .screen import HELP, KEYS, advice_lines, render
 from .view import View
 
 __all__ = ["Display", "Lines", "Screen"]
@@ -101,6 +101,7 @@ class Lines:
         self._console = console
         self._last: object = None
         self._words = ""
+        self._advice: object = None
         self._helped = False
 
     def __enter__(self) -> "Lines":
@@ -115,22 +116,39 @@ class Lines:
         return
 
     def show(self, view: View) -> None:
-        """Print what is new: messages, what to do now, and the help when it is asked for."""
+        """Print what is new: messages, advice, what to do now, the help when it is asked for."""
         messages = view.session.messages
         known = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
         try:
             for message in messages[known:]:
                 self._console.print(("! " if message.alarm else "") + message.text, markup=False)
-            if view.ready.words != self._words and not view.scripted:
-                self._words = view.ready.words
-                text = f"socket {view.session.socket}  {view.ready.text}"
-                self._console.print("\n".join([*view.card, text]), markup=False)
+            if view.advice and view.advice is not self._advice:
+                for line in advice_lines(view, 200):
+                    self._console.print(line, markup=False)
+            if not view.scripted:
+                self._show_what_to_do(view)
             if view.help and not self._helped:
                 self._console.print(HELP, markup=False)
         except OSError:
             raise HangUp from None
         self._last = messages[-1] if messages else None
-        self._helped = view.help
+        self._helped, self._advice = view.help, view.advice
+
+    def _show_what_to_do(self, view: View) -> None:
+        """Print the keys once, and what to do each time that it, or what is typed, changes."""
+        ready = view.ready
+        words = ready.text if ready.words == "WHICH?" else ready.words
+        if words == self._words:
+            return
+        if not self._words:
+            self._console.print(KEYS, markup=False)
+        self._words = words
+        text = f"socket {view.session.socket}  {ready.text}"
+        self._console.print("\n".join([*view.card, text]), markup=False)
 
     def bell(self) -> None:
-        """A line needs no bell."""
+        """Ring the bell of a simple terminal; a pipe has none."""
+        if self._console.is_terminal:
+            with suppress(OSError):
+                self._console.file.write("\a")
+                self._console.file.flush()

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from .. import MukcaError
 from .keyboard import NAMES
 
-__all__ = ["KEYS", "KeyMapError", "Prompt", "keys_with"]
+__all__ = ["KEYS", "KeyMapError", "Prompt", "capture_key", "keys_with"]
 
 ACTIONS = ("capture", "undo", "redo", "delete", "relabel", "next", "finish", "help")
 """What a key can be given to do."""
@@ -48,6 +48,12 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
         for name in names.split(","):
             keys[_known(name, setting)] = action
     return keys
+
+
+def capture_key(keys: Mapping[str, str]) -> str:
+    """Return what to call the key that captures: the first that the operator chose, or space."""
+    chosen = (key for key, does in keys.items() if does == "capture" and key not in KEYS)
+    return next(chosen, "space")
 
 
 def _known(name: str, setting: str) -> str:

@@ -10,6 +10,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, cast
 
+from .. import __version__
 from .csv_files import RecordingError
 from .placement_json import METADATA, read_distance, read_metadata
 from .samples import SAMPLES
@@ -49,11 +50,9 @@ class Metadata:
 
 def merged(earlier: dict[str, Any], metadata: Metadata) -> dict[str, Any]:
     """Return what to write: what stood there, and this start of the recorder."""
-    from importlib.metadata import version
-
     session = {
         "started": datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        "version": version("mukca"),
+        "version": __version__,
         **metadata.session,
     }
     before = earlier.get("sessions")

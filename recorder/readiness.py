@@ -50,7 +50,7 @@ class Moment:
     """Hands free: why this pose is not captured by itself."""
     hands_free: bool = False
     paused: bool = False
-    """Hands free: whether a key is waited for."""
+    """Whether a key is waited for before anything is captured."""
     prompt: str = ""
     """What is being typed; keys do not capture meanwhile."""
     asking: bool = False
@@ -99,7 +99,8 @@ def _before_all(now: Moment) -> Readiness | None:
     done = session.counts[session.socket] >= session.target
     if done or now.leave:
         to = session.next_socket
-        return Readiness(f"SOCKET {to} NOW", _NEXT, f"move the ball to socket {to}, then press s")
+        over = f"enough here: ball to socket {to}, then press s"
+        return Readiness(f"SOCKET {to} NOW", _NEXT, over)
     if now.paused:
         to = session.socket
         return Readiness(f"SOCKET {to} NOW", _NEXT, f"once the ball is in socket {to}: {key}")

@@ -12,7 +12,7 @@ from .controls import Controls
 from .desk import Desk
 from .display import Display
 from .keyboard import HangUp, Keyboard
-from .keys import KEYS
+from .keys import KEYS, capture_key
 from .news import StreamNews
 from .push import Push
 from .readiness import Moment, readiness
@@ -69,13 +69,15 @@ class Recorder:
     script: Script | None = None
     push: Push | None = None
     check: Callable[[Sequence[Sample]], str | None] | None = None
-    """Says what is odd about the last of some samples by the model; None if nothing is."""
+    """Says what the last of some samples does that is odd by the model; None if nothing is."""
     plausible: Callable[[Sequence[Sample]], str | None] | None = None
-    """Says why the last of some samples would not be captured without a key; None if it would."""
+    """Likewise, of a pose that is to be captured without a key."""
     keys: Mapping[str, str] = field(default_factory=lambda: KEYS)
     """What each key does."""
     hands_free: bool = False
     """Whether a settled rest at a new, plausible pose is captured without a key."""
+    moved: bool = False
+    """Whether the base was moved a moment ago, so that a key says when the ball is in it again."""
     sound: bool = True
     card: Sequence[str] = ()
     """What is continued, for the operator to confirm before anything is captured."""
@@ -91,13 +93,15 @@ class Recorder:
             self.keys,
             self._capture,
             asking=bool(self.card),
-            paused=self.hands_free,
+            hands_free=self.hands_free,
+            paused=self.hands_free or self.moved,
         )
         self._push = self.push or Push(self.session.joints)
         self._pushed: str | None = None
         self._pressed = 0.0
         self._got: tuple[int, float] | None = None
         self._shunned: Rest | None = None
+        self._doubted: Rest | None = None
         self._news = StreamNews(self.stream, self.watch, self._desk)
         self._trouble = self._news.trouble
         self._consultation = Consultation(self.adviser, self._desk, self._sound)
@@ -206,15 +210,18 @@ class Recorder:
         rest = self.watch.rest
         if not rest or not self.watch.settled or self._trouble(now):
             return
-        if self._shuns(rest):
+        if self._same(self._shunned, rest):
             return
         moment = replace(self._moment(now), got=None)
-        if readiness(moment).words == "HOLD":
+        ready = readiness(moment)
+        if ready.words == "HOLD":
             self._save(rest)
+        elif moment.doubt and ready.reason == moment.doubt and not self._same(self._doubted, rest):
+            self._doubted = rest  # said once
+            self._desk.alarm(f"{moment.doubt} {moment.capture_key} captures it all the same")
 
-    def _shuns(self, rest: Rest) -> bool:
-        shunned = self._shunned
-        return bool(shunned and self._desk.session.same(shunned.position, rest.position))
+    def _same(self, earlier: Rest | None, rest: Rest) -> bool:
+        return bool(earlier and self._desk.session.same(earlier.position, rest.position))
 
     # -- keys from a script ----------------------------------------------------------------------
 
@@ -235,7 +242,7 @@ class Recorder:
         trouble = self._trouble(now) or (None if rest else self.watch.moving)
         if trouble or not (rest and self.watch.settled):
             return trouble or "not yet still for long enough"
-        if self._shuns(rest):
+        if self._same(self._shunned, rest):
             return "it rests where a capture was just refused"
         earlier = self._desk.session.nearest(rest.position)
         return earlier and f"it rests where sample {earlier.number} was taken"
@@ -262,6 +269,7 @@ class Recorder:
             paused=self._controls.paused,
             prompt=prompt.text if prompt else "",
             asking=self._controls.asking,
+            capture_key=capture_key(self.keys),
         )
 
     def _draw(self) -> None:

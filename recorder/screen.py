@@ -12,7 +12,7 @@ from .samples import Sample
 from .session import JointLimits, Session
 from .view import View
 
-__all__ = ["HELP", "render", "rows_needed"]
+__all__ = ["HELP", "KEYS", "advice_lines", "render", "rows_needed"]
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 HELP = """\
@@ -58,6 +58,13 @@ def render(view: View, width: int, height: int, *, plain: bool = False) -> Group
     return Group(*(_shown(line, width, plain=plain) for line in _lines(view, width, height)))
 
 
+def advice_lines(view: View, width: int) -> list[str]:
+    """Return what the advice says, for where there is no screen; nothing without advice."""
+    if view.advice is None or not view.advice.telling:
+        return []
+    return [line.plain.strip() for line in (_gauge(view, width), *_hint(view, width))]
+
+
 def _shown(line: Text, width: int, *, plain: bool) -> Text:
     """Return a line that a terminal can show."""
     line.no_wrap = True
@@ -74,7 +81,7 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     spare = height - rows_needed(len(view.session.joints))
     keys = [Text(_fit(KEYS, width), style="bold")][:spare]
     title = [_title(view, width)][: max(0, spare - 1)]
-    facts = [_gauge(view, width)] if view.advice else []
+    facts = [_gauge(view, width)] if view.advice and view.advice.telling else []
     facts = [*facts, _stream(view)][: 0 if view.help else max(0, spare - 2)]
     large = banner(view.ready.words, view.ready.colour, width)
     counts = _counts(view.session, width)
@@ -101,18 +108,20 @@ def _gauge(view: View, width: int) -> Text:
     """The predicted error against the goal, and what the fit says."""
     advice = view.advice
     assert advice is not None
-    length = max(8, min(24, width - 62))
-    share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
-    bar = ("█" * round(share * length)).ljust(length, "·")
-    text = f" predicted {_mm(advice.predicted)} {bar} goal {_mm(advice.goal)}"
     facts = [
         None if advice.last_error is None else f"last {_mm(advice.last_error)}",
         None if advice.mean_error is None else f"mean {_mm(advice.mean_error)}",
         None if advice.scale is None else f"scale {100 * advice.scale:+.2f} %",
         None if advice.distance is None else f"sockets {_mm(advice.distance)}",
     ]
-    text += "".join(f"  {fact}" for fact in facts if fact)
-    return Text(_fit(text, width), style="green" if advice.predicted <= advice.goal else "")
+    start = f" predicted {_mm(advice.predicted)} "
+    end = " ".join([f" goal {_mm(advice.goal)}", *(fact for fact in facts if fact)])
+    length = max(3, min(24, width - len(start + end)))
+    share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
+    bar = ("█" * round(share * length)).ljust(length, "·")
+    return Text(
+        _fit(start + bar + end, width), style="green" if advice.predicted <= advice.goal else ""
+    )
 
 
 def _mm(metres: float) -> str:

@@ -45,9 +45,9 @@ def assert_true(positions: np.ndarray, truth: list[list[float]], states: int) ->
     assert np.all(away < 6 * 2e-5 / math.sqrt(states))
 
 
-def capture(terminal: TerminalSession, key: str, *shown: str) -> None:
+def capture(terminal: TerminalSession, key: str, *shown: str, called: str = "space") -> None:
     """Press a key once the arm has been still for longer than a window."""
-    terminal.wait_for("PRESS: space captures")
+    terminal.wait_for(f"PRESS: {called} captures")
     time.sleep(0.5)
     terminal.press(key)
     terminal.wait_for(*shown)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import mukca
+
 if sys.version_info >= (3, 11):
     import tomllib
 else:
@@ -81,8 +83,9 @@ def test_constraints_pin_every_dependency() -> None:
 
 
 def test_the_version_stands_in_one_place() -> None:
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    version = mukca.__version__
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
+    assert version not in (ROOT / "pyproject.toml").read_text()
     assert not [file for file in FILES if f'"{version}"' in file.read_text()]
 
 

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from .. import MukcaError
+from .. import MukcaError, __version__
 from .commands import Command
 from .terminal import Terminal
 
@@ -86,12 +86,10 @@ def build_parser(verb: str | None) -> argparse.ArgumentParser:
 
 
 class _ShowVersion(argparse.Action):
-    """Print the version, looked up only when it is asked for."""
+    """Print the version."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        from importlib.metadata import version
-
-        sys.stdout.write(f"mukca {version('mukca')}\n")
+        sys.stdout.write(f"mukca {__version__}\n")
         parser.exit()
 
 

@@ -48,7 +48,7 @@ def gravity_of(
 
 
 class Doubts:
-    """Says what is odd about the last of some samples by the nominal model.
+    """Says what the last of some samples does that is odd by the nominal model.
 
     By it the ball's centres of one socket lie within a few millimetres up to some 20 mm, and those
     of the other socket as far away as the sockets are apart.
@@ -67,7 +67,7 @@ class Doubts:
         self._points: dict[int, np.ndarray] = {}
 
     def __call__(self, samples: Sequence[Sample]) -> str | None:
-        """Return what is odd, in words; None if nothing is."""
+        """Return what it does, in words that follow its name; None if nothing is odd."""
         return self._of_place(samples)
 
     def _ball(self, sample: Sample, last: bool) -> np.ndarray:
@@ -97,9 +97,8 @@ class Doubts:
         if away <= allowed:
             return None
         return (
-            f"sample {last.number} puts the ball {1e3 * away:.0f} mm from {from_where}: is it "
-            f"seated, and in socket {last.socket}? u takes it back. Or has the base moved? n: new "
-            "placement"
+            f"puts the ball {1e3 * away:.0f} mm from {from_where}: is it seated, and in socket "
+            f"{last.socket}?"
         )
 
 

@@ -40,10 +40,10 @@ __all__ = [
     "TRANSMISSION",
     "ZERO",
     "Deflection",
+    "bent",
     "coefficient_names",
     "design",
     "looseness",
-    "shifted",
 ]
 
 COMPLIANCE = "compliance"
@@ -60,10 +60,12 @@ FIRM = 0.02
 """Share of an unloaded joint's variance that is left under load."""
 
 
-def design(extensions: Sequence[str], q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+def design(
+    extensions: Sequence[str], q: np.ndarray, moments: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return how the coefficients of some extensions shift the joint positions and tilts.
 
-    The shift is linear in the coefficients: q' - q = design @ coefficients.
+    Each coefficient shifts one of them, in proportion to itself.
 
     Args:
         extensions: Among :data:`EXTENSIONS`.
@@ -72,37 +74,48 @@ def design(extensions: Sequence[str], q: np.ndarray, moments: np.ndarray) -> np.
             moments about those across. Without tilt, the torques alone are enough, shape (N, m).
 
     Returns:
-        Derivatives by the p coefficients, extension after extension, shape (N, m, p), or with
-        tilt (N, 3 m, p): of q', then of the tilts u and v. Sines come before cosines.
+        Which of q', of the tilts u and of the tilts v, counted in this order, each of the p
+        coefficients shifts, extension after extension, shape (p,); and the derivatives of that by
+        the coefficient, shape (N, p). Sines come before cosines.
     """
-    m = q.shape[1]
-    own, tilts = np.eye(3 * m)[:, :m], np.eye(3 * m)[:, m:]
-    parts = [np.zeros((len(q), 3 * m, 0))]
+    m = int(q.shape[1])
+    own: np.ndarray = np.arange(m)
+    shifted: list[np.ndarray] = [own[:0]]
+    parts: list[np.ndarray] = [np.zeros((len(q), 0))]
     for extension in extensions:
+        if extension == TILT:
+            shifted += [m + own, 2 * m + own]
+            parts.append(-moments[:, m:])
+            continue
+        shifted.append(own)
         if extension == COMPLIANCE:
-            parts.append(-moments[:, None, :m] * own)
-        elif extension == TILT:
-            parts.append(-moments[:, None, m:] * tilts)
+            parts.append(-moments[:, :m])
         elif extension == ZERO:
-            parts.append(np.tile(own, (len(q), 1, 1)))
+            parts.append(np.ones((len(q), m)))
         elif extension == PLAY:
-            parts.append(-_sides(moments[:, :m])[:, None] * own)
+            parts.append(-_sides(moments[:, :m]))
         else:
             k = TRANSMISSION.index(extension) + 1
-            parts += [np.sin(k * q)[:, None] * own, np.cos(k * q)[:, None] * own]
-    return np.concatenate(parts, axis=2)[:, : 3 * m if TILT in extensions else m]
+            shifted.append(own)
+            parts += [np.sin(k * q), np.cos(k * q)]
+    return np.concatenate(shifted), np.concatenate(parts, axis=1)
 
 
-def shifted(q: np.ndarray, shifts: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-    """Return the true joint positions, and the tilts where there are any.
+def bent(
+    q: np.ndarray, shifted: np.ndarray, shifts: np.ndarray, coefficients: np.ndarray
+) -> np.ndarray:
+    """Return the true joint positions, followed by the tilts where there are any.
 
     Args:
         q: Joint positions as the encoders read them, shape (N, m) [rad].
-        shifts: What :func:`design` returns for them.
-        coefficients: Of the same extensions, one after the other.
+        shifted: What :func:`design` returns for them,
+        shifts: and for the same extensions.
+        coefficients: Of these extensions, one after the other, shape (p,).
     """
-    true = shifts @ coefficients
-    true[:, : q.shape[1]] += q
+    m = q.shape[1]
+    onto = np.eye(3 * m if (shifted >= m).any() else m)[shifted]
+    true = (shifts * coefficients) @ onto
+    true[:, :m] += q
     return true
 
 
@@ -165,5 +178,5 @@ class Deflection:
         Returns:
             Shape (N, m), or with tilts (N, 3 m) [rad].
         """
-        shifts = design(self.extensions, q, moments)
-        return shifted(q, shifts, np.concatenate([np.zeros(0), *self.coefficients]))
+        coefficients = np.concatenate([np.zeros(0), *self.coefficients])
+        return bent(q, *design(self.extensions, q, moments), coefficients)

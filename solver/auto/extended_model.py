@@ -21,10 +21,10 @@ from .deflection import (
     PLAY,
     ZERO,
     Deflection,
+    bent,
     coefficient_names,
     design,
     looseness,
-    shifted,
 )
 
 __all__ = ["Expected", "ExtendedModel", "extend"]
@@ -104,10 +104,11 @@ class ExtendedModel:
             The centres, shape (N, 3) [m]; their derivatives by the unknowns, shape (N, 3, size),
             and by the joint positions, shape (N, 3, m): with play, by as much as each is noisy.
         """
-        shifts = design(self.extensions, q, torque)
-        true = shifted(q, shifts, x[self.geometry :])
+        shifted, shifts = design(self.extensions, q, torque)
+        true = bent(q, shifted, shifts, x[self.geometry :])
         linear = self.ball.linearise(self.values(x), true)
-        by_unknowns = np.concatenate([linear.by_parameters, linear.by_joints @ shifts], axis=2)
+        by_coefficients = linear.by_joints[:, :, shifted] * shifts[:, None]
+        by_unknowns = np.concatenate([linear.by_parameters, by_coefficients], axis=2)
         by_joints = linear.by_joints[:, :, : q.shape[1]]
         if PLAY in self.extensions:
             by_joints = by_joints * looseness(torque[:, : q.shape[1]])[:, None]

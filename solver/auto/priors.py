@@ -46,8 +46,8 @@ ALIKE = 0.3
 play of a joint from that of the others, and that of all from what their noise shows."""
 FALLING = 0.05
 """Relative change in a step from which on a width falls, and not just settles."""
-SMALLEST_WIDTH = 1e-12
-"""A width is never less, so that it can be divided by."""
+SMALLEST_WIDTH = 1e-9
+"""A width is never less: rounding would leave nothing of the scale that lengths share."""
 EVERY = slice(None)
 
 

@@ -12,6 +12,7 @@ from ..data.load import Load
 from ..robot.kinematics import gravity_moments, workspace
 from .noise import INFORMATION
 from .posterior import Posterior
+from .priors import PriorGroup
 
 __all__ = [
     "correlations",
@@ -21,6 +22,7 @@ __all__ = [
     "predicted_deviation",
     "prior_deviations",
     "scale",
+    "settled",
     "workspace_deviation",
 ]
 
@@ -41,6 +43,20 @@ def prior_covariance(posterior: Posterior) -> np.ndarray:
     for group in posterior.groups:
         covariance[np.ix_(group.members, group.members)] = group.covariance(group.deviation)
     return covariance
+
+
+def settled(posterior: Posterior, group: PriorGroup) -> float:
+    """Return how many of a group's unknowns the data decide; the rest stays where the prior has it.
+
+    A group whose width is not learned does not count them itself: each of its unknowns is decided
+    by as much as its variance is smaller than before the data.
+    """
+    if group.learned:
+        return group.effective
+    before = np.diag(group.covariance(group.deviation))
+    after = np.diag(posterior.covariance)[group.members]
+    there = before > 0
+    return max(float(np.sum(1 - after[there] / before[there])), 0.0)
 
 
 def prior_deviations(posterior: Posterior) -> np.ndarray:

@@ -114,7 +114,7 @@ def inspect_all(
     together, parts = alone[good[0].name] if len(good) == 1 else find_parts(model, samples_of(good))
     labels = tuple((m.name, socket) for m in good for socket in m.sockets)
     sockets = Sockets(labels, together.centres[: len(labels)], together.noise)
-    placed = {m.name: elsewhere(m, parts, together, sockets) for m in good}
+    placed = {m.name: elsewhere(m, parts, together, sockets, zeros=zeros) for m in good}
     apart = together.error < UNEXPLAINED and any(findings for findings, _ in placed.values())
     columns = column_findings(model, good, together.samples if apart else None)
     # A mistake in all columns shows as anything: told first, and alone.

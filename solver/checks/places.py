@@ -16,6 +16,8 @@ FAR = 0.06
 """Robust weight below which a sample is far from its socket, about 9 deviations."""
 SEATED = 0.03
 """A ball that lies farther from its socket than this [m] is not just badly seated."""
+LOOSE, PLAYED = 5e-4, 5e-3
+"""Noise of an arm whose gears have play [m], and how far that may move a socket [m]."""
 LISTED = 20
 """Samples of a placement that are named one by one."""
 NEAR = 3e-3
@@ -42,7 +44,12 @@ class Sockets:
 
 
 def elsewhere(
-    measured: Measurement, parts: Sequence[Part], fit: RigidFit, sockets: Sockets
+    measured: Measurement,
+    parts: Sequence[Part],
+    fit: RigidFit,
+    sockets: Sockets,
+    *,
+    zeros: bool = False,
 ) -> tuple[list[Finding], tuple[Change, ...]]:
     """Return what the parts of a placement's sockets are, and where its base moved.
 
@@ -51,6 +58,7 @@ def elsewhere(
         parts: All parts; see :func:`~mukca.solver.checks.changes.find_parts`.
         fit: To them.
         sockets: The sockets' own parts.
+        zeros: Whether the arm is known to be made of servos, whose gears have play.
     """
     findings: list[Finding] = []
     changes: list[Change] = []
@@ -70,18 +78,22 @@ def elsewhere(
         before = part.end <= parts[part.socket].begin
         change = Change(socket, part.end if before else part.begin, jump)
         changes.append(change)
-        findings.append(_moved(measured, change))
+        play = not zeros and sockets.noise > LOOSE and jump < PLAYED
+        findings.append(_moved(measured, change, play=play))
     return findings, tuple(sorted(changes, key=lambda change: (change.socket, change.sample)))
 
 
-def _moved(measured: Measurement, change: Change) -> Finding:
+def _moved(measured: Measurement, change: Change, *, play: bool) -> Finding:
+    advice = "record it again, or keep both parts by --split-moved"
+    if play:
+        advice += "; or it is play: for an arm made of servos say --zeros"
     return Finding(
         "error",
         "moved",
         row_of(measured, change.socket, change.sample),
         f"the base moved by {1e3 * change.jump:.1f} mm before sample {change.sample + 1} of "
         f"socket {change.socket}",
-        "record it again, or keep both parts by --split-moved",
+        advice,
     )
 
 

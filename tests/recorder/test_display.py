@@ -9,9 +9,11 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
+from mukca.recorder.advice import Advice
 from mukca.recorder.display import Lines, Screen
 from mukca.recorder.keyboard import HangUp
 from mukca.recorder.readiness import Readiness
+from mukca.recorder.screen import KEYS
 from mukca.recorder.session import JointLimits, Session
 from mukca.recorder.view import View
 
@@ -113,10 +115,27 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
         lines.show(by_hand)
         lines.show(replace(by_hand, age=0.1))
         lines.show(replace(by_hand, ready=Readiness("HOLD", "red", "still moving")))
+        for typed in ("", "2"):
+            lines.show(replace(by_hand, ready=Readiness("WHICH?", "red", f"delete: {typed}_")))
     assert text.getvalue().splitlines() == [
+        KEYS,
         "socket 0  PRESS: space captures sample 1",
         "socket 0  HOLD: still moving",
+        "socket 0  WHICH?: delete: _",
+        "socket 0  WHICH?: delete: 2_",
     ]
+
+
+def test_a_simple_terminal_shows_the_advice_once_and_rings() -> None:
+    text = io.StringIO()
+    advised = replace(VIEW, advice=Advice(3, 0, 4e-4, 3e-4, target=(0.8,)))
+    simple = Console(file=text, force_terminal=True, color_system=None, width=200)
+    with Lines(simple) as lines:
+        for _ in range(2):
+            lines.show(advised)
+        lines.bell()
+    assert text.getvalue().count("predicted 0.40") == 1 and text.getvalue().endswith("\a")
+    assert "next best ◆: elbow up by 40.1°" in text.getvalue()
 
 
 def test_without_a_terminal_the_help_is_there_when_it_is_asked_for() -> None:

@@ -62,9 +62,13 @@ class Seen:
 
 
 def arm(
-    *faults: str, places: Sequence[Sequence[float]] = PLACES, speed: float = 8.0, **more: object
+    *faults: str,
+    places: Sequence[Sequence[float]] = PLACES,
+    speed: float = 8.0,
+    hold: float = 1.0,
+    **more: object,
 ) -> SimulatedArm:
-    motion = Motion(places, hold=1.0, move=0.6)
+    motion = Motion(places, hold=hold, move=0.6)
     read = [Fault.parse(fault) for fault in faults]
     return SimulatedArm(motion, rate=200.0, speed=speed, faults=read, **more)  # pyright: ignore
 
@@ -237,10 +241,11 @@ def test_a_pushed_arm_is_told_and_noted(record) -> None:
 
 def test_a_model_s_doubt_is_shown(record) -> None:
     def doubt(samples: Sequence[Sample]) -> str | None:
-        return "is it seated?" if len(samples) == 2 else None
+        return "is off: is it seated?" if len(samples) == 2 else None
 
     outcome, seen = record(arm(), "a*3 q", check=doubt)
-    assert seen.alarms == ["is it seated?"] and len(outcome.session.live) == 3
+    told = "sample 2 is off: is it seated? u takes it back. Or has the base moved? n: new placement"
+    assert seen.alarms == [told] and len(outcome.session.live) == 3
 
 
 def test_the_target_is_announced(record) -> None:
@@ -393,26 +398,35 @@ def test_hands_free_waits_for_a_key_between_sockets_and_counts_samples(by_hand) 
     assert words[1] == "SOCKET 0 NOW" and "SOCKET 1 NOW" in words and "PRESS" not in words
 
 
+def test_hands_free_does_not_take_again_what_was_taken_back(by_hand) -> None:
+    outcome, _ = by_hand(arm(speed=1.0), (0.5, "a"), (2.4, "u"), (4.4, "q"), hands_free=True)
+    assert outcome.session.withdrawn == (2,)
+    assert outcome.session.samples[1].stamp > 1.6 + 0.5  # it rests from 1.6 on; two windows
+    assert positions(outcome)[:, 0] == pytest.approx([0.1, 0.2], abs=1e-4)
+
+
 @pytest.mark.slow
 def test_hands_free_takes_no_implausible_pose_and_has_no_patience_to_lose(by_hand) -> None:
     def doubt(samples: Sequence[Sample]) -> str | None:
-        return "the ball is elsewhere" if samples[-1].position[0] > 0.5 else None
+        return "is elsewhere." if samples[-1].position[0] > 0.5 else None
 
-    outcome, _ = by_hand(
+    outcome, seen = by_hand(
         arm(speed=1.0, places=PLACES[:3]), (0.5, "a"), (35.0, "q"), hands_free=True, plausible=doubt
     )
     assert positions(outcome)[:, 0] == pytest.approx([0.1, 0.2], abs=1e-4)
+    assert seen.alarms == ["this pose is elsewhere. space captures it all the same"]
 
 
 def test_press_is_never_said_where_it_would_be_refused(by_hand) -> None:
     """A key is pressed whenever the banner says so, and at no other time."""
-    outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (2.0, "a"), (4.0, "s"), (9.0, "q"))
+    typed = (0.5, "a"), (3.8, "a"), (6.0, "s"), (9.0, "q")
+    outcome, seen = by_hand(arm(speed=1.0, hold=2.5), *typed)
     assert outcome.refused == 0 and outcome.session.counts == (2, 0)
     for view in seen.views:
         if view.ready.words == "PRESS":
             assert view.position and view.session.refusal(view.position) is None
             assert view.session.counts[view.session.socket] < view.session.target
-    assert {"GOT 1", "MOVE", "SOCKET 1 NOW", "PRESS"} <= set(words_of(seen))
+    assert {"GOT 1", "NEXT POSE", "MOVE", "SOCKET 1 NOW", "PRESS"} <= set(words_of(seen))
 
 
 def test_a_joint_count_that_changes_is_told_and_nothing_captured(by_hand) -> None:
@@ -438,7 +452,7 @@ def test_a_moved_base_is_left_for_a_new_placement(by_hand) -> None:
     """The sample that showed it is taken back first; without one, the key does nothing."""
 
     def jumped(samples: Sequence[Sample]) -> str | None:
-        return "has the base moved? n: new placement" if len(samples) == 2 else None
+        return "is off." if len(samples) == 2 else None
 
     typed = (0.5, "a"), (1.2, "n"), (2.5, "a"), (3.0, "n"), (6.0, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, check=jumped)
@@ -453,11 +467,15 @@ def test_nothing_is_captured_while_a_number_is_typed(by_hand) -> None:
     assert len(outcome.session.live) == 1 and "WHICH?" in words_of(seen)
 
 
-def test_a_captured_sample_is_one_tone_a_refused_two_and_the_end_three(by_hand) -> None:
-    source = arm(speed=1.0)
-    assert by_hand(source, (0.5, "a"), (1.8, "q"))[1].bells == 1
-    tones = by_hand(arm(speed=1.0), (0.2, "q"), sound=False)[1].bells
-    assert tones == 0
+@pytest.mark.parametrize(
+    ("sound", "pressed", "bells"),
+    [(True, (0.5,), 1), (True, (0.1,), 2), (True, (0.5, 2.0), 1 + 3), (False, (0.1, 0.5), 0)],
+)
+def test_a_captured_sample_is_one_tone_a_refused_two_and_the_end_three(
+    by_hand, sound: bool, pressed: tuple[float, ...], bells: int
+) -> None:
+    typed = [(moment, "a") for moment in pressed]
+    assert by_hand(arm(speed=1.0), *typed, (3.5, "q"), sound=sound)[1].bells == bells
 
 
 def test_other_keys_can_capture_and_numbers_are_typed(by_hand) -> None:
@@ -465,6 +483,7 @@ def test_other_keys_can_capture_and_numbers_are_typed(by_hand) -> None:
     typed = (0.5, "+"), (2.0, "+"), (3.0, "x1"), (3.1, "q"), (3.2, "l2 1"), (3.3, "\r"), (3.5, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, keys=keys)
     assert outcome.session.counts == (1, 1)
+    assert any(view.ready.text == "PRESS: + captures sample 1" for view in seen.views)
     assert any(
         view.ready.words == "WHICH?" and "delete sample: 1_" in view.ready.reason
         for view in seen.views
@@ -504,6 +523,7 @@ def test_advice_ends_a_socket_and_the_placement(by_hand) -> None:
     assert words.index("SOCKET 1 NOW") < words.index("ENOUGH")
     assert outcome.advice and outcome.advice.closing == ("go left",)
     assert seen.alarms == ["this moves like a crane"]
+    assert seen.bells == 1 + 3 + 1  # captured, done here, captured
 
 
 def test_advice_that_fails_ends_no_session(by_hand) -> None:

@@ -2,6 +2,7 @@
 
 import io
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -216,9 +217,19 @@ def test_the_banner_is_three_rows_of_one_colour_and_fits_the_smallest_window(wor
 
 def test_the_gauge_holds_what_is_predicted_against_the_goal() -> None:
     advice = Advice(12, 0, 4.3e-4, 3e-4, True, 1.2e-4, 1e-4, 2e-4, 0.05003)
-    line = next(line for line in drawn(view(advice=advice), 120) if "predicted" in line)
-    for part in ("predicted 0.43", "goal 0.30", "last 0.12", "mean 0.10", "+0.02 %", "50.03"):
-        assert part in line
+    for width in (80, 120):
+        line = next(line for line in drawn(view(advice=advice), width) if "predicted" in line)
+        for part in (
+            "predicted 0.43 ██",
+            "goal 0.30",
+            "last 0.12",
+            "mean 0.10",
+            "+0.02 %",
+            "50.03",
+        ):
+            assert part in line
+    early = drawn(view(advice=replace(advice, count=2)))
+    assert not any("predicted" in line for line in early)
 
 
 def test_the_newest_message_is_whole_and_last() -> None:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ... import MukcaError
 from ...recorder.dataset import Placement
 from ...solver.calibrated import CalibratedRobot
+from ...solver.checks.finding import OF_JOINTS
 from ...solver.data.measurements import Measurement, measure
 from ...solver.robot.urdf import Robot
 from ..documents.calibration import (
@@ -125,11 +126,13 @@ class Calibration:
     @property
     def distortion(self) -> str:
         """Why a model that does not reproduce the sockets' distance is not to be used."""
+        mend = "Check --distance, that sockets are not mixed up, and the data"
+        if any(finding.code in OF_JOINTS for finding in self.document.checks or ()):
+            mend = "Mend first what the checks say of the joints"
         return (
             "refused: the calibrated model does not reproduce the sockets' distance at "
             f"{', '.join(self.document.distorted)}; it has shrunk or bent to bring the samples "
-            "together. Check --distance, that sockets are not mixed up, and the data; "
-            "--accept-distorted exports it"
+            f"together. {mend}; --accept-distorted exports it"
         )
 
     @cached_property

@@ -5,11 +5,12 @@ import platform
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
-from importlib.metadata import version
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
+from ... import __version__
 from ...solver.auto.posterior import Posterior
 from ...solver.data.measurements import Measurement
 from ...solver.data.metrics import evaluate, is_distorted
@@ -172,6 +173,8 @@ def _provenance(robot: Robot, measurements: Sequence[Measurement]) -> Provenance
         },
         versions={
             "python": platform.python_version(),
-            **{name: version(name) for name in ("mukca", "casadi", "numpy")},
+            "mukca": __version__,
+            "casadi": ca.__version__,
+            "numpy": np.__version__,
         },
     )

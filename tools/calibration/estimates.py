@@ -84,7 +84,7 @@ def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:
             unit=group.unit,
             count=len(group.members),
             width=group.width,
-            effective=group.effective,
+            effective=uncertainty.settled(posterior, group),
             active=group.width > 0,
         )
         for group in posterior.groups

@@ -19,8 +19,6 @@ __all__ = ["outlook_of"]
 
 GUIDED, ADVISED = 10, 30
 """Configurations in each socket that are thought of, and that are advised: each counts thrice."""
-TRIES = 4
-"""A place that random starts do not reach in so many batches is no place to advise."""
 NEARER = (1.0, 0.85, 0.7)
 """A place that the arm does not reach is tried nearer to its base, by these factors."""
 
@@ -76,7 +74,7 @@ def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> S
         centre = place * np.array([factor, factor, 1.0])
         balls = np.repeat([centre - half, centre + half], GUIDED, axis=0)
         try:
-            q = Guide(robot).reach(balls, np.random.default_rng(0), TRIES)
+            q = Guide(robot).reach(balls, np.random.default_rng(0))
         except SimulationError:
             continue
         repeated = [np.tile(rows, (ADVISED // GUIDED, 1)) for rows in (q[:GUIDED], q[GUIDED:])]

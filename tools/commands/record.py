@@ -132,7 +132,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         outcome = record_session(arguments, robot, terminal)
         while outcome.elsewhere and outcome.signal is None:
             arguments.out = next_folder(arguments.out)
-            outcome = record_session(arguments, robot, terminal)
+            outcome = record_session(arguments, robot, terminal, moved=True)
     try:
         _say_outcome(outcome, arguments, terminal)
         sys.stdout.flush()
@@ -255,6 +255,8 @@ def _next_steps(outcome: "Outcome", arguments: argparse.Namespace) -> list[str]:
     out = str(arguments.out)
     again = ["--driver", arguments.driver, "--distance", repr(arguments.distance)]
     again += ["--robot-name", arguments.robot_name] if arguments.robot_name else []
+    again += [f"--{option}" for option in ("auto", "page") if getattr(arguments, option)]
+    again += [word for keys in arguments.key for word in ("--key", keys)]
     again += ["--out", str(next_folder(arguments.out))]
     advised = outcome.advice.closing if outcome.advice else ()
     return [

@@ -5,12 +5,11 @@ import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
-from ... import MukcaError
+from ... import MukcaError, __version__
 from ..calibration.calibration import Calibration
 
 __all__ = ["ExportError", "Exported", "Identity", "Loss", "Request", "identify", "losses_without"]
@@ -111,7 +110,7 @@ def identify(calibration: Calibration, file: Path, serial_number: str | None) ->
     numbers = {number for data in document.data for number in _noted(data.files)}
     known = numbers.pop() if len(numbers) == 1 else "not known"
     return Identity(
-        made_by=f"mukca {version('mukca')}",
+        made_by=f"mukca {__version__}",
         calibration=file.name,
         sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
         robot=_plain(document.model.name),

@@ -46,7 +46,9 @@ def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
     )
 
 
-def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Terminal) -> Outcome:
+def record_session(
+    arguments: argparse.Namespace, robot: Robot, terminal: Terminal, *, moved: bool = False
+) -> Outcome:
     """Record at one placement until the operator finishes.
 
     Args:
@@ -54,8 +56,9 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
             continued.
         robot: The nominal robot.
         terminal: Where lines are written.
+        moved: Whether the base was moved a moment ago.
     """
-    joints = joints_of(robot)
+    joints, keys = joints_of(robot), keys_with(arguments.key)
     _adopt(arguments)
     with ExitStack() as stack:
         keyboard, script = _keys(arguments, stack)
@@ -91,8 +94,9 @@ def record_session(arguments: argparse.Namespace, robot: Robot, terminal: Termin
             push=Push(joints, gravity_of(robot, load_of(arguments))),
             check=Doubts(robot, arguments.distance),
             plausible=Doubts(robot, arguments.distance, far=FIRST_FAR),
-            keys=keys_with(arguments.key),
+            keys=keys,
             hands_free=arguments.auto,
+            moved=moved,
             sound=arguments.sound != "off",
             adviser=adviser,
             onlooker=onlooker,

@@ -63,7 +63,7 @@ def state_of(view: View) -> dict[str, Any]:
         "joints": [(j.name, *_finite(j.lower, j.upper), j.prismatic) for j in session.joints],
         "position": view.position,
         "next": advice.target if advice else None,
-        "predicted": advice.predicted if advice else None,
+        "predicted": advice.predicted if advice and advice.telling else None,
         "goal": advice.goal if advice else None,
         "mean": advice.mean_error if advice else None,
         "last": advice.last_error if advice else None,

@@ -10,6 +10,7 @@ from ...solver.robot.kinematics import BallModel
 from ...solver.robot.urdf import Robot
 from ..calibration.calibration import Calibration
 from ..calibration.odds import Odds, odds_of
+from ..hints import strangers
 from .beside import goal_for
 
 __all__ = ["POSES", "standing", "worth_calibrating"]
@@ -25,7 +26,10 @@ def worth_calibrating(robot: Robot, folder: Path) -> str:
         robot: The nominal robot.
         folder: Where the poses were recorded.
     """
-    measured = measure(read_placement(folder), robot, sockets=1)
+    placement = read_placement(folder).for_joints(robot.joint_names)
+    if odd := strangers(robot)(placement.samples):
+        return odd[0].upper() + odd[1:]
+    measured = measure(placement, robot, sockets=1)
     balls = BallModel(robot, []).points(np.zeros(0), measured.positions)
     away = np.linalg.norm(balls - balls.mean(axis=0), axis=1)
     error, good = float(away.mean()), goal_for(robot)

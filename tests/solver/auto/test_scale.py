@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.priors import SMALLEST_WIDTH
+from mukca.solver.design.plan import expected_groups
 from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
+from mukca.solver.robot.urdf import Robot, load_robot
 
 ROBOTS = ("panda", "ur5", "so101")
 
@@ -25,3 +27,15 @@ def test_all_links_longer_by_one_percent_are_one_percent(name: str) -> None:
     model = extend(robot, parameters)
     links = [p.unit == "m" and not p.of_ball for p in parameters]
     assert model.by_scale() @ np.where(links, 0.01 * model.ball.nominal, 0) == pytest.approx(0.01)
+
+
+def test_the_scale_is_free_where_lengths_are_not(panda: Robot) -> None:
+    """However narrow the lengths' own prior has become, rounding leaves that of their scale."""
+    model = extend(panda, choose_parameters(panda))
+    group = next(g for g in expected_groups(model) if g.common is not None)
+    t = group.common
+    assert t is not None
+    for width in (1e-3, 1e-6, SMALLEST_WIDTH):
+        known = float(t @ t)
+        precision = t @ group.precision(width) @ t
+        assert precision == pytest.approx(known / (width**2 + known), rel=1e-3)

@@ -15,6 +15,7 @@ from mukca.solver.auto.uncertainty import (
     observability_index,
     predicted_deviation,
     prior_deviations,
+    settled,
 )
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
@@ -108,3 +109,10 @@ def test_how_much_errors_tell_follows_from_their_tails_not_their_size(
     squares = generator.chisquare(3, 40_000) / (generator.chisquare(nu, 40_000) / nu)
     assert _told(squares) == pytest.approx(told, abs=0.02)
     assert _told(9 * squares) == pytest.approx(_told(squares))
+
+
+def test_the_place_of_the_ball_is_settled_and_its_turn_is_not(found) -> None:
+    (ball,) = [group for group in found.groups if group.name == "ball"]
+    assert len(ball.members) == 6 and settled(found, ball) == pytest.approx(3, abs=0.1)
+    for group in found.groups:
+        assert 0 <= settled(found, group) <= len(group.members)

@@ -10,8 +10,9 @@ import pytest
 from record_commands import PANDA_HOME, assert_true, configurations, fast
 
 from mukca.recorder.dataset import Placement, read_placement
-from mukca.solver.robot.urdf import shipped_robots
+from mukca.solver.robot.urdf import load_robot, shipped_robots
 from mukca.tools.cli import main
+from mukca.tools.recording.quick import worth_calibrating
 
 
 def test_a_script_gives_the_same_file_every_time(tmp_path: Path, scripted) -> None:
@@ -158,6 +159,8 @@ def test_two_minutes_tell_whether_to_calibrate(session: Path, tmp_path: Path, sc
     assert "worth calibrating" in done.output and "mukca solve" not in done.output
     few = scripted(tmp_path / "few", "a*3 q", "--quick", hand=session / "front")
     assert few.status == 0 and "Too few poses to tell" in few.output
+    other = worth_calibrating(load_robot("iiwa14"), session / "front")
+    assert other.startswith("This moves like a ")
 
 
 def test_two_minutes_tell_whether_a_calibration_holds(

@@ -14,6 +14,8 @@ from mukca.recorder.dataset import Sample, read_placement
 from mukca.solver.robot.kinematics import BallModel
 from mukca.solver.robot.urdf import Robot, load_robot
 from mukca.tools.inverse_kinematics import MAX_TILT, Guide
+from mukca.tools.recording import sites
+from mukca.tools.recording.beside import goal_for
 from mukca.tools.recording.coach import LATELY, LEAST, SHARE, Coach
 from mukca.tools.recording.coaching import COACHING, BackgroundCoach, setup_of
 from mukca.tools.recording.neighbour import Neighbour
@@ -42,8 +44,14 @@ def test_poses_can_be_reached_by_a_hand(panda: Robot) -> None:
     assert np.all((upper - q) / (upper - lower) > 0.049)
     neck = Guide(panda)._linear(q)[0][:, 3:]
     assert np.all(neck[:, 2] < -np.cos(MAX_TILT) + 1e-6)
-    heights = skeleton(panda)(q)[0].reshape(30, -1, 3)[:, 3:-1, 2]
-    assert np.all(heights > TABLE)
+
+
+def test_no_link_is_below_the_table() -> None:
+    """As two of three poses of a UR would be, with a socket this low."""
+    robot = load_robot("ur5e")
+    q = Reach(robot).poses(np.array([0.7, 0.05, 0.03]), 20)
+    heights = skeleton(robot)(q)[0].reshape(20, -1, 3)[:, 2:-1, 2]
+    assert np.all(heights > TABLE - 1e-9)
 
 
 @pytest.mark.parametrize(("name", "z"), [("ur10", 0.25), ("ur3e", 0.2), ("iiwa14", -0.1)])
@@ -69,6 +77,8 @@ def test_the_prediction_falls_and_each_socket_has_its_turn(
     assert whole.mean_error and whole.mean_error < 1.5e-4
     assert whole.distance == pytest.approx(0.05, abs=1e-4)
     assert whole.last_error and abs(whole.scale or 1) < 0.01
+    turned = coach.advise([*samples[SHARE:], *samples[:SHARE]], 0)
+    assert turned.last_error != pytest.approx(whole.last_error, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -98,6 +108,16 @@ def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
     assert asked(1.01 * beyond.predicted).why_enough == "the goal is reached"
 
 
+@pytest.mark.parametrize(
+    ("name", "mm", "goal"),
+    [("panda", None, 3e-4), ("ur5e", None, 3e-4), ("gen3_lite", None, 3e-3), ("panda", 0.5, 5e-4)],
+)
+def test_the_goal_is_what_the_arm_repeats_to_or_a_socket_resolves(
+    name: str, mm: float | None, goal: float
+) -> None:
+    assert goal_for(load_robot(name), mm) == pytest.approx(goal)
+
+
 def test_an_easy_goal_leaves_a_socket_earlier(
     panda: Robot, coach: Coach, samples: list[Sample]
 ) -> None:
@@ -106,21 +126,39 @@ def test_an_easy_goal_leaves_a_socket_earlier(
 
 
 @pytest.mark.slow
-def test_another_placement_is_weighed(coach: Coach, samples: list[Sample]) -> None:
+def test_another_placement_is_weighed(
+    coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The best of some, whichever comes first."""
+    found = sites.sites_around(coach._reach, np.array([0.5, 0.0, 0.1]), 0.05)[::3]
+    assert len(found) > 1
+    monkeypatch.setattr(sites, "sites_around", lambda *_: found)
     words = coach.closing(samples)
+    monkeypatch.setattr(sites, "sites_around", lambda *_: found[::-1])
+    assert coach.closing(samples) == words
     assert "A second placement near" in words[0] and "measured to 0.1 mm" in words[1]
     now = float(words[0].split(" known to ")[1].split()[0])
     then, tied = (float(line.split()[-2]) for line in words[:2])
     assert now > then > tied
 
 
-def test_the_nearest_of_the_good_poses_is_proposed(coach: Coach, samples: list[Sample]) -> None:
+def test_the_nearest_of_the_good_poses_is_proposed(
+    coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(coach, "_stranger", lambda samples: f"odd: {len(samples)}")
     anywhere = coach.advise(samples[:8], 0)
+    assert anywhere.doubt == "odd: 8"
     assert anywhere.target is not None
     poses = coach._poses[0]
-    near = coach.advise(samples[:8], 0, poses[3])
-    far = np.abs(np.array(anywhere.target) - poses[3]).max()
-    assert np.abs(np.array(near.target) - poses[3]).max() <= far
+    advised = [(q, coach.advise(samples[:8], 0, q).target) for q in poses[:4]]
+    for q, target in advised:
+        assert away(target, q) <= away(anywhere.target, q)
+    assert len({target for _, target in advised}) > 1
+
+
+def away(target: tuple[float, ...] | None, q: np.ndarray) -> float:
+    assert target is not None
+    return float(np.abs(np.array(target) - q).max())
 
 
 @pytest.fixture

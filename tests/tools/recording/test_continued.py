@@ -1,10 +1,11 @@
 """Recordings that are continued, and what is not."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
-from record_commands import capture, command
+from record_commands import PANDA_HOME, capture, command
 from terminal_session import TerminalSession
 
 from mukca.recorder.dataset import read_placement
@@ -71,6 +72,21 @@ def test_a_recording_is_continued_in_the_socket_where_the_ball_was(
     assert read_placement(out).sockets.tolist() == [0, 0, 1]
 
 
+def test_a_forgotten_out_is_called_by_its_name(session: Path, tmp_path: Path, scripted) -> None:
+    assert scripted(tmp_path / "front", "a*2 q", hand=session / "front").status == 0
+    done = scripted(tmp_path / "front", "a q", hand=session / "left")
+    assert "! sample 3 puts the ball" in done.output
+    assert "has the base moved? n: new placement" in done.output
+
+
+def test_another_arm_is_called_by_its_name(tmp_path: Path, scripted) -> None:
+    """Where it moves beyond the model's limits."""
+    hand = tmp_path / "low.csv"
+    hand.write_text(",".join(map(repr, (*PANDA_HOME[:3], -2.6, *PANDA_HOME[4:]))))
+    done = scripted(tmp_path / "front", "wait=1 !a q", "--robot", "iiwa14", hand=hand)
+    assert re.search(r"! refused: .*outside its limits.* This moves like a .*panda", done.output)
+
+
 def test_a_folder_of_placements_is_not_recorded_into(tmp_path: Path, scripted) -> None:
     assert scripted(tmp_path / "data/front", "a q").status == 0
     done = scripted(tmp_path / "data", "a q")
@@ -80,7 +96,8 @@ def test_a_folder_of_placements_is_not_recorded_into(tmp_path: Path, scripted) -
 
 def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
-    assert scripted(out, "a*3 u r delete=1 relabel=2:1 q").status == 0
+    done = scripted(out, "a*3 u r delete=1 relabel=2:1 q")
+    assert done.status == 0 and "1 in socket 0, 1 in socket 1 (1 taken back)" in done.output
     assert [s.number for s in read_placement(out).samples] == [2, 3]
     assert read_placement(out).sockets.tolist() == [1, 0]
     events = [line.split(",")[0] for line in (out / "samples.csv").read_text().splitlines()[1:]]
@@ -93,15 +110,18 @@ def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scr
 def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
     assert scripted(out, "a*2 s a q").status == 0
-    with TerminalSession(command(hand, out)) as terminal:
-        terminal.wait_for("GO ON?", "2 in socket 0, 1 in socket 1", "Has the base not moved")
+    pedal = ["--key", "capture=Enter,PageDown", "--sound", "off"]
+    with TerminalSession(command(hand, out, *pedal)) as terminal:
+        terminal.wait_for("GO ON?", "2 in socket 0, 1 in socket 1", "last in socket 1", "not moved")
         terminal.press("a")
         terminal.wait_for("GO ON?")
         terminal.press("n")
-        terminal.wait_for("front-2", "0:  0/30")
-        capture(terminal, "a", "captured sample 1")
+        terminal.wait_for("front-2", "SOCKET 0 NOW: once the ball is in socket 0: Enter")
+        terminal.press("\r")
+        capture(terminal, "\x1b[6~", "captured sample 1", called="Enter")
         terminal.press("q")
         assert terminal.wait() == 0
+        assert b"\a" not in terminal.output
     assert len(read_placement(out).samples) == 3
     assert len(read_placement(tmp_path / "front-2").samples) == 1
 

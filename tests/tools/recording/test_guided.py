@@ -20,6 +20,8 @@ from mukca.tools.simulated_arms import Base, record
 pytestmark = [pytest.mark.slow, pytest.mark.waits]
 LEFT = 2
 """So many samples a session that is continued lacks in each socket."""
+ASTRAY = 0.5
+"""So far the first joint is turned to where no socket is [rad]."""
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
@@ -28,16 +30,22 @@ def hands(true_panda: Robot, shared: Callable[..., Path]) -> Path:
     """Where a hand leads the arm, for all of a session and for its rest.
 
     Twice to what is needed in socket 0, as some of it goes by while a browser starts, and then
-    again and again to socket 1.
+    again and again to socket 1; once it goes astray among those.
     """
 
     def make(folder: Path) -> None:
         base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
         led = record(true_panda, base, np.random.default_rng(1), samples=LEAST, noise=5e-5)
         first, second = ([s for s in led.samples if s.socket == k] for k in (0, 1))
-        for name, need in (("all", LEAST), ("rest", LEFT)):
-            way = replace(led, samples=(*2 * first[:need], *20 * second))
-            write_holes(way, folder / name)
+        q = first[0].position
+        astray = replace(second[0], position=(q[0] + ASTRAY, *q[1:]))
+        for name, need, more in (
+            ("all", LEAST, []),
+            ("rest", LEFT, []),
+            ("astray", LEAST, [astray]),
+        ):
+            way = (*2 * first[:need], *20 * (second[:2] + more + second[2:]))
+            write_holes(replace(led, samples=way), folder / name)
 
     return shared("guided_hands", make)
 
@@ -84,7 +92,7 @@ def test_a_guided_session_by_keys(hands: Path, begun: Path, tmp_path: Path, part
             terminal.press("y")
         for number in range(2 * done + 1, done + LEAST + 1):
             take(terminal, number)
-        terminal.wait_for("SOCKET 1 NOW: move the ball to socket 1, then press s")
+        terminal.wait_for("SOCKET 1 NOW: enough here: ball to socket 1, then press s")
         terminal.press("s")
         terminal.wait_for("MOVE")
         for number in range(done + LEAST + 1, 2 * LEAST + 1):
@@ -103,7 +111,7 @@ def test_a_guided_session_by_keys(hands: Path, begun: Path, tmp_path: Path, part
 def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> None:
     playwright = pytest.importorskip("playwright.sync_api")
     out = tmp_path / "front"
-    words = command(hands / "all", out, "rate=100&hold=1.5&move=0.6&speed=3", "--auto", "--page")
+    words = command(hands / "astray", out, "rate=100&hold=1.5&move=0.6&speed=3", "--auto", "--page")
     options = ["--headless", "--no-sandbox", "--disable-gpu"]
     with playwright.sync_playwright() as player:
         browser = player.chromium.launch(executable_path=CHROMIUM, args=options)
@@ -132,5 +140,8 @@ def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> N
             terminal.wait_for("missed 0")
         browser.close()
     assert not complaints
-    sockets = read_placement(out).sockets
+    taken = read_placement(out)
+    sockets, turns = taken.sockets, taken.positions[:, 0]
+    astray = read_placement(hands / "astray").positions[LEAST * 2 + 2, 0]
+    assert np.abs(turns - astray).min() > 0.01
     assert (sockets == 0).sum() == LEAST and (sockets == 1).sum() >= LEAST

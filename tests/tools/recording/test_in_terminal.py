@@ -199,6 +199,7 @@ def test_a_simple_terminal_shows_what_to_do(tmp_path: Path) -> None:
         terminal.wait_for("captured sample 1", "NEXT POSE")
         terminal.press("q")
         assert terminal.wait() == 0
+        assert b"\x1b" not in terminal.output and b"\a" in terminal.output
 
 
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")

@@ -5,6 +5,7 @@ import json
 import re
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -56,7 +57,7 @@ def test_nothing_is_loaded_from_elsewhere() -> None:
 def test_a_state_reaches_a_browser(server: Server) -> None:
     joints = (JointLimits("elbow"), JointLimits("rail", 0.0, 0.5, prismatic=True))
     session = Session(joints).captured(Sample((0.1, 0.2), 0, number=1)).with_message("<b>hi</b>")
-    advice = Advice(1, 0, 4e-4, 3e-4, target=(0.5, 0.3))
+    advice = Advice(3, 0, 4e-4, 3e-4, target=(0.5, 0.3))
     view = View(session, "arm", Readiness("PRESS", "dark_green", "now"), (0.1, 0.2), advice)
     response = ask(server, urlsplit(server.url).path + "events")
     assert response.readline() == b"data: {}\n" and response.readline() == b"\n"
@@ -64,5 +65,7 @@ def test_a_state_reaches_a_browser(server: Server) -> None:
     said = json.loads(response.readline().removeprefix(b"data: "))
     assert said["words"] == "PRESS" and list(said["counts"]) == [1, 0]
     assert said["next"] == [0.5, 0.3] and said["messages"] == [["<b>hi</b>", False]]
+    assert said["predicted"] == 4e-4
     assert said["joints"][0] == ["elbow", -3.2, 3.2, False]
     response.close()
+    assert state_of(replace(view, advice=replace(advice, count=2)))["predicted"] is None

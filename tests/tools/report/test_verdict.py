@@ -15,6 +15,7 @@ from mukca.tools.documents.calibration import FORMAT, CalibrationDocument, calib
 from mukca.tools.documents.estimates import DistanceDeviation, Uncertainty
 from mukca.tools.documents.files import decode
 from mukca.tools.documents.report import ReportDocument
+from mukca.tools.documents.report_drawing import Coverage
 from mukca.tools.documents.report_verdict import Limit
 from mukca.tools.report.build import Options, build_report
 from mukca.tools.report.figures.acceptance import ARMS, known_arm, limits_for
@@ -255,14 +256,7 @@ def test_a_joint_that_stood_still_leaves_it_open(document) -> None:
     narrow = msgspec.structs.replace(covered, sockets=sockets)
     row = travel_row(narrow)
     assert row.status == "not enough" and "panda_joint3 turned by 17 deg" in row.text
-    unknown = Uncertainty(
-        weak_directions=(),
-        correlations=(),
-        observability_index=0.01,
-        distance_deviation=DistanceDeviation(median=4e-3, worst=9e-3),
-        cannot_see=(),
-    )
-    row = prediction_row(unknown, Limit(value=3e-4, source=""), "auto", narrow)
+    row = prediction_row(uncertainty(4e-3), Limit(value=3e-4, source=""), "auto", narrow)
     assert "more varied samples (panda_joint3 turned by 17 deg only), and a second" in row.text
 
 
@@ -274,6 +268,26 @@ def test_a_large_predicted_error_leaves_it_open(extended) -> None:
     assert (figures.verdict.status, limits["predicted_distance"]) == ("incomplete", "not enough")
     assert "are known to 3.80 mm only" in figures.verdict.text
     assert figures.answers.use.text.endswith("see first what it lacks.")
+
+
+@pytest.mark.parametrize(
+    ("limit", "allowed"), [(3e-4, 9e-4), (6e-4, 1.8e-3), (1.5e-3, 2e-3), (6e-3, 6e-3)]
+)
+def test_arms_that_repeat_worse_may_not_know_distances_ever_worse(limit, allowed) -> None:
+    nowhere = Coverage(joints=(), sockets=())
+    for found, expected in ((0.99 * allowed, "pass"), (1.01 * allowed, "not enough")):
+        row = prediction_row(uncertainty(found), Limit(value=limit, source=""), "auto", nowhere)
+        assert row.status == expected and row.limit == pytest.approx(allowed)
+
+
+def uncertainty(median: float) -> Uncertainty:
+    return Uncertainty(
+        weak_directions=(),
+        correlations=(),
+        observability_index=0.01,
+        distance_deviation=DistanceDeviation(median=median, worst=9e-3),
+        cannot_see=(),
+    )
 
 
 def test_no_distance_is_asked_to_be_known_better_than_links_are(extended) -> None:

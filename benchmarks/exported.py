@@ -1,0 +1,85 @@
+"""How calibrated.urdf alone does against the paper's geometry, arm by arm.
+
+    python benchmarks/exported.py [--arms 40] [--rigid]
+
+Simulated arms bend and turn unevenly as real ones do (unless --rigid). Each is trained on 10 + 10
+and 30 + 30 configurations at one place, and 30 + 30 at three, and measured at three others. The
+error of a ratio is that of the samples held out: they are few, too.
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+from functools import partial
+
+import numpy as np
+
+from mukca.solver.data.measurements import Measurement, measure
+from mukca.solver.fit import fit_by_auto, fit_by_paper
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot.urdf import load_robot
+from mukca.tools.realistic_flaws import realistic_flaws
+from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
+from mukca.tools.workers import add_workers, workers_of
+
+ROBOTS = ("panda", "iiwa14", "ur5e", "gen3")
+TRAINED = {"10 + 10": (10, 1), "30 + 30": (30, 1), "three times 30 + 30": (30, 3)}
+Row = tuple[float, float, float]
+"""The paper's error [mm], the URDF's over that, and the standard error of the latter."""
+
+
+def distances(ball: np.ndarray, held_out: Measurement) -> np.ndarray:
+    """Return how far each ball is from its socket's mean, shape (N,) [m]."""
+    apart = [ball[rows] - ball[rows].mean(axis=0) for rows in held_out.slices]
+    return np.linalg.norm(np.concatenate(apart), axis=1)
+
+
+def draw(rigid: bool, seed: int) -> dict[str, Row]:
+    """Return how one arm comes out, by what it was trained on."""
+    robot, generator = load_robot(ROBOTS[seed % len(ROBOTS)]), np.random.default_rng(9000 + seed)
+    arm, parameters = perturb(robot, generator, 2e-3, 5e-3), choose_parameters(robot)
+    how = Imperfection(1e-4) if rigid else realistic_flaws(robot, generator)
+    bases = reachable_bases(arm, generator, 6)
+
+    def at(some: slice, samples: int) -> list[Measurement]:
+        recorded = (
+            record(arm, base, generator, samples=samples, imperfection=how) for base in bases[some]
+        )
+        return [measure(placement, robot) for placement in recorded]
+
+    test = at(slice(3, 6), 30)
+    rows: dict[str, Row] = {}
+    for name, (samples, places) in TRAINED.items():
+        train = at(slice(places), samples)
+        fits = [fit(robot, parameters, train).calibrated for fit in (fit_by_auto, fit_by_paper)]
+        urdf, paper = (
+            np.concatenate([distances(one.geometric_ball(m.positions), m) for m in test])
+            for one in fits
+        )
+        spread = float((urdf - paper).std() / len(paper) ** 0.5 / paper.mean())
+        rows[name] = 1e3 * float(paper.mean()), float(urdf.mean() / paper.mean()), spread
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--arms", type=int, default=40)
+    parser.add_argument("--rigid", action="store_true", help="arms that neither bend nor wobble")
+    add_workers(parser)
+    arguments = parser.parse_args()
+    work = partial(draw, arguments.rigid)
+    draws = list(workers_of(arguments).map(work, range(arguments.arms)))
+    print(f"{'trained on':24s}{'paper':>9s}  URDF/paper: mean median  worst   > 1  > 1.02   by 2 s")
+    for name in TRAINED:
+        paper, ratio, spread = np.array([row[name] for row in draws]).T
+        worse = [np.sum(ratio > 1), np.sum(ratio > 1.02), np.sum(ratio > 1 + 2 * spread)]
+        print(
+            f"{name:24s}{paper.mean():9.3f}{ratio.mean():17.3f}{np.median(ratio):7.3f}"
+            f"{ratio.max():7.3f}{worse[0]:6d}{worse[1]:8d}{worse[2]:12d}"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,46 @@
+"""How sure the minimum of Eq. (5) is: of the arm's size, as sure as the caliper, and the noise."""
+
+import numpy as np
+import pytest
+
+from mukca.solver.auto.extended_model import extend
+from mukca.solver.data.known import SEAT_DEVIATION
+from mukca.solver.data.measurements import measure
+from mukca.solver.data.metrics import CALIPER_DEVIATION
+from mukca.solver.fit import fit_by_paper
+from mukca.solver.robot.parameters import choose_parameters
+from mukca.tools.simulated_arms import Base, record
+
+
+@pytest.fixture(scope="module")
+def recordings(panda, true_panda):
+    """The same poses, with noise and without."""
+    base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
+    return {
+        noise: record(true_panda, base, np.random.default_rng(2), samples=15, noise=noise)
+        for noise in (0.0, 1e-4, 4e-4)
+    }
+
+
+def size(panda, placement, distance: float = 0.05) -> tuple[float, float]:
+    """Return by how much the arm comes out larger, and the deviation of that."""
+    fit = fit_by_paper(panda, choose_parameters(panda), [measure(placement, panda, distance)])
+    by_scale = extend(panda, fit.calibrated.parameters).by_scale()
+    assert fit.covariance is not None
+    change = fit.calibrated.values - fit.calibrated.model.nominal
+    return float(by_scale @ change), float(by_scale @ fit.covariance @ by_scale) ** 0.5
+
+
+def test_a_caliper_s_error_makes_the_size_wrong_as_it_really_does(panda, recordings) -> None:
+    """Without noise, nothing is unsure but what the caliper says, and how the base is seated."""
+    off = float(np.hypot(CALIPER_DEVIATION, SEAT_DEVIATION))
+    (right, deviation), (longer, _) = (size(panda, recordings[0.0], d) for d in (0.05, 0.05 + off))
+    assert deviation == pytest.approx(longer - right, rel=0.03)
+    assert 4e-4 < deviation < 7e-4
+
+
+def test_noise_makes_it_less_sure_as_noise_grows(panda, recordings) -> None:
+    calm, rough = (size(panda, recordings[noise]) for noise in (1e-4, 4e-4))
+    of_noise = [(d**2 - size(panda, recordings[0.0])[1] ** 2) ** 0.5 for _, d in (calm, rough)]
+    assert of_noise[1] == pytest.approx(4 * of_noise[0], rel=0.5)
+    assert abs(rough[0] - calm[0]) < 3 * rough[1]
