@@ -38,7 +38,9 @@ def record_placements(arm: Robot, seed: int) -> list[Placement]:
 
 def calibrated_urdf(nominal: Robot, placements: Sequence[Placement]) -> bytes:
     """Return the URDF that ``mukca solve`` exports from these placements."""
-    train = [measure(placement, nominal) for placement in placements]
+    # In the order of their names, as solve reads them from a folder.
+    in_order = sorted(placements, key=lambda placement: placement.name)
+    train = [measure(placement, nominal) for placement in in_order]
     return fit_by_auto(nominal, choose_parameters(nominal), train).calibrated.urdf()
 
 
