@@ -49,7 +49,7 @@ SETTLED_EXACT = 1e-4
 LEAVES = 2
 """So often may a joint's elasticity leave zero. One that gains nothing could otherwise come and go
 forever."""
-HALVINGS = 6
+SHORTER = 6
 RISE = 1e-9
 """Relative rise of the objective in a step that is rounding alone."""
 
@@ -67,6 +67,8 @@ class Step:
     """L_i of (A5), shape (N, 3, 3) [m^2]."""
     volume: float
     """By how much the volume's slope was multiplied; 1 where the noise fits the errors."""
+    slope: float
+    """Slope of L along the change, per whole step."""
 
 
 def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
@@ -146,7 +148,7 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
     free = free_unknowns(objective, released)
     H = normal.information + prior
     change, covariance = bounded_step(H, gradient, x, free, bounded & free, unheld)
-    return Step(change, covariance, normal, spread, volume)
+    return Step(change, covariance, normal, spread, volume, float(gradient @ change))
 
 
 def _volume_weight(
@@ -185,13 +187,19 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
 
 
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
-    """Return the state after a step, halved as often as L would rise, and the step taken."""
+    """Return the state after a step, and the step taken: a part of it where L would rise.
+
+    The part leads to the minimum of the parabola through L at both ends and its slope at the
+    beginning (Nocedal and Wright, Numerical Optimization, section 3.5).
+    """
     before = value(objective, state, step.volume, step.normal)
-    for _ in range(HALVINGS):
+    for _ in range(SHORTER):
         there = _moved(objective, state, step.change)
-        if value(objective, there, step.volume) <= before + RISE * abs(before):
+        rise = value(objective, there, step.volume) - before
+        if rise <= RISE * abs(before):
             break
-        step = replace(step, change=0.5 * step.change)
+        part = min(0.5, max(0.1, -0.5 * step.slope / (rise - step.slope)))
+        step = replace(step, change=part * step.change, slope=part * step.slope)
     else:
         there = _moved(objective, state, step.change)
     return there, step
