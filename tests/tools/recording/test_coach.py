@@ -129,13 +129,13 @@ def test_an_easy_goal_leaves_a_socket_earlier(
 def test_another_placement_is_weighed(
     coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The best of some, whichever comes first."""
+    """The best of some, whichever comes first; poses with longer bases are drawn anew each time."""
     found = sites.sites_around(coach._reach, np.array([0.5, 0.0, 0.1]), 0.05)[::3]
     assert len(found) > 1
     monkeypatch.setattr(sites, "sites_around", lambda *_: found)
     words = coach.closing(samples)
     monkeypatch.setattr(sites, "sites_around", lambda *_: found[::-1])
-    assert coach.closing(samples) == words
+    assert coach.closing(samples)[:2] == words[:2]
     assert "A second placement near" in words[0] and "measured to 0.1 mm" in words[1]
     now = float(words[0].split(" known to ")[1].split()[0])
     then, tied = (float(line.split()[-2]) for line in words[:2])
