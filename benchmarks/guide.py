@@ -19,6 +19,7 @@ over its predicted deviation is squared and averaged over all arms, and should c
 import argparse
 import os
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -41,6 +42,7 @@ from mukca.tools.inverse_kinematics import Guide
 from mukca.tools.recording.beside import goal_for
 from mukca.tools.recording.coach import Coach
 from mukca.tools.simulated_arms import Base, perturb, reachable_bases, record
+from mukca.tools.workers import Workers, add_workers, workers_of
 
 NOISE = 1e-4
 STEP = 0.8
@@ -130,31 +132,33 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def simulate(count: int, names: list[str], goal_mm: float | None) -> None:
-    rows = []
+def one_arm(names: list[str], goal_mm: float | None, i: int) -> tuple[str, tuple[float, ...]]:
+    """Return a line of the table on one simulated arm, and its figures."""
+    name = names[i % len(names)]
+    robot = load_robot(name)
+    generator = np.random.default_rng([i, 3])
+    arm = perturb(robot, generator, 2e-3, 5e-3)
+    first, second = reachable_bases(arm, generator, 2)
+    hand = Hand(arm, generator)
+    coach = Coach(robot, 0.05, goal_for(robot, goal_mm))
+    samples, gauge = guided(hand, first, coach)
+    test = record(arm, second, generator, samples=30)
+    a = truth(arm, fitted(robot, samples), test)
+    b = truth(arm, fitted(robot, unguided(hand, first)), test)
+    counts = [sum(s.socket == k for s in samples) for k in (0, 1)]
+    text = (
+        f"{name:<14} {counts[0]:>2}+{counts[1]:<3}  {1e3 * a[0]:7.2f} {1e3 * b[0]:7.2f}    "
+        f"{1e3 * a[1]:7.2f} {1e3 * b[1]:7.2f}    {1e3 * gauge:7.2f} {a[2]:7.2f} {b[2]:7.2f}"
+    )
+    return text, (*a, *b, gauge, sum(counts))
+
+
+def simulate(count: int, names: list[str], goal_mm: float | None, workers: Workers) -> None:
+    arms = workers.map(partial(one_arm, names, goal_mm), range(count))
     print("arm            poses    held-out [mm]      distances [mm]     gauge   true/predicted")
     print("               guided   guided  30+30      guided  30+30      guided  guided  30+30")
-    for i in range(count):
-        name = names[i % len(names)]
-        robot = load_robot(name)
-        generator = np.random.default_rng([i, 3])
-        arm = perturb(robot, generator, 2e-3, 5e-3)
-        first, second = reachable_bases(arm, generator, 2)
-        hand = Hand(arm, generator)
-        coach = Coach(robot, 0.05, goal_for(robot, goal_mm))
-        samples, gauge = guided(hand, first, coach)
-        test = record(arm, second, generator, samples=30)
-        one = fitted(robot, samples)
-        other = fitted(robot, unguided(hand, first))
-        a, b = truth(arm, one, test), truth(arm, other, test)
-        counts = [sum(s.socket == k for s in samples) for k in (0, 1)]
-        rows.append((*a, *b, gauge, sum(counts)))
-        print(
-            f"{name:<14} {counts[0]:>2}+{counts[1]:<3}  {1e3 * a[0]:7.2f} {1e3 * b[0]:7.2f}    "
-            f"{1e3 * a[1]:7.2f} {1e3 * b[1]:7.2f}    {1e3 * gauge:7.2f} {a[2]:7.2f} {b[2]:7.2f}",
-            flush=True,
-        )
-    table = np.array(rows)
+    print("\n".join(text for text, _ in arms))
+    table = np.array([figures for _, figures in arms])
     for label, f in (("median", np.median), ("worst", np.max)):
         m = 1e3 * f(table, axis=0)
         print(f"{label:<14} {f(table[:, 7]) / 2:4.0f} x2  {m[0]:7.2f} {m[3]:7.2f}    "
@@ -227,11 +231,13 @@ def main() -> None:
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--each", type=int, default=15)
     parser.add_argument("--draws", type=int, default=200)
+    add_workers(parser)
     arguments = parser.parse_args()
     if arguments.recordings:
         recorded(arguments.recordings, arguments.each, arguments.draws)
     else:
-        simulate(arguments.arms, arguments.robots or list(shipped_robots()), arguments.goal_mm)
+        names = arguments.robots or list(shipped_robots())
+        simulate(arguments.arms, names, arguments.goal_mm, workers_of(arguments))
 
 
 if __name__ == "__main__":

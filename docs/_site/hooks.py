@@ -43,6 +43,11 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     return markdown
 
 
+def on_page_content(html: str, **_: Any) -> str:
+    """Take off the roles of docstrings, :func: and the like, which Markdown does not know."""
+    return re.sub(r":(?:attr|class|func|meth|mod):(?=<code>)", "", html)
+
+
 def _outside(link: re.Match[str]) -> str:
     """Name a file of the project that is no page; one that is missing stays, and is reported."""
     text, path = link[1], link[2]

@@ -88,7 +88,8 @@ def _millimetres(value: float | None) -> str:
 def _placements(console: "Console", report: ReportDocument) -> Table:
     curves = console.is_terminal and (console.encoding or "").lower().startswith("utf")
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    heads = ["placement", "role", "MAE, mm", "95 %", "largest", "use it?"]
+    within = f"within {1e3 * report.tolerance:g} mm?"
+    heads = ["placement", "role", "MAE, mm", "95 %", "largest", within]
     for head in heads if not curves else [*heads, "errors as recorded"]:
         table.add_column(head, justify="right" if head in heads[2:5] else "left", no_wrap=True)
     names = short_names([row.name for row in report.placements])

@@ -2,11 +2,15 @@
 
 import json
 import shlex
+from dataclasses import replace
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
+import mukca
+from mukca.recorder.dataset import Sample
 from mukca.solver.data.known import parse_known
 from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.calibration.calibration import Calibration
@@ -258,6 +262,23 @@ def test_a_joint_that_stood_still_leaves_it_open(document) -> None:
     assert row.status == "not enough" and "panda_joint3 turned by 17 deg" in row.text
     row = prediction_row(uncertainty(4e-3), Limit(value=3e-4, source=""), "auto", narrow)
     assert "more varied samples (panda_joint3 turned by 17 deg only), and a second" in row.text
+
+
+@pytest.mark.slow
+def test_the_twelve_most_alike_samples_do_not_pass(recordings) -> None:
+    """They are too few and too alike to show what the arm does elsewhere."""
+    folder = recordings / "panda_3"
+    (placement,) = mukca.read_placements(folder / "frontcenter")
+    kept: list[Sample] = []
+    for socket in (0, 1):
+        own = [sample for sample in placement.samples if sample.socket == socket]
+        middle = np.median([sample.position for sample in own], axis=0)
+        own.sort(key=lambda sample: np.abs(sample.position - middle).max())
+        kept += own[:12]
+    alike = replace(placement, samples=tuple(kept))
+    test = mukca.read_placements(folder / "backleft")
+    calibration = mukca.calibrate(mukca.load_robot("panda"), [alike], test=test)
+    assert calibration.report.figures.verdict.status != "pass"
 
 
 def test_a_large_predicted_error_leaves_it_open(extended) -> None:
