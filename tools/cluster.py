@@ -83,7 +83,7 @@ def _gather(client: Any, futures: dict[Any, int], done: Callable[[int], None]) -
     results: dict[int, Any] = {}
     finished: Any = as_completed(futures, loop=client.loop)
     looked = alive = time.monotonic()
-    while len(results) < len(futures):
+    while futures:
         if not finished.has_ready():
             time.sleep(POLL_SECONDS)
             now = time.monotonic()
@@ -92,16 +92,17 @@ def _gather(client: Any, futures: dict[Any, int], done: Callable[[int], None]) -
             if now - alive > ALONE_SECONDS:
                 raise WorkersLostError(
                     f"the cluster has had no worker for {ALONE_SECONDS:.0f} s, with "
-                    f"{len(futures) - len(results)} of {len(futures)} left to do"
+                    f"{len(futures)} of {len(futures) + len(results)} left to do"
                 )
             continue
         for future in finished.next_batch(block=False):
+            i = futures.pop(future)
             try:
-                results[futures[future]] = future.result()
+                results[i] = future.result()
             except KilledWorker:
                 raise WorkersLostError(
-                    f"piece {futures[future]} of the work ended several workers: is their memory "
-                    "full?"
+                    f"piece {i} of the work ended several workers: is their memory full?"
                 ) from None
-            done(futures[future])
-    return [results[i] for i in range(len(futures))]
+            future.release()  # a worker that is lost later takes no result with it
+            done(i)
+    return [results[i] for i in range(len(results))]
