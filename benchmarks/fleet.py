@@ -145,6 +145,10 @@ def main() -> None:
     # Dask's looks at itself take 5 % of this computer; on one that is a cluster alone, they may.
     dask.config.set({"distributed.worker.profile.enabled": False})
     dask.config.set({"distributed.admin.tick.interval": "1s"})
+    # By Dask's default malloc returns memory at once, and then asks for the same again: a tenth of
+    # these fits.
+    malloc = {"MALLOC_TRIM_THRESHOLD_": 2**27, "MALLOC_MMAP_THRESHOLD_": 2**25}
+    dask.config.set({f"distributed.nanny.pre-spawn-environ.{k}": v for k, v in malloc.items()})
     cores = os.cpu_count() or 1
     race = Race(arguments.method, arguments.samples, arguments.arms)
     for count in dict.fromkeys((1, cores)):
