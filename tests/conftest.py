@@ -1,6 +1,7 @@
 """What tests share: where real recordings are, and small simulated ones."""
 
 import fcntl
+import gc
 import os
 from collections.abc import Callable, Iterator
 
@@ -34,6 +35,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="NAME=ADDRESS",
         help="run the drivers' contract on a robot, as in franka=172.16.0.2; may be repeated",
     )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Look for no garbage among thousands of tests, now or later: that takes long."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 LONG = ("tools/test_insertion.py", "tools/test_emulated_arms.py", "recorder/test_kill.py")
