@@ -130,7 +130,8 @@ def calibrate(
         without: (auto) Among ``compliance``, ``tilt``, ``play``, ``transmission``,
             ``joint-noise``: what not to try.
         zeros: (auto) Whether the joints' zeros may be off by degrees, as on arms made of servos.
-        type_prior: (auto) ``calibration.json`` files of other arms of the type, whose elasticity is
+        type_prior: (auto) ``calibration.json`` files of other arms of the type, or the
+            ``elasticity.json`` that ``mukca fleet`` writes, whose elasticity is
             much alike; the data decide how far to believe it.
         payload: (auto) Mass at the ball beyond that of the model [kg].
         gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
