@@ -20,10 +20,11 @@ import numpy as np
 from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
+from .arrow import Inverse
 from .bounded import bounded_step
 from .deflection import ELASTICITY, EXTENSIONS, PLAY
 from .extended_model import ExtendedModel
-from .laplace import inverse, posterior
+from .laplace import posterior
 from .noise import INFORMATION, NEGLIGIBLE, NU, SMALLEST, Noise
 from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
 from .objective import (
@@ -31,9 +32,9 @@ from .objective import (
     State,
     build_objective,
     free_unknowns,
-    from_means,
     moved,
     prior_precision,
+    pull,
     start,
 )
 from .posterior import Posterior, World
@@ -60,8 +61,8 @@ class Step:
 
     change: np.ndarray
     """Of all unknowns, shape (n,); zero for those that are held."""
-    covariance: np.ndarray
-    """Inverse of the whole curvature, priors included, shape (n, n); zero for what is held."""
+    covariance: Inverse
+    """Inverse of the whole curvature, priors included; zero for what is held."""
     normal: NormalEquations
     leverage: np.ndarray
     """L_i of (A5), shape (N, 3, 3) [m^2]."""
@@ -130,7 +131,8 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
     """
     normal = normal_equations(objective, state)
     prior = prior_precision(objective, state)
-    covariance = inverse(normal.information + prior, free_unknowns(objective, state))
+    free = free_unknowns(objective, state)
+    covariance = normal.information.plus(prior).inverse(free[: objective.dense])
     spread = leverage(objective, state, covariance)
     spread = INFORMATION * normal.weights[:, None, None] * spread
     volume = _volume_weight(objective, state, normal, spread)
@@ -143,10 +145,9 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
     if (held != state.at_zero).any():
         prior, unheld = prior_precision(objective, released), None
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    pull = prior @ from_means(objective, state)
-    gradient = normal.gradient + pull + volume * state.linear.by_volume
+    gradient = normal.gradient + pull(objective, state, prior) + volume * state.linear.by_volume
     free = free_unknowns(objective, released)
-    H = normal.information + prior
+    H = normal.information.plus(prior)
     change, covariance = bounded_step(H, gradient, x, free, bounded & free, unheld)
     return Step(change, covariance, normal, spread, volume, float(gradient @ change))
 
@@ -192,7 +193,7 @@ def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, St
     The part leads to the minimum of the parabola through L at both ends and its slope at the
     beginning (Nocedal and Wright, Numerical Optimization, section 3.5).
     """
-    before = value(objective, state, step.volume, step.normal)
+    before = value(objective, state, step.volume)
     for _ in range(SHORTER):
         there = _moved(objective, state, step.change)
         rise = value(objective, there, step.volume) - before
@@ -228,7 +229,7 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
             members = group.members[free]
             new = group.updated(
                 state.x[members] - group.mean[free],
-                step.covariance[members[:, None], members],
+                step.covariance.dense[members[:, None], members],
                 free,
             )
             if _effect(state, new) > NEGLIGIBLE:
@@ -305,4 +306,7 @@ def _without_negligible(objective: Objective, state: State) -> State:
         replace(g, width=0.0, effective=0.0, learned=False) if i in gone else g
         for i, g in enumerate(state.groups)
     )
-    return replace(state, x=x, at_zero=at_zero, groups=groups, noises=noises)
+    state = replace(state, at_zero=at_zero, groups=groups, noises=noises)
+    change = np.zeros(objective.size)
+    change[: len(x)] = x - state.x
+    return moved(objective, state, change) if change.any() else state

@@ -2,13 +2,15 @@
 
 A sample's error e_i = Phi(x, q_i) - m_s(i) depends on x and the frames by J_i, shape (3, dense),
 and on the centre of its own socket alone, by -I. Nothing of the size of samples times sockets is
-ever built, so time and memory grow with the number of samples, however many sockets they are in.
+ever built, so time and memory grow with the number of samples, however many sockets they are in;
+see :mod:`.arrow`.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from .arrow import Arrow, Inverse
 from .noise import INFORMATION, NU
 from .objective import Objective, State, knowledge
 
@@ -27,14 +29,12 @@ __all__ = [
 class NormalEquations:
     """The quadratic approximation of the data's part of the objective L, in all n unknowns."""
 
-    information: np.ndarray
-    """Its curvature, shape (n, n)."""
+    information: Arrow
+    """Its curvature."""
     gradient: np.ndarray
     """Its slope, shape (n,)."""
     inverse_scales: np.ndarray
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
-    known: np.ndarray
-    """W (l - d) and the like, see :func:`~mukca.solver.auto.objective.knowledge`."""
     squares: np.ndarray
     """e_i^T C_i^-1 e_i, shape (N,)."""
     weights: np.ndarray
@@ -71,7 +71,7 @@ def value(
     objective: Objective,
     state: State,
     volume: float = 1.0,
-    normal: NormalEquations | None = None,
+    inverse: np.ndarray | None = None,
 ) -> float:
     """Return L of (A1) at a state, but for a constant.
 
@@ -79,15 +79,17 @@ def value(
         objective: What is minimised.
         state: Where.
         volume: How much of the last term counts.
-        normal: The normal equations there, where they are known already.
+        inverse: C_i^-1, where they are to stay what they were elsewhere, shape (N, 3, 3); their
+            determinants are then left out.
     """
-    if normal is None:
-        (inverse, squares, _), known = weigh(objective, state), knowledge(objective, state)[1]
-    else:
-        inverse, squares, known = normal.inverse_scales, normal.squares, normal.known
-    sizes = -np.linalg.slogdet(inverse)[1]
-    cost = 0.5 * float(sizes.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
-    cost += 0.5 * float(np.sum(known**2))
+    cost = 0.0
+    if inverse is None:
+        inverse = np.linalg.inv(scales(objective, state))
+        cost = -0.5 * float(np.linalg.slogdet(inverse)[1].sum())
+    e = state.linear.errors
+    squares = np.einsum("ni,ni->n", np.einsum("nij,nj->ni", inverse, e), e)
+    cost += 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
+    cost += 0.5 * float(np.sum(knowledge(objective, state)[1] ** 2))
     for group in state.groups:
         if group.width:
             apart = state.x[group.members] - group.mean
@@ -111,47 +113,75 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     gradient = np.zeros(objective.size)
     gradient[:size] = J.reshape(-1, size).T @ We.ravel()
     gradient[size:] = -objective.rows.by_socket(We).ravel()
+    gradient -= _by_turning(objective, state, We)
     B, b = knowledge(objective, state)
-    information = INFORMATION * curvature(objective, state, weighted) + B.T @ B
-    return NormalEquations(information, gradient + B.T @ b, inverse, b, squares, weights)
+    information = curvature(objective, state, INFORMATION * weighted, B)
+    return NormalEquations(information, gradient + B.T @ b, inverse, squares, weights)
 
 
-def curvature(objective: Objective, state: State, weighted: np.ndarray) -> np.ndarray:
-    """Return sum_i [J_i, -I]^T V_i [J_i, -I], shape (n, n), for weights V_i, shape (N, 3, 3)."""
-    size, S = objective.dense, objective.rows.socket_count
-    J = state.linear.by_unknowns
+def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.ndarray:
+    """Return the slope that errors would have if the noise did not turn along with the robot.
+
+    C_i counts as constant in a step. But as the robot turns as a whole by w, C_i turns, too, and
+    nothing has changed: sum over i of w_i (w x e_i)^T C_i^-1 e_i is no reason to turn. It is not
+    zero where the model cannot be right, and would turn the robot ever farther.
+
+    Args:
+        objective: The objective.
+        state: Where.
+        weighed: w_i C_i^-1 e_i, shape (N, 3).
+
+    Returns:
+        Shape (n,).
+    """
+    torques, slope = np.cross(state.linear.errors, weighed), np.zeros(objective.size)
+    models = zip(objective.model.own, objective.model.models, objective.rows.own, strict=True)
+    for i, (own, model, samples) in enumerate(models):
+        base = objective.rows.base(i, state.frames)
+        torque = torques[samples].sum(axis=0) @ (np.eye(3) if base is None else base.rotation)
+        turning = model.ball.turns(model.values(state.x[own]))
+        slope[own.start : own.start + model.geometry] = torque @ turning
+    return slope
+
+
+def curvature(
+    objective: Objective, state: State, weighted: np.ndarray, known: np.ndarray
+) -> Arrow:
+    """Return sum_i [J_i, -I]^T V_i [J_i, -I] + B^T B.
+
+    Args:
+        objective: The objective.
+        state: Where J is taken.
+        weighted: V_i, shape (N, 3, 3).
+        known: B, shape (K, n).
+    """
+    size, J = objective.dense, state.linear.by_unknowns
     WJ = weighted @ J
     by_socket = objective.rows.by_socket
-    total = np.zeros((objective.size,) * 2)
-    total[:size, :size] = J.reshape(-1, size).T @ WJ.reshape(-1, size)
-    across = -by_socket(WJ).reshape(3 * S, size)
-    total[size:, :size], total[:size, size:] = across, across.T
-    for k, own in enumerate(by_socket(weighted)):
-        centre = slice(size + 3 * k, size + 3 * k + 3)
-        total[centre, centre] = own
-    return total
+    return Arrow(
+        J.reshape(-1, size).T @ WJ.reshape(-1, size),
+        -by_socket(WJ).reshape(-1, size),
+        by_socket(weighted),
+        known,
+    )
 
 
-def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:
+def leverage(objective: Objective, state: State, covariance: Inverse) -> np.ndarray:
     """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T.
 
     Args:
         objective: The objective.
         state: Where J is taken.
-        covariance: Sigma, of all unknowns, shape (n, n).
+        covariance: Sigma.
 
     Returns:
         Shape (N, 3, 3) [m^2].
     """
-    size, S = objective.dense, objective.rows.socket_count
     J, seated = state.linear.by_unknowns, objective.rows.seated
     sockets = objective.rows.sockets[seated]
-    across = covariance[size:, :size].reshape(S, 3, size)
-    blocks = [covariance[size + 3 * k :, size + 3 * k :][:3, :3] for k in range(S)]
-    own = np.reshape(blocks, (S, 3, 3))
-    spread = (J @ covariance[:size, :size]) @ J.transpose(0, 2, 1)
-    cross = J[seated] @ across.transpose(0, 2, 1)[sockets]
-    spread[seated] = spread[seated] - cross - cross.transpose(0, 2, 1) + own[sockets]
+    spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)
+    cross = J[seated] @ covariance.across.transpose(0, 2, 1)[sockets]
+    spread[seated] += covariance.own[sockets] - cross - cross.transpose(0, 2, 1)
     return spread
 
 

@@ -186,6 +186,27 @@ class BallModel:
         origins[self.free] = parameters
         return origins.reshape(-1, 6)
 
+    def turns(self, parameters: np.ndarray) -> np.ndarray:
+        """Return by how much each free number turns the whole robot about the base's axes.
+
+        Only the angles of origins up to the first joint that moves do.
+
+        Args:
+            parameters: Values of the free numbers, shape (n,).
+
+        Returns:
+            Shape (3, n) [rad/rad].
+        """
+        axes, before = np.zeros((len(self.robot.joints), 6, 3)), np.eye(3)
+        origins = self.origins(parameters)
+        for i, joint in enumerate(self.robot.joints):
+            for k in (5, 4, 3):  # yaw is the outermost
+                axes[i, k] = before[:, k - 3]
+                before = before @ np.array(rotation(np.eye(3)[k - 3], origins[i, k]))
+            if joint.actuated:
+                break
+        return axes.reshape(-1, 3)[self.free].T
+
     def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Return the ball's centre in the base frame for each row of joint positions.
 
