@@ -151,7 +151,9 @@ def open_driver(
     name = driver
     if address is None:
         name, _, address = driver.partition(":")
-    infos = {info.name: info for info in reversed(list_drivers())}
+    infos = DRIVERS  # to look for plug-ins takes a while
+    if name not in infos:
+        infos = {info.name: info for info in reversed(list_drivers())}
     if name not in infos:
         raise DriverError(
             Reason.BAD_ADDRESS,
