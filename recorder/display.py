@@ -5,7 +5,8 @@ from contextlib import AbstractContextManager, suppress
 from types import TracebackType
 from typing import Protocol
 
-from rich.console import Console, ConsoleDimensions
+from rich.console import Console, ConsoleDimensions, Group
+from rich.text import Text
 
 from .keyboard import HangUp
 from .screen import HELP, KEYS, advice_lines, render
@@ -40,7 +41,7 @@ class Screen:
         self._console = console
         self._descriptor = console.file.fileno()
         self._plain = not console.encoding.lower().startswith("utf")
-        self._lines: list[str] = []
+        self._lines: list[Text] = []
         self._size = ConsoleDimensions(0, 0)
 
     def __enter__(self) -> "Screen":
@@ -64,12 +65,13 @@ class Screen:
             self._size = self._console.size = size
             self._lines = []
             text = "\x1b[2J"
+        lines = render(view, width, height, plain=self._plain)
+        known = [*map(_content, self._lines), *[None] * height]
+        changed = [row for row, line in enumerate(lines) if _content(line) != known[row]]
         with self._console.capture() as capture:
-            self._console.print(render(view, width, height, plain=self._plain))
-        lines = capture.get().split("\n")[:height]
-        for row, line in enumerate(lines):
-            if row >= len(self._lines) or line != self._lines[row]:
-                text += f"\x1b[{row + 1};1H{line}\x1b[K"
+            self._console.print(Group(*(lines[row] for row in changed)))
+        for row, line in zip(changed, capture.get().split("\n"), strict=False):
+            text += f"\x1b[{row + 1};1H{line}\x1b[K"
         self._lines = lines
         self._write(text)
 
@@ -92,6 +94,10 @@ class Screen:
                 data = data[os.write(self._descriptor, data) :]
         except OSError:
             raise HangUp from None
+
+
+def _content(line: Text) -> object:
+    return line.plain, line.style, line.spans
 
 
 class Lines:

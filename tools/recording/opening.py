@@ -206,14 +206,17 @@ def _quiet() -> Generator[None, None, None]:
 def _without_pauses() -> Generator[None, None, None]:
     """Keep what was loaded by now out of garbage collection.
 
-    To look through all of it takes a tenth of a second, in which no state is read.
+    To look through all of it takes a tenth of a second, in which no state is read. What somebody
+    else kept out of it before stays so.
     """
+    kept = gc.get_freeze_count() > 0
     gc.collect()
     gc.freeze()
     try:
         yield
     finally:
-        gc.unfreeze()
+        if not kept:
+            gc.unfreeze()
 
 
 def _connect(text: str, joint_names: tuple[str, ...]) -> Reconnecting:
