@@ -4,9 +4,9 @@
 
 Simulated Pandas, each with origins of its own, recorded at two placements, one held out. Overhead
 is the time beyond that of plain loops: of one here, or, for all cores, of one in each of as many
-processes side by side, which share the computer but hand nothing over. Processes are started for
-each run, which is part of the overhead, and told apart. One of the Dask workers is killed on the
-way in a further run. All runs must give the same errors to the last digit. One arm is little work,
+processes side by side, which share the computer but hand nothing over. What it takes to start
+processes or a cluster, once, is told apart. One of the Dask workers is killed on the way in a
+further run. All runs must give the same errors to the last digit. One arm is little work,
 so that what handing it over costs is seen.
 """
 
@@ -98,22 +98,46 @@ class Race:
         begin = time.perf_counter()
         Workers(count).map(self.work, self.arms[:count])
         start = time.perf_counter() - begin - plain * count / len(self.arms)
-        self.run(f"{count} processes", Workers(count), plain, start)
+        seconds, cpu = self.run(Workers(count))
+        self.overhead(f"{count} processes", seconds - start, cpu, plain, start)
 
-    def run(self, name: str, workers: Workers, plain: float, start: float = 0.0) -> float:
-        """Calibrate all arms, and tell what that costs beyond plain loops."""
+    def dask(self, count: int, plain: float) -> None:
+        """Calibrate all arms by a cluster of this computer, and again while a worker is killed."""
+        from distributed import Client, LocalCluster
+
+        begin = time.perf_counter()
+        with (
+            LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as cluster,
+            Client(cluster, set_as_default=False) as client,
+        ):
+            workers = Workers(cluster=cluster.scheduler_address)
+            workers.map(self.work, self.arms[:count])  # so that all is loaded there, too
+            start = time.perf_counter() - begin - plain * count / len(self.arms)
+            seconds, cpu = self.run(workers)
+            self.overhead(f"{count} Dask workers", seconds, cpu, plain, start)
+            if count > 1:
+                threading.Thread(target=kill_one, args=(client, seconds / 3), daemon=True).start()
+                self.overhead("one of them killed", *self.run(workers), plain)
+
+    def run(self, workers: Workers) -> tuple[float, float]:
+        """Calibrate all arms, and return how long it took, and the processor time [s]."""
         begin, cpu = time.perf_counter(), processor_seconds()
         errors = workers.map(self.work, self.arms)
         seconds, cpu = time.perf_counter() - begin, processor_seconds() - cpu
         self.errors = self.errors or errors
-        assert errors == self.errors, f"{name}: other errors than the first run's"
+        assert errors == self.errors, "other errors than the first run's"
+        return seconds, cpu
+
+    def overhead(
+        self, name: str, seconds: float, cpu: float, plain: float, start: float = 0.0
+    ) -> None:
+        """Print what was needed beyond plain loops: once started, and with the start."""
         words = f"   overhead {100 * (seconds / plain - 1):.1f} %"
         words += f" (of processor time {100 * (cpu / self.cpu - 1):.1f} %)"
         if start:
-            apart = 100 * ((seconds - start) / plain - 1)
-            words += f", {apart:.1f} % without the start of {start:.1f} s"
+            total = 100 * ((seconds + start) / plain - 1)
+            words += f", {total:.1f} % with the start of {start:.1f} s"
         self._tell(name, seconds, words)
-        return seconds
 
     def _tell(self, name: str, seconds: float, words: str) -> None:
         speed = f"{60 * len(self.arms) / seconds:8.1f} arms/min"
@@ -140,13 +164,11 @@ def main() -> None:
     parser.add_argument("--method", choices=("auto", "paper"), default="paper")
     arguments = parser.parse_args()
     import dask
-    from distributed import Client, LocalCluster
 
-    # Dask's looks at itself take 5 % of this computer; on one that is a cluster alone, they may.
+    # Dask's looks at itself take a tenth of such a fit. And by its default malloc returns memory at
+    # once, and then asks for the same again: another tenth.
     dask.config.set({"distributed.worker.profile.enabled": False})
     dask.config.set({"distributed.admin.tick.interval": "1s"})
-    # By Dask's default malloc returns memory at once, and then asks for the same again: a tenth of
-    # these fits.
     malloc = {"MALLOC_TRIM_THRESHOLD_": 2**27, "MALLOC_MMAP_THRESHOLD_": 2**25}
     dask.config.set({f"distributed.nanny.pre-spawn-environ.{k}": v for k, v in malloc.items()})
     cores = os.cpu_count() or 1
@@ -155,16 +177,7 @@ def main() -> None:
         plain = race.plain(count)
         if count > 1:
             race.processes(count, plain)
-        with (
-            LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as cluster,
-            Client(cluster, set_as_default=False) as client,
-        ):
-            workers = Workers(cluster=cluster.scheduler_address)
-            workers.map(race.work, race.arms[: 2 * count])  # so that all is loaded there, too
-            seconds = race.run(f"{count} Dask workers", workers, plain)
-            if count > 1:
-                threading.Thread(target=kill_one, args=(client, seconds / 3), daemon=True).start()
-                race.run("one of them killed", workers, plain)
+        race.dask(count, plain)
     means = 1e3 * np.mean(race.errors, axis=0)
     print(f"all {len(race.arms)} arms the same each time; off by {means[0]:.2f} mm before, "
           f"{means[1]:.3f} mm after, on average")  # fmt: skip

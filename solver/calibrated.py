@@ -18,6 +18,10 @@ from .robot.urdf_text import Origin, relocate_meshes, scan, set_origins
 __all__ = ["CalibratedRobot", "JointsError"]
 
 
+_FARTHEST = 8 * np.pi
+"""Beyond all joints, endless ones too [rad]."""
+
+
 class JointsError(MukcaError):
     """Joint positions or efforts that are not those of the robot."""
 
@@ -62,7 +66,7 @@ class CalibratedRobot:
             Shape (3,) or (N, 3).
 
         Raises:
-            JointsError: Another number of joints than the robot's, or a number not finite.
+            JointsError: Another number of joints than the robot's, or a number that is no position.
         """
         return self._points(self.values, self._corrected(q, effort), q)
 
@@ -79,7 +83,7 @@ class CalibratedRobot:
 
     def _corrected(self, q: ArrayLike, effort: ArrayLike | None) -> np.ndarray:
         """Return the true joint positions, and the tilts where there are any."""
-        positions = self._rows(q, "joint positions")
+        positions = self._positions(q)
         if not self.deflection.extensions:
             return positions
         efforts = None if effort is None else self._rows(effort, "joint efforts")
@@ -92,17 +96,30 @@ class CalibratedRobot:
         Shapes, units and errors are those of :meth:`ball`.
         """
         values = self.values if self.exported is None else self.exported
-        return self._points(values, self._rows(q, "joint positions"), q)
+        return self._points(values, self._positions(q), q)
 
     def nominal_ball(self, q: ArrayLike) -> np.ndarray:
         """Return the ball's centre by the nominal URDF.
 
         Shapes, units and errors are those of :meth:`ball`.
         """
-        return self._points(self.model.nominal, self._rows(q, "joint positions"), q)
+        return self._points(self.model.nominal, self._positions(q), q)
+
+    def _positions(self, q: ArrayLike) -> np.ndarray:
+        rows = self._rows(q, "joint positions")
+        if (abs(rows) > _FARTHEST).any():
+            row, column = np.argwhere(abs(rows) > _FARTHEST)[0].tolist()
+            raise JointsError(
+                f"joint positions: row {row}, {self.robot.joint_names[column]!r} is "
+                f"{rows[row, column]:.4g}; angles are radians (are these degrees?)"
+            )
+        return rows
 
     def _rows(self, values: ArrayLike, what: str) -> np.ndarray:
-        rows = np.atleast_2d(np.asarray(values, dtype=float))
+        try:
+            rows = np.atleast_2d(np.asarray(values, dtype=float))
+        except (TypeError, ValueError):
+            raise JointsError(f"{what}: {values!r:.60} are no numbers") from None
         names = self.robot.joint_names
         if rows.ndim != 2 or rows.shape[1] != len(names):
             raise JointsError(

@@ -2,13 +2,14 @@
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib.metadata import version
 from typing import Any, TypeVar
 
 from .. import MukcaError
 from .usage import UsageError
 
-__all__ = ["WorkersLostError", "map_on_cluster"]
+__all__ = ["WorkersLostError", "map_on_cluster", "share"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -18,6 +19,10 @@ ALONE_SECONDS = 30.0
 """A cluster may be without any worker for so long, for instance while they are started again."""
 POLL_SECONDS = 0.02
 LOOK_SECONDS = 2.0
+SHARES = 32
+"""To so many for each worker the work is cut at first."""
+SHARE_SECONDS = 1.0
+"""After this time a share is given back: handing one over costs 20 ms of processor time."""
 COMPUTING = ("mukca", "numpy", "casadi")
 """What results depend on."""
 
@@ -48,11 +53,33 @@ def map_on_cluster(
         ) from None
     with client:
         _check_workers(client, address)
-        futures = {client.submit(work, item, pure=False): i for i, item in enumerate(items)}
+        hand_over = partial(_hand_over, client, partial(share, work, SHARE_SECONDS), items)
+        size = 1 + len(items) // (1 + SHARES * sum(client.nthreads().values()))
+        futures = hand_over(range(len(items)), size)
         try:
-            return _gather(client, futures, done)
+            return _gather(client, futures, hand_over, done)
         finally:
             client.cancel(list(futures), force=True)
+
+
+def share(work: Callable[[Item], Result], seconds: float, items: Sequence[Item]) -> list[Result]:
+    """Do pieces of work until the time is over, and at least one; return what is done."""
+    end = time.monotonic() + seconds
+    results = [work(items[0])]
+    for item in items[1:]:
+        if time.monotonic() > end:
+            break
+        results.append(work(item))
+    return results
+
+
+def _hand_over(
+    client: Any, work: Any, items: Sequence[Any], pieces: Sequence[int], size: int
+) -> dict[Any, Sequence[int]]:
+    """Cut pieces to shares of a size, and return which are in whose future."""
+    shares = [pieces[i : i + size] for i in range(0, len(pieces), size)]
+    futures = client.map(work, [[items[i] for i in share] for share in shares], pure=False)
+    return dict(zip(futures, shares, strict=True))
 
 
 def _check_workers(client: Any, address: str) -> None:
@@ -77,7 +104,12 @@ def _versions() -> dict[str, str]:
     return {name: version(name) for name in COMPUTING}
 
 
-def _gather(client: Any, futures: dict[Any, int], done: Callable[[int], None]) -> list[Any]:
+def _gather(
+    client: Any,
+    futures: dict[Any, Sequence[int]],
+    hand_over: Callable[[Sequence[int], int], dict[Any, Sequence[int]]],
+    done: Callable[[int], None],
+) -> list[Any]:
     from distributed import KilledWorker, as_completed
 
     results: dict[int, Any] = {}
@@ -90,19 +122,27 @@ def _gather(client: Any, futures: dict[Any, int], done: Callable[[int], None]) -
             if now - looked > LOOK_SECONDS:
                 looked, alive = now, now if client.nthreads() else alive
             if now - alive > ALONE_SECONDS:
+                left = sum(map(len, futures.values()))
                 raise WorkersLostError(
                     f"the cluster has had no worker for {ALONE_SECONDS:.0f} s, with "
-                    f"{len(futures)} of {len(futures) + len(results)} left to do"
+                    f"{left} of {left + len(results)} left to do"
                 )
             continue
         for future in finished.next_batch(block=False):
-            i = futures.pop(future)
+            share = futures.pop(future)
             try:
-                results[i] = future.result()
+                got = future.result()
             except KilledWorker:
                 raise WorkersLostError(
-                    f"piece {i} of the work ended several workers: is their memory full?"
+                    f"pieces {share[0]} to {share[-1]} of the work ended several workers: is their "
+                    "memory full?"
                 ) from None
             future.release()  # a worker that is lost later takes no result with it
-            done(i)
+            for i, result in zip(share, got, strict=False):
+                results[i] = result
+                done(i)
+            if rest := share[len(got) :]:  # in shares that fit into the time
+                again = hand_over(rest, len(got))
+                futures |= again
+                finished.update(again)
     return [results[i] for i in range(len(results))]

@@ -17,6 +17,7 @@ import psutil
 import pytest
 
 from mukca.tools.cli import main
+from mukca.tools.cluster import share
 from mukca.tools.usage import UsageError
 from mukca.tools.workers import Workers, WorkersLostError
 
@@ -158,10 +159,16 @@ def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path: Pa
         "import sys, pieces_of_work; from functools import partial; from pathlib import Path\n"
         "from mukca.tools.workers import Workers\n"
         "work = partial(pieces_of_work.square_after_one_death, Path(sys.argv[1]))\n"
-        "print(Workers(cluster=sys.argv[2]).map(work, range(8)))\n"
+        "workers = Workers(cluster=sys.argv[2])\n"
+        "print(workers.map(work, range(8)))\n"
+        "from mukca.tools import cluster; cluster.SHARE_SECONDS = 0  # each gives the rest back\n"
+        "done, many = [], range(40)\n"
+        "print(workers.map(work, many, done.append) == [n * n for n in many])\n"
+        "print(sorted(done) == [*many], workers.map(work, []))\n"
     )
     result = ran("-c", code, tmp_path / "died", address)
-    assert result.stdout.strip() == str([n * n for n in range(8)]), result.stderr
+    told = [str([n * n for n in range(8)]), "True", "True []"]
+    assert result.stdout.splitlines() == told, result.stderr
     assert (tmp_path / "died").exists()
     until(lambda: sum(worker.poll() is not None for worker in workers) == 1)
 
@@ -175,6 +182,11 @@ def test_a_cluster_that_is_not_there_is_told() -> None:
         "except cluster.UsageError as error: print(error)\n"
     )
     assert "no Dask scheduler answers there" in ran("-c", code).stdout
+
+
+def test_slow_pieces_of_a_share_are_given_back() -> None:
+    assert share(lambda n: 2 * n, 60.0, [3, 1, 4]) == [6, 2, 8]
+    assert share(lambda n: 2 * n, 0.0, [3, 1, 4]) == [6]
 
 
 def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,8 +28,10 @@ from ..documents.calibration import (
 )
 from ..documents.files import encode
 from ..files import refuse_existing, write_files
+from ..usage import UsageError
 from .errors import placement_errors, summarise
 from .models import models_of
+from .prepare import as_list
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -154,7 +156,7 @@ class Calibration:
             Shape (3,) or (N, 3).
 
         Raises:
-            JointsError: Another number of joints than the robot's, or a number not finite.
+            JointsError: Another number of joints than the robot's, or a number that is no position.
         """
         return self.calibrated.ball(q, effort)
 
@@ -200,9 +202,12 @@ class Calibration:
                 to have the role ``train`` in the result: their errors prove little.
 
         Raises:
+            UsageError: No placement is given.
             MeasurementError: A placement is not of this robot.
         """
-        given = [placements] if isinstance(placements, Placement) else list(placements)
+        given = as_list(placements)
+        if not given:
+            raise UsageError("no placement to validate on; read some by mukca.read_placements")
         return self.errors_of([measure(p, self.robot, sockets=1) for p in given])
 
     def errors_of(self, data: Sequence[Measurement]) -> Errors:

@@ -1,7 +1,8 @@
 """Recordings made ready for a fit: checked against the robot, and looked at."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import cast
 
 from ...recorder.dataset import Placement
 from ...solver.checks.changes import split_at
@@ -40,10 +41,17 @@ def prepare(
         UsageError: Nothing to train on, or what the method does not know.
         MeasurementError: A placement does not hold what is needed.
     """
+    _check_robot(robot)
     _check_zeros(robot, choose_parameters(robot, settings.free, settings.fix), settings)
     training, held_out, warnings = _measured(robot, train, test, settings, located)
     training, inspected = _inspected(robot, training, held_out, settings)
     return Task(robot, settings, tuple(training), tuple(held_out), tuple(warnings), inspected)
+
+
+def _check_robot(robot: object) -> None:
+    """Refuse a robot's name or file, which is to be loaded first."""
+    if not isinstance(robot, Robot):
+        raise UsageError(f"{robot!r:.60}: no robot; load it by mukca.load_robot")
 
 
 def _check_zeros(robot: Robot, parameters: Sequence[Parameter], settings: Settings) -> None:
@@ -100,9 +108,19 @@ def coordinates_of(
     return [*given, *map(parse_socket_at, words), *read_sockets_at(files)]
 
 
-def as_list(placements: Placement | Sequence[Placement]) -> list[Placement]:
-    """Return placements as a list; one stands for itself."""
-    return [placements] if isinstance(placements, Placement) else list(placements)
+def as_list(placements: object) -> list[Placement]:
+    """Return placements as a list; one stands for itself.
+
+    Raises:
+        UsageError: Something else, a path for instance, which is to be read first.
+    """
+    several = isinstance(placements, Iterable) and not isinstance(placements, str)
+    every: list[object] = list(cast("Iterable[object]", placements)) if several else [placements]
+    read = [one for one in every if isinstance(one, Placement)]
+    if len(read) < len(every):
+        other = next(one for one in every if not isinstance(one, Placement))
+        raise UsageError(f"{other!r:.60}: no placement; read it by mukca.read_placements")
+    return read
 
 
 def _inspected(
