@@ -39,10 +39,10 @@ def bounded_step(
         curvature, zero for what is held.
     """
     held = bounded & (x == 0) & (gradient > 0)
-    unheld = unheld or H.inverse(free[: len(H.dense)])
+    unheld = unheld or H.inverse(free[: len(H.beside)])
     change, covariance = np.zeros(len(x)), unheld
     for _ in range(3 * int(bounded.sum()) + 1):
-        covariance = H.inverse((free & ~held)[: len(H.dense)]) if held.any() else unheld
+        covariance = H.inverse((free & ~held)[: len(H.beside)]) if held.any() else unheld
         change = np.where(held, -x, 0.0)
         for _ in range(REFINEMENTS):
             change -= covariance.times(gradient + H.times(change))

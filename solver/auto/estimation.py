@@ -47,6 +47,9 @@ SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
 SETTLED_EXACT = 1e-4
 """The same where the data are exact: steps along what they hardly show still count then."""
+FALL = 2.0
+"""Slope of L along a step, twice of what the step lowers it by, beyond which the iteration goes on:
+where widths and noise did not change by chance, the unknowns may still be on their way."""
 LEAVES = 2
 """So often may a joint's elasticity leave zero. One that gains nothing could otherwise come and go
 forever."""
@@ -105,7 +108,7 @@ def estimate_all(
             left += held & ~state.at_zero
             iterates.append(state.x)
             noisy = any(noise.space > SMALLEST for noise in state.noises)
-            if change >= (SETTLED if noisy else SETTLED_EXACT):
+            if change >= (SETTLED if noisy else SETTLED_EXACT) or step.slope < -FALL:
                 continue
             pruned = _without_negligible(objective, state)
             if pruned is not state:
@@ -193,7 +196,7 @@ def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, St
     The part leads to the minimum of the parabola through L at both ends and its slope at the
     beginning (Nocedal and Wright, Numerical Optimization, section 3.5).
     """
-    before = value(objective, state, step.volume)
+    before = value(objective, state, step.volume, step.normal)
     for _ in range(SHORTER):
         there = _moved(objective, state, step.change)
         rise = value(objective, there, step.volume) - before

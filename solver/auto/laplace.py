@@ -41,7 +41,7 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     """
     curve = _curve(objective, state)
     widened = prior_precision(objective, curve.state, widened=True) + np.diag(curve.bounds)
-    precision = _told(objective, curve.state, curve.normal).plus(widened)
+    precision = _of_data(objective, curve.state, curve.normal).plus(widened)
     free = free_unknowns(objective, curve.state)[: objective.dense]
     covariance = precision.inverse(free).whole()
     mean = curve.state
@@ -58,7 +58,7 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     return World(arms, objective.model.own, scene, poses, covariance, curve.log_evidence)
 
 
-def _told(objective: Objective, state: State, normal: NormalEquations) -> Arrow:
+def _of_data(objective: Objective, state: State, normal: NormalEquations) -> Arrow:
     """Return the data's curvature, without what it claims to know too much, by the errors' tails.
 
     Errors that are more Gaussian than Student's distribution with nu = 5 leave the best fit less
@@ -66,12 +66,12 @@ def _told(objective: Objective, state: State, normal: NormalEquations) -> Arrow:
     """
     weights = INFORMATION * normal.weights
     for source in objective.rows.sources:
-        weights[source] *= _share_told(normal.squares[source])
+        weights[source] *= _told(normal.squares[source])
     weighted = normal.inverse_scales * weights[:, None, None]
     return curvature(objective, state, weighted, normal.information.known)
 
 
-def _share_told(squares: np.ndarray) -> float:
+def _told(squares: np.ndarray) -> float:
     """Return how much errors tell, relative to what the curvature says.
 
     It is a^2 / (b k), with a and b the means of psi's slope and square, psi being the slope of t in

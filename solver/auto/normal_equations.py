@@ -35,6 +35,8 @@ class NormalEquations:
     """Its slope, shape (n,)."""
     inverse_scales: np.ndarray
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
+    known: np.ndarray
+    """W (l - d) and the like, see :func:`~mukca.solver.auto.objective.knowledge`."""
     squares: np.ndarray
     """e_i^T C_i^-1 e_i, shape (N,)."""
     weights: np.ndarray
@@ -71,7 +73,7 @@ def value(
     objective: Objective,
     state: State,
     volume: float = 1.0,
-    inverse: np.ndarray | None = None,
+    normal: NormalEquations | None = None,
 ) -> float:
     """Return L of (A1) at a state, but for a constant.
 
@@ -79,17 +81,15 @@ def value(
         objective: What is minimised.
         state: Where.
         volume: How much of the last term counts.
-        inverse: C_i^-1, where they are to stay what they were elsewhere, shape (N, 3, 3); their
-            determinants are then left out.
+        normal: The normal equations there, where they are known already.
     """
-    cost = 0.0
-    if inverse is None:
-        inverse = np.linalg.inv(scales(objective, state))
-        cost = -0.5 * float(np.linalg.slogdet(inverse)[1].sum())
-    e = state.linear.errors
-    squares = np.einsum("ni,ni->n", np.einsum("nij,nj->ni", inverse, e), e)
-    cost += 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
-    cost += 0.5 * float(np.sum(knowledge(objective, state)[1] ** 2))
+    if normal is None:
+        (inverse, squares, _), known = weigh(objective, state), knowledge(objective, state)[1]
+    else:
+        inverse, squares, known = normal.inverse_scales, normal.squares, normal.known
+    sizes = -np.linalg.slogdet(inverse)[1]
+    cost = 0.5 * float(sizes.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
+    cost += 0.5 * float(np.sum(known**2))
     for group in state.groups:
         if group.width:
             apart = state.x[group.members] - group.mean
@@ -116,7 +116,7 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     gradient -= _by_turning(objective, state, We)
     B, b = knowledge(objective, state)
     information = curvature(objective, state, INFORMATION * weighted, B)
-    return NormalEquations(information, gradient + B.T @ b, inverse, squares, weights)
+    return NormalEquations(information, gradient + B.T @ b, inverse, b, squares, weights)
 
 
 def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.ndarray:
@@ -137,16 +137,17 @@ def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.n
     torques, slope = np.cross(state.linear.errors, weighed), np.zeros(objective.size)
     models = zip(objective.model.own, objective.model.models, objective.rows.own, strict=True)
     for i, (own, model, samples) in enumerate(models):
-        base = objective.rows.base(i, state.frames)
-        torque = torques[samples].sum(axis=0) @ (np.eye(3) if base is None else base.rotation)
+        torque, base = torques[samples].sum(axis=0), objective.rows.base(i, state.frames)
+        if base is not None:
+            begin = objective.model.size + 6 * objective.rows.scene.bases[i]
+            slope[begin : begin + 3] += torque
+            torque = torque @ base.rotation
         turning = model.ball.turns(model.values(state.x[own]))
         slope[own.start : own.start + model.geometry] = torque @ turning
     return slope
 
 
-def curvature(
-    objective: Objective, state: State, weighted: np.ndarray, known: np.ndarray
-) -> Arrow:
+def curvature(objective: Objective, state: State, weighted: np.ndarray, known: np.ndarray) -> Arrow:
     """Return sum_i [J_i, -I]^T V_i [J_i, -I] + B^T B.
 
     Args:
@@ -155,15 +156,25 @@ def curvature(
         weighted: V_i, shape (N, 3, 3).
         known: B, shape (K, n).
     """
-    size, J = objective.dense, state.linear.by_unknowns
-    WJ = weighted @ J
-    by_socket = objective.rows.by_socket
-    return Arrow(
-        J.reshape(-1, size).T @ WJ.reshape(-1, size),
-        -by_socket(WJ).reshape(-1, size),
-        by_socket(weighted),
-        known,
-    )
+    size, rows = objective.dense, objective.rows
+    own = rows.by_socket(weighted)
+    centres = -np.linalg.inv(own) @ rows.by_socket(weighted @ state.linear.by_unknowns)
+    J = _beside(objective, state, centres)
+    information = J.reshape(-1, size).T @ (weighted @ J).reshape(-1, size)
+    return Arrow(information, centres.reshape(-1, size), own, known)
+
+
+def _beside(objective: Objective, state: State, centres: np.ndarray) -> np.ndarray:
+    """Return the errors' derivatives while the centres go along, shape (N, 3, dense).
+
+    Args:
+        objective: The objective.
+        state: Where.
+        centres: Minus the centres' derivatives by x and the frames, shape (S, 3, dense).
+    """
+    J, seated = state.linear.by_unknowns.copy(), objective.rows.seated
+    J[seated] += centres[objective.rows.sockets[seated]]
+    return J
 
 
 def leverage(objective: Objective, state: State, covariance: Inverse) -> np.ndarray:
@@ -177,11 +188,10 @@ def leverage(objective: Objective, state: State, covariance: Inverse) -> np.ndar
     Returns:
         Shape (N, 3, 3) [m^2].
     """
-    J, seated = state.linear.by_unknowns, objective.rows.seated
-    sockets = objective.rows.sockets[seated]
+    own, seated = covariance.own, objective.rows.seated
+    J = _beside(objective, state, covariance.centres.reshape(len(own), 3, objective.dense))
     spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)
-    cross = J[seated] @ covariance.across.transpose(0, 2, 1)[sockets]
-    spread[seated] += covariance.own[sockets] - cross - cross.transpose(0, 2, 1)
+    spread[seated] += own[objective.rows.sockets[seated]]
     return spread
 
 

@@ -248,7 +248,8 @@ def moved(objective: Objective, state: State, change: np.ndarray) -> State:
     """Return the state after a change of all unknowns.
 
     In a long step, as when it turns the whole robot, balls move on curves. A socket's centre goes
-    along with the balls in it: left on the tangent, it would be a reason not to turn.
+    along with the balls in it, unless it was measured: left on the tangent, it would be a reason
+    not to turn.
     """
     size, dense = objective.model.size, objective.dense
     x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
@@ -260,7 +261,9 @@ def moved(objective: Objective, state: State, change: np.ndarray) -> State:
     tangent += state.centres[rows.sockets[seated]]
     off = np.zeros((len(rows.sockets), 3))
     off[seated] = _in_world(objective, frames, balls[0])[seated] - tangent
-    centres += rows.by_socket(off) / np.bincount(rows.sockets[seated])[:, None]
+    along = rows.by_socket(off) / np.bincount(rows.sockets[seated])[:, None]
+    along[[one.socket for one in rows.located]] = 0.0
+    centres += along
     linear = linearise(objective, x, centres, frames, balls)
     return replace(state, x=x, centres=centres, frames=frames, linear=linear)
 

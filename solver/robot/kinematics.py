@@ -24,7 +24,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .chain import Body, Joint
+from .chain import Body, Joint, matrix_rpy
 from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import Origin
@@ -198,11 +198,13 @@ class BallModel:
             Shape (3, n) [rad/rad].
         """
         axes, before = np.zeros((len(self.robot.joints), 6, 3)), np.eye(3)
-        origins = self.origins(parameters)
-        for i, joint in enumerate(self.robot.joints):
-            for k in (5, 4, 3):  # yaw is the outermost
-                axes[i, k] = before[:, k - 3]
-                before = before @ np.array(rotation(np.eye(3)[k - 3], origins[i, k]))
+        for i, (joint, origin) in enumerate(
+            zip(self.robot.joints, self.origins(parameters), strict=True)
+        ):
+            _, pitch, yaw = origin[3:]
+            roll_axis, pitch_axis = matrix_rpy((0, pitch, yaw))[:, 0], matrix_rpy((0, 0, yaw))[:, 1]
+            axes[i, 3:] = [before @ axis for axis in (roll_axis, pitch_axis, np.eye(3)[2])]
+            before = before @ matrix_rpy(origin[3:])
             if joint.actuated:
                 break
         return axes.reshape(-1, 3)[self.free].T
