@@ -49,6 +49,16 @@ def pytest_collection() -> Iterator[None]:
         gc.enable()
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[None]:
+    """Let the first process that comes to a module compile it for all: one does the work."""
+    if not isinstance(collector, pytest.Module):
+        return (yield)
+    with collector.path.open() as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return (yield)
+
+
 LONG = ("tools/test_insertion.py", "tools/test_emulated_arms.py", "recorder/test_kill.py")
 
 
