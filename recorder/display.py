@@ -101,10 +101,16 @@ def _content(line: Text) -> object:
 
 
 class Lines:
-    """Messages as lines of text, for a pipe, a file, or a simple terminal."""
+    """Messages as lines of text, for a pipe, a file, or a simple terminal.
 
-    def __init__(self, console: Console) -> None:
+    Args:
+        console: Where they go.
+        brief: Whether to leave out all but alarms.
+    """
+
+    def __init__(self, console: Console, *, brief: bool = False) -> None:
         self._console = console
+        self._brief = brief
         self._last: object = None
         self._words = ""
         self._advice: object = None
@@ -127,6 +133,8 @@ class Lines:
         known = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
         try:
             for message in messages[known:]:
+                if self._brief and not message.alarm:
+                    continue
                 self._console.print(("! " if message.alarm else "") + message.text, markup=False)
             if view.advice and view.advice is not self._advice:
                 for line in advice_lines(view, 200):

@@ -239,7 +239,9 @@ def _say_outcome(outcome: "Outcome", arguments: argparse.Namespace, terminal: Te
     terminal.say(f"{arguments.out / 'samples.csv'}: {counts}{taken_back}")
     if outcome.refused:
         terminal.say(f"{outcome.refused} captures were refused")
-    if outcome.signal is None and min(session.counts) > 0 and not arguments.quick:
+    if terminal.brief or arguments.quick:
+        return
+    if outcome.signal is None and min(session.counts) > 0:
         for line in _next_steps(outcome, arguments):
             terminal.say(line)
 

@@ -275,4 +275,6 @@ def _session(
 def _display(terminal: Terminal) -> Screen | Lines:
     console = terminal.console
     whole = console.is_terminal and not console.is_dumb_terminal
-    return Screen(console) if whole and console.file.isatty() else Lines(console)
+    if whole and console.file.isatty():
+        return Screen(console)
+    return Lines(console, brief=terminal.brief)
