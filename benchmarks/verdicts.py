@@ -29,7 +29,7 @@ import mukca
 from mukca.recorder.dataset import Placement
 from mukca.solver.robot.kinematics import BallModel, workspace
 from mukca.solver.robot.urdf import shipped_robots
-from mukca.tools.report.figures.acceptance import ARMS
+from mukca.tools.repeatability import ARMS
 from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
 from mukca.tools.workers import add_workers, workers_of
 

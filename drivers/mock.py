@@ -139,23 +139,25 @@ class SimulatedArm:
 
     def shows(self, kind: str, moment: float) -> bool:
         """Tell whether a kind of fault shows at a moment of the arm's time [s]."""
-        return any(fault.kind == kind and fault.active(moment) for fault in self.faults)
+        return bool(self.faults) and any(
+            fault.kind == kind and fault.active(moment) for fault in self.faults
+        )
 
     def state(self, moment: float) -> JointState:
         """Return what the arm sends at a moment of its time [s], with noise and faults."""
-        if not self.shows("freeze", moment):
+        if self._frozen is not None:
+            if self.shows("freeze", moment):
+                return replace(self._frozen, stamp=moment)
             self._frozen = None
-        elif self._frozen is not None:
-            return replace(self._frozen, stamp=moment)
         position = self._noisy(self.motion.position(moment), self.noise)
         effort = None
         if self._effort is not None:
             effort = self._noisy(self._effort.position(moment), self.effort_noise)
             if self.shows("push", moment):
                 effort = tuple([tau + 5 + self._random.gauss(0, 0.5) for tau in effort])
-        if self.faults:
-            position = self._spoilt(position, moment)
-        state = JointState(stamp=moment, position=position, effort=effort)
+        if not self.faults:
+            return JointState(stamp=moment, position=position, effort=effort)
+        state = JointState(moment, self._spoilt(position, moment), effort)
         if self.shows("freeze", moment):
             self._frozen = state
         return state

@@ -11,10 +11,13 @@ import importlib
 import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 from .driver import Driver, DriverError, Reason
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 __all__ = [
     "DRIVERS",
@@ -104,6 +107,8 @@ def is_installed(module: str) -> bool:
 
 def list_drivers() -> list[DriverInfo]:
     """Return all drivers: first mukca's own, then those of installed plug-ins by name."""
+    from importlib.metadata import entry_points
+
     plugins = entry_points(group=ENTRY_POINT_GROUP)
     return [*DRIVERS.values(), *(_plugin(point) for point in sorted(plugins, key=_name))]
 
@@ -151,7 +156,9 @@ def open_driver(
     name = driver
     if address is None:
         name, _, address = driver.partition(":")
-    infos = {info.name: info for info in reversed(list_drivers())}
+    infos = DRIVERS  # to look for plug-ins takes a while
+    if name not in infos:
+        infos = {info.name: info for info in reversed(list_drivers())}
     if name not in infos:
         raise DriverError(
             Reason.BAD_ADDRESS,
@@ -185,11 +192,11 @@ def _load(info: DriverInfo) -> type[Driver]:
     return loaded
 
 
-def _plugin(point: EntryPoint) -> DriverInfo:
+def _plugin(point: "EntryPoint") -> DriverInfo:
     package = point.dist
     source = f"{package.name} {package.version}" if package else "a plug-in"
     return DriverInfo(point.name, point.value, "plug-in", source=source)
 
 
-def _name(point: EntryPoint) -> str:
+def _name(point: "EntryPoint") -> str:
     return point.name

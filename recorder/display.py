@@ -5,7 +5,8 @@ from contextlib import AbstractContextManager, suppress
 from types import TracebackType
 from typing import Protocol
 
-from rich.console import Console, ConsoleDimensions
+from rich.console import Console, ConsoleDimensions, Group
+from rich.text import Text
 
 from .keyboard import HangUp
 from .screen import HELP, KEYS, advice_lines, render
@@ -40,7 +41,7 @@ class Screen:
         self._console = console
         self._descriptor = console.file.fileno()
         self._plain = not console.encoding.lower().startswith("utf")
-        self._lines: list[str] = []
+        self._lines: list[Text] = []
         self._size = ConsoleDimensions(0, 0)
 
     def __enter__(self) -> "Screen":
@@ -64,12 +65,13 @@ class Screen:
             self._size = self._console.size = size
             self._lines = []
             text = "\x1b[2J"
+        lines = render(view, width, height, plain=self._plain)
+        known = [*map(_content, self._lines), *[None] * height]
+        changed = [row for row, line in enumerate(lines) if _content(line) != known[row]]
         with self._console.capture() as capture:
-            self._console.print(render(view, width, height, plain=self._plain))
-        lines = capture.get().split("\n")[:height]
-        for row, line in enumerate(lines):
-            if row >= len(self._lines) or line != self._lines[row]:
-                text += f"\x1b[{row + 1};1H{line}\x1b[K"
+            self._console.print(Group(*(lines[row] for row in changed)))
+        for row, line in zip(changed, capture.get().split("\n"), strict=False):
+            text += f"\x1b[{row + 1};1H{line}\x1b[K"
         self._lines = lines
         self._write(text)
 
@@ -94,11 +96,21 @@ class Screen:
             raise HangUp from None
 
 
-class Lines:
-    """Messages as lines of text, for a pipe, a file, or a simple terminal."""
+def _content(line: Text) -> object:
+    return line.plain, line.style, line.spans
 
-    def __init__(self, console: Console) -> None:
+
+class Lines:
+    """Messages as lines of text, for a pipe, a file, or a simple terminal.
+
+    Args:
+        console: Where they go.
+        brief: Whether to leave out all but alarms.
+    """
+
+    def __init__(self, console: Console, *, brief: bool = False) -> None:
         self._console = console
+        self._brief = brief
         self._last: object = None
         self._words = ""
         self._advice: object = None
@@ -121,6 +133,8 @@ class Lines:
         known = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
         try:
             for message in messages[known:]:
+                if self._brief and not message.alarm:
+                    continue
                 self._console.print(("! " if message.alarm else "") + message.text, markup=False)
             if view.advice and view.advice is not self._advice:
                 for line in advice_lines(view, 200):

@@ -10,6 +10,8 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,10 +100,12 @@ class Window:
         return True
 
     def _average(self) -> Rest | None:
-        stamps = np.array([state.stamp for state in self._states])
-        steps = np.diff(stamps) if len(stamps) > 1 else np.array([math.inf])
-        covered = stamps[-1] - stamps[0] + np.median(steps)  # the last step may end just outside
-        self.whole = bool(covered >= WHOLE * self._length and 2 * steps.max() <= self._length)
+        stamps = [state.stamp for state in self._states]
+        steps = [b - a for a, b in pairwise(stamps)] or [math.inf]
+        lacking = WHOLE * self._length - (stamps[-1] - stamps[0])
+        self.whole = 2 * max(steps) <= self._length and (
+            lacking <= 0 or lacking <= median(steps)  # the last step may end just outside
+        )
         if not self.whole:
             self.moving = "too few states yet: wait a moment"
             return None
@@ -110,7 +114,7 @@ class Window:
             return None
         positions = np.array([state.position for state in self._states])
         spread = positions.std(axis=0)
-        worst = int(np.argmax(spread))
+        worst = int(spread.argmax())
         self.fast = bool(spread[worst] > FAST * self._still)
         if spread[worst] > self._still:
             joint = self._joints[worst]
@@ -124,10 +128,10 @@ class Window:
             spread=_floats(spread),
             effort=None if measured is None else _floats(measured.mean(axis=0)),
             effort_spread=None if measured is None else _floats(measured.std(axis=0)),
-            stamp=float(stamps[-1]),
+            stamp=stamps[-1],
             states=len(stamps),
         )
 
 
 def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
+    return tuple(values.tolist())

@@ -3,8 +3,9 @@
 import math
 import textwrap
 import time
+from itertools import groupby
+from operator import itemgetter
 
-from rich.console import Group
 from rich.text import Text
 
 from .banner import banner
@@ -42,7 +43,7 @@ def rows_needed(joints: int) -> int:
     return joints + 7
 
 
-def render(view: View, width: int, height: int, *, plain: bool = False) -> Group:
+def render(view: View, width: int, height: int, *, plain: bool = False) -> list[Text]:
     """Draw a view.
 
     Args:
@@ -54,8 +55,8 @@ def render(view: View, width: int, height: int, *, plain: bool = False) -> Group
     least = rows_needed(len(view.session.joints))
     if width < _WIDTH or height < least:
         said = f"needs {_WIDTH} x {least}, has {width} x {height}: {view.ready.words}"
-        return Group(_shown(Text(said), width, plain=plain))
-    return Group(*(_shown(line, width, plain=plain) for line in _lines(view, width, height)))
+        return [_shown(Text(said), width, plain=plain)]
+    return [_shown(line, width, plain=plain) for line in _lines(view, width, height)]
 
 
 def advice_lines(view: View, width: int) -> list[str]:
@@ -228,8 +229,8 @@ def _joint(
     if math.isfinite(value):
         near = min(value - lower, upper - value) < 0.05 * (upper - lower)
         put(value, "┃", "bold red" if near else "bold")
-    for mark, style in marks:
-        line.append(mark, style=style)
+    for style, run in groupby(marks, key=itemgetter(1)):
+        line.append("".join(mark for mark, _ in run), style=style)
     line.append(f"┤{joint.shown(upper):<8}", style="dim")
     line.append(f"{joint.shown(value):>8}" if math.isfinite(value) else "       -", style="bold")
     return line

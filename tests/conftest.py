@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 # As the command line does, before NumPy is loaded: the matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,16 @@ def pytest_collection() -> Iterator[None]:
     finally:
         gc.freeze()
         gc.enable()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[None]:
+    """Let the first process that comes to a module compile it for all: one does the work."""
+    if not isinstance(collector, pytest.Module):
+        return (yield)
+    with collector.path.open() as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return (yield)
 
 
 LONG = ("tools/test_insertion.py", "tools/test_emulated_arms.py", "recorder/test_kill.py")
@@ -125,10 +136,11 @@ def _record_session(true_panda: Robot, folder: Path) -> None:
 
 @pytest.fixture(scope="session")
 def demo(shared: Callable[..., Path]) -> Path:
-    """What `mukca demo` writes."""
+    """What `mukca demo` writes; beside it, in demo.txt, what it says."""
 
     def make(folder: Path) -> None:
-        with VirtualTime().running():
+        said = folder.with_suffix(".txt").open("w")
+        with VirtualTime().running(), said, redirect_stdout(said):
             assert main(["demo", "--out", str(folder)]) == 0
 
     return shared("demo", make)

@@ -21,10 +21,8 @@ def crossings(segments: Array, mesh: trimesh.Trimesh) -> tuple[NDArray[np.int64]
     kept = np.flatnonzero(lengths > 2 * TOUCH)
     starts, ways = segments[kept, 0], (segments[kept, 1] - segments[kept, 0])
     ways /= lengths[kept, None]
-    # Whatever is hit beyond a segment's end is no matter, and most hit nothing before.
-    places, rays, _ = mesh.ray.intersects_location(starts, ways, multiple_hits=False)
-    away = np.linalg.norm(places - starts[rays], axis=1)
-    hits = np.unique(rays[away <= lengths[kept[rays]] + TOUCH])
+    # A face so deep in a segment is as far from both its ends; most hit nothing between these.
+    hits = _hit_before(lengths[kept] - 2 * TOUCH, starts + TOUCH * ways, ways, mesh)
     kept, starts, ways = kept[hits], starts[hits], ways[hits]
     _, rays, faces = mesh.ray.intersects_location(starts, ways, multiple_hits=True)
     corners, normals = mesh.triangles[faces, 0], mesh.face_normals[faces]
@@ -33,6 +31,20 @@ def crossings(segments: Array, mesh: trimesh.Trimesh) -> tuple[NDArray[np.int64]
     )
     deep = (first * second < 0) & (np.minimum(abs(first), abs(second)) > TOUCH)
     return kept[rays[deep]], faces[deep]
+
+
+def _hit_before(
+    lengths: Array, starts: Array, ways: Array, mesh: trimesh.Trimesh
+) -> NDArray[np.int64]:
+    """Return the rays that may hit a face before they end, by Embree where it is installed.
+
+    Trimesh asks it for rays without an end: six times as long.
+    """
+    scene = getattr(mesh.ray, "_scene", None)
+    if scene is None:
+        return np.arange(len(lengths))
+    ends = (lengths * scene.scale).astype(np.float32)
+    return np.flatnonzero(scene.run(starts, ways, dists=ends) >= 0)
 
 
 def self_crossings(mesh: trimesh.Trimesh) -> int:
@@ -72,7 +84,7 @@ def _edges_near(mesh: trimesh.Trimesh, other: trimesh.Trimesh, pose: Array) -> A
     """Return the edges, moved by a pose, that do not lie beyond one side of the other's box."""
     points = _moved(mesh.vertices, pose)
     low, high = other.bounds
-    beyond = np.hstack([points < low, points > high]) @ (1 << np.arange(6))
+    beyond = np.packbits(np.hstack([points < low, points > high]), axis=1)[:, 0]
     edges = np.asarray(mesh.edges_unique)
     return points[edges[beyond[edges[:, 0]] & beyond[edges[:, 1]] == 0]]
 

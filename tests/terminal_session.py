@@ -76,8 +76,10 @@ class TerminalSession:
     @property
     def text(self) -> str:
         """What the screen shows."""
+        columns = range(self.screen.columns)
         with self._lock:
-            return "\n".join(line.rstrip() for line in self.screen.display)
+            rows = [self.screen.buffer[y] for y in range(self.screen.lines)]
+            return "\n".join("".join([row[x].data for x in columns]).rstrip() for row in rows)
 
     @property
     def settings(self) -> list[Any]:

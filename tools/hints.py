@@ -137,12 +137,11 @@ def lookalikes(robot: Robot) -> Callable[[Sequence[float]], str | None]:
     Args:
         robot: The one that is recorded, which is left out.
     """
-    others = _shipped(len(robot.actuated))
 
     def alike(position: Sequence[float]) -> str | None:
         names = [
             other.name
-            for other in others
+            for other in _shipped(len(robot.actuated))
             if other.name != robot.name
             and all(
                 joint.lower - SLACK <= value <= joint.upper + SLACK

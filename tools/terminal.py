@@ -25,10 +25,15 @@ PIPED_WIDTH = 120
 
 
 class Terminal:
-    """The two streams of a command."""
+    """The two streams of a command.
 
-    def __init__(self, *, json: bool = False) -> None:
-        self.json = json
+    Args:
+        json: Whether standard output carries JSON alone.
+        brief: Whether a verb, as part of another one, says no more than what came of it.
+    """
+
+    def __init__(self, *, json: bool = False, brief: bool = False) -> None:
+        self.json, self.brief = json, brief
 
     @cached_property
     def console(self) -> "Console":

@@ -105,7 +105,9 @@ def test_without_a_terminal_messages_are_lines() -> None:
         lines.show(replace(VIEW, session=session))
         lines.show(replace(VIEW, session=session.with_message("third")))
         lines.bell()
-    assert text.getvalue() == "first\n! [b]second[/b]\nthird\n"
+    with Lines(Console(file=text), brief=True) as lines:
+        lines.show(replace(VIEW, session=session))
+    assert text.getvalue() == "first\n! [b]second[/b]\nthird\n! [b]second[/b]\n"
 
 
 def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:

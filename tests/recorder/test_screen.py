@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rich.console import Console
+from rich.console import Console, Group
 
 from mukca.recorder.advice import Advice
 from mukca.recorder.banner import banner
@@ -48,7 +48,7 @@ def drawn(
         file=io.StringIO(), width=width, height=height, force_terminal=True, color_system=colour
     )
     with console.capture() as capture:
-        console.print(render(shown, width, height, plain=plain))
+        console.print(Group(*render(shown, width, height, plain=plain)))
     return capture.get().rstrip("\n").split("\n")
 
 
@@ -70,10 +70,10 @@ def test_it_fits_any_terminal(
 ) -> None:
     made = session(count, sockets, tuple(JointLimits(f"j{i}", -1, 1) for i in range(joints)))
     shown = view(made.with_message(message, alarm=True), help=helps, trouble=trouble)
-    group = render(shown, width, height, plain=plain)
-    assert all(line.cell_len <= width for line in group.renderables)
+    lines = render(shown, width, height, plain=plain)
+    assert all(line.cell_len <= width for line in lines)
     fits = width >= 60 and height >= rows_needed(joints)
-    assert len(group.renderables) == (height if fits else 1)
+    assert len(lines) == (height if fits else 1)
 
 
 @pytest.mark.parametrize("plain", [False, True])

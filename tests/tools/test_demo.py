@@ -43,6 +43,14 @@ def test_the_demo_records_with_the_recorder(demo: Path) -> None:
         assert taken.efforts is not None
 
 
+def test_the_demo_sums_its_recordings_up_and_leads_to_a_real_arm(demo: Path) -> None:
+    said = demo.with_suffix(".txt").read_text()
+    assert said.count(": 30 in socket 0, 30 in socket 1\n") == 3
+    assert "captured" not in said
+    assert said.count("mock:") == 3  # in what was typed; nothing else leads to a simulated arm
+    assert "mukca print-parts" in said.partition("Report: ")[2]
+
+
 def test_the_demo_never_removes_a_recording_of_a_real_arm(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -23,6 +23,11 @@ DEMO_SEED = 2920
 """Such a draw is off by 20 mm at the median; with this seed it is 7 to 9 mm, as real arms are."""
 ORIGIN_DEVIATION = (5e-3, 12e-3)
 """Standard deviation of the true origins from the nominal ones [m, rad]."""
+NEXT = """
+Next, with an arm of your own (`mukca drivers` lists which): print the base and the ball, measure
+the distance of the sockets' centres in metres, record at two places or more, and solve as above.
+  mukca print-parts --out parts
+  mukca record --robot panda --driver franka:172.16.0.2 --distance 0.0501 --out recordings/front"""
 SPEED = 10
 """The hand is so much faster than a person's, and the recorder with it."""
 KEYS = "keys.txt"
@@ -44,9 +49,10 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     recordings, calibrated = out / "recordings", out / "calibrated"
     _remove_simulated(recordings)
     simulate_hand(out / "hand", out / KEYS)
+    brief = Terminal(json=terminal.json, brief=True)
     front, *held_out = (str(recordings / base.name) for base in demo_bases())
     for folder in (front, *held_out):
-        status = _run(record, record_words(Path(folder), out), terminal)
+        status = _run(record, record_words(Path(folder), out), brief)
         if status != 0:
             return status
     words = ["solve", front, "--robot", "panda", "--test", *held_out, "--out", str(calibrated)]
@@ -57,6 +63,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         terminal.say(f"Recordings:      {', '.join((front, *held_out))}")
         terminal.say(f"Calibrated URDF: {calibrated / 'calibrated.urdf'}")
         terminal.say(f"Report:          {calibrated / 'report.html'}")
+        terminal.say(NEXT)
     return status
 
 

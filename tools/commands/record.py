@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from ...solver.robot.urdf import Robot
     from ..calibration.calibration import Calibration
 
+POSES = 10
+"""So many a quick session takes."""
 LEAST_POSES = 5
-"""Of a quick session: with fewer it says nothing."""
+"""With fewer it says nothing."""
 EXAMPLE = """example:
   mukca record --robot panda --driver franka:172.16.0.2 --distance 0.0501 --out data/front
   mukca record --robot panda --driver franka:172.16.0.2 --out data/front --auto --page
@@ -152,8 +154,6 @@ def _fill_in(arguments: argparse.Namespace) -> None:
         arguments.sockets = 1
         arguments.no_guide = True
     if arguments.target is None:
-        from ..recording.quick import POSES
-
         arguments.target = POSES if arguments.quick else TARGET
 
 
@@ -239,7 +239,9 @@ def _say_outcome(outcome: "Outcome", arguments: argparse.Namespace, terminal: Te
     terminal.say(f"{arguments.out / 'samples.csv'}: {counts}{taken_back}")
     if outcome.refused:
         terminal.say(f"{outcome.refused} captures were refused")
-    if outcome.signal is None and min(session.counts) > 0 and not arguments.quick:
+    if terminal.brief or arguments.quick:
+        return
+    if outcome.signal is None and min(session.counts) > 0:
         for line in _next_steps(outcome, arguments):
             terminal.say(line)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...solver.robot.kinematics import BallModel, link_frames, workspace
 from ...solver.robot.urdf import Robot, load_robot, shipped_robots
-from ..report.figures.acceptance import ARMS
+from ..repeatability import ARMS
 from ..terminal import Terminal
 
 __all__ = ["RobotInfo", "add_arguments", "describe", "run"]

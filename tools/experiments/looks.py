@@ -20,6 +20,8 @@ CUT = 110.0
 SLICES = 40
 TOOL = 0.08
 """How far before the tip the arm ends, so that peg or pen are seen [m]."""
+SHADOW = 1024
+"""Of a lamp's map of shadows, to a side; MuJoCo's 4096 take a processor twice as long [pixels]."""
 ORANGE = [0.85, 0.3, 0.1, 1]
 DARK = [0.25, 0.28, 0.32, 1]
 LIGHT = [0.9, 0.9, 0.92, 1]
@@ -32,6 +34,7 @@ def add_looks(spec: Any, arm: Robot) -> None:
     pale = {"rgb1": [0.97, 0.98, 0.99], "rgb2": [0.85, 0.88, 0.91]}
     spec.add_texture(name="sky", type=sky, builtin=gradient, width=64, height=384, **pale)
     spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
+    spec.visual.quality.shadowsize = SHADOW
     spec.worldbody.add_light(pos=[0.3, -1.0, 2.0], dir=[0.1, 0.5, -1.0])
     ends = np.array([joint.origin.xyz for joint in arm.joints[1:]])
     lengths = np.linalg.norm(ends, axis=1)

@@ -4,15 +4,17 @@ import argparse
 import time
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...recorder.session import Session
 from ...solver.robot.urdf import Robot
-from ..report.figures.acceptance import ARMS, RESOLUTION, known_arm
+from ..repeatability import ARMS, RESOLUTION, known_arm
 from ..usage import UsageError
 from .coaching import COACHING, BackgroundCoach, setup_of
 from .neighbour import Neighbour
-from .page import PAGE, PageLink
+
+if TYPE_CHECKING:
+    from .page import PageLink
 
 __all__ = ["adviser_of", "goal_for", "page_of"]
 
@@ -54,7 +56,7 @@ def _loaded(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def page_of(
     arguments: argparse.Namespace, session: Session, stack: ExitStack
-) -> tuple[PageLink | None, Session]:
+) -> "tuple[PageLink | None, Session]":
     """Return what shows the page, and the session with its address.
 
     Raises:
@@ -62,6 +64,8 @@ def page_of(
     """
     if not arguments.page:
         return None, session
+    from .page import PAGE, PageLink
+
     setup = {"robot": _loaded(arguments), "host": arguments.page_host}
     neighbour = stack.enter_context(closing(Neighbour(PAGE, setup)))
     neighbour.send({})

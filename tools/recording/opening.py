@@ -206,14 +206,17 @@ def _quiet() -> Generator[None, None, None]:
 def _without_pauses() -> Generator[None, None, None]:
     """Keep what was loaded by now out of garbage collection.
 
-    To look through all of it takes a tenth of a second, in which no state is read.
+    To look through all of it takes a tenth of a second, in which no state is read. What somebody
+    else kept out of it before stays so.
     """
+    kept = gc.get_freeze_count() > 0
     gc.collect()
     gc.freeze()
     try:
         yield
     finally:
-        gc.unfreeze()
+        if not kept:
+            gc.unfreeze()
 
 
 def _connect(text: str, joint_names: tuple[str, ...]) -> Reconnecting:
@@ -272,4 +275,6 @@ def _session(
 def _display(terminal: Terminal) -> Screen | Lines:
     console = terminal.console
     whole = console.is_terminal and not console.is_dumb_terminal
-    return Screen(console) if whole and console.file.isatty() else Lines(console)
+    if whole and console.file.isatty():
+        return Screen(console)
+    return Lines(console, brief=terminal.brief)

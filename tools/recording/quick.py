@@ -13,10 +13,7 @@ from ..calibration.odds import Odds, odds_of
 from ..hints import strangers
 from .beside import goal_for
 
-__all__ = ["POSES", "standing", "worth_calibrating"]
-
-POSES = 10
-"""So many poses are taken."""
+__all__ = ["standing", "worth_calibrating"]
 
 
 def worth_calibrating(robot: Robot, folder: Path) -> str:

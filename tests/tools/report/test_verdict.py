@@ -21,8 +21,9 @@ from mukca.tools.documents.files import decode
 from mukca.tools.documents.report import ReportDocument
 from mukca.tools.documents.report_drawing import Coverage
 from mukca.tools.documents.report_verdict import Limit
+from mukca.tools.repeatability import ARMS, known_arm
 from mukca.tools.report.build import Options, build_report
-from mukca.tools.report.figures.acceptance import ARMS, known_arm, limits_for
+from mukca.tools.report.figures.acceptance import limits_for
 from mukca.tools.report.figures.earned import prediction_row, travel_row
 from mukca.tools.report.figures.predictions import measurements_of
 
