@@ -264,13 +264,18 @@ class Recorder:
             got=got[0] if got and now - got[1] < SHOWN else None,
             leave=bool(here and here.leave),
             enough=advice.why_enough if advice else "",
-            doubt=self._desk.doubt(rest) if rest and self.hands_free else None,
+            doubt=self._doubt(rest) if rest and self.hands_free else None,
             hands_free=self.hands_free,
             paused=self._controls.paused,
             prompt=prompt.text if prompt else "",
             asking=self._controls.asking,
             capture_key=capture_key(self.keys),
         )
+
+    def _doubt(self, rest: Rest) -> str | None:
+        """Say why a rest where a capture would be taken is not captured without a key."""
+        refused = self._desk.session.refusal(rest.position)  # as often, where it was just captured
+        return None if refused else self._desk.doubt(rest)
 
     def _draw(self) -> None:
         now = clock.now()

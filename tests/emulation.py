@@ -80,16 +80,12 @@ class Emulation:
 @contextmanager
 def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
     """Run an emulator in virtual time, which drivers in this process then live in too."""
-    if name == "kinova" and "can" in options:  # whose ISO-TP stack has threads, and real time
-        with emulated_program(name, folder, *options) as emulation:
-            yield emulation
-        return
     words, journal = _words(name, folder, options)
     parser = argparse.ArgumentParser()
     emulate.add_arguments(parser)
     with VirtualTime().running() as time, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("mukca.drivers.piper.open_bus", _VirtualBus)
-        patch.setattr("mukca.drivers.damiao.open_bus", _VirtualBus)
+        for module in ("piper", "damiao", "kinova_bus"):
+            patch.setattr(f"mukca.drivers.{module}.open_bus", _VirtualBus)
         running = _Peer(parser.parse_args(words), time)
         try:
             address = running.emulator.driver_address.partition(":")[2]

@@ -197,7 +197,7 @@ def _log_evidence(objective: Objective, state: State) -> float:
     result = len(state.linear.errors) * constant - value(objective, state)
     for group, free in priors(state):
         P = group.precision(group.width, free)
-        result += 0.5 * float(np.linalg.slogdet(P)[1]) - 0.5 * (group.width / group.scale) ** 2
+        result += 0.5 * float(np.linalg.slogdet(P)[1])
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
     return result

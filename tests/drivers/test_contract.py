@@ -195,20 +195,9 @@ class TestKinovaSerial(OfKinova):
 
 @pytest.mark.slow
 class TestKinovaCan(OfKinova):
-    """In real time, where an answer may come late."""
-
     options = ("--version", "can")
     nobody = f"can://{own_bus()}"
     wrong = "can://no_such_interface/can0"
-    keeps_all = False  # a round that takes too long is asked for again
-
-    @pytest.fixture(scope="class", autouse=True)
-    @classmethod
-    def patience(cls):
-        with pytest.MonkeyPatch.context() as patch:
-            for name in ("ANSWER_SECONDS", "FIRST_ANSWER_SECONDS"):
-                patch.setattr(f"mukca.drivers.kinova_bus.{name}", 3.0)
-            yield
 
 
 class OfServos(Emulated):

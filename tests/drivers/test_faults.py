@@ -68,7 +68,7 @@ def test_what_is_read_was_sent(name, version, faults, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("version", ["serial", pytest.param("can", marks=pytest.mark.waits)])
+@pytest.mark.parametrize("version", ["serial", "can"])
 def test_kinova_asks_again_after_a_bad_answer(version, tmp_path):
     faults = options("drop:0.02", "truncate:0.02", "garble:0.02", "duplicate:0.02")
     with emulated("kinova", tmp_path, "--version", version, "--noise", "0", *faults) as emulation:

@@ -13,6 +13,7 @@ from kortex_stand_in import TORQUES, kortex_arm
 from mukca.drivers import DriverError, Reason, clock
 from mukca.drivers.kinova import Kinova, Unwrap
 from mukca.drivers.kinova_actuator import decode_reply, encode_poll
+from mukca.drivers.registry import open_driver
 
 
 def test_the_polls_bytes():
@@ -175,3 +176,16 @@ def test_kortex_numbers_that_are_none_are_asked_for_again():
         assert time.monotonic() - start < 5
         assert driver.rejected > 0
     assert caught.value.reason is Reason.SILENT
+
+
+def test_a_lost_bus_is_told(tmp_path, monkeypatch):
+    def lost(*_):
+        raise OSError("Network is down")
+
+    with emulated("kinova", tmp_path, "--version", "can") as emulation:
+        driver = open_driver("kinova", emulation.address)
+        driver.read(1)
+        monkeypatch.setattr("emulation._VirtualBus.recv", lost)
+        with driver, pytest.raises(DriverError, match="bus is lost: Network is down") as caught:
+            driver.read(1)
+    assert caught.value.reason is Reason.UNREACHABLE

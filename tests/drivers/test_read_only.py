@@ -110,7 +110,7 @@ FAULTS = ("drop:0.05", "duplicate:0.05", "garble:0.02", "silent@1+0.5", "hangup@
         ("kuka", "2.7"),
         ("ur", "5.11"),
         ("kinova", "serial"),
-        pytest.param("kinova", "can", marks=pytest.mark.waits),
+        ("kinova", "can"),
         ("piper", "1"),
         ("damiao", "openarm"),
         ("xarm", "xarm6"),

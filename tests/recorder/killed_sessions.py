@@ -38,7 +38,7 @@ def record(folder: Path, seed: int) -> None:
     """Capture one configuration after the other, as fast as it goes."""
     generator = random.Random(seed)
     places = [[generator.uniform(-2, 2) for _ in JOINTS] for _ in range(500)]
-    arm = SimulatedArm(Motion(places, hold=0.65, move=0.35), rate=100, speed=20)
+    arm = SimulatedArm(Motion(places, hold=0.65, move=0.35), rate=50, speed=20)
     metadata = Metadata("arm", tuple(j.name for j in JOINTS), ("rad",) * 7, 0.05)
     reader, writer = os.pipe()
     os.write(writer, b"a*500\n")
@@ -73,7 +73,7 @@ def killed(folder: Path, seed: int, generator: random.Random) -> int:
             except OSError:
                 break
         if end is None and counted(output) > before:
-            end = time.monotonic() + generator.uniform(0.0, 0.1)
+            end = time.monotonic() + generator.uniform(0.0, 0.05)
     os.kill(process, signal.SIGKILL)
     status = os.waitpid(process, 0)[1]
     output += drained(terminal)

@@ -22,6 +22,8 @@ PAGE = "mukca.tools.recording.page"
 """This module, for the process that runs it."""
 PATIENCE = 2.0
 """A browser hears something at least this often [s]."""
+DIGITS = 3
+"""Of positions [rad], [m]: an arm at rest is not drawn again and again for its noise."""
 MOST = 8
 """Browsers that are served at once."""
 HEADERS = {
@@ -42,11 +44,15 @@ class PageLink:
 
     def __init__(self, neighbour: Neighbour) -> None:
         self._neighbour = neighbour
+        self._sent: dict[str, Any] = {}
 
     def __call__(self, view: View) -> None:
-        """Send a view, unless the one before is still being taken in."""
+        """Send a view that shows something new, unless one is still being taken in."""
         self._neighbour.answer()
-        self._neighbour.send(state_of(view))
+        state = state_of(view)
+        if self._neighbour.idle and state != self._sent:
+            self._neighbour.send(state)
+            self._sent = state
 
 
 def state_of(view: View) -> dict[str, Any]:
@@ -61,7 +67,7 @@ def state_of(view: View) -> dict[str, Any]:
         "counts": session.counts,
         "target": session.target,
         "joints": [(j.name, *_finite(j.lower, j.upper), j.prismatic) for j in session.joints],
-        "position": view.position,
+        "position": view.position and [round(q, DIGITS) for q in view.position],
         "next": advice.target if advice else None,
         "predicted": advice.predicted if advice and advice.telling else None,
         "goal": advice.goal if advice else None,

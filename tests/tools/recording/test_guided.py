@@ -1,8 +1,8 @@
 """Whole guided sessions in a real terminal, by keys and hands free, and the page beside one."""
 
-import contextlib
 import re
 import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -22,15 +22,16 @@ LEFT = 2
 """So many samples a session that is continued lacks in each socket."""
 ASTRAY = 0.5
 """So far the first joint is turned to where no socket is [rad]."""
+LED_ARM = Path(__file__).parents[2] / "led_arm.py"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 @pytest.fixture(scope="module")
 def hands(true_panda: Robot, shared: Callable[..., Path]) -> Path:
-    """Where a hand leads the arm, for all of a session and for its rest.
+    """Where a hand leads the arm: for all of a session, and for the rest of one that was begun.
 
-    Twice to what is needed in socket 0, as some of it goes by while a browser starts, and then
-    again and again to socket 1; once it goes astray among those.
+    And for a session hands free, twice to what is needed in socket 0, as some of it goes by while a
+    browser starts, and then again and again to socket 1; once it goes astray among those.
     """
 
     def make(folder: Path) -> None:
@@ -39,13 +40,11 @@ def hands(true_panda: Robot, shared: Callable[..., Path]) -> Path:
         first, second = ([s for s in led.samples if s.socket == k] for k in (0, 1))
         q = first[0].position
         astray = replace(second[0], position=(q[0] + ASTRAY, *q[1:]))
-        for name, need, more in (
-            ("all", LEAST, []),
-            ("rest", LEFT, []),
-            ("astray", LEAST, [astray]),
-        ):
-            way = (*2 * first[:need], *20 * (second[:2] + more + second[2:]))
-            write_holes(replace(led, samples=way), folder / name)
+        write_holes(led, folder / "all")
+        rest = (*first[:LEFT], *second[:LEFT])
+        write_holes(replace(led, samples=rest), folder / "rest")
+        way = (*2 * first, *20 * (*second[:2], astray, *second[2:]))
+        write_holes(replace(led, samples=way), folder / "astray")
 
     return shared("guided_hands", make)
 
@@ -65,19 +64,7 @@ def begun(session: Path, panda: Robot, tmp_path: Path) -> Path:
 
 def command(hand: Path, out: Path, pace: str, *more: str) -> list[str]:
     driver = f"mock:{hand}?{pace}"
-    words = ["record", "--robot", "panda", "--driver", driver, "--out", str(out)]
-    return [*MUKCA, *words, "--goal-mm", "20", *more]
-
-
-def take(terminal: TerminalSession, number: int) -> None:
-    """Capture; on a busy computer a rest may be over before the key comes, so at the next one."""
-    for _ in range(8):
-        terminal.wait_for(f"PRESS: space captures sample {number}")
-        terminal.press(" ")
-        with contextlib.suppress(AssertionError):
-            terminal.wait_for(f"GOT {number}", timeout=3.0)
-            return
-    raise AssertionError(terminal.text)
+    return ["record", "--robot", "panda", "--driver", driver, "--out", str(out), *more]
 
 
 @pytest.mark.parametrize("part", ["all", "rest"])
@@ -85,18 +72,23 @@ def test_a_guided_session_by_keys(hands: Path, begun: Path, tmp_path: Path, part
     """A new one, and one that goes on: it changes sockets, says where to go next, and ends."""
     done = 0 if part == "all" else LEAST - LEFT
     out = begun if done else tmp_path / "new"
-    words = command(hands / part, out, "rate=250&hold=1.2&move=0.4")
-    with TerminalSession(words, columns=80, rows=24) as terminal:
+    steps = tmp_path / "steps"
+    steps.touch()
+    words = command(hands / part, out, "rate=250&move=0.25", "--goal-mm", "20")
+    with TerminalSession([sys.executable, str(LED_ARM), str(steps), *words]) as terminal:
         if done:
             terminal.wait_for("GO ON?", f"Continues {done} in socket 0, {done} in socket 1")
             terminal.press("y")
-        for number in range(2 * done + 1, done + LEAST + 1):
-            take(terminal, number)
-        terminal.wait_for("SOCKET 1 NOW: enough here: ball to socket 1, then press s")
-        terminal.press("s")
-        terminal.wait_for("MOVE")
-        for number in range(done + LEAST + 1, 2 * LEAST + 1):
-            take(terminal, number)
+        for number in range(2 * done + 1, 2 * LEAST + 1):
+            if number == done + LEAST + 1:
+                terminal.wait_for("SOCKET 1 NOW: enough here: ball to socket 1, then press s")
+                terminal.press("s")
+                terminal.wait_for("socket 1 is active")
+            if number > 2 * done + 1:
+                lead_on(steps)
+            terminal.wait_for(f"PRESS: space captures sample {number}")
+            terminal.press(" ")
+            terminal.wait_for(f"GOT {number}")
             if number == 2 * LEAST - 1:
                 terminal.wait_for("predicted", "goal 20.00", "next best", "◆", "mean")
         shown = terminal.wait_for("ENOUGH: q finishes", "the goal is reached", "second placement")
@@ -107,16 +99,23 @@ def test_a_guided_session_by_keys(hands: Path, begun: Path, tmp_path: Path, part
     assert np.bincount(read_placement(out).sockets).tolist() == [LEAST, LEAST]
 
 
+def lead_on(steps: Path) -> None:
+    """Lead the arm to its next configuration."""
+    with steps.open("ab") as file:
+        file.write(b".")
+
+
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
 def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> None:
     playwright = pytest.importorskip("playwright.sync_api")
     out = tmp_path / "front"
-    words = command(hands / "astray", out, "rate=100&hold=1.5&move=0.6&speed=3", "--auto", "--page")
+    pace = "rate=100&hold=1.5&move=0.6&speed=3"
+    words = command(hands / "astray", out, pace, "--goal-mm", "20", "--auto", "--page")
     options = ["--headless", "--no-sandbox", "--disable-gpu"]
     with playwright.sync_playwright() as player:
         browser = player.chromium.launch(executable_path=CHROMIUM, args=options)
         page = browser.new_page()
-        with TerminalSession(words) as terminal:
+        with TerminalSession([*MUKCA, *words]) as terminal:
             url = re.search(r"http://\S+/", terminal.wait_for("page: http", "SOCKET 0 NOW"))
             assert url
             complaints: list[str] = []
