@@ -130,7 +130,7 @@ def test_measured_effort_beats_gravity_torque_under_a_hand() -> None:
 
 @pytest.mark.parametrize("name", ["panda", "iiwa14"])
 def test_gross_outliers_hardly_count(name: str) -> None:
-    session = Session(name, 6, 3, Imperfection(noise=1e-4))
+    session = Session(name, 1, 3, Imperfection(noise=1e-4))
     generator = np.random.default_rng(9)
     spoilt = [_with_outliers(session, p, generator) for p in session.placements[:2]]
     held_out = session.placements[2]
