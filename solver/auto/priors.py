@@ -27,8 +27,10 @@ COMMON_SCALE = 2e-3
 """Standard deviation of the whole robot's scale, 0.2 %. A caliper on a base of 50 mm gives the
 scale to 0.06 %, so measured distances decide; where an arm is noisy, the URDF's scale holds."""
 DEFLECTION = 5e-4
-"""Widths of extensions at the start, as an angle by which a joint is off [rad]. Transmission errors
-are hardly ever much larger, so this is the scale of the prior on their width, too."""
+"""Typical width of elasticity, as an angle by which a joint is off under its usual load [rad]."""
+TRANSMISSION_WIDTH = 1e-4
+"""Typical width of the coefficients of a harmonic [rad]. Makers of harmonic drives state one arc
+minute from peak to peak: an amplitude of 0.15 mrad, shared by a sine and a cosine."""
 ZERO_WIDTH = float(np.deg2rad(3))
 """Width of the joints' zeros, where they may be off: as they are set by eye [rad]."""
 PRINTED = {"translation": 2e-4, "rotation": 7e-4}
@@ -62,8 +64,6 @@ class PriorGroup:
     """Their indices among the unknowns."""
     width: float
     """s_g; 0 holds the members at zero."""
-    scale: float = np.inf
-    """Scale of a half-normal prior on the width itself, which keeps it from growing far beyond."""
     typical: float = 0.0
     """What the width is believed to be before the data, within a factor e; 0 for no belief."""
     learned: bool = True
@@ -131,7 +131,7 @@ class PriorGroup:
 
         The new width is the root mean square of the unknowns, over those that the data decide. An
         unknown whose posterior is as wide as its prior was not decided, and counts as 0 in gamma.
-        A belief about the width itself, see :attr:`scale` and :attr:`typical`, adds its slope.
+        A belief about the width itself, see :attr:`typical`, adds its slope.
 
         Args:
             x: How far those members that are free are from their mean.
@@ -147,9 +147,6 @@ class PriorGroup:
             ratio = squares / self.width**2
             step = (ratio - gamma - pull) / (2 * ratio + 1 / TYPICAL_SPREAD**2)
             square = self.width**2 * np.exp(2 * np.clip(step, -1, 1))
-        if np.isfinite(self.scale):
-            h2 = self.scale**2
-            square = h2 * (np.sqrt(gamma**2 + 4 * squares / h2) - gamma) / 2
         wanted = 0.5 * np.log(max(square, SMALLEST_WIDTH**2))
         now = float(np.log(self.width))
         width = max(float(np.exp(now + self._step(now, wanted - now))), SMALLEST_WIDTH)
@@ -222,7 +219,8 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         elif extension == PLAY:
             groups.append(play_group(members_here, HALF_PLAY))
         else:
-            groups.append(PriorGroup(extension, "rad", members_here, DEFLECTION, scale=DEFLECTION))
+            typical = TRANSMISSION_WIDTH
+            groups.append(PriorGroup(extension, "rad", members_here, typical, typical=typical))
         begin += size
     return tuple(groups)
 

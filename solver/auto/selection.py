@@ -38,8 +38,9 @@ STAGES: dict[str, tuple[str, ...]] = {
 }
 """What is tried, in this order: name, and its extensions."""
 GAIN = log(150)
-"""By how much extensions must raise the logarithm of the evidence together. On simulated arms
-without elasticity or transmission error, one of them never raised it by more than 2.6."""
+"""By how much extensions must raise the logarithm of the evidence together: what is called very
+strong (Kass and Raftery 1995). Of 216 simulated arms without any, one raised it by as much; six by
+log(20), for which errors of 48 that bend would be 2 % smaller after 10 + 10 samples."""
 LIKELY = 0.01
 """Models less probable than this are left out of the mean."""
 ENOUGH_PLACEMENTS = 3

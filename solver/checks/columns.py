@@ -170,8 +170,14 @@ def _best_zero(robot: Robot, joint: int, judged: Callable[[Guess], Judged]) -> J
     """
     right = as_they_are(robot)
     tried = [judged(with_zero(right, joint, zero)) for zero in ZEROS.tolist()]
-    small = _least(one for one in tried if abs(one[1].zeros[joint]) < SMALL)
-    return _clearly(*(_searched(joint, start, judged) for start in (small, _least(tried))))
+    small, any_size = (
+        _least(one for one in tried if abs(one[1].zeros[joint]) < SMALL),
+        _least(tried),
+    )
+    found = _searched(joint, small, judged)
+    if any_size is small:
+        return found
+    return _clearly(found, _searched(joint, any_size, judged))
 
 
 def _searched(joint: int, best: Judged, judged: Callable[[Guess], Judged]) -> Judged:

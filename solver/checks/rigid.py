@@ -65,6 +65,17 @@ class Samples:
         """Which samples are in each socket."""
         return [np.flatnonzero(self.sockets == k) for k in range(self.count)]
 
+    @cached_property
+    def order(self) -> np.ndarray | slice:
+        """Socket after socket, as they mostly come."""
+        ascending = bool((np.diff(self.sockets) >= 0).all())
+        return slice(None) if ascending else np.argsort(self.sockets, kind="stable")
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """Where each socket begins in that order."""
+        return np.searchsorted(self.sockets[self.order], np.arange(self.count))
+
     def tell(self, unknowns: int) -> bool:
         """Whether they are enough: twice as many numbers as unknowns beside the sockets'."""
         return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
@@ -175,7 +186,7 @@ class RigidModel:
         """
         linear = self._place.linearise(self._place.nominal, samples.positions)
         points, by_joints = linear.points, linear.by_joints[:, :, list(joints)]
-        slopes = np.concatenate([linear.by_parameters, by_joints], axis=2)
+        values = np.concatenate([points[:, :, None], linear.by_parameters, by_joints], axis=2)
         widths = np.array([BALL] * 3 + [width] * len(joints))
         off = np.zeros(len(widths))
         e = points - _medians(points, samples)[samples.sockets]
@@ -183,12 +194,12 @@ class RigidModel:
         for _ in range(GLANCES):
             noise = _typical(e)
             weights = _weights(e, noise)
-            e = points - _means(points, samples, weights)[samples.sockets]
-            centred = slopes - _means(slopes, samples, weights)[samples.sockets]
-            A = (centred * weights[:, None, None]).reshape(-1, len(widths))
-            H = A.T @ centred.reshape(A.shape) + np.diag((noise / widths) ** 2)
+            centred = values - _means(values, samples, weights)[samples.sockets]
+            e, slopes = centred[:, :, 0], centred[:, :, 1:].reshape(-1, len(widths))
+            A = slopes * np.repeat(weights, 3)[:, None]
+            H = A.T @ slopes + np.diag((noise / widths) ** 2)
             off = np.linalg.solve(H, A.T @ e.ravel())
-            e = e - centred @ off
+            e = e - (slopes @ off).reshape(e.shape)
         errors = np.linalg.norm(e, axis=1)
         return off, float(np.average(errors, weights=_weights(e, noise)))
 
@@ -237,8 +248,9 @@ def _medians(points: np.ndarray, samples: Samples) -> np.ndarray:
 
 def _means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
     """Return the weighted mean in each socket of values of shape (N, ...)."""
-    flat = values.reshape(len(values), -1)
-    means = np.array([weights[r] @ flat[r] / weights[r].sum() for r in samples.rows])
+    flat, weights = values.reshape(len(values), -1)[samples.order], weights[samples.order]
+    sums = np.add.reduceat(weights[:, None] * flat, samples.starts, axis=0)
+    means = sums / np.add.reduceat(weights, samples.starts)[:, None]
     return means.reshape(-1, *values.shape[1:])
 
 
@@ -250,10 +262,10 @@ def median(values: np.ndarray) -> np.ndarray:
 
 def _typical(errors: np.ndarray) -> float:
     """Return the scale of errors per axis by their median [m]."""
-    square = float(median(np.sum(errors**2, axis=1)))
+    square = float(median(np.einsum("ni,ni->n", errors, errors)))
     return max(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
 
 
 def _weights(errors: np.ndarray, noise: float) -> np.ndarray:
     """Return the robust weight of each error, (nu + 3) / (nu + e^2 / s^2)."""
-    return (NU + 3) / (NU + np.sum(errors**2, axis=1) / noise**2)
+    return (NU + 3) / (NU + np.einsum("ni,ni->n", errors, errors) / noise**2)

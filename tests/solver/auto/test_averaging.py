@@ -3,9 +3,19 @@
 import numpy as np
 import pytest
 
+from mukca.solver.auto.arms import as_arms
 from mukca.solver.auto.averaging import averaged, probabilities
-from mukca.solver.auto.deflection import COMPLIANCE, TILT, Deflection
+from mukca.solver.auto.deflection import (
+    COMPLIANCE,
+    TILT,
+    TRANSMISSION,
+    Deflection,
+    coefficient_names,
+)
+from mukca.solver.auto.estimation import estimate_all
+from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.selection import select_all
+from mukca.solver.auto.uncertainty import deviations
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import Recorded, observe_all
 from mukca.solver.robot.parameters import choose_parameters
@@ -59,3 +69,11 @@ def test_the_model_itself_is_its_own_mean(chosen) -> None:
     mean = averaged([chosen.full], np.ones(1))
     assert mean.covariance == pytest.approx(chosen.full.covariance)
     assert mean.arms[0].x == pytest.approx(chosen.full.arms[0].x)
+
+
+def test_a_harmonic_that_few_samples_do_not_show_stays_uncertain(chosen) -> None:
+    kept = (COMPLIANCE, TILT, *TRANSMISSION)
+    model = extend(chosen.full.arms[0].model.robot, chosen.full.arms[0].model.parameters, kept)
+    found = estimate_all(as_arms(model), chosen.full.scene, near=chosen.full).arms[0]
+    begin = model.names.index(coefficient_names(TRANSMISSION[0], model.robot.joint_names)[0])
+    assert deviations(found)[begin:].mean() > 4e-5

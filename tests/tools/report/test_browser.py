@@ -56,29 +56,38 @@ def browser() -> Iterator[Any]:
         browser.close()
 
 
+@pytest.fixture(scope="module")
+def tab(browser) -> Any:
+    """One for all pages: each program that draws one takes as long to start as a page to load."""
+    return browser.new_context().new_page()
+
+
 @pytest.fixture
-def show(browser) -> Iterator[Any]:
+def show(tab) -> Iterator[Any]:
     """Open a page of a given width; in the end, see that nothing went wrong in it."""
     complaints: list[str] = []
     requests: list[str] = []
-    contexts: list[Any] = []
+    listeners = {
+        "console": lambda message: complaints.append(message.text),
+        "pageerror": lambda error: complaints.append(str(error)),
+        "dialog": lambda dialog: complaints.append(dialog.message),
+        "request": lambda request: requests.append(request.url),
+    }
+    for event, listener in listeners.items():
+        tab.on(event, listener)
 
     def show(file: Path, width: int = 1400) -> Any:
-        context = browser.new_context(viewport={"width": width, "height": 900})
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda message: complaints.append(message.text))
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("dialog", lambda dialog: complaints.append(dialog.message))
-        page.on("request", lambda request: requests.append(request.url))
-        page.goto(file.as_uri())
-        expect(page.locator("canvas:not([data-yaw])")).to_have_count(0)
-        return page
+        tab.set_viewport_size({"width": width, "height": 900})
+        tab.goto(file.as_uri())
+        expect(tab.locator("canvas:not([data-yaw])")).to_have_count(0)
+        return tab
 
     yield show
-    for context in contexts:
-        context.close()
+    tab.evaluate("0")  # whatever was told before this answer has come as well
+    for event, listener in listeners.items():
+        tab.remove_listener(event, listener)
     assert complaints == []
+    assert len(requests) > 0
     assert all(address.startswith(("file://", "data:")) for address in requests)
 
 
