@@ -23,7 +23,7 @@ from .columns import UNEXPLAINED, column_findings, columns_behind
 from .configurations import duplicate_findings, still_findings
 from .distances import Scale, judge_distances, named
 from .finding import Finding, where_of
-from .places import Sockets, elsewhere, far_samples
+from .places import Sockets, elsewhere, far_samples, may_be_play
 from .rigid import RigidModel, samples_of
 
 __all__ = [
@@ -147,7 +147,11 @@ def inspect_all(
         points = model.ball.points(model.ball.nominal + together.x, measured.positions)
         centre = np.mean([np.median(points[rows], axis=0) for rows in measured.slices], axis=0)
         inspections.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
-    shared = columns if explained else [*columns, *distances.shared]
+    moves = [move for _, own in placed.values() for move in own]
+    loose = not zeros and any(may_be_play(sockets, move) for move in moves)
+    # Play makes an arm seem longer or shorter: it is told first, and then what is left.
+    sizes = [f for f in distances.shared if not (loose and f.code == "scale")]
+    shared = columns if explained else [*columns, *sizes]
     return Survey(tuple(inspections), tuple(shared), distances.scale)
 
 

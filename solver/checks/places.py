@@ -10,7 +10,7 @@ from .changes import Change, Part
 from .finding import Finding, row_of
 from .rigid import RigidFit
 
-__all__ = ["Sockets", "elsewhere", "far_samples"]
+__all__ = ["Sockets", "elsewhere", "far_samples", "may_be_play"]
 
 FAR = 0.06
 """Robust weight below which a sample is far from its socket, about 9 deviations."""
@@ -78,9 +78,14 @@ def elsewhere(
         before = part.end <= parts[part.socket].begin
         change = Change(socket, part.end if before else part.begin, jump)
         changes.append(change)
-        play = not zeros and sockets.noise > LOOSE and jump < PLAYED
+        play = not zeros and may_be_play(sockets, change)
         findings.append(_moved(measured, change, play=play))
     return findings, tuple(sorted(changes, key=lambda change: (change.socket, change.sample)))
+
+
+def may_be_play(sockets: Sockets, change: Change) -> bool:
+    """Tell whether gears with play would look like this move of the base, too."""
+    return sockets.noise > LOOSE and change.jump < PLAYED
 
 
 def _moved(measured: Measurement, change: Change, *, play: bool) -> Finding:

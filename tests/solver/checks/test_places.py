@@ -105,3 +105,24 @@ def test_play_moves_samples_together_and_is_no_moved_base(
             found = inspect_all(robot, choose_parameters(robot), [measured]).findings
             assert any("say --zeros" in finding.advice for finding in found)
             assert not any("say --zeros" in finding.advice for finding in seen.findings)
+
+
+@pytest.mark.slow
+def test_what_may_be_play_is_told_before_the_distance_of_the_sockets() -> None:
+    """Zeros and play, if not spoken of, make an arm seem 5 % shorter: the distance is right."""
+    robot, generator = load_robot("so101"), np.random.default_rng(303)
+    arm = perturb(robot, generator, 3e-4, 0.0)
+    zeros = generator.uniform(-0.087, 0.087, len(robot.actuated))
+    play = Imperfection(3e-4, play=0.012, resolution=1.5e-3)
+    measured = []
+    for base in reachable_bases(arm, generator, 2, 0.15):
+        placement = record(arm, base, generator, samples=20, imperfection=play)
+        rows = zip(placement.samples, (placement.positions - zeros).tolist(), strict=True)
+        samples = tuple(replace(sample, position=tuple(q)) for sample, q in rows)
+        measured.append(measure(replace(placement, samples=samples), robot, 0.15))
+    errors = [
+        finding
+        for finding in inspect_all(robot, choose_parameters(robot), measured).findings
+        if finding.level == "error"
+    ]
+    assert errors and all("say --zeros" in finding.advice for finding in errors)
