@@ -83,7 +83,7 @@ class Kuka(CheckedDriver):
         raise DriverError(
             Reason.UNREACHABLE,
             f"no FRI message from {self._where} on UDP port {port}: start the Sunrise "
-            "application that opens FRI to this computer (docs/kuka.md)",
+            "application that opens FRI to this computer (the documentation's page on KUKA has it)",
         )
 
     def _follow(self, message: StateMessage) -> None:

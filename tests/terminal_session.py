@@ -16,6 +16,8 @@ from typing import Any
 import pyte
 
 MUKCA = [sys.executable, "-m", "mukca"]
+PATIENCE = 150.0
+"""A program on a busy computer may take so long for what it does in a moment [s]."""
 
 
 class TerminalSession:
@@ -90,7 +92,7 @@ class TerminalSession:
         """Type."""
         os.write(self.master, keys if isinstance(keys, bytes) else keys.encode())
 
-    def wait_for(self, *texts: str, gone: Sequence[str] = (), timeout: float = 40.0) -> str:
+    def wait_for(self, *texts: str, gone: Sequence[str] = (), timeout: float = PATIENCE) -> str:
         """Wait until the screen shows all of some texts and none of others; return the screen."""
 
         def found(shown: str) -> bool:
@@ -129,7 +131,7 @@ class TerminalSession:
         with contextlib.suppress(OSError):
             os.close(self.master)
 
-    def wait(self, timeout: float = 40.0) -> int:
+    def wait(self, timeout: float = PATIENCE) -> int:
         """Return the command's exit status."""
         return self.process.wait(timeout)
 

@@ -71,6 +71,15 @@ def test_only_the_command_line_prints() -> None:
         assert not printing, file
 
 
+def test_no_message_points_into_a_folder_that_is_not_installed() -> None:
+    """The pages of docs/ come with the repository, not with the package."""
+    for file in FILES:
+        if "docs/" in (source := file.read_text()):
+            values = [n.value for n in ast.walk(ast.parse(source)) if isinstance(n, ast.Constant)]
+            shown = [v for v in values if isinstance(v, str) and "\n" not in v]
+            assert not [text for text in shown if re.search(r"\bdocs/", text)], file
+
+
 def test_constraints_pin_every_dependency() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     lines = (ROOT / "constraints.txt").read_text().splitlines()

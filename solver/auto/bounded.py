@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .laplace import inverse
+from .arrow import Arrow, Inverse
 
 __all__ = ["bounded_step"]
 
@@ -12,13 +12,13 @@ data show nearly nothing of one unknown, and the others very well."""
 
 
 def bounded_step(
-    H: np.ndarray,
+    H: Arrow,
     gradient: np.ndarray,
     x: np.ndarray,
     free: np.ndarray,
     bounded: np.ndarray,
-    unheld: np.ndarray | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+    unheld: Inverse | None = None,
+) -> tuple[np.ndarray, Inverse]:
     """Return the step to the minimum of a quadratic function within the bounds.
 
     It minimises g^T d + d^T H d / 2 over the steps d for which x + d >= 0 where x is bounded. What
@@ -27,29 +27,30 @@ def bounded_step(
     chapter 16).
 
     Args:
-        H: Curvature, positive definite where free, shape (n, n).
+        H: Curvature, positive definite where free.
         gradient: Slope g, shape (n,).
         x: Where the step begins, shape (n,).
-        free: Which of x may change at all, shape (n,).
+        free: Which of x may change at all, shape (n,); the sockets' centres all do.
         bounded: Which of those are never negative, shape (n,).
         unheld: Inverse of the curvature where all that is free may change, if it is known already.
 
     Returns:
         The step d, shape (n,), which leads to zero exactly where x is held; and the inverse of the
-        curvature, shape (n, n), zero for what is held.
+        curvature, zero for what is held.
     """
     held = bounded & (x == 0) & (gradient > 0)
-    change, covariance = np.zeros(len(x)), np.zeros_like(H)
+    unheld = unheld or H.inverse(free[: len(H.beside)])
+    change, covariance = np.zeros(len(x)), unheld
     for _ in range(3 * int(bounded.sum()) + 1):
-        covariance = inverse(H, free & ~held) if unheld is None or held.any() else unheld
+        covariance = H.inverse((free & ~held)[: len(H.beside)]) if held.any() else unheld
         change = np.where(held, -x, 0.0)
         for _ in range(REFINEMENTS):
-            change -= covariance @ (gradient + H @ change)
+            change -= covariance.times(gradient + H.times(change))
         below = bounded & ~held & (x + change < 0)
         if below.any():
             held |= below
             continue
-        slope = np.where(held, gradient + H @ change, 0.0)
+        slope = np.where(held, gradient + H.times(change), 0.0)
         if not (slope < 0).any():
             break
         held[np.argmin(slope)] = False

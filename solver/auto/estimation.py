@@ -20,10 +20,11 @@ import numpy as np
 from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
+from .arrow import Inverse
 from .bounded import bounded_step
 from .deflection import ELASTICITY, EXTENSIONS, PLAY
 from .extended_model import ExtendedModel
-from .laplace import inverse, posterior
+from .laplace import posterior
 from .noise import INFORMATION, NEGLIGIBLE, NU, SMALLEST, Noise
 from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
 from .objective import (
@@ -31,9 +32,9 @@ from .objective import (
     State,
     build_objective,
     free_unknowns,
-    from_means,
     moved,
     prior_precision,
+    pull,
     start,
 )
 from .posterior import Posterior, World
@@ -46,6 +47,9 @@ SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
 SETTLED_EXACT = 1e-4
 """The same where the data are exact: steps along what they hardly show still count then."""
+FALL = 2.0
+"""Slope of L along a step, twice of what the step lowers it by, beyond which the iteration goes on:
+where widths and noise did not change by chance, the unknowns may still be on their way."""
 LEAVES = 2
 """So often may a joint's elasticity leave zero. One that gains nothing could otherwise come and go
 forever."""
@@ -60,8 +64,8 @@ class Step:
 
     change: np.ndarray
     """Of all unknowns, shape (n,); zero for those that are held."""
-    covariance: np.ndarray
-    """Inverse of the whole curvature, priors included, shape (n, n); zero for what is held."""
+    covariance: Inverse
+    """Inverse of the whole curvature, priors included; zero for what is held."""
     normal: NormalEquations
     leverage: np.ndarray
     """L_i of (A5), shape (N, 3, 3) [m^2]."""
@@ -104,7 +108,7 @@ def estimate_all(
             left += held & ~state.at_zero
             iterates.append(state.x)
             noisy = any(noise.space > SMALLEST for noise in state.noises)
-            if change >= (SETTLED if noisy else SETTLED_EXACT):
+            if change >= (SETTLED if noisy else SETTLED_EXACT) or step.slope < -FALL:
                 continue
             pruned = _without_negligible(objective, state)
             if pruned is not state:
@@ -130,7 +134,8 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
     """
     normal = normal_equations(objective, state)
     prior = prior_precision(objective, state)
-    covariance = inverse(normal.information + prior, free_unknowns(objective, state))
+    free = free_unknowns(objective, state)
+    covariance = normal.information.plus(prior).inverse(free[: objective.dense])
     spread = leverage(objective, state, covariance)
     spread = INFORMATION * normal.weights[:, None, None] * spread
     volume = _volume_weight(objective, state, normal, spread)
@@ -143,10 +148,9 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
     if (held != state.at_zero).any():
         prior, unheld = prior_precision(objective, released), None
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    pull = prior @ from_means(objective, state)
-    gradient = normal.gradient + pull + volume * state.linear.by_volume
+    gradient = normal.gradient + pull(objective, state, prior) + volume * state.linear.by_volume
     free = free_unknowns(objective, released)
-    H = normal.information + prior
+    H = normal.information.plus(prior)
     change, covariance = bounded_step(H, gradient, x, free, bounded & free, unheld)
     return Step(change, covariance, normal, spread, volume, float(gradient @ change))
 
@@ -228,7 +232,7 @@ def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], f
             members = group.members[free]
             new = group.updated(
                 state.x[members] - group.mean[free],
-                step.covariance[members[:, None], members],
+                step.covariance.dense[members[:, None], members],
                 free,
             )
             if _effect(state, new) > NEGLIGIBLE:
@@ -305,4 +309,7 @@ def _without_negligible(objective: Objective, state: State) -> State:
         replace(g, width=0.0, effective=0.0, learned=False) if i in gone else g
         for i, g in enumerate(state.groups)
     )
-    return replace(state, x=x, at_zero=at_zero, groups=groups, noises=noises)
+    state = replace(state, at_zero=at_zero, groups=groups, noises=noises)
+    change = np.zeros(objective.size)
+    change[: len(x)] = x - state.x
+    return moved(objective, state, change) if change.any() else state

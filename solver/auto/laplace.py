@@ -12,15 +12,16 @@ from math import erfc, lgamma, log, pi, sqrt
 
 import numpy as np
 
+from .arrow import Arrow
 from .deflection import ELASTICITY
 from .noise import INFORMATION, NU
 from .normal_equations import NormalEquations, curvature, normal_equations, value, weigh
-from .objective import Objective, State, free_unknowns, from_means, moved, prior_precision, priors
+from .objective import Objective, State, free_unknowns, moved, prior_precision, priors, pull
 from .positive import bounds
 from .posterior import Posterior, World
 from .priors import TYPICAL_SPREAD
 
-__all__ = ["inverse", "posterior"]
+__all__ = ["posterior"]
 
 TAIL_STEPS = 30
 """Until errors are as large as their noise says."""
@@ -39,10 +40,10 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
         iterates: x after each iteration.
     """
     curve = _curve(objective, state)
-    widened = prior_precision(objective, curve.state, widened=True)
-    of_data = curve.normal.information - _overstated(objective, curve.state, curve.normal)
-    precision = of_data + widened + np.diag(curve.bounds)
-    covariance = inverse(precision, free_unknowns(objective, curve.state))
+    widened = prior_precision(objective, curve.state, widened=True) + np.diag(curve.bounds)
+    precision = _of_data(objective, curve.state, curve.normal).plus(widened)
+    free = free_unknowns(objective, curve.state)[: objective.dense]
+    covariance = precision.inverse(free).whole()
     mean = curve.state
     if curve.change.any():
         mean = moved(objective, curve.state, curve.change)
@@ -57,17 +58,17 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     return World(arms, objective.model.own, scene, poses, covariance, curve.log_evidence)
 
 
-def _overstated(objective: Objective, state: State, normal: NormalEquations) -> np.ndarray:
-    """Return what the curvature claims to know too much, as the errors' own tails show it.
+def _of_data(objective: Objective, state: State, normal: NormalEquations) -> Arrow:
+    """Return the data's curvature, without what it claims to know too much, by the errors' tails.
 
     Errors that are more Gaussian than Student's distribution with nu = 5 leave the best fit less
     sure than the curvature says, since the robust weights pass over some of what they tell.
     """
-    share = np.empty(len(normal.weights))
+    weights = INFORMATION * normal.weights
     for source in objective.rows.sources:
-        share[source] = _told(normal.squares[source])
-    weights = (1 - share) * normal.weights
-    return INFORMATION * curvature(objective, state, normal.inverse_scales * weights[:, None, None])
+        weights[source] *= _told(normal.squares[source])
+    weighted = normal.inverse_scales * weights[:, None, None]
+    return curvature(objective, state, weighted, normal.information.known)
 
 
 def _told(squares: np.ndarray) -> float:
@@ -136,7 +137,7 @@ class _Curve:
     change: np.ndarray
     """What leads from there to the curve's mean, shape (n,)."""
     bounds: np.ndarray
-    """What stands for the bounds in the curve's precision, its diagonal, shape (n,)."""
+    """What stands for the bounds in the curve's precision, its diagonal, shape (dense,)."""
     log_evidence: float
 
 
@@ -158,22 +159,23 @@ def _curve(objective: Objective, state: State) -> _Curve:
     state = replace(state, at_zero=held)
     normal, prior = normal_equations(objective, state), prior_precision(objective, state)
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    slope = normal.gradient + prior @ from_means(objective, state) + state.linear.by_volume
-    free = free_unknowns(objective, state)
-    hessian = normal.information + prior
-    covariance = inverse(hessian, free)
-    result = _log_evidence(objective, state) + 0.5 * float(slope @ covariance @ slope)
-    result -= 0.5 * float(np.linalg.slogdet(hessian[np.ix_(free, free)])[1])
+    slope = normal.gradient + pull(objective, state, prior) + state.linear.by_volume
+    free = free_unknowns(objective, state)[: objective.dense]
+    hessian = normal.information.plus(prior)
+    covariance = hessian.inverse(free)
+    mean = x - covariance.times(slope)
+    result = _log_evidence(objective, state) + 0.5 * float(slope @ (x - mean))
+    result -= 0.5 * covariance.log_determinant
     b = np.flatnonzero(limited)
-    precision, pull = np.zeros(objective.size), np.zeros(objective.size)
-    if len(b):
-        mean = x - covariance @ slope
-        bounded = bounds(mean[b], covariance[np.ix_(b, b)])
-        precision[b], pull[b] = bounded.precision, bounded.pull
-        result += bounded.log_share - _log_prior_share(state)
-        covariance = inverse(hessian + np.diag(precision), free)
-    change = covariance @ (pull - precision * x - slope) if len(b) else np.zeros(objective.size)
-    return _Curve(state, normal, change, precision, result)
+    precision, pulled = np.zeros(objective.size), np.zeros(objective.size)
+    if not len(b):
+        return _Curve(state, normal, pulled, precision[: objective.dense], result)
+    bounded = bounds(mean[b], covariance.dense[np.ix_(b, b)])
+    precision[b], pulled[b] = bounded.precision, bounded.pull
+    result += bounded.log_share - _log_prior_share(state)
+    within = hessian.plus(np.diag(precision[: objective.dense])).inverse(free)
+    change = within.times(pulled - precision * x - slope)
+    return _Curve(state, normal, change, precision[: objective.dense], result)
 
 
 def _log_prior_share(state: State) -> float:
@@ -199,18 +201,3 @@ def _log_evidence(objective: Objective, state: State) -> float:
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
     return result
-
-
-def inverse(H: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Return the inverse of a positive definite matrix whose rows have different units.
-
-    Args:
-        H: The matrix, shape (n, n).
-        free: Which rows and columns count, shape (n,); the others are zero in the inverse.
-    """
-    rows = np.ix_(free, free)
-    scale = 1 / np.sqrt(np.diag(H)[free])
-    units = scale[:, None] * scale
-    whole = np.zeros_like(H)
-    whole[rows] = np.linalg.inv(H[rows] * units) * units
-    return whole

@@ -2,13 +2,15 @@
 
 A sample's error e_i = Phi(x, q_i) - m_s(i) depends on x and the frames by J_i, shape (3, dense),
 and on the centre of its own socket alone, by -I. Nothing of the size of samples times sockets is
-ever built, so time and memory grow with the number of samples, however many sockets they are in.
+ever built, so time and memory grow with the number of samples, however many sockets they are in;
+see :mod:`.arrow`.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from .arrow import Arrow, Inverse
 from .noise import INFORMATION, NU
 from .objective import Objective, State, knowledge
 
@@ -27,8 +29,8 @@ __all__ = [
 class NormalEquations:
     """The quadratic approximation of the data's part of the objective L, in all n unknowns."""
 
-    information: np.ndarray
-    """Its curvature, shape (n, n)."""
+    information: Arrow
+    """Its curvature."""
     gradient: np.ndarray
     """Its slope, shape (n,)."""
     inverse_scales: np.ndarray
@@ -111,47 +113,85 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     gradient = np.zeros(objective.size)
     gradient[:size] = J.reshape(-1, size).T @ We.ravel()
     gradient[size:] = -objective.rows.by_socket(We).ravel()
+    gradient -= _by_turning(objective, state, We)
     B, b = knowledge(objective, state)
-    information = INFORMATION * curvature(objective, state, weighted) + B.T @ B
+    information = curvature(objective, state, INFORMATION * weighted, B)
     return NormalEquations(information, gradient + B.T @ b, inverse, b, squares, weights)
 
 
-def curvature(objective: Objective, state: State, weighted: np.ndarray) -> np.ndarray:
-    """Return sum_i [J_i, -I]^T V_i [J_i, -I], shape (n, n), for weights V_i, shape (N, 3, 3)."""
-    size, S = objective.dense, objective.rows.socket_count
-    J = state.linear.by_unknowns
-    WJ = weighted @ J
-    by_socket = objective.rows.by_socket
-    total = np.zeros((objective.size,) * 2)
-    total[:size, :size] = J.reshape(-1, size).T @ WJ.reshape(-1, size)
-    across = -by_socket(WJ).reshape(3 * S, size)
-    total[size:, :size], total[:size, size:] = across, across.T
-    for k, own in enumerate(by_socket(weighted)):
-        centre = slice(size + 3 * k, size + 3 * k + 3)
-        total[centre, centre] = own
-    return total
+def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.ndarray:
+    """Return the slope that errors would have if the noise did not turn along with the robot.
+
+    C_i counts as constant in a step. But as the robot turns as a whole by w, C_i turns, too, and
+    nothing has changed: sum over i of w_i (w x e_i)^T C_i^-1 e_i is no reason to turn. It is not
+    zero where the model cannot be right, and would turn the robot ever farther.
+
+    Args:
+        objective: The objective.
+        state: Where.
+        weighed: w_i C_i^-1 e_i, shape (N, 3).
+
+    Returns:
+        Shape (n,).
+    """
+    torques, slope = np.cross(state.linear.errors, weighed), np.zeros(objective.size)
+    models = zip(objective.model.own, objective.model.models, objective.rows.own, strict=True)
+    for i, (own, model, samples) in enumerate(models):
+        torque, base = torques[samples].sum(axis=0), objective.rows.base(i, state.frames)
+        if base is not None:
+            begin = objective.model.size + 6 * objective.rows.scene.bases[i]
+            slope[begin : begin + 3] += torque
+            torque = torque @ base.rotation
+        turning = model.ball.turns(model.values(state.x[own]))
+        slope[own.start : own.start + model.geometry] = torque @ turning
+    return slope
 
 
-def leverage(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:
+def curvature(objective: Objective, state: State, weighted: np.ndarray, known: np.ndarray) -> Arrow:
+    """Return sum_i [J_i, -I]^T V_i [J_i, -I] + B^T B.
+
+    Args:
+        objective: The objective.
+        state: Where J is taken.
+        weighted: V_i, shape (N, 3, 3).
+        known: B, shape (K, n).
+    """
+    size, rows = objective.dense, objective.rows
+    own = rows.by_socket(weighted)
+    centres = -np.linalg.inv(own) @ rows.by_socket(weighted @ state.linear.by_unknowns)
+    J = _beside(objective, state, centres)
+    information = J.reshape(-1, size).T @ (weighted @ J).reshape(-1, size)
+    return Arrow(information, centres.reshape(-1, size), own, known)
+
+
+def _beside(objective: Objective, state: State, centres: np.ndarray) -> np.ndarray:
+    """Return the errors' derivatives while the centres go along, shape (N, 3, dense).
+
+    Args:
+        objective: The objective.
+        state: Where.
+        centres: Minus the centres' derivatives by x and the frames, shape (S, 3, dense).
+    """
+    J, seated = state.linear.by_unknowns.copy(), objective.rows.seated
+    J[seated] += centres[objective.rows.sockets[seated]]
+    return J
+
+
+def leverage(objective: Objective, state: State, covariance: Inverse) -> np.ndarray:
     """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T.
 
     Args:
         objective: The objective.
         state: Where J is taken.
-        covariance: Sigma, of all unknowns, shape (n, n).
+        covariance: Sigma.
 
     Returns:
         Shape (N, 3, 3) [m^2].
     """
-    size, S = objective.dense, objective.rows.socket_count
-    J, seated = state.linear.by_unknowns, objective.rows.seated
-    sockets = objective.rows.sockets[seated]
-    across = covariance[size:, :size].reshape(S, 3, size)
-    blocks = [covariance[size + 3 * k :, size + 3 * k :][:3, :3] for k in range(S)]
-    own = np.reshape(blocks, (S, 3, 3))
-    spread = (J @ covariance[:size, :size]) @ J.transpose(0, 2, 1)
-    cross = J[seated] @ across.transpose(0, 2, 1)[sockets]
-    spread[seated] = spread[seated] - cross - cross.transpose(0, 2, 1) + own[sockets]
+    own, seated = covariance.own, objective.rows.seated
+    J = _beside(objective, state, covariance.centres.reshape(len(own), 3, objective.dense))
+    spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)
+    spread[seated] += own[objective.rows.sockets[seated]]
     return spread
 
 

@@ -52,12 +52,12 @@ __all__ = [
     "State",
     "build_objective",
     "free_unknowns",
-    "from_means",
     "knowledge",
     "linearise",
     "moved",
     "prior_precision",
     "priors",
+    "pull",
     "start",
 ]
 
@@ -245,12 +245,26 @@ def linearise(
 
 
 def moved(objective: Objective, state: State, change: np.ndarray) -> State:
-    """Return the state after a change of all unknowns."""
+    """Return the state after a change of all unknowns.
+
+    In a long step, as when it turns the whole robot, balls move on curves. A socket's centre goes
+    along with the balls in it, unless it was measured: left on the tangent, it would be a reason
+    not to turn.
+    """
     size, dense = objective.model.size, objective.dense
     x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
     frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
+    balls, rows = _balls(objective, x), objective.rows
     centres = state.centres + change[dense:].reshape(-1, 3)
-    linear = linearise(objective, x, centres, frames)
+    seated = rows.seated
+    tangent = (state.linear.errors + state.linear.by_unknowns @ change[:dense])[seated]
+    tangent += state.centres[rows.sockets[seated]]
+    off = np.zeros((len(rows.sockets), 3))
+    off[seated] = _in_world(objective, frames, balls[0])[seated] - tangent
+    along = rows.by_socket(off) / np.bincount(rows.sockets[seated])[:, None]
+    along[[one.socket for one in rows.located]] = 0.0
+    centres += along
+    linear = linearise(objective, x, centres, frames, balls)
     return replace(state, x=x, centres=centres, frames=frames, linear=linear)
 
 
@@ -361,18 +375,8 @@ def free_unknowns(objective: Objective, state: State) -> np.ndarray:
     return free
 
 
-def from_means(objective: Objective, state: State) -> np.ndarray:
-    """Return how far all unknowns are from their priors' means, shape (n,)."""
-    apart = np.zeros(objective.size)
-    apart[: len(state.x)] = state.x
-    for group in state.groups:
-        if group.width:
-            apart[group.members] -= group.mean
-    return apart
-
-
 def prior_precision(objective: Objective, state: State, *, widened: bool = False) -> np.ndarray:
-    """Return P of all unknowns, shape (n, n); zero for the centres and what is held.
+    """Return P of x and the frames, shape (dense, dense); zero for what is held.
 
     For the frames it is small: it keeps steps finite where nothing holds them. Since it counts
     from where they stand, it pulls at nothing.
@@ -382,10 +386,22 @@ def prior_precision(objective: Objective, state: State, *, widened: bool = False
         state: Its groups.
         widened: Whether to count that the widths are uncertain themselves.
     """
-    P = np.zeros((objective.size, objective.size))
+    P = np.zeros((objective.dense, objective.dense))
     for group, free in priors(state):
         width, members = group.deviation if widened else group.width, group.members[free]
         P[members[:, None], members] = group.precision(width, free)
     frames = np.arange(objective.model.size, objective.dense)
     P[frames, frames] = np.tile(LOOSE**2, objective.rows.frame_count)
     return P
+
+
+def pull(objective: Objective, state: State, precision: np.ndarray) -> np.ndarray:
+    """Return the slope of the priors' part of L, P (x - mu), shape (n,)."""
+    apart = np.zeros(objective.dense)
+    apart[: len(state.x)] = state.x
+    for group in state.groups:
+        if group.width:
+            apart[group.members] -= group.mean
+    slope = np.zeros(objective.size)
+    slope[: objective.dense] = precision @ apart
+    return slope

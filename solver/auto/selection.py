@@ -44,7 +44,7 @@ log(20), for which errors of 48 that bend would be 2 % smaller after 10 + 10 sam
 LIKELY = 0.01
 """Models less probable than this are left out of the mean."""
 ENOUGH_PLACEMENTS = 3
-PARTS = 10
+PARTS = 5
 """Placements are divided into at most this many parts, and each part is left out of a fit once. One
 fit for each placement would take too long where there are many."""
 

@@ -24,7 +24,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .chain import Body, Joint
+from .chain import Body, Joint, matrix_rpy
 from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import Origin
@@ -185,6 +185,29 @@ class BallModel:
         origins = self._given.copy()
         origins[self.free] = parameters
         return origins.reshape(-1, 6)
+
+    def turns(self, parameters: np.ndarray) -> np.ndarray:
+        """Return by how much each free number turns the whole robot about the base's axes.
+
+        Only the angles of origins up to the first joint that moves do.
+
+        Args:
+            parameters: Values of the free numbers, shape (n,).
+
+        Returns:
+            Shape (3, n) [rad/rad].
+        """
+        axes, before = np.zeros((len(self.robot.joints), 6, 3)), np.eye(3)
+        for i, (joint, origin) in enumerate(
+            zip(self.robot.joints, self.origins(parameters), strict=True)
+        ):
+            _, pitch, yaw = origin[3:]
+            roll_axis, pitch_axis = matrix_rpy((0, pitch, yaw))[:, 0], matrix_rpy((0, 0, yaw))[:, 1]
+            axes[i, 3:] = [before @ axis for axis in (roll_axis, pitch_axis, np.eye(3)[2])]
+            before = before @ matrix_rpy(origin[3:])
+            if joint.actuated:
+                break
+        return axes.reshape(-1, 3)[self.free].T
 
     def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Return the ball's centre in the base frame for each row of joint positions.

@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -101,6 +102,13 @@ def test_the_next_recording_is_of_the_same_arm() -> None:
         "right=my.urdf --tip left=hand --tip right=ball_link --flange right=tool0 --ball 0 0 0.03 "
         "--method auto --out calibrated-again"
     )
+
+
+def test_commands_do_not_say_the_default() -> None:
+    document: Any = SimpleNamespace(
+        arms=None, robot="panda", settings={"tip": "ball_link", "flange": "hand"}
+    )
+    assert record_command(document).startswith("mukca record --robot panda --flange hand --driver")
 
 
 def test_one_base_is_said_in_words(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:

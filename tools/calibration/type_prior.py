@@ -14,7 +14,7 @@ from ...solver.auto.extended_model import Expected
 from ...solver.robot.urdf import Robot
 from ..documents.calibration import Coefficient, read_calibration
 from ..documents.elasticity import FORMAT, ElasticityDocument, TypeElasticity
-from ..documents.files import format_of, read
+from ..documents.files import DocumentError, format_of, read
 from ..usage import UsageError
 
 __all__ = ["learn_types", "type_priors"]
@@ -74,7 +74,11 @@ def learn_types(files: Iterable[Path]) -> ElasticityDocument:
 def _types(file: Path) -> tuple[TypeElasticity, ...]:
     if format_of(file) == FORMAT:
         return read(file, ElasticityDocument, FORMAT).types
-    document = read_calibration(file)
+    try:
+        document = read_calibration(file)
+    except DocumentError as error:
+        either = str(error).replace("a calibration.json", "a calibration.json or elasticity.json")
+        raise DocumentError(either) from None
     joints = document.model.joint_names
     kept = [name for name in ELASTICITY if name in document.deflection]
     names = {name for extension in kept for name in coefficient_names(extension, joints)}

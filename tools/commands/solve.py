@@ -212,7 +212,7 @@ def last_words(outputs: dict[str, str]) -> list[str]:
     if "compensated_urdf" in outputs:
         lines.append(
             f"Wrote {outputs['compensated_urdf']}: only for joint positions that are corrected "
-            "first, see docs/model.md."
+            "first, as mukca export --to c and mukca.load_calibration(..).ball do."
         )
     lines.append(
         "Redo camera extrinsics, and poses taught in Cartesian space: they hold the old model's "

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.epilog = _EXAMPLE
     parser.add_argument(
-        "--driver", required=True, metavar="NAME[:ADDRESS]", help="see mukca drivers, and docs/"
+        "--driver", required=True, metavar="NAME[:ADDRESS]", help="see mukca drivers"
     )
     parser.add_argument("--count", type=int, metavar="N", help="end after so many states")
     parser.add_argument("--seconds", type=float, metavar="S", help="end after so long")

@@ -130,7 +130,7 @@ def test_measured_effort_beats_gravity_torque_under_a_hand() -> None:
 
 @pytest.mark.parametrize("name", ["panda", "iiwa14"])
 def test_gross_outliers_hardly_count(name: str) -> None:
-    session = Session(name, 6, 3, Imperfection(noise=1e-4))
+    session = Session(name, 1, 3, Imperfection(noise=1e-4))
     generator = np.random.default_rng(9)
     spoilt = [_with_outliers(session, p, generator) for p in session.placements[:2]]
     held_out = session.placements[2]
@@ -162,13 +162,13 @@ def test_leaving_one_out_drops_what_does_not_help() -> None:
 def test_a_model_does_not_shrink_to_look_better() -> None:
     """Errors shrink with the model; over many samples that would outweigh the base."""
     robot = load_robot("panda")
-    generator = np.random.default_rng(4)
+    generator = np.random.default_rng(0)
     bases = reachable_bases(robot, generator, 3)
     placements = [record(robot, b, generator, samples=60, noise=1e-4) for b in bases]
     data = observe([measure(p, robot) for p in placements], robot, deviation=1e-4)
     model = extend(robot, choose_parameters(robot))
     scale = model.by_scale() @ estimate(model, data).x
-    assert abs(scale) < 3e-4  # a scale without the volume's factor: -8e-4
+    assert abs(scale) < 3e-4  # without the volume: -2e-3
 
 
 def test_stages_can_be_switched_off() -> None:

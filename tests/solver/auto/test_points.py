@@ -73,11 +73,13 @@ def test_normal_equations_of_sockets_and_points_are_those_of_the_whole_jacobian(
     weights = normal.weights[:, None, None] * normal.inverse_scales
     size = objective.dense
     curvature = INFORMATION * np.einsum("nia,nij,njb->ab", whole, weights, whole)
-    assert normal.information[:size] == pytest.approx(curvature[:size], rel=1e-9, abs=1e-3)
+    information = normal.information
+    columns = [information.times(unit)[:size] for unit in np.eye(objective.size)]
+    assert np.transpose(columns) == pytest.approx(curvature[:size], rel=1e-9, abs=1e-3)
     generator = np.random.default_rng(1)
-    root = generator.normal(0, 1, (objective.size, objective.size))
-    expected = whole @ (root @ root.T) @ whole.transpose(0, 2, 1)
-    assert leverage(objective, state, root @ root.T) == pytest.approx(expected, rel=1e-9)
+    covariance = information.plus(1e3 * np.eye(size)).inverse(np.ones(size, dtype=bool))
+    expected = whole @ covariance.whole() @ whole.transpose(0, 2, 1)
+    assert leverage(objective, state, covariance) == pytest.approx(expected, rel=1e-6)
     change = generator.normal(0, 1e-6, objective.size)
     n = objective.model.size
     frames = (state.frames[0].moved(change[n:size]),)

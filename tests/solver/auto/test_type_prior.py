@@ -18,6 +18,7 @@ from mukca.tools.calibration.calibrate import calibrate
 from mukca.tools.calibration.calibration import Calibration
 from mukca.tools.calibration.type_prior import type_priors
 from mukca.tools.cli import main
+from mukca.tools.documents.files import DocumentError
 from mukca.tools.documents.fleet import FleetArm, FleetSession
 from mukca.tools.fleet.folders import ArmFolder
 from mukca.tools.simulated_arms import Imperfection, reachable_bases, record
@@ -134,3 +135,11 @@ def test_what_tells_nothing_of_this_arm_is_refused(
     (tmp_path / "rigid.json").write_text(json.dumps(document))
     with pytest.raises(UsageError, match=r"rigid.json: no elasticity was found in that arm"):
         type_priors([tmp_path / "rigid.json"], [panda])
+
+
+@pytest.mark.parametrize("text", [None, "no JSON", '{"format": "other-1"}'])
+def test_a_file_of_another_kind_is_told_which_kinds_are_read(panda: Robot, text, tmp_path) -> None:
+    if text is not None:
+        (tmp_path / "bad.json").write_text(text)
+    with pytest.raises(DocumentError, match=r"a calibration\.json or elasticity\.json"):
+        type_priors([tmp_path / "bad.json"], [panda])

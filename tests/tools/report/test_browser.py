@@ -42,6 +42,14 @@ COLLISIONS = """[...document.querySelectorAll('svg.panel')].flatMap(svg => {
 })"""
 """Words in a panel that lie upon each other, or outside of it."""
 
+CUT = """[
+    ...[...document.querySelectorAll('table.plain')].map(table => table.parentElement)
+        .filter(box => box.scrollWidth > box.clientWidth),
+    ...[...document.querySelectorAll('.pair .unit')].filter(unit =>
+        unit.getBoundingClientRect().top > unit.parentElement.getBoundingClientRect().top + 30),
+].map(one => one.textContent)"""
+"""Rows that one must scroll sideways to read, and units on a line without their number."""
+
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium"),
@@ -116,6 +124,7 @@ def test_every_plot_is_there_with_its_sentence(show, report, name, width) -> Non
     figures = json.loads((report(name) / "report.json").read_text())
     page = show(report(name) / "report.html", width)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate(CUT) == []
     for plot in figures["plots"]:
         figure = page.locator(f"figure#{plot['id']}")
         assert figure.locator("figcaption").inner_text() == plot["sentence"]

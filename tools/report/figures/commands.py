@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
+from ....solver.robot.urdf import BALL_LINK
 from ...documents.arms import ArmsDocument
 from ...documents.calibration import CalibrationDocument, Role
 
@@ -67,7 +68,7 @@ def _options(settings: Mapping[str, Any]) -> list[str]:
     """Return settings as options, those that were given."""
     words: list[str] = []
     for key, value in settings.items():
-        if value not in (None, [], False):
+        if value not in (None, [], False) and (key, value) != ("tip", BALL_LINK):
             values = cast("list[Any]", value) if isinstance(value, list) else [value]
             words += [f"--{key.replace('_', '-')}", *([] if value is True else map(str, values))]
     return words

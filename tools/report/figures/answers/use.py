@@ -124,7 +124,7 @@ def _alone_text(summary: RoleSummaries) -> str | None:
     return (
         f"The exported URDF alone stands at {mm(judged.geometric.mean_absolute_error, 3)} on "
         "average, and that is what is answered for. With the joint positions corrected first, as "
-        f"docs/model.md says, it is {mm(judged.calibrated.mean_absolute_error, 3)}."
+        f"mukca export --to c does it, it is {mm(judged.calibrated.mean_absolute_error, 3)}."
     )
 
 
