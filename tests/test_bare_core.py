@@ -97,6 +97,7 @@ def test_recording_on_windows_says_not_yet(session: Path, tmp_path: Path) -> Non
     assert "does not yet work on Windows" in result.stderr
 
 
+@pytest.mark.slow
 def test_parts_without_their_kernel_name_the_extra(tmp_path: Path) -> None:
     result = run_without(("manifold3d",), (), "print-parts", "--out", "parts", cwd=tmp_path)
     assert result.returncode == 2 and result.stderr.count("\n") == 1

@@ -70,6 +70,7 @@ def test_own_urdf(run: Run, tmp_path: Path) -> None:
     assert re.search(r"\w+\.[xyz] changed most: by [+-]\d\.\d\d mm", shown)
 
 
+@pytest.mark.slow
 def test_stream_arm(tmp_path: Path) -> None:
     """As a program of its own."""
     words = [sys.executable, "-W", "error", str(EXAMPLES / "stream_arm.py")]

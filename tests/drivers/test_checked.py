@@ -89,6 +89,7 @@ def test_a_bad_state_costs_itself(bad):
     assert (driver.rejected, driver.missed, driver.closed) == (1, 0, 0)
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(), max_size=30))
 def test_stamps_are_finite_and_grow_whatever_comes(script):
     driver = Scripted(*script, period=1e-3)

@@ -36,6 +36,7 @@ def test_what_is_no_feedback(text):
         decode_feedback(bytes.fromhex(text), 1)
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.binary(max_size=10))
 def test_feedback_is_plausible(noise):

@@ -18,6 +18,7 @@ def test_it_rests_exactly_at_each_configuration(index: int, within: float) -> No
     assert MOTION.position(time) == tuple(CONFIGURATIONS[index])
 
 
+@pytest.mark.slow
 @given(time=st.floats(-1, 10))
 def test_it_stays_between_the_configurations_around(time: float) -> None:
     index, progress = MOTION.phase(time)

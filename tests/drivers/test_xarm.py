@@ -73,6 +73,7 @@ def test_what_is_no_report(port, reports):
             decode_report(message, layout)
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.binary(max_size=200))
 def test_a_stream_is_cut_by_its_sizes(noise):

@@ -25,6 +25,7 @@ def placement(folder: Path, hole_0: str, hole_1: str = "1,2,3\n4,5,6\n") -> Path
     return folder
 
 
+@pytest.mark.slow
 @given(
     rows=st.lists(
         st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3), min_size=1, max_size=5

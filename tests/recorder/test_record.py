@@ -386,6 +386,7 @@ def words_of(seen: Seen) -> list[str]:
     return [b for a, b in zip(["", *words], words, strict=False) if a != b]
 
 
+@pytest.mark.slow
 def test_hands_free_waits_for_a_key_between_sockets_and_counts_samples(by_hand) -> None:
     outcome, seen = by_hand(
         arm(speed=1.0), (0.5, "a"), (4.6, "u"), (8.0, "s"), (20.0, "q"), hands_free=True

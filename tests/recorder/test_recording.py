@@ -36,6 +36,7 @@ def record(folder: Path, *numbers: int) -> None:
             recording.capture(sample(number))
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(rows=st.lists(st.tuples(pairs, st.none() | pairs, st.none() | pairs, exact), max_size=5))
 def test_what_is_written_reads_back_exactly(rows, tmp_path_factory) -> None:
@@ -156,6 +157,7 @@ def test_a_changed_model_is_told(tmp_path: Path) -> None:
         assert any("model has changed" in remark for remark in recording.remarks)
 
 
+@pytest.mark.slow
 def test_a_torn_end_costs_only_itself(tmp_path: Path) -> None:
     """Cut the file at every byte: all whole lines stay, the rest is kept aside, and it goes on."""
     record(tmp_path / "whole", 1)

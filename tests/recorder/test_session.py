@@ -16,6 +16,7 @@ def captured(session: Session, *position: float) -> Session:
     return session.captured(Sample(position, session.socket, number=session.next_number))
 
 
+@pytest.mark.slow
 @given(st.lists(st.sampled_from("a01u"), max_size=30))
 def test_counts_are_those_of_a_list_per_socket(keys: list[str]) -> None:
     session = Session(JOINTS)

@@ -66,6 +66,7 @@ def test_efforts_are_averaged() -> None:
     assert watch.rest.effort_spread == pytest.approx((0.1,) * 3, rel=0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [25.0, 100.0, 1000.0])
 @pytest.mark.parametrize("noise", [0.0, 2e-5, 1e-4])
 def test_every_rest_is_still_and_no_move_is(rate: float, noise: float) -> None:
@@ -103,6 +104,7 @@ def test_a_watch_takes_half_a_milliradian_for_still() -> None:
         assert trouble is None if told is None else told in str(trouble)
 
 
+@pytest.mark.slow
 def test_a_settled_average_holds_nothing_of_the_move_before() -> None:
     watch = Watch(JOINTS)
     for state in states(arm(noise=0.0), 4.0):
@@ -112,6 +114,7 @@ def test_a_settled_average_holds_nothing_of_the_move_before() -> None:
             assert watch.rest.position == pytest.approx(PLACES[int(state.stamp / 2)], abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "told"),
     [
@@ -150,6 +153,7 @@ def test_a_fault_of_one_state_bars_capture_for_a_window(fault: str) -> None:
             assert watch.trouble(moment) is not None, moment
 
 
+@pytest.mark.slow
 def test_a_jump_that_stays_bars_capture_for_good() -> None:
     watch = fed(arm("jump@0.5+inf"), 7.0)
     assert "has not come back" in str(watch.trouble(7.0))
@@ -161,6 +165,7 @@ def rounded(step: float) -> Callable[[JointState], JointState]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 1e-6])
 def test_an_arm_that_rounds_its_noise_away_is_not_frozen(noise: float) -> None:
     watch = Watch(JOINTS)
@@ -169,6 +174,7 @@ def test_an_arm_that_rounds_its_noise_away_is_not_frozen(noise: float) -> None:
         assert "frozen" not in str(watch.trouble(state.stamp))
 
 
+@pytest.mark.slow
 def test_an_arm_that_rounds_and_freezes_in_mid_move_is_noticed() -> None:
     watch = Watch(JOINTS)
     for state in map(rounded(2e-5), states(arm("freeze@3.4+3", noise=0.0), 4.0)):
@@ -176,6 +182,7 @@ def test_an_arm_that_rounds_and_freezes_in_mid_move_is_noticed() -> None:
     assert "frozen" in str(watch.trouble(4.0))
 
 
+@pytest.mark.slow
 def test_a_frozen_effort_alone_is_no_frozen_stream() -> None:
     source = SimulatedArm(Motion(PLACES), efforts=[[1.0] * 3] * 4, effort_noise=0.0)
     assert fed(source, 2.8).trouble(2.8) is None

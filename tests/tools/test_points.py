@@ -137,6 +137,7 @@ def test_true_errors_within_their_limit_pass_without_any_socket(solved: tuple[Pa
     assert row["status"] == "not evaluated" and "measured coordinates" in row["reason"]
 
 
+@pytest.mark.slow
 def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(
     measured: Path, capfd_json, tmp_path: Path
 ) -> None:

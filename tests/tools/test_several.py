@@ -111,6 +111,7 @@ def test_commands_do_not_say_the_default() -> None:
     assert record_command(document).startswith("mukca record --robot panda --flange hand --driver")
 
 
+@pytest.mark.slow
 def test_one_base_is_said_in_words(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [f"{name}:{cell / name / 'front'}" for name in ("left", "right")]
     main(["solve", *words, *ROBOTS, "--json"])

@@ -326,6 +326,7 @@ def test_the_default_distance_is_never_silent(run) -> None:
     assert "50 mm (the default, since nothing says otherwise: measure it" in first
 
 
+@pytest.mark.slow
 def test_validate_says_which_joint_drifted(run, session, tmp_path) -> None:
     out = tmp_path / "c"
     run(*PAPER, "--out", str(out))

@@ -39,6 +39,7 @@ def test_json_is_one_object_a_state(tmp_path, stream):
         assert state["status"] == "guiding"
 
 
+@pytest.mark.slow
 def test_a_pipe_gets_a_line_a_second_and_a_last_one(tmp_path, stream):
     with emulated("ur", tmp_path, "--noise", "0", "--hold", "99") as emulation:
         out = stream("--driver", f"ur:{emulation.address}", "--seconds", "2.5").out
@@ -160,6 +161,7 @@ def test_bad_usage_is_one_line(words, told, capsys):
     assert errors.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_an_emulator_of_another_arms_recording(tmp_path, session):
     words = ["emulate", "ur", "--recording", str(session / "front")]
     done = subprocess.run([*MUKCA, *words], capture_output=True, text=True, timeout=60)
@@ -167,6 +169,7 @@ def test_an_emulator_of_another_arms_recording(tmp_path, session):
     assert "7 joints, but this controller's arm has 6" in done.stderr
 
 
+@pytest.mark.slow
 def test_an_emulator_tells_how_to_read_it():
     process = subprocess.Popen([*MUKCA, "emulate", "kinova"], stdout=subprocess.PIPE, text=True)
     assert process.stdout

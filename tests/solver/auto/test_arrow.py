@@ -76,6 +76,7 @@ def turn(objective: Objective, state: State, angle: float) -> np.ndarray:
     return change
 
 
+@pytest.mark.slow
 def test_no_error_is_a_reason_to_turn_the_robot_as_a_whole(nominal) -> None:
     """As the noise turns along: else a model that cannot be right turns ever farther."""
     objective, state = nominal

@@ -35,6 +35,7 @@ def misread(placement: Placement, generator: np.random.Generator, angle: float) 
     return replace(placement, samples=samples)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [7, 10])
 def test_no_variance_is_negative_where_a_width_collapses(seed: int) -> None:
     """Five samples a socket of a gear with 5 mrad of noise."""
@@ -81,6 +82,7 @@ def test_thousands_of_samples_do_not_blow_the_robot_up(front) -> None:
     assert errors[1] == pytest.approx(errors[0], rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_noise_that_does_not_fit_yet_leaves_the_size_alone(front) -> None:
     """Or the size and the noise would drive each other, the faster the more samples there are."""
     data, panda = front
@@ -168,6 +170,7 @@ def test_an_extension_whose_fit_does_not_settle_is_left_out(front, monkeypatch) 
     assert all("does not settle" in note for note in selection.notes) and len(selection.notes) == 3
 
 
+@pytest.mark.slow
 def test_of_many_placements_some_are_left_out_at_a_time(panda, monkeypatch) -> None:
     """So that the time of a fit grows with their number, not with its square."""
     generator, bends = np.random.default_rng(3), (np.full(7, 1e-4),)

@@ -57,6 +57,7 @@ def noisy(true_panda: Robot) -> list[Placement]:
     return without_distance(placements)
 
 
+@pytest.mark.slow
 def test_a_table_gives_frame_and_sockets_back(panda: Robot, exact: list[Placement]) -> None:
     generator = np.random.default_rng(1)
     frame = random_pose(generator)

@@ -149,6 +149,7 @@ def test_too_few_points_are_refused(both: tuple[Placement, Placement, Pose], pan
         measure(replace(points, samples=points.samples[:1] * 9), panda)
 
 
+@pytest.mark.slow
 def test_what_is_stated_of_measured_points_is_what_gaussian_noise_leaves(
     panda: Robot, true_panda: Robot
 ) -> None:

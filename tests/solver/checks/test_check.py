@@ -64,6 +64,7 @@ def test_samples_in_the_wrong_socket_or_far_away_are_told(look, placements) -> N
     assert "weight 0.0" in str(seen.placements[0].findings[0])
 
 
+@pytest.mark.slow
 def test_duplicates_and_stuck_joints_are_told(look, placements) -> None:
     front = placements[0]
     samples = list(front.samples)

@@ -51,6 +51,7 @@ def test_a_forgotten_distance_is_found(look, true_panda) -> None:
     assert "nothing but the default" in finding.advice
 
 
+@pytest.mark.slow
 def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(
     look, true_panda, placements
 ) -> None:
@@ -64,6 +65,7 @@ def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(
     assert "350." in finding.text and "mm apart by the model, not 50.0" in finding.text
 
 
+@pytest.mark.slow
 def test_both_sockets_recorded_in_one_are_told(look, true_panda, placements) -> None:
     base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y)
     again = record(true_panda, base, np.random.default_rng(4), samples=20, noise=1e-4)
@@ -105,6 +107,7 @@ def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int
     assert [finding.code for finding in seen(sound, 0.055)] == ["scale"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [None, 0.055])
 def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) -> None:
     """With zeros off by degrees, which are sought, only a wrong distance is told."""
@@ -122,6 +125,7 @@ def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) ->
     assert abs(seen.scale.value - true) < 3 * seen.scale.deviation < 0.06
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 3])
 def test_the_recording_whose_distance_is_out_of_line_is_named(look, placements, count) -> None:
     wrong = [placements[0], replace(placements[1], distance=0.0508), *placements[2:count]]

@@ -27,6 +27,7 @@ def samples(panda, placements) -> Samples:
     return samples_of([measure(placements[0], panda)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "flips", "zeros", "mistakes", "words"),
     [
@@ -50,6 +51,7 @@ def test_where_nothing_is_wrong_nothing_is_found(model, samples) -> None:
     assert several(model, samples, [as_they_are(model.robot)], range(1, 6)) is None
 
 
+@pytest.mark.slow
 def test_another_robot_s_model_is_no_set_of_zeros(model, samples) -> None:
     wild = np.random.default_rng(0).normal(0, 0.3, samples.positions.shape)
     shuffled = replace(samples, positions=samples.positions + wild)

@@ -82,6 +82,7 @@ def test_a_base_that_moved_amid_the_only_placement_is_no_wrong_model(look, place
     assert finding.code == "moved" and finding.where.endswith("sample 11")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("moved", "seeds"), [(0.0, (1, 3)), (0.0045, (1,)), (0.012, (1, 3))])
 def test_play_moves_samples_together_and_is_no_moved_base(
     moved: float, seeds: tuple[int, ...]

@@ -69,6 +69,7 @@ def test_both_optimizers_reach_the_same_robot(session, panda) -> None:
     assert np.abs(points[0] - points[1]).max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("optimizer", ["gauss-newton", "ipopt"])
 def test_not_converged_is_never_a_result(session, panda, optimizer: str) -> None:
     problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])

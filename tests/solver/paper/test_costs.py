@@ -31,6 +31,7 @@ def problem(session, panda):
     return build_problem(panda, training, regularization=1e-3)
 
 
+@pytest.mark.slow
 def test_the_jacobian_agrees_with_finite_differences(problem) -> None:
     generator = np.random.default_rng(0)
     x = problem.start + generator.normal(0, 0.01, len(problem.start))

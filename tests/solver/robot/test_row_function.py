@@ -15,6 +15,7 @@ def function() -> tuple[RowFunction, ca.Function]:
     return RowFunction("f", [x, q], outputs), ca.Function("f", [x, q], outputs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize("count", [1, 2 * BATCH, BATCH + 3])
 def test_every_row_is_what_casadi_returns(function, order, count) -> None:

@@ -81,6 +81,7 @@ def drawn(placement: Placement, generator: np.random.Generator) -> Placement:
     return replace(placement, samples=tuple(first[i] for i in picked))
 
 
+@pytest.mark.slow
 def test_answers_are_right_as_often_as_they_say(
     calibration: Calibration, session: Path, put_on_again: Placement
 ) -> None:

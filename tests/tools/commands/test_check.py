@@ -31,6 +31,7 @@ def thinned(folder: Path, *counts: int) -> None:
         file.write_text("\n".join(lines) + "\n") if lines else file.unlink()
 
 
+@pytest.mark.slow
 def test_good_recordings_are_told_by_what_they_would_bring(
     session: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -115,6 +116,7 @@ def test_crossval_names_a_bad_placement_and_goes_on(
     assert "Mend or leave out session/left and run this again" in told
 
 
+@pytest.mark.slow
 def test_crossval_ends_with_advice(session: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["crossval", str(session), "--robot", "panda", "--method", "paper", "--processes", "1"]
     status, told = run(capsys, *words)

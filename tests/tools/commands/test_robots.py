@@ -45,6 +45,7 @@ def test_the_reach_is_about_the_data_sheets(robots, name, low, high):
     assert low < robots[name]["reach"] < high
 
 
+@pytest.mark.slow
 def test_for_people(capsys):
     assert main(["robots"]) == 0
     shown = capsys.readouterr().out

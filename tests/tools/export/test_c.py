@@ -133,6 +133,7 @@ def test_the_examples_run(arm, calibrations, tmp_path) -> None:
     assert np.abs(ball - expected).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_another_link_may_be_the_flange(export, calibrations, tmp_path) -> None:
     words = (calibrations / "panda.json", "--to", "c", "--flange", "panda_link8")
     assert export(*words, "--out", tmp_path / "arm.c")[0] == 0

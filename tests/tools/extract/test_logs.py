@@ -42,6 +42,7 @@ def foreign(file: Path, moves) -> None:
     file.write_text("\ufeff" + "\n".join(lines) + "\n", encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_foreign_csv_log(extract, moves, tmp_path) -> None:
     foreign(tmp_path / "log.csv", moves)
     words = ("--robot", "panda", "--out", tmp_path / "out")
@@ -144,6 +145,7 @@ def test_lerobot_in_degrees(extract, moves, tmp_path, version) -> None:
     check(tmp_path / "out" / "placement_1", moves)
 
 
+@pytest.mark.slow
 def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path) -> None:
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     # as drivers/lerobot.py has it, in true ticks
@@ -177,6 +179,7 @@ def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path) ->
     assert status == 2 and "info.json" in err
 
 
+@pytest.mark.slow
 def test_servos_with_coarse_encoders(extract, moves, tmp_path) -> None:
     """Positions in ticks of 1.5 mrad, which trembling joints step over: still at rest."""
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
@@ -280,6 +283,7 @@ def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path) -> None:
     assert a_day < 2e9
 
 
+@pytest.mark.slow
 def test_extract_reads_what_the_recorder_kept(extract, moves, tmp_path) -> None:
     folder = tmp_path / "front"
     folder.mkdir()

@@ -148,6 +148,7 @@ def test_the_jaws_of_an_so101_lie_in_grooves() -> None:
             assert (inside == filled).all(), (z, filled)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mount", [BoltCircle(50, 6, "M5"), BoltCircle(50, 8), BoltCircle(32, 4, "M5", slot=10)]
 )

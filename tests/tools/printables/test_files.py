@@ -28,6 +28,7 @@ def test_an_stl_file_has_the_length_that_it_announces() -> None:
     assert facets["n"][large] == pytest.approx(unit, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["stl", "3mf"])
 def test_the_same_part_makes_the_same_file(suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
     part = printed_parts.base("default")
@@ -36,6 +37,7 @@ def test_the_same_part_makes_the_same_file(suffix: str, monkeypatch: pytest.Monk
     assert encode(suffix, part) == once
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", ["base", "ball"])
 def test_a_3mf_file_holds_the_same_body_in_millimetres(part: str) -> None:
     made = printed_parts.base("three") if part == "base" else printed_parts.ball("franka-hand")

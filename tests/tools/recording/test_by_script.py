@@ -15,6 +15,7 @@ from mukca.tools.cli import main
 from mukca.tools.recording.quick import worth_calibrating
 
 
+@pytest.mark.slow
 def test_a_script_gives_the_same_file_every_time(tmp_path: Path, scripted) -> None:
     keys = "a*3 s a*2 u a  # one is taken back\n0 a q"
     first = scripted(tmp_path / "first", keys)
@@ -26,6 +27,7 @@ def test_a_script_gives_the_same_file_every_time(tmp_path: Path, scripted) -> No
     assert_true(a.positions, configurations(40), 75)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("virtual_time")
 def test_a_script_that_waits_in_vain_fails(tmp_path: Path) -> None:
     hand, keys = tmp_path / "hand.csv", tmp_path / "keys.txt"
@@ -44,6 +46,7 @@ def test_refused_captures_of_a_script_fail_it(tmp_path: Path, scripted) -> None:
     assert "1 captures were refused" in done.output
 
 
+@pytest.mark.slow
 def test_the_closing_words_run_as_they_are_printed(
     session: Path, tmp_path: Path, scripted, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -80,6 +83,7 @@ def test_bad_usage_is_one_line(tmp_path: Path, scripted, more: list[str], told: 
     assert not (tmp_path / "front").exists()
 
 
+@pytest.mark.slow
 def test_neither_keys_nor_a_terminal_is_told(hand: Path, tmp_path: Path) -> None:
     words = fast(hand, tmp_path / "front")
     done = subprocess.run(
@@ -141,6 +145,7 @@ def truth(folder: Path) -> list[list[float]]:
     return placement.positions.tolist()
 
 
+@pytest.mark.slow
 def test_keys_can_be_piped(hand: Path, tmp_path: Path) -> None:
     out = tmp_path / "front"
     done = subprocess.run(
@@ -151,6 +156,7 @@ def test_keys_can_be_piped(hand: Path, tmp_path: Path) -> None:
     assert read_placement(out).sockets.tolist() == [0, 0, 1]
 
 
+@pytest.mark.slow
 def test_two_minutes_tell_whether_to_calibrate(session: Path, tmp_path: Path, scripted) -> None:
     done = scripted(tmp_path / "quick", "a*10 q", "--quick", hand=session / "front")
     assert done.status == 0, done.errors
@@ -163,6 +169,7 @@ def test_two_minutes_tell_whether_to_calibrate(session: Path, tmp_path: Path, sc
     assert other.startswith("This moves like a ")
 
 
+@pytest.mark.slow
 def test_two_minutes_tell_whether_a_calibration_holds(
     session: Path, tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -183,6 +190,7 @@ def test_two_minutes_tell_whether_a_calibration_holds(
     assert scripted(tmp_path / "x", "q", "--calibration", file).status == 2
 
 
+@pytest.mark.slow
 def test_a_page_for_others_is_warned_of_and_one_that_cannot_be_is_told(
     tmp_path: Path, scripted
 ) -> None:

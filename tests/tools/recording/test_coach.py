@@ -91,6 +91,7 @@ def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sam
     assert done.enough and not done.leave
 
 
+@pytest.mark.slow
 def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
     panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:

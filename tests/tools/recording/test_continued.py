@@ -12,6 +12,7 @@ from mukca.recorder.dataset import read_placement
 from mukca.tools.cli import main
 
 
+@pytest.mark.slow
 def test_the_same_out_continues(tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
     assert scripted(out, "a*2 s a q").status == 0
@@ -63,6 +64,7 @@ def test_a_distance_is_corrected_and_what_it_was_stays_known(
     assert scripted(out, "a q").status == 0
 
 
+@pytest.mark.slow
 def test_a_recording_is_continued_in_the_socket_where_the_ball_was(
     tmp_path: Path, scripted
 ) -> None:
@@ -94,6 +96,7 @@ def test_a_folder_of_placements_is_not_recorded_into(tmp_path: Path, scripted) -
     assert not (tmp_path / "data/samples.csv").exists()
 
 
+@pytest.mark.slow
 def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
     done = scripted(out, "a*3 u r delete=1 relabel=2:1 q")
@@ -107,6 +110,7 @@ def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scr
     assert "there is no sample 9" in again.output and "there is no socket 7" in again.output
 
 
+@pytest.mark.slow
 def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
     assert scripted(out, "a*2 s a q").status == 0
@@ -126,6 +130,7 @@ def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) 
     assert len(read_placement(tmp_path / "front-2").samples) == 1
 
 
+@pytest.mark.slow
 def test_two_recorders_cannot_share_a_folder(hand: Path, tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
     with TerminalSession(command(hand, out)) as terminal:

@@ -43,6 +43,7 @@ def test_a_place_whose_distance_is_off_cannot_be_used(document, typed) -> None:
     assert use.rows[1].answer == "no" and use.rows[2].answer != "no"
 
 
+@pytest.mark.slow
 def test_what_is_expected_of_distances_is_told_where_none_was_measured(document, typed) -> None:
     between = build_report(typed(document), "").figures.answers.use.between
     assert between.endswith("since no such distance is known.")
@@ -74,6 +75,7 @@ def test_a_recording_that_is_wrong_comes_first(document, typed) -> None:
     assert "rest on front, trained on" in answers.data.text
 
 
+@pytest.mark.slow
 def test_a_placement_alone_leaves_the_same_everywhere(document, typed, session, capsys) -> None:
     """The terminal and the page say one number by the same words."""
     assert main(["check", str(session), "--robot", "panda", "--json"]) == 0
@@ -114,6 +116,7 @@ places = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(places)
 def test_the_next_place_stands_apart_and_is_as_far_as_the_others(points) -> None:

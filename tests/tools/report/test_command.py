@@ -35,6 +35,7 @@ def test_solve_writes_the_same_report(run, copy) -> None:
     assert (copy / "report.html").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_another_report_is_overwritten_only_by_force(run, copy) -> None:
     words = (str(copy / "calibration.json"), "--tolerance-mm", "1")
     before = (copy / "report.html").read_bytes()
@@ -46,6 +47,7 @@ def test_another_report_is_overwritten_only_by_force(run, copy) -> None:
     assert (copy / "report.html").read_bytes() != before
 
 
+@pytest.mark.slow
 def test_json_is_the_report(run, copy) -> None:
     _, out, err = run(str(copy / "calibration.json"), "--json")
     assert json.loads(out) == json.loads((copy / "report.json").read_text())
@@ -115,6 +117,7 @@ def test_bad_usage_gets_one_line(run, copy, words) -> None:
     assert status == 2 and err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_known_distances_come_from_a_file_too(run, copy, tmp_path) -> None:
     lines = tmp_path / "known.txt"
     lines.write_text("# measured with a caliper\nfront:0-left:0=0.43+-0.0001  # long one\n\n")

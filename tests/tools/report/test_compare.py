@@ -31,6 +31,7 @@ def run(capsys):
     return run
 
 
+@pytest.mark.slow
 def test_the_better_one_is_named_with_its_lead_beyond_the_noise(run, calibrated, other) -> None:
     files = [calibrated / "calibration.json", other / "calibration.json"]
     status, out, err = run(*files, "--json")

@@ -62,6 +62,7 @@ def test_the_page_shows_the_figures_of_the_json(calibrated, read_page) -> None:
     assert check_page(calibrated, read_page) > 3 * 48 + 40
 
 
+@pytest.mark.slow
 def test_what_only_some_methods_know_is_shown_too(extended, written, read_page) -> None:
     file = written(extended)
     main(["report", str(file)])
@@ -109,6 +110,7 @@ def test_every_plot_has_one_sentence_with_figures(calibrated, extended, typed) -
         assert re.search(r"\d", sentence), sentence
 
 
+@pytest.mark.slow
 def test_of_two_models_the_plots_say_which_is_drawn(document, typed) -> None:
     def page_of(document: Any) -> str:
         return build_report(typed(document), "").files["report.html"].decode()
@@ -120,6 +122,7 @@ def test_of_two_models_the_plots_say_which_is_drawn(document, typed) -> None:
     assert words in page_of(document)
 
 
+@pytest.mark.slow
 def test_the_same_calibration_gives_the_same_report(document, typed) -> None:
     assert build_report(typed(document), "").files == build_report(typed(document), "").files
 

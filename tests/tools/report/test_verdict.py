@@ -103,6 +103,7 @@ def test_errors_among_the_checks_fail_and_warnings_do_not(extended) -> None:
     assert rows(extended)[0] == "fail"
 
 
+@pytest.mark.slow
 def test_known_distances_are_judged(document) -> None:
     figures = figures_of(document)
     a, b = (figures.placements[i].sockets[0].centre for i in (0, 1))
@@ -148,6 +149,7 @@ def test_a_shipped_robot_is_known_by_its_names() -> None:
     assert known_arm(["base", "panda"]) == "panda"
 
 
+@pytest.mark.slow
 def test_the_command_says_by_its_status_whether_limits_are_kept(calibrated, tmp_path) -> None:
     words = ["report", str(calibrated / "calibration.json"), "--out", str(tmp_path)]
     assert main(words) == 0
@@ -312,6 +314,7 @@ def uncertainty(median: float) -> Uncertainty:
     )
 
 
+@pytest.mark.slow
 def test_no_distance_is_asked_to_be_known_better_than_links_are(extended) -> None:
     known = {"median": 1.4e-3, "worst": 9e-3}
     for length, expected in ((0.8, "not enough"), (1.3, "not enough"), (1.5, "pass")):
@@ -319,6 +322,7 @@ def test_no_distance_is_asked_to_be_known_better_than_links_are(extended) -> Non
         assert rows(extended)[1]["predicted_distance"] == expected, length
 
 
+@pytest.mark.slow
 def test_whatever_is_not_a_pass_says_what_to_do_next(document) -> None:
     assert figures_of(document).todo == ()
     todo = figures_of(with_geometric(document, 0.5e-3)).todo
@@ -334,6 +338,7 @@ def test_whatever_is_not_a_pass_says_what_to_do_next(document) -> None:
         build_parser(words[0]).parse_args(words)
 
 
+@pytest.mark.slow
 def test_each_step_says_what_it_should_bring(extended) -> None:
     extended["outlook"] = {
         "joints": [{"joint": "panda_joint1", "recorded": 1e-3, "workspace": 2e-3}],
@@ -353,6 +358,7 @@ def test_each_step_says_what_it_should_bring(extended) -> None:
     assert "not told" in figures_of(extended, mean_absolute_error=1e-6).todo[-1].expected
 
 
+@pytest.mark.slow
 def test_no_step_is_to_train_on_what_is_wrong(document) -> None:
     document["checks"] = [
         {"level": "error", "code": "moved", "text": "it moved", "advice": "", "where": where}
