@@ -129,6 +129,7 @@ def test_the_papers_method_refuses_points(
     assert "--method paper knows sockets only" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_true_errors_within_their_limit_pass_without_any_socket(solved: tuple[Path, dict]) -> None:
     out, _ = solved
     verdict = json.loads((out / "report.json").read_text())["verdict"]

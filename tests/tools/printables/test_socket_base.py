@@ -36,6 +36,7 @@ def touching_planes(mesh: trimesh.Trimesh, base: SocketBase, socket: int) -> tup
     return normals[near], offsets[near]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_bowls_are_spheres_about_the_sockets_centres(name: str) -> None:
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
