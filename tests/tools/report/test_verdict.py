@@ -16,7 +16,7 @@ from mukca.solver.robot.urdf import shipped_robots
 from mukca.tools.calibration.calibration import Calibration
 from mukca.tools.cli import build_parser, main
 from mukca.tools.documents.calibration import FORMAT, CalibrationDocument, calibrated_robot
-from mukca.tools.documents.estimates import DistanceDeviation, Uncertainty
+from mukca.tools.documents.estimates import DistanceDeviation, Scale, Uncertainty
 from mukca.tools.documents.files import decode
 from mukca.tools.documents.report import ReportDocument
 from mukca.tools.documents.report_drawing import Coverage
@@ -215,6 +215,19 @@ def test_the_likelier_distance_is_said(document) -> None:
     text = rows(document)[2]
     assert "The arm came out 2.00 % longer (+- 0.07 %) than its model" in text
     assert "more likely the sockets are 50.0 mm apart than 51.0" in text
+
+
+@pytest.mark.parametrize(
+    ("deviation", "status"),
+    [(0.017, "not enough"), (0.003, "not evaluated"), (None, "not evaluated")],
+)
+def test_the_papers_method_passes_no_arm_whose_size_it_does_not_know(deviation, status) -> None:
+    """It predicts no error of distances: an arm 16 mm off passed, 0.9 +- 1.7 % too long."""
+    scale = Scale(value=0.009, deviation=deviation)
+    nowhere = Coverage(joints=(), sockets=())
+    row = prediction_row(None, Limit(value=3e-4, source=""), "paper", nowhere, scale)
+    assert row.status == status
+    assert ("known to 1.7 % only" in row.text) == (status == "not enough")
 
 
 @pytest.mark.parametrize("code", ["sign", "swap", "zero", "model"])

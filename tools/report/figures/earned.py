@@ -6,7 +6,7 @@ A few samples, or many alike, leave small errors by any model, so small errors a
 import math
 from collections.abc import Sequence
 
-from ...documents.calibration import Uncertainty
+from ...documents.calibration import Scale, Uncertainty
 from ...documents.report_drawing import Coverage
 from ...documents.report_verdict import Limit, LimitResult, Status
 from ..words import joined, mm, plural
@@ -25,6 +25,9 @@ WELL_TURNED = math.radians(60)
 LINKS = 1e-3
 """Links are machined, and a base of 50 mm is measured, to this share of their length. No distance
 is asked to be known better, which a large arm would need to be."""
+SIZE = 5e-3
+"""The paper's method must know an arm's size to this share of it, so that a distance of the sockets
+that is 1 % wrong is seen. With 30 samples in each socket it knows it to 0.1 to 0.3 %."""
 PREDICTED, ANY_ARM = 3.0, 2e-3
 """The predicted error of distances may be this many times the limit on held-out errors, since
 nothing at one placement shows the far workspace: a good recording of an arm that repeats to 0.1 mm
@@ -113,7 +116,11 @@ def travel_row(coverage: Coverage) -> LimitResult:
 
 
 def prediction_row(
-    uncertainty: Uncertainty | None, limit: Limit, method: str, coverage: Coverage
+    uncertainty: Uncertainty | None,
+    limit: Limit,
+    method: str,
+    coverage: Coverage,
+    scale: Scale | None = None,
 ) -> LimitResult:
     """Return whether the error that is predicted of distances is small beside the limit.
 
@@ -122,11 +129,11 @@ def prediction_row(
         limit: On the held-out error.
         method: ``paper`` or ``auto``.
         coverage: How far each joint turned.
+        scale: Of the arm, all that the paper's method knows of its own errors.
     """
     title = "predicted error of distances"
     if uncertainty is None and method == "paper":
-        words = "the paper's method does not say how well it knows; --method auto does"
-        return _row("predicted_distance", title, "not evaluated", words)
+        return _paper_row(title, scale, coverage)
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
         return _row("predicted_distance", title, "fail", words)
@@ -147,6 +154,20 @@ def prediction_row(
         "from the first"
     )
     return _row("predicted_distance", title, "not enough", text, predicted, allowed)
+
+
+def _paper_row(title: str, scale: Scale | None, coverage: Coverage) -> LimitResult:
+    """Return whether the paper's method knows at least the arm's size."""
+    deviation = scale.deviation if scale is not None else None
+    if deviation is None or deviation <= SIZE:
+        words = "the paper's method does not say how well it knows; --method auto does"
+        return _row("predicted_distance", title, "not evaluated", words)
+    text = (
+        f"the arm's size is known to {100 * deviation:.1f} % only, and a wrong distance of the "
+        f"sockets could hide in that; record more varied samples{_turned_least(coverage)}, with "
+        "sockets farther apart, or use --method auto"
+    )
+    return _row("predicted_distance", title, "not enough", text)
 
 
 def _turned_least(coverage: Coverage) -> str:

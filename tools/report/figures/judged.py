@@ -123,5 +123,7 @@ def _earned(predictions: Predictions, covered: Coverage, limits: Limits) -> tupl
     if document.scale is not None:
         rows.insert(0, scale_row(document.scale, document.placements, document.checks))
     limit = limits.mean_absolute_error
-    rows.append(prediction_row(document.uncertainty, limit, document.method, covered))
+    rows.append(
+        prediction_row(document.uncertainty, limit, document.method, covered, document.scale)
+    )
     return tuple(rows)
