@@ -91,7 +91,7 @@ def may_be_play(sockets: Sockets, change: Change) -> bool:
 def _moved(measured: Measurement, change: Change, *, play: bool) -> Finding:
     advice = "record it again, or keep both parts by --split-moved"
     if play:
-        advice += "; or it is play: for an arm made of servos say --zeros"
+        advice += "; or it is play: for an arm made of servos say --zeros, by --method auto"
     return Finding(
         "error",
         "moved",
