@@ -2,8 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-CORES := $(shell getconf _NPROCESSORS_ONLN)
-PYTEST := $(BIN)/pytest --dist worksteal -n
+# One test process more than cores: some tests wait for terminals.
+PYTEST := $(BIN)/pytest -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --dist worksteal
 PACKAGE := pyproject.toml constraints.txt
 # Names and versions of everything that is ever installed, build tools included.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
@@ -17,12 +17,11 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 demo: $(VENV)/.product  ## set up what the product needs, and run the main job on a simulated arm
 	$(BIN)/mukca demo --out demo --force
 
-# One test process more than cores: some tests wait for terminals.
 test: $(VENV)/.tests  ## set up, and run all tests
-	$(PYTEST) $(shell expr $(CORES) + 1) $(ARGS)
+	$(PYTEST) $(ARGS)
 
 test-fast: $(VENV)/.tests  ## the tests to run while working: all but the slow ones
-	$(PYTEST) $(CORES) -m "not slow" $(ARGS)
+	$(PYTEST) -m "not slow" $(ARGS)
 
 lint: $(VENV)/.tests  ## ruff and pyright (strict)
 	$(BIN)/ruff check .
