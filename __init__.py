@@ -20,9 +20,12 @@ Names are imported when they are first used, so that ``import mukca`` costs noth
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+
+TYPE_CHECKING = False  # typing takes longer to import than Python to start
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from .drivers.driver import Driver, JointState
     from .drivers.registry import open_driver
     from .recorder.dataset import Placement, read_placements
@@ -79,7 +82,7 @@ class MukcaError(Exception):
     failed: bool = False
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_MODULES[name], __name__), name)

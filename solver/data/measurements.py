@@ -163,6 +163,10 @@ def check_distance(distance: float) -> float:
     Raises:
         MeasurementError: Not positive and finite, or so large that it cannot be metres.
     """
+    try:
+        distance = float(distance)
+    except (TypeError, ValueError):
+        raise MeasurementError(f"distance {distance!r}: metres are expected, as in 0.05") from None
     if not 0 < distance < math.inf:
         raise MeasurementError(
             f"distance {distance}: the distance between the sockets' centres is a positive "

@@ -41,6 +41,14 @@ def test_the_face_loads_nothing_before_it_is_used() -> None:
     assert out.stdout.strip() == "[]"
 
 
+def test_the_face_costs_less_than_typing_does() -> None:
+    """Without what an editable installation loads at each start."""
+    file = Path(mukca.__file__)
+    code = f"import sys; exec(open({str(file)!r}).read()); print('typing' in sys.modules)"
+    words = [sys.executable, "-I", "-S", "-c", code]
+    assert subprocess.run(words, capture_output=True, text=True).stdout == "False\n"
+
+
 def test_every_public_name_is_there() -> None:
     assert all(getattr(mukca, name) is not None for name in mukca.__all__)
     assert set(mukca.__all__) <= set(dir(mukca))
@@ -116,6 +124,7 @@ def test_what_is_trained_on_is_left_out_of_the_test(session, calibration) -> Non
         ({"optimizer": "ipopt"}, "--optimizer belongs to --method paper"),
         ({"method": "paper", "known": ["a:0-b:0=0.1"]}, "--known belongs to --method auto"),
         ({"distance": 50}, "metres are expected"),
+        ({"distance": "50 mm"}, "metres are expected"),
         ({"known": ["a to b: 10 cm"]}, "placement, socket, distance"),
         ({"without": ["gravity"]}, "choose among compliance"),
         ({"gravity": [0, 0, -1]}, "three components"),
