@@ -4,7 +4,7 @@ Its value J is the sum of their squares, so that a least-squares optimizer can m
 
     J = (N0 tr(S0) + N1 tr(S1)) / (N0 + N1)       inconsistency
       + (|mu1 - mu0| - d)^2                       distortion
-      + lambda |Theta - Theta_nominal|^2          regularisation
+      + lambda |Theta - Theta_nominal|^2          regularization
 
 - N_k is the number of samples in socket k, mu_k the mean of their predicted ball centres, and S_k
   their covariance (divided by N_k), whose trace is their mean square distance from mu_k.
@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["deviations", "distance", "inconsistency", "mean", "regularisation"]
+__all__ = ["deviations", "distance", "inconsistency", "mean", "regularization"]
 
 
 def mean(points: Any) -> Any:
@@ -54,6 +54,6 @@ def distance(points_0: Any, points_1: Any) -> Any:
     return (offset.T @ offset) ** 0.5
 
 
-def regularisation(parameters: Any, nominal: Any, weight: float) -> Any:
+def regularization(parameters: Any, nominal: Any, weight: float) -> Any:
     """Return residuals whose squares sum to weight * |Theta - Theta_nominal|^2. Linear."""
     return (parameters - nominal) * weight**0.5

@@ -2,7 +2,7 @@
 
 Eq. (5) does not say, but its minimum follows errors e of the data by a step of Gauss-Newton:
 
-    dx = -H^-1 J^T e,   H = J^T J + the regularisation's
+    dx = -H^-1 J^T e,   H = J^T J + the regularization's
 
 with J the Jacobian of the data's residuals. So errors with covariance C move the minimum with
 covariance H^-1 J^T C J H^-1.
@@ -26,7 +26,7 @@ def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
     """Return the covariance of the parameters at the minimum, shape (n, n).
 
     The balls' noise is what the fit left of it; the sockets' distances are a caliper's, wrong by
-    the same amount wherever one base stands. What the regularisation holds at nominal does not
+    the same amount wherever one base stands. What the regularization holds at nominal does not
     move: its deviation is small, though nothing is known of it.
 
     Args:

@@ -53,7 +53,7 @@ class Problem:
         """Return the residuals at x, shape (r,) [m], and their Jacobian, shape (r, n)."""
         positions = np.concatenate([measured.positions for measured in self.training])
         linear = self.model.linearise(x, positions)
-        parts = [(costs.regularisation(x, self.start, 1.0) * self._weights, np.diag(self._weights))]
+        parts = [(costs.regularization(x, self.start, 1.0) * self._weights, np.diag(self._weights))]
         first = 0
         for measured in self.training:
             last = first + len(measured.positions)
@@ -67,7 +67,7 @@ class Problem:
     def objective(self, x: Any) -> Any:
         """Return Eq. (5) as a CasADi expression of a symbolic parameter vector [m^2]."""
         total: Any = ca.sumsqr(
-            costs.regularisation(x, ca.DM(self.model.nominal), 1.0) * ca.DM(self._weights)
+            costs.regularization(x, ca.DM(self.model.nominal), 1.0) * ca.DM(self._weights)
         )
         for measured in self.training:
             points = [self.model.function.map(len(rows))(x, rows.T) for rows in measured.by_socket]
@@ -124,7 +124,7 @@ def build_problem(
 
     Raises:
         MeasurementError: A placement is there twice.
-        SettingError: A negative or infinite regularisation.
+        SettingError: A negative or infinite regularization.
     """
     if not 0 <= regularization < np.inf:
         raise SettingError(f"regularization {regularization}: give zero or a positive number")

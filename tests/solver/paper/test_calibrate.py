@@ -101,7 +101,7 @@ def test_no_way_down_is_not_converged() -> None:
         gauss_newton(wrong, np.array([1.0]))
 
 
-def test_regularisation_counts_once_per_placement(session, panda) -> None:
+def test_regularization_counts_once_per_placement(session, panda) -> None:
     measured = measure(read_placement(session / "front"), panda)
     again = replace(measured, placement=replace(measured.placement, name="again"))
     problem = build_problem(panda, [measured], regularization=1e-3)
