@@ -13,7 +13,9 @@ A test module subclasses it once for each robot, or for each simulator of one::
                 yield f"127.0.0.1:{port}"
 
 That angles are in radians and no state is lost can be seen only where it is known what was sent. A
-simulator knows: give its states by ``sent``, and by ``lossy`` those of one that loses some.
+simulator knows: give its states by ``sent``, and by ``lossy`` those of one that loses some. It
+should take no position twice, as an arm that swings to and fro does: the states could not be told
+apart.
 """
 
 import math

@@ -23,19 +23,23 @@ class Arm:
     failure: Exception | None = None
     """Raised by each feedback."""
     degrees: list[float] | None = None
-    """Positions to tell; by default they sway around 350 degrees."""
+    """Positions to tell; by default each joint sways around its own, near 350 degrees, at a rate of
+    its own: so no position comes twice, and what was told can be told apart."""
     sent: list[list[float]] = field(default_factory=list)
     """Positions told so far [degrees]."""
 
     def feedback(self) -> SimpleNamespace:
-        sway = 5 * math.sin(time.monotonic())
-        degrees = self.degrees or [(350.0 + joint + sway) % 360 for joint in range(7)]
+        degrees = self.degrees or [_sway(joint, time.monotonic()) for joint in range(7)]
         self.sent.append(degrees)
         actuators = [
             SimpleNamespace(position=angle, torque=torque)
             for angle, torque in zip(degrees, TORQUES, strict=False)
         ]
         return SimpleNamespace(actuators=actuators)
+
+
+def _sway(joint: int, now: float) -> float:
+    return (350 + joint + 5 * math.sin((1 + joint / 10) * now)) % 360
 
 
 @contextmanager
