@@ -4,7 +4,8 @@ docs/model.md introduces prior, posterior and evidence. Each iteration does thre
 
 1. a Gauss-Newton step (A2), (A3) of the unknowns down the objective L (A1), see
    :mod:`mukca.solver.auto.objective`;
-2. a step (A4) of the widths of the priors, see :mod:`mukca.solver.auto.priors`;
+2. a step (A4) of the widths of the priors, see :mod:`mukca.solver.auto.priors`, as soon as the
+   unknowns are within some standard deviations of their best values, and no longer far astray;
 3. a step (A5) of the noise, see :mod:`mukca.solver.auto.noise`.
 
 The last two lead to the maximum of the evidence (A6), see :mod:`mukca.solver.auto.laplace`. The
@@ -180,7 +181,9 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     """Return the state after a step of everything, and the largest relative change of a scale."""
     there, step = _downhill(objective, state, step)
     linear = there.linear
-    groups, change = _updated_groups(there, step)
+    groups, change = state.groups, 1.0
+    if -step.slope < objective.size:
+        groups, change = _updated_groups(there, step)
     noises = _updated_noises(objective, state, there, step)
     groups = _with_play(objective, groups, noises)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):

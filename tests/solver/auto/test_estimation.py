@@ -7,7 +7,7 @@ import pytest
 
 from mukca.recorder.dataset import Placement
 from mukca.solver.auto.deflection import COMPLIANCE, Deflection
-from mukca.solver.auto.estimation import estimate, estimate_all, gauss_newton
+from mukca.solver.auto.estimation import _advance, estimate, estimate_all, gauss_newton
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.noise import INFORMATION
 from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
@@ -80,6 +80,21 @@ def test_thousands_of_samples_do_not_blow_the_robot_up(front) -> None:
     assert abs(model.by_scale() @ (many.x - few.x)) < 2e-3
     errors = [float(np.median(np.linalg.norm(p.residuals, axis=1))) for p in (few, many)]
     assert errors[1] == pytest.approx(errors[0], rel=0.1)
+
+
+def test_no_width_follows_unknowns_that_are_far_astray(front) -> None:
+    """Or of a hundred thousand samples it would be 100 rad after three steps, for good."""
+    data, panda = front
+    objective = build_objective(extend(panda, choose_parameters(panda)), again(data, 3))
+    state, held = start(objective, joint_noise=False), list[bool]()
+    for _ in range(8):
+        step = gauss_newton(objective, state)
+        after = _advance(objective, state, step)[0]
+        held.append(after.groups == state.groups)
+        assert held[-1] == (-step.slope > objective.size)
+        state = after
+    assert held[0]
+    assert not held[-1]
 
 
 @pytest.mark.slow
