@@ -7,20 +7,33 @@ certain (Hoeting et al. 1999, Bayesian model averaging).
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import log
 
 import numpy as np
 
 from .arms import Arms
+from .deflection import COMPLIANCE, TILT
 from .extended_model import ExtendedModel, extend
 from .posterior import Posterior, World
 from .priors import PriorGroup
 
 __all__ = ["averaged", "probabilities"]
 
+ALSO_TILTS = 6.0
+"""Odds that an arm whose joints twist under load also tilts, before the data: all five that were
+measured in three axes did, and Laplace's rule of succession then expects it of six in seven."""
+
 
 def probabilities(worlds: Sequence[World]) -> np.ndarray:
-    """Return how probable each model is by its evidence, all being equally so before the data."""
-    evidence = np.array([world.log_evidence for world in worlds])
+    """Return how probable each model is by its evidence.
+
+    Before the data all are equally probable, but for elasticity about the joints' axes alone.
+    """
+    both = [
+        sum({COMPLIANCE, TILT} <= {g.name for g in arm.groups if g.width} for arm in world.arms)
+        for world in worlds
+    ]
+    evidence = np.array([world.log_evidence for world in worlds]) + np.array(both) * log(ALSO_TILTS)
     shares = np.exp(evidence - evidence.max())
     return shares / shares.sum()
 

@@ -17,7 +17,6 @@ import numpy as np
 
 from ..data.load import Load
 from ..robot.kinematics import BallModel
-from .noise import INFORMATION
 from .posterior import Posterior
 from .zeros import with_zeros
 
@@ -125,7 +124,7 @@ def _shared(
     slopes = _apart(slopes, poses.places, 0.0)
     covariance = full.covariance[: model.size, : model.size]
     variance = float(np.sum((slopes @ covariance) * slopes))
-    variance += float(np.trace(full.noise.scales(by_joints), axis1=1, axis2=2).sum()) / INFORMATION
+    variance += float(np.trace(full.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
     off, other = (
         _apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
         for values in (closest, alone)

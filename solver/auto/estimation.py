@@ -26,8 +26,15 @@ from .bounded import bounded_step
 from .deflection import ELASTICITY, EXTENSIONS, PLAY
 from .extended_model import ExtendedModel
 from .laplace import posterior
-from .noise import INFORMATION, NEGLIGIBLE, NU, SMALLEST, Noise
-from .normal_equations import NormalEquations, leverage, normal_equations, predicted_errors, value
+from .noise import NEGLIGIBLE, SMALLEST, Noise, degrees_of_freedom
+from .normal_equations import (
+    NormalEquations,
+    leverage,
+    normal_equations,
+    predicted_errors,
+    value,
+    weigh,
+)
 from .objective import (
     Objective,
     State,
@@ -55,6 +62,8 @@ LEAVES = 2
 """So often may a joint's elasticity leave zero. One that gains nothing could otherwise come and go
 forever."""
 SHORTER = 6
+MOST_HIDDEN = 0.9
+"""Share of an error that a fit can hide, for all that its tails are judged by."""
 RISE = 1e-9
 """Relative rise of the objective in a step that is rounding alone."""
 
@@ -138,7 +147,7 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
     free = free_unknowns(objective, state)
     covariance = normal.information.plus(prior).inverse(free[: objective.dense])
     spread = leverage(objective, state, covariance)
-    spread = INFORMATION * normal.weights[:, None, None] * spread
+    spread = normal.told[:, None, None] * spread
     volume = _volume_weight(objective, state, normal, spread)
     bounded = np.zeros(objective.size, dtype=bool)
     for group in state.groups:
@@ -171,7 +180,7 @@ def _volume_weight(
     weights = normal.weights[seated]
     if not state.x.any() or not len(weights):
         return 0.0
-    squares = float(np.sum(NU + 3 - NU * weights))  # w_i e_i^T C_i^-1 e_i, by (A2)
+    squares = float(weights @ normal.squares[seated])
     total = 3 * len(weights)
     left = total - float(np.sum(normal.inverse_scales[seated] * spread[seated]))
     return squares / left if left > 0.5 * total else 1.0
@@ -182,9 +191,10 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     there, step = _downhill(objective, state, step)
     linear = there.linear
     groups, change = state.groups, 1.0
+    noises = _updated_noises(objective, state, there, step)
     if -step.slope < objective.size:
         groups, change = _updated_groups(there, step)
-    noises = _updated_noises(objective, state, there, step)
+        noises = _with_tails(objective, there, noises, step)
     groups = _with_play(objective, groups, noises)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
@@ -262,6 +272,21 @@ def _updated_noises(
         effect = noise.joint_effect(there.linear.by_joints[source])
         noises.append(noise.updated(squares, effect))
     return tuple(noises)
+
+
+def _with_tails(
+    objective: Objective, there: State, noises: tuple[Noise, ...], step: Step
+) -> tuple[Noise, ...]:
+    """Return the noises with tails as heavy as those of the errors, but for what the fit hides.
+
+    An error of which the share h was fitted away is smaller by the factor sqrt(1 - h).
+    """
+    hidden = np.einsum("nij,nji->n", step.normal.inverse_scales, step.leverage) / 3
+    squares = weigh(objective, there)[1] / (1 - np.minimum(hidden, MOST_HIDDEN))
+    return tuple(
+        replace(noise, nu=degrees_of_freedom(squares[source]))
+        for source, noise in zip(objective.rows.sources, noises, strict=True)
+    )
 
 
 def _with_play(

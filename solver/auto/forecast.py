@@ -12,7 +12,6 @@ from ..data.known import SEAT_DEVIATION
 from ..data.load import Load
 from ..robot.kinematics import gravity_moments, workspace
 from .extended_model import ExtendedModel
-from .noise import INFORMATION
 from .posterior import Posterior
 
 __all__ = [
@@ -59,7 +58,7 @@ def after_recording(
         row = np.zeros((len(q), 3, old + new))
         row[:, :, :size] = J
         row[:, :, old + 3 * k : old + 3 * k + 3] = -np.eye(3)
-        scales = posterior.noise.scales(by_joints) / INFORMATION
+        scales = posterior.noise.as_gaussian(by_joints)
         rows.append((np.linalg.inv(np.linalg.cholesky(scales)) @ row).reshape(-1, old + new))
         centres.append(points.mean(axis=0))
     before = next((known for known in posterior.data.known if known.on_base), None)

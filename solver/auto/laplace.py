@@ -8,14 +8,14 @@ introduces prior, posterior and evidence.
 """
 
 from dataclasses import dataclass, replace
-from math import erfc, lgamma, log, pi, sqrt
+from math import erfc, log, sqrt
 
 import numpy as np
 
 from .arrow import Arrow
 from .deflection import ELASTICITY
-from .noise import INFORMATION, NU
-from .normal_equations import NormalEquations, curvature, normal_equations, value, weigh
+from .noise import Noise, log_constant, log_prior
+from .normal_equations import NormalEquations, curvature, degrees, normal_equations, value, weigh
 from .objective import Objective, State, free_unknowns, moved, prior_precision, priors, pull
 from .positive import bounds
 from .posterior import Posterior, World
@@ -48,7 +48,8 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     if curve.change.any():
         mean = moved(objective, curve.state, curve.change)
         iterates = [*iterates, mean.x]
-    weights = weigh(objective, mean)[2] * NU / (NU + 3)
+    nu = degrees(objective, mean)
+    weights = weigh(objective, mean)[2] * nu / (nu + 3)
     arms = tuple(
         _of_arm(objective, mean, i, covariance, weights, curve.log_evidence, iterates)
         for i in range(len(objective.model.models))
@@ -61,34 +62,36 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
 def _of_data(objective: Objective, state: State, normal: NormalEquations) -> Arrow:
     """Return the data's curvature, without what it claims to know too much, by the errors' tails.
 
-    Errors that are more Gaussian than Student's distribution with nu = 5 leave the best fit less
+    Errors that are more Gaussian than Student's distribution with their nu leave the best fit less
     sure than the curvature says, since the robust weights pass over some of what they tell.
     """
-    weights = INFORMATION * normal.weights
-    for source in objective.rows.sources:
-        weights[source] *= _told(normal.squares[source])
+    weights = normal.told.copy()
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        weights[source] *= _told(normal.squares[source], noise)
     weighted = normal.inverse_scales * weights[:, None, None]
     return curvature(objective, state, weighted, normal.information.known)
 
 
-def _told(squares: np.ndarray) -> float:
+def _told(squares: np.ndarray, noise: Noise) -> float:
     """Return how much errors tell, relative to what the curvature says.
 
     It is a^2 / (b k), with a and b the means of psi's slope and square, psi being the slope of t in
-    (A1): the variance of a robust fit is b / a^2 (Huber 1967). 1 for Student's errors, 0.89 for
-    Gaussian ones. Only the errors' distribution counts, not how large they are.
+    (A1): the variance of a robust fit is b / a^2 (Huber 1967). 1 for Student's errors, less for
+    Gaussian ones (0.89 if nu is 5). Only the errors' distribution counts, not how large they are.
 
     Args:
         squares: e_i^T C_i^-1 e_i, shape (N,).
+        noise: Their noise.
     """
     if not squares.any():
         return 1.0
+    nu = noise.nu
     for _ in range(TAIL_STEPS):
-        weights = (NU + 3) / (NU + squares)
+        weights = (nu + 3) / (nu + squares)
         squares = squares * 3 / np.mean(weights * squares)
-    weights = (NU + 3) / (NU + squares)
-    slope = np.mean(weights - 2 / 3 * weights**2 * squares / (NU + 3))
-    return float(slope**2 / (np.mean(weights**2 * squares) / 3 * INFORMATION))
+    weights = (nu + 3) / (nu + squares)
+    slope = np.mean(weights - 2 / 3 * weights**2 * squares / (nu + 3))
+    return float(slope**2 / (np.mean(weights**2 * squares) / 3 * noise.information))
 
 
 def _of_arm(
@@ -145,7 +148,7 @@ def _curve(objective: Objective, state: State) -> _Curve:
     """Return the bell curve and the logarithm of the evidence.
 
     log p(data) = -L + g^T H^-1 g / 2 + sum_g log|P_g| / 2 - log|H| / 2                    (A6)
-                  + log p(widths) + log(B / A)
+                  + log p(widths) + log p(nu) + log(B / A)
 
     L is the objective (A1) and g its slope, P_g the prior precision of group g, H the curvature
     (A3), |.| the determinant, p(widths) the prior of the widths themselves. The slope is zero but
@@ -193,8 +196,10 @@ def _log_prior_share(state: State) -> float:
 
 def _log_evidence(objective: Objective, state: State) -> float:
     """Return the part of (A6) that needs no curvature."""
-    constant = lgamma((NU + 3) / 2) - lgamma(NU / 2) - 1.5 * log(NU * pi)
-    result = len(state.linear.errors) * constant - value(objective, state)
+    result = -value(objective, state)
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        count = len(state.linear.errors[source])
+        result += count * log_constant(noise.nu) + log_prior(noise.nu)
     for group, free in priors(state):
         P = group.precision(group.width, free)
         result += 0.5 * float(np.linalg.slogdet(P)[1])

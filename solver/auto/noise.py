@@ -8,21 +8,34 @@ The error e_i of sample i, a vector of shape (3,) [m], scatters by
     s_q    noise of each joint angle [rad]
     Jq_i   derivative of the ball's position by the joint positions, shape (3, m) [m/rad]
 
-so an arm that is stretched out, where a small angle moves the ball far, may err more.
+so an arm that is stretched out, where a small angle moves the ball far, may err more. By Student's
+t distribution with nu degrees of freedom: unlike a Gaussian it expects a large error now and then,
+the more the smaller nu is, so that a ball that was badly seated hardly pulls at the fit.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import lgamma, log, pi
 
 import numpy as np
 
-__all__ = ["INFORMATION", "NEGLIGIBLE", "NU", "SMALLEST", "Noise"]
+__all__ = [
+    "NEGLIGIBLE",
+    "NU",
+    "SMALLEST",
+    "Noise",
+    "degrees_of_freedom",
+    "log_constant",
+    "log_prior",
+]
 
 NU = 5.0
-"""Degrees of freedom of Student's t distribution of the errors. Unlike a Gaussian it expects a
-large error now and then, so that a ball that was badly seated hardly pulls at the fit."""
-INFORMATION = (NU + 3) / (NU + 5)
-"""Information of one sample with Student's noise, as a share of one with Gaussian noise of scale
-C_i."""
+"""nu before the errors have shown how heavy their tails are."""
+TAILS = np.geomspace(2.5, 60, 12)
+"""Values of nu that are tried; with the last, the distribution is nearly Gaussian."""
+LIGHT_TAILS = 10.0
+"""What is believed of nu: the density nu exp(-nu / 10) (Juarez and Steel 2010)."""
+SCALE_STEPS = 6
+"""Until errors are as large as their noise says, whatever nu is tried."""
 NEGLIGIBLE = 0.05
 """Whatever moves the ball by less than this share of the noise is taken for zero."""
 SMALLEST = 1e-7
@@ -39,6 +52,17 @@ class Noise:
     """s_x, of the ball's place in a socket [m]."""
     joint: float
     """s_q, of the joint angles [rad]; 0 where the data do not support it."""
+    nu: float = NU
+    """Degrees of freedom of Student's distribution of the errors."""
+
+    @property
+    def information(self) -> float:
+        """k: what a sample tells, as a share of what one with Gaussian noise of scale C_i would."""
+        return (self.nu + 3) / (self.nu + 5)
+
+    def as_gaussian(self, by_joints: np.ndarray) -> np.ndarray:
+        """Return C_i / k, the covariance of Gaussian noise of which a sample tells as much."""
+        return self.scales(by_joints) / self.information
 
     def scales(self, by_joints: np.ndarray) -> np.ndarray:
         """Return C_i for each sample's Jq_i, shape (N, 3, 3) [m^2]."""
@@ -68,7 +92,7 @@ class Noise:
         scales = np.sqrt(moved).tolist()
         s_x, s_q = scales if len(scales) == 2 else (scales[0], 0.0)
         reach = effect * self.space / self.joint if self.joint else 0.0
-        return Noise(max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), s_q)
+        return replace(self, space=max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), joint=s_q)
 
     def fisher_step(
         self,
@@ -113,3 +137,35 @@ class Noise:
         scaled = [inverse @ V for V in kinds]
         fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
         return np.linalg.solve(fisher, score).astype(np.float64)
+
+
+def degrees_of_freedom(squares: np.ndarray) -> float:
+    """Return the most plausible nu of errors, by their distribution, however large they are.
+
+    Args:
+        squares: e_i^T C_i^-1 e_i, shape (N,), or anything in proportion to them.
+    """
+    nu, grown, errors = TAILS[:, None], np.zeros(len(TAILS)), squares[None]
+    if not squares.any():
+        return NU
+    for _ in range(SCALE_STEPS):  # EM with one more parameter (Kent, Tyler and Vardi 1994)
+        weights = (nu + 3) / (nu + errors)
+        factor = 3 * weights.mean(axis=1) / np.mean(weights * errors, axis=1)
+        errors, grown = errors * factor[:, None], grown + np.log(factor)
+    sizes = 0.5 * (TAILS + 3) * np.log1p(errors / nu).sum(axis=1)
+    tried = [len(squares) * log_constant(one) + log_prior(one) for one in TAILS.tolist()]
+    plausible = 1.5 * len(squares) * grown - sizes + tried
+    best = int(np.clip(np.argmax(plausible), 1, len(TAILS) - 2))
+    before, peak, after = plausible[best - 1 : best + 2].tolist()
+    aside = 0.5 * (before - after) / (before - 2 * peak + after)
+    return float(TAILS[best] * (TAILS[1] / TAILS[0]) ** np.clip(aside, -1, 1))
+
+
+def log_constant(nu: float) -> float:
+    """Return the logarithm of Student's density of a 3-vector of size 0, for a scale of I."""
+    return lgamma((nu + 3) / 2) - lgamma(nu / 2) - 1.5 * log(nu * pi)
+
+
+def log_prior(nu: float) -> float:
+    """Return the logarithm of the density of log nu that is believed, but for a constant."""
+    return 2 * log(nu) - nu / LIGHT_TAILS

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrow import Arrow, Inverse
-from .noise import INFORMATION, NU
 from .objective import Objective, State, knowledge
 
 __all__ = [
     "NormalEquations",
     "curvature",
+    "degrees",
     "leverage",
     "normal_equations",
     "predicted_errors",
@@ -41,6 +41,8 @@ class NormalEquations:
     """e_i^T C_i^-1 e_i, shape (N,)."""
     weights: np.ndarray
     """w_i, robust weight of each sample, shape (N,)."""
+    told: np.ndarray
+    """k w_i, what each sample tells, shape (N,)."""
 
 
 def weigh(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -54,10 +56,18 @@ def weigh(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray, n
     Returns:
         C_i^-1, shape (N, 3, 3) [1/m^2]; e_i^T C_i^-1 e_i, shape (N,); w_i, shape (N,).
     """
-    inverse = np.linalg.inv(scales(objective, state))
+    inverse, nu = np.linalg.inv(scales(objective, state)), degrees(objective, state)
     e = state.linear.errors
     squares = np.einsum("ni,ni->n", np.einsum("nij,nj->ni", inverse, e), e)
-    return inverse, squares, (NU + 3) / (NU + squares)
+    return inverse, squares, (nu + 3) / (nu + squares)
+
+
+def degrees(objective: Objective, state: State) -> np.ndarray:
+    """Return nu of each sample, by the noise of its source, shape (N,)."""
+    nu = np.empty(len(state.linear.errors))
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        nu[source] = noise.nu
+    return nu
 
 
 def scales(objective: Objective, state: State) -> np.ndarray:
@@ -87,8 +97,8 @@ def value(
         (inverse, squares, _), known = weigh(objective, state), knowledge(objective, state)[1]
     else:
         inverse, squares, known = normal.inverse_scales, normal.squares, normal.known
-    sizes = -np.linalg.slogdet(inverse)[1]
-    cost = 0.5 * float(sizes.sum()) + 0.5 * (NU + 3) * float(np.log1p(squares / NU).sum())
+    sizes, nu = -np.linalg.slogdet(inverse)[1], degrees(objective, state)
+    cost = 0.5 * float(np.sum(sizes + (nu + 3) * np.log1p(squares / nu)))
     cost += 0.5 * float(np.sum(known**2))
     for group in state.groups:
         if group.width:
@@ -103,8 +113,8 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     curvature  sum_i k w_i [J_i, -I]^T C_i^-1 [J_i, -I]  +  B^T W^T W B
     slope      sum_i w_i [J_i, -I]^T C_i^-1 e_i          +  B^T W^T W (l - d)
 
-    B is the derivative of the distances l by all unknowns, and k says how much one sample with
-    Student's noise tells, relative to one with Gaussian noise.
+    B is the derivative of the distances l by all unknowns, and k = (nu + 3) / (nu + 5) says how
+    much one sample with Student's noise tells, relative to one with Gaussian noise.
     """
     inverse, squares, weights = weigh(objective, state)
     weighted = inverse * weights[:, None, None]
@@ -115,8 +125,10 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     gradient[size:] = -objective.rows.by_socket(We).ravel()
     gradient -= _by_turning(objective, state, We)
     B, b = knowledge(objective, state)
-    information = curvature(objective, state, INFORMATION * weighted, B)
-    return NormalEquations(information, gradient + B.T @ b, inverse, b, squares, weights)
+    nu = degrees(objective, state)
+    told = weights * (nu + 3) / (nu + 5)
+    information = curvature(objective, state, told[:, None, None] * inverse, B)
+    return NormalEquations(information, gradient + B.T @ b, inverse, b, squares, weights, told)
 
 
 def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.ndarray:

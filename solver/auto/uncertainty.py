@@ -10,7 +10,6 @@ import numpy as np
 from ..data.frames import IDENTITY
 from ..data.load import Load
 from ..robot.kinematics import gravity_moments, workspace
-from .noise import INFORMATION
 from .posterior import Posterior
 from .priors import PriorGroup
 
@@ -153,7 +152,7 @@ def predicted_deviation(
         _, jacobian, by_joints = posterior.model.linearise(posterior.x, q, torque)
         centred = jacobian - jacobian.mean(axis=0)
         total += float(np.einsum("nij,jk,nik->", centred, covariance, centred))
-        noise = np.trace(posterior.noise.scales(by_joints), axis1=1, axis2=2).sum() / INFORMATION
+        noise = np.trace(posterior.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum()
         total += float(noise) * (1 - 1 / len(q))
         count += len(q)
     return (total / count) ** 0.5

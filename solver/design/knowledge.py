@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..auto.extended_model import ExtendedModel
-from ..auto.noise import INFORMATION, Noise
+from ..auto.noise import Noise
 from ..auto.posterior import Posterior
 from ..auto.priors import PriorGroup
 from ..robot.kinematics import workspace
@@ -143,7 +143,7 @@ class Knowledge:
         """
         known = self
         rows = rows_at(self.model, self.x, q)
-        scales = self.noise.scales(rows.by_joints) / INFORMATION
+        scales = self.noise.as_gaussian(rows.by_joints)
         for J, C in zip(rows.by_unknowns, scales, strict=True):
             known = known._updated(known._with_centre(J, socket), C)
         return known
@@ -167,7 +167,7 @@ class Knowledge:
         S = (
             across[:, :, :size] @ J.transpose(0, 2, 1)
             - across[:, :, begin : begin + 3]
-            + self.noise.scales(rows.by_joints) / INFORMATION
+            + self.noise.as_gaussian(rows.by_joints)
         )
         own = across[:, :, :size]
         lowered = np.einsum("nij,nji->n", np.linalg.inv(S), own @ G @ own.transpose(0, 2, 1))

@@ -4,7 +4,6 @@ from ...solver.auto import uncertainty
 from ...solver.auto.deflection import ELASTICITY
 from ...solver.auto.directions import cannot_see, weak_directions
 from ...solver.auto.extended_model import extend
-from ...solver.auto.noise import NU
 from ...solver.auto.posterior import Posterior
 from ...solver.calibrated import CalibratedRobot
 from ...solver.data.load import Load
@@ -97,7 +96,7 @@ def noise_scale(posterior: Posterior) -> NoiseScale:
     return NoiseScale(
         space=noise.space,
         joint=noise.joint,
-        nu=NU,
+        nu=noise.nu,
         measured_space=None if measured is None else measured.space,
         measured_joint=None if measured is None else measured.joint,
     )

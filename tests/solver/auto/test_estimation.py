@@ -9,7 +9,7 @@ from mukca.recorder.dataset import Placement
 from mukca.solver.auto.deflection import COMPLIANCE, Deflection
 from mukca.solver.auto.estimation import _advance, estimate, estimate_all, gauss_newton
 from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.noise import INFORMATION
+from mukca.solver.auto.noise import Noise
 from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
 from mukca.solver.auto.objective import build_objective, linearise, start
 from mukca.solver.auto.selection import select_model
@@ -110,7 +110,7 @@ def test_a_noise_that_does_not_fit_yet_leaves_the_size_alone(front) -> None:
     state = replace(state, x=found.x, centres=found.centres, groups=found.groups, linear=linear)
     by_scale = model.by_scale()
     steps = [
-        gauss_newton(objective, replace(state, noises=(replace(state.noises[0], space=space),)))
+        gauss_newton(objective, replace(state, noises=(replace(found.noise, space=space),)))
         for space in (0.9 * found.noise.space, 1.1 * found.noise.space)
     ]
     sizes = [float(by_scale @ step.change[: model.size]) for step in steps]
@@ -150,7 +150,7 @@ def test_normal_equations_are_those_of_the_whole_jacobian(front) -> None:
     samples = np.einsum("nia,nij,njb->ab", whole, weights, whole)
     slope = np.einsum("nia,nij,nj->a", whole, weights, state.linear.errors)
     size = model.size
-    expected = INFORMATION * samples[:size]
+    expected = Noise(1.0, 0.0).information * samples[:size]
     information = normal.information
     columns = [information.times(unit)[:size] for unit in np.eye(objective.size)]
     assert np.transpose(columns) == pytest.approx(expected, rel=1e-9, abs=1e-3)

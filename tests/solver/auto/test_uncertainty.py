@@ -8,6 +8,7 @@ from mukca.solver.auto.directions import _structural, weak_directions
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.laplace import _told
+from mukca.solver.auto.noise import Noise, degrees_of_freedom
 from mukca.solver.auto.uncertainty import (
     correlations,
     deviations,
@@ -107,8 +108,24 @@ def test_how_much_errors_tell_follows_from_their_tails_not_their_size(
     """By Huber's formula, with its means as integrals over Student's distribution."""
     generator = np.random.default_rng(0)
     squares = generator.chisquare(3, 40_000) / (generator.chisquare(nu, 40_000) / nu)
-    assert _told(squares) == pytest.approx(told, abs=0.02)
-    assert _told(9 * squares) == pytest.approx(_told(squares))
+    assert _told(squares, Noise(1.0, 0.0)) == pytest.approx(told, abs=0.02)
+    assert _told(9 * squares, Noise(1.0, 0.0)) == pytest.approx(_told(squares, Noise(1.0, 0.0)))
+
+
+@pytest.mark.parametrize("nu", [4.0, 12.0, 1e6])
+def test_errors_show_how_heavy_their_tails_are(nu: float) -> None:
+    """Whatever their size; 60 has hardly any tails."""
+    generator = np.random.default_rng(0)
+    squares = generator.chisquare(3, 20_000) / (generator.chisquare(nu, 20_000) / nu)
+    assert degrees_of_freedom(squares) == pytest.approx(min(nu, 60), rel=0.15)
+    assert degrees_of_freedom(1e-6 * squares) == pytest.approx(degrees_of_freedom(squares))
+
+
+def test_one_ball_beside_its_socket_makes_heavy_tails() -> None:
+    squares = np.random.default_rng(0).chisquare(3, 60)
+    assert degrees_of_freedom(squares) > 10
+    squares[0] = 2000.0
+    assert degrees_of_freedom(squares) < 6
 
 
 def test_the_place_of_the_ball_is_settled_and_its_turn_is_not(found) -> None:
