@@ -1,5 +1,7 @@
 """The mean of several models: between them, as uncertain as they and what they differ by."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,10 +37,22 @@ def chosen(panda: Robot, true_panda: Robot):
     return select_all([(panda, choose_parameters(panda))], scene)
 
 
-def test_probabilities_follow_the_evidence(chosen) -> None:
-    worlds = [chosen.geometric, chosen.full]
-    ratio = np.divide(*probabilities(worlds))
-    assert np.log(ratio) == pytest.approx(worlds[0].log_evidence - worlds[1].log_evidence)
+def test_probabilities_follow_the_evidence_and_what_is_believed_of_tilt(chosen) -> None:
+    twists = replace(chosen.geometric, arms=(having(chosen, {COMPLIANCE}),))
+    tilts = replace(chosen.geometric, arms=(having(chosen, {TILT}),))
+    both = replace(chosen.full, arms=(having(chosen, {COMPLIANCE, TILT}),))
+    shares = np.log(probabilities([chosen.geometric, twists, tilts, both]))
+    gain = chosen.full.log_evidence - chosen.geometric.log_evidence
+    assert shares - shares[0] == pytest.approx([0, 0, 0, gain + np.log(4)])
+
+
+def having(chosen, extensions: set[str]):
+    """The posterior with those extensions and no others."""
+    arm = chosen.full.arms[0]
+    widths = {name: 1e-5 * (name in extensions) for name in (COMPLIANCE, TILT)}
+    assert widths.keys() <= {group.name for group in arm.groups}
+    groups = tuple(replace(g, width=widths.get(g.name, g.width)) for g in arm.groups)
+    return replace(arm, groups=groups)
 
 
 def test_the_mean_predicts_the_mean(chosen) -> None:
