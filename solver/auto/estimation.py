@@ -6,7 +6,7 @@ docs/model.md introduces prior, posterior and evidence. Each iteration does thre
    :mod:`mukca.solver.auto.objective`;
 2. a step (A4) of the widths of the priors, see :mod:`mukca.solver.auto.priors`, as soon as the
    unknowns are within some standard deviations of their best values, and no longer far astray;
-3. a step (A5) of the noise, see :mod:`mukca.solver.auto.noise`.
+3. a step (A5) of the noise, and the tails of its distribution, see :mod:`mukca.solver.auto.noise`.
 
 The last two lead to the maximum of the evidence (A6), see :mod:`mukca.solver.auto.laplace`. The
 width of a group that the data do not support falls to nearly zero; the group is then taken out.

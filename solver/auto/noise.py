@@ -29,8 +29,9 @@ __all__ = [
 ]
 
 NU = 5.0
-"""nu before the errors have shown how heavy their tails are."""
-TAILS = np.geomspace(2.5, 60, 12)
+"""nu before the errors have shown how heavy their tails are, and the least: heavier ones would
+explain away what is no noise, as play is, and leave it to chance which samples count."""
+TAILS = np.geomspace(NU, 60, 9)
 """Values of nu that are tried; with the last, the distribution is nearly Gaussian."""
 LIGHT_TAILS = 10.0
 """What is believed of nu: the density nu exp(-nu / 10) (Juarez and Steel 2010)."""
@@ -155,10 +156,11 @@ def degrees_of_freedom(squares: np.ndarray) -> float:
     sizes = 0.5 * (TAILS + 3) * np.log1p(errors / nu).sum(axis=1)
     tried = [len(squares) * log_constant(one) + log_prior(one) for one in TAILS.tolist()]
     plausible = 1.5 * len(squares) * grown - sizes + tried
-    best = int(np.clip(np.argmax(plausible), 1, len(TAILS) - 2))
-    before, peak, after = plausible[best - 1 : best + 2].tolist()
-    aside = 0.5 * (before - after) / (before - 2 * peak + after)
-    return float(TAILS[best] * (TAILS[1] / TAILS[0]) ** np.clip(aside, -1, 1))
+    best, aside = int(np.argmax(plausible)), 0.0
+    if 0 < best < len(TAILS) - 1:  # the top of the parabola through three
+        before, peak, after = plausible[best - 1 : best + 2].tolist()
+        aside = 0.5 * (before - after) / (before - 2 * peak + after)
+    return float(TAILS[best] * (TAILS[1] / TAILS[0]) ** aside)
 
 
 def log_constant(nu: float) -> float:

@@ -17,8 +17,8 @@ apart as they were measured to be, and where they were measured to be, the unkno
 their priors, and the robot should not shrink.
 
 - Phi(x, q_i) is the predicted ball of sample i, and s(i) the socket that it sat in.
-- t is minus the logarithm of Student's distribution, with nu = 5, of whole 3-vectors, so that a
-  sample far from its socket weighs little. C_i is its scale, see :mod:`mukca.solver.auto.noise`.
+- t is minus the logarithm of Student's distribution of whole 3-vectors, so that a sample far from
+  its socket weighs little. C_i is its scale, see :mod:`mukca.solver.auto.noise`.
 - l_k is the distance between sockets a and b by the model, d_k the measured one. W^T W is the
   inverse covariance of the measured distances; placements of one base share the error of its
   measurement.
