@@ -133,9 +133,10 @@ def _gather(
             try:
                 got = future.result()
             except KilledWorker:
+                first, *rest = share
+                which = f"pieces {first} to {rest[-1]}" if rest else f"piece {first}"
                 raise WorkersLostError(
-                    f"pieces {share[0]} to {share[-1]} of the work ended several workers: is their "
-                    "memory full?"
+                    f"{which} of the work ended several workers: is their memory full?"
                 ) from None
             future.release()  # a worker that is lost later takes no result with it
             for i, result in zip(share, got, strict=False):

@@ -40,13 +40,12 @@ from .objective import (
     State,
     build_objective,
     free_unknowns,
-    moved,
     prior_precision,
     pull,
-    start,
 )
 from .posterior import Posterior, World
 from .priors import PriorGroup, play_group
+from .states import moved, start
 
 __all__ = ["estimate", "estimate_all", "gauss_newton"]
 

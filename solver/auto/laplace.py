@@ -16,10 +16,11 @@ from .arrow import Arrow
 from .deflection import ELASTICITY
 from .noise import Noise, log_constant, log_prior
 from .normal_equations import NormalEquations, curvature, degrees, normal_equations, value, weigh
-from .objective import Objective, State, free_unknowns, moved, prior_precision, priors, pull
+from .objective import Objective, State, free_unknowns, prior_precision, priors, pull
 from .positive import bounds
 from .posterior import Posterior, World
 from .priors import TYPICAL_SPREAD
+from .states import moved
 
 __all__ = ["posterior"]
 

@@ -32,7 +32,7 @@ their priors, and the robot should not shrink.
   shrinks does not shrink the measurement.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -43,8 +43,7 @@ from ..data.observations import Observations, Scene
 from .arms import Arms, Rows, as_arms, as_scene
 from .extended_model import ExtendedModel
 from .noise import Noise
-from .posterior import Posterior, World
-from .priors import PriorGroup, prior_groups
+from .priors import PriorGroup
 
 __all__ = [
     "Linear",
@@ -54,11 +53,11 @@ __all__ = [
     "free_unknowns",
     "knowledge",
     "linearise",
-    "moved",
+    "predict_balls",
     "prior_precision",
     "priors",
     "pull",
-    "start",
+    "to_world",
 ]
 
 Balls = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -145,79 +144,6 @@ def build_objective(model: ExtendedModel | Arms, data: Observations | Scene) -> 
     return Objective(model, Rows(scene), log_volumes, whiten)
 
 
-def start(objective: Objective, joint_noise: bool, near: World | None = None) -> State:
-    """Return the first state: nominal robots, each socket at the median of its balls.
-
-    Args:
-        objective: What will be minimised.
-        joint_noise: Whether the joint angles may be noisy.
-        near: A result that is much like the one sought, of fewer extensions or of somewhat
-            different data. The search then starts there, and is over sooner.
-
-    Raises:
-        FrameError: Nothing ties a frame to the robots, or its coordinates cannot be.
-    """
-    rows, model = objective.rows, objective.model
-    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
-    groups: list[PriorGroup] = []
-    for i, (own, one, arm) in enumerate(zip(model.own, model.models, rows.scene.arms, strict=True)):
-        mine = prior_groups(one, arm)
-        if near is not None:
-            x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
-        groups += [replace(g, members=g.members + own.start) for g in mine]
-    balls = _balls(objective, x)
-    points = balls[0]
-    frames = rows.place_frames(points)
-    in_world = _in_world(objective, frames, points)
-    centres = np.array(
-        [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
-    ).reshape(-1, 3)
-    linear = linearise(objective, x, centres, frames, balls)
-    noises = tuple(
-        _first_noise(linear, source, joint_noise) if near is None else _noise(rows, source, near)
-        for source in rows.sources
-    )
-    return State(x, centres, frames, tuple(groups), noises, at_zero, linear)
-
-
-def _carried_over(
-    model: ExtendedModel, groups: tuple[PriorGroup, ...], near: Posterior
-) -> tuple[np.ndarray, np.ndarray, tuple[PriorGroup, ...]]:
-    """Return unknowns, which of them are held at zero, and priors, as far as a result has them."""
-    there = {name: i for i, name in enumerate(near.model.names)}
-    common = [i for i, name in enumerate(model.names) if name in there]
-    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
-    x[common] = near.x[[there[model.names[i]] for i in common]]
-    at_zero[common] = x[common] == 0
-    fitted = {group.name: group for group in near.groups}
-    return (
-        x,
-        at_zero,
-        tuple(
-            replace(fitted[group.name], members=group.members, trail=None)
-            if group.name in fitted and fitted[group.name].expected is group.expected
-            else group
-            for group in groups
-        ),
-    )
-
-
-def _noise(rows: Rows, source: np.ndarray | slice, near: World) -> Noise:
-    """Return the noise of a source of samples by a result."""
-    first = int(np.arange(len(rows.sockets))[source][0])
-    arm = near.arms[[first < own.stop for own in rows.own].index(True)]
-    measured = arm.measured_noise if rows.sockets[first] < 0 else None
-    return measured or arm.noise
-
-
-def _first_noise(linear: Linear, source: np.ndarray | slice, joint_noise: bool) -> Noise:
-    """Return noise as large as the errors of the nominal robot."""
-    typical = float(np.median(np.linalg.norm(linear.errors[source], axis=1))) / 1.54
-    squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
-    reach = float(np.mean(squares)) ** 0.5
-    return Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
-
-
 def linearise(
     objective: Objective,
     x: np.ndarray,
@@ -230,7 +156,7 @@ def linearise(
     ``balls`` are the balls there, where they are known already.
     """
     model, rows = objective.model, objective.rows
-    points, by_x, by_joints = balls or _balls(objective, x)
+    points, by_x, by_joints = balls or predict_balls(objective, x)
     errors, by_x, by_joints = _errors(objective, points, by_x, by_joints, centres, frames)
     by_x, by_joints = np.ascontiguousarray(by_x), np.ascontiguousarray(by_joints)  # far faster
     volume, by_volume = 0.0, np.zeros(objective.size)
@@ -244,31 +170,7 @@ def linearise(
     return Linear(points, errors, by_x, by_joints, volume, by_volume)
 
 
-def moved(objective: Objective, state: State, change: np.ndarray) -> State:
-    """Return the state after a change of all unknowns.
-
-    In a long step, as when it turns the whole robot, balls move on curves. A socket's centre goes
-    along with the balls in it, unless it was measured: left on the tangent, it would be a reason
-    not to turn.
-    """
-    size, dense = objective.model.size, objective.dense
-    x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
-    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
-    balls, rows = _balls(objective, x), objective.rows
-    centres = state.centres + change[dense:].reshape(-1, 3)
-    seated = rows.seated
-    tangent = (state.linear.errors + state.linear.by_unknowns @ change[:dense])[seated]
-    tangent += state.centres[rows.sockets[seated]]
-    off = np.zeros((len(rows.sockets), 3))
-    off[seated] = _in_world(objective, frames, balls[0])[seated] - tangent
-    along = rows.by_socket(off) / np.bincount(rows.sockets[seated])[:, None]
-    along[[one.socket for one in rows.located]] = 0.0
-    centres += along
-    linear = linearise(objective, x, centres, frames, balls)
-    return replace(state, x=x, centres=centres, frames=frames, linear=linear)
-
-
-def _balls(objective: Objective, x: np.ndarray) -> Balls:
+def predict_balls(objective: Objective, x: np.ndarray) -> Balls:
     """Return all balls, each in its own robot's base, and derivatives by x and by the joints."""
     model, scene = objective.model, objective.rows.scene
     parts = [
@@ -287,7 +189,7 @@ def _balls(objective: Objective, x: np.ndarray) -> Balls:
     return points, np.concatenate(by_x), np.concatenate(by_joints)
 
 
-def _in_world(objective: Objective, frames: tuple[Pose, ...], points: np.ndarray) -> np.ndarray:
+def to_world(objective: Objective, frames: tuple[Pose, ...], points: np.ndarray) -> np.ndarray:
     """Return balls in the world instead of each in its own robot's base, shape (N, 3) [m]."""
     bases = [objective.rows.base(i, frames) for i in range(len(objective.model.models))]
     parts = [
@@ -307,7 +209,7 @@ def _errors(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the errors e_i, and their derivatives by x and the frames, and by the joints."""
     rows = objective.rows
-    errors = np.array(_in_world(objective, frames, points))
+    errors = np.array(to_world(objective, frames, points))
     errors[rows.seated] -= centres[rows.sockets[rows.seated]]
     if not frames:
         return errors, by_x, by_joints

@@ -170,10 +170,8 @@ def _best_zero(robot: Robot, joint: int, judged: Callable[[Guess], Judged]) -> J
     """
     right = as_they_are(robot)
     tried = [judged(with_zero(right, joint, zero)) for zero in ZEROS.tolist()]
-    small, any_size = (
-        _least(one for one in tried if abs(one[1].zeros[joint]) < SMALL),
-        _least(tried),
-    )
+    small = _least(one for one in tried if abs(one[1].zeros[joint]) < SMALL)
+    any_size = _least(tried)
     found = _searched(joint, small, judged)
     if any_size is small:
         return found

@@ -9,7 +9,8 @@ from mukca.solver.auto.arrow import Arrow
 from mukca.solver.auto.estimation import _without_negligible
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.normal_equations import normal_equations
-from mukca.solver.auto.objective import Objective, State, build_objective, moved, start
+from mukca.solver.auto.objective import Objective, State, build_objective
+from mukca.solver.auto.states import moved, start
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.observe import observe
 from mukca.solver.robot.kinematics import BallModel

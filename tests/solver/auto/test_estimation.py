@@ -11,8 +11,9 @@ from mukca.solver.auto.estimation import _advance, estimate, estimate_all, gauss
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.noise import Noise
 from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
-from mukca.solver.auto.objective import build_objective, linearise, start
+from mukca.solver.auto.objective import build_objective, linearise
 from mukca.solver.auto.selection import select_model
+from mukca.solver.auto.states import start
 from mukca.solver.auto.uncertainty import workspace_deviation
 from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure

@@ -11,7 +11,8 @@ from mukca.solver.auto.estimation import estimate, estimate_all
 from mukca.solver.auto.extended_model import extend
 from mukca.solver.auto.noise import Noise
 from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
-from mukca.solver.auto.objective import build_objective, linearise, start
+from mukca.solver.auto.objective import build_objective, linearise
+from mukca.solver.auto.states import start
 from mukca.solver.data.frames import FrameError, Pose
 from mukca.solver.data.measurements import MeasurementError, measure
 from mukca.solver.data.metrics import evaluate
