@@ -49,7 +49,7 @@ from .states import moved, start
 
 __all__ = ["estimate", "estimate_all", "gauss_newton"]
 
-MAX_ITERATIONS = 150
+MAX_ITERATIONS = 300
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
 SETTLED_EXACT = 1e-4
