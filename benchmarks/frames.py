@@ -4,7 +4,7 @@
 
 1. Without noise, every shipped robot: the ball in an instrument's frame, in a table's, in an
    anchored base, and one tool seen from another's, at sockets held out; the largest error. No more
-   than 1e-9 m is left: exact samples are believed to 1e-7 m, so that priors pull a little.
+   than 1e-8 m is left: exact samples are believed to 1e-7 m, so that priors pull a little.
 2. With 0.1 mm of noise: how often the stated intervals hold the truth (68.3 and 95.0 %), with the
    standard error over the draws, since errors of one draw go together.
 3. Two Pandas 1.2 m apart, 12 + 12 samples at shared placements: error of tool against tool.
