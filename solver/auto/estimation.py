@@ -12,8 +12,7 @@ The last two lead to the maximum of the evidence (A6), see :mod:`mukca.solver.au
 width of a group that the data do not support falls to nearly zero; the group is then taken out.
 """
 
-from bisect import bisect
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import log
 
 import numpy as np
@@ -21,20 +20,19 @@ import numpy as np
 from ..data.observations import Observations, Scene
 from ..paper.optimizers import NotConverged
 from .arms import Arms, as_arms, as_scene
-from .arrow import Inverse
 from .bounded import bounded_step
-from .deflection import ELASTICITY, EXTENSIONS, PLAY
+from .deflection import ELASTICITY
 from .extended_model import ExtendedModel
-from .laplace import posterior
-from .noise import NEGLIGIBLE, SMALLEST, Noise, degrees_of_freedom
-from .normal_equations import (
-    NormalEquations,
-    leverage,
-    normal_equations,
-    predicted_errors,
-    value,
-    weigh,
+from .hyperparameters import (
+    updated_groups,
+    updated_noises,
+    with_play,
+    with_tails,
+    without_negligible,
 )
+from .laplace import posterior
+from .noise import NEGLIGIBLE, SMALLEST
+from .normal_equations import NormalEquations, leverage, normal_equations, value
 from .objective import (
     Objective,
     State,
@@ -44,8 +42,7 @@ from .objective import (
     pull,
 )
 from .posterior import Posterior, World
-from .priors import PriorGroup, play_group
-from .states import moved, start
+from .states import Step, moved, start
 
 __all__ = ["estimate", "estimate_all", "gauss_newton"]
 
@@ -61,27 +58,8 @@ LEAVES = 2
 """So often may a joint's elasticity leave zero. One that gains nothing could otherwise come and go
 forever."""
 SHORTER = 6
-MOST_HIDDEN = 0.9
-"""Share of an error that a fit can hide, for all that its tails are judged by."""
 RISE = 1e-9
 """Relative rise of the objective in a step that is rounding alone."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """A Gauss-Newton step, and what it was computed from."""
-
-    change: np.ndarray
-    """Of all unknowns, shape (n,); zero for those that are held."""
-    covariance: Inverse
-    """Inverse of the whole curvature, priors included; zero for what is held."""
-    normal: NormalEquations
-    leverage: np.ndarray
-    """L_i of (A5), shape (N, 3, 3) [m^2]."""
-    volume: float
-    """By how much the volume's slope was multiplied; 1 where the noise fits the errors."""
-    slope: float
-    """Slope of L along the change, per whole step."""
 
 
 def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
@@ -119,7 +97,7 @@ def estimate_all(
             noisy = any(noise.space > SMALLEST for noise in state.noises)
             if change >= (SETTLED if noisy else SETTLED_EXACT) or step.slope < -FALL:
                 continue
-            pruned = _without_negligible(objective, state)
+            pruned = without_negligible(objective, state)
             if pruned is not state:
                 state = pruned
             else:
@@ -190,11 +168,11 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     there, step = _downhill(objective, state, step)
     linear = there.linear
     groups, change = state.groups, 1.0
-    noises = _updated_noises(objective, state, there, step)
+    noises = updated_noises(objective, state, there, step)
     if -step.slope < objective.size:
-        groups, change = _updated_groups(there, step)
-        noises = _with_tails(objective, there, noises, step)
-    groups = _with_play(objective, groups, noises)
+        groups, change = updated_groups(there, step)
+        noises = with_tails(objective, there, noises, step)
+    groups = with_play(objective, groups, noises)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
@@ -228,115 +206,3 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
         if group.name in ELASTICITY:
             at_zero[group.members] = (state.x + change[: len(state.x)])[group.members] <= 0
     return replace(moved(objective, state, change), at_zero=at_zero)
-
-
-def _updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:
-    """Return the groups after a step of their widths (A4), and the largest relative change.
-
-    Widths whose effect is negligible do not count for the change.
-    """
-    groups: list[PriorGroup] = []
-    change = 0.0
-    for group in state.groups:
-        new = group
-        if group.learned:
-            free = ~state.at_zero[group.members]
-            members = group.members[free]
-            new = group.updated(
-                state.x[members] - group.mean[free],
-                step.covariance.dense[members[:, None], members],
-                free,
-            )
-            if _effect(state, new) > NEGLIGIBLE:
-                change = max(change, abs(log(new.width / group.width)))
-        groups.append(new)
-    return tuple(groups), change
-
-
-def _updated_noises(
-    objective: Objective, state: State, there: State, step: Step
-) -> tuple[Noise, ...]:
-    """Return the noises after a step of their scales (A5), see :class:`Noise`."""
-    by_joints = state.linear.by_joints
-    errors = predicted_errors(objective, state, step.change)
-    noises: list[Noise] = []
-    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
-        squares = noise.fisher_step(
-            step.normal.inverse_scales[source],
-            step.normal.weights[source],
-            errors[source],
-            step.leverage[source],
-            by_joints[source],
-        )
-        effect = noise.joint_effect(there.linear.by_joints[source])
-        noises.append(noise.updated(squares, effect))
-    return tuple(noises)
-
-
-def _with_tails(
-    objective: Objective, there: State, noises: tuple[Noise, ...], step: Step
-) -> tuple[Noise, ...]:
-    """Return the noises with tails as heavy as those of the errors, but for what the fit hides.
-
-    An error of which the share h was fitted away is smaller by the factor sqrt(1 - h).
-    """
-    hidden = np.einsum("nij,nji->n", step.normal.inverse_scales, step.leverage) / 3
-    squares = weigh(objective, there)[1] / (1 - np.minimum(hidden, MOST_HIDDEN))
-    return tuple(
-        replace(noise, nu=degrees_of_freedom(squares[source]))
-        for source, noise in zip(objective.rows.sources, noises, strict=True)
-    )
-
-
-def _with_play(
-    objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
-) -> tuple[PriorGroup, ...]:
-    """Return the groups, the play of each robot believed to be what its joints' noise shows."""
-    rows, joint = objective.rows, np.zeros(len(objective.rows.sockets))
-    for source, noise in zip(rows.sources, noises, strict=True):
-        joint[source] = noise.joint
-    noisy = [float(joint[samples].max()) for samples in rows.own]
-    starts = [own.start for own in objective.model.own]
-    of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
-    return tuple(
-        play_group(group.members, noise) if group.name == PLAY and group.width and noise else group
-        for group, noise in zip(groups, of, strict=True)
-    )
-
-
-def _effect(state: State, group: PriorGroup) -> float:
-    """Return how far a group's width moves the ball, relative to the noise."""
-    members = group.members[~state.at_zero[group.members]]
-    least = min(noise.space for noise in state.noises)
-    return group.width * float(np.sum(state.linear.reach[members])) ** 0.5 / least
-
-
-def _without_negligible(objective: Objective, state: State) -> State:
-    """Return the state without extensions and joint noise that do hardly anything.
-
-    The very same state where there are none.
-    """
-    gone = {  # by place: those of two arms may have one name
-        i: group
-        for i, group in enumerate(state.groups)
-        if group.name in EXTENSIONS and group.width and _effect(state, group) < NEGLIGIBLE
-    }
-    noises = tuple(
-        replace(noise, joint=0.0)
-        if noise.joint and noise.joint_effect(state.linear.by_joints[source]) < NEGLIGIBLE
-        else noise
-        for source, noise in zip(objective.rows.sources, state.noises, strict=True)
-    )
-    if not gone and noises == state.noises:
-        return state
-    x, at_zero = state.x.copy(), state.at_zero.copy()
-    for group in gone.values():
-        x[group.members], at_zero[group.members] = 0.0, True
-    groups = tuple(
-        replace(g, width=0.0, effective=0.0, learned=False) if i in gone else g
-        for i, g in enumerate(state.groups)
-    )
-    state = replace(state, at_zero=at_zero, groups=groups, noises=noises)
-    change = np.zeros(objective.size)
-    change[: len(x)] = x - state.x
-    return moved(objective, state, change) if change.any() else state

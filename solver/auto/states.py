@@ -1,17 +1,36 @@
-"""The states of the estimation: the first one, and that after a change of all unknowns."""
+"""The states of the estimation: the first one, and that after a step of all unknowns."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .arms import Rows
+from .arrow import Inverse
 from .extended_model import ExtendedModel
 from .noise import Noise
+from .normal_equations import NormalEquations
 from .objective import Linear, Objective, State, linearise, predict_balls, to_world
 from .posterior import Posterior, World
 from .priors import PriorGroup, prior_groups
 
-__all__ = ["moved", "start"]
+__all__ = ["Step", "moved", "start"]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A Gauss-Newton step, and what it was computed from."""
+
+    change: np.ndarray
+    """Of all unknowns, shape (n,); zero for those that are held."""
+    covariance: Inverse
+    """Inverse of the whole curvature, priors included; zero for what is held."""
+    normal: NormalEquations
+    leverage: np.ndarray
+    """L_i of (A5), shape (N, 3, 3) [m^2]."""
+    volume: float
+    """By how much the volume's slope was multiplied; 1 where the noise fits the errors."""
+    slope: float
+    """Slope of L along the change, per whole step."""
 
 
 def start(objective: Objective, joint_noise: bool, near: World | None = None) -> State:
