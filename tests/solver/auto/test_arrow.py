@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mukca.solver.auto.arrow import Arrow
-from mukca.solver.auto.estimation import _without_negligible
 from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.hyperparameters import without_negligible
 from mukca.solver.auto.normal_equations import normal_equations
 from mukca.solver.auto.objective import Objective, State, build_objective
 from mukca.solver.auto.states import moved, start
@@ -121,7 +121,7 @@ def test_what_is_pruned_leaves_no_trace_in_the_errors(nominal) -> None:
     state = moved(objective, start(objective, joint_noise=False), change)
     *kept, group = state.groups
     state = replace(state, groups=(*kept, replace(group, width=1e-9)))
-    pruned = _without_negligible(objective, state)
+    pruned = without_negligible(objective, state)
     assert pruned.groups[-1].width == 0 and not pruned.x[model.geometry :].any()
     again = model.predict(pruned.x, data.positions, data.torques)
     assert pruned.linear.points == pytest.approx(again, abs=1e-12)
