@@ -28,7 +28,7 @@ then expects it of the next in four cases of five."""
 def probabilities(worlds: Sequence[World]) -> np.ndarray:
     """Return how probable each model is by its evidence.
 
-    Before the data all are equally probable, but for elasticity about the joints' axes alone.
+    Before the data all are equally probable, but for those in which joints both twist and tilt.
     """
     both = [
         sum({COMPLIANCE, TILT} <= {g.name for g in arm.groups if g.width} for arm in world.arms)

@@ -35,7 +35,9 @@ own. Where the distance was measured anew, the smaller share WRONG is enough."""
 SAME_DISTANCE = 2e-5
 """Distances that differ by less are of one base, measured again [m]."""
 SAME_PLACE = 0.2
-"""Sockets nearer to each other than this part of their distance are one socket."""
+"""Sockets nearer to each other than this part of their distance are one socket,"""
+ONE_PLACE = 0.02
+"""unless they are farther apart than this [m], about the size of a ball."""
 _SOURCES = {
     "default": "nothing but the default: measure it, and give --distance",
     "given": "as given: measure it again, and mend --distance",
@@ -139,7 +141,8 @@ def judge_distances(
     anew = _measured_anew(bases)
     limits = np.array([WRONG if own else ODD for own in anew] + [ODD] * len(usable))
     odd, lengths = _odd(ratios, limits), ratios.expected.tolist()
-    one = [length < SAME_PLACE * m.distance for m, length in zip(bases, lengths, strict=False)]
+    least = [min(SAME_PLACE * m.distance, ONE_PLACE) for m in bases]
+    one = [length < limit for limit, length in zip(least, lengths, strict=False)]
     single = {
         m.name: _one_socket(m, lengths[i]) if one[i] else _other_distance(m, lengths[i], anew[i])
         for i, m in enumerate(bases)

@@ -40,6 +40,8 @@ __all__ = [
 BAD_FLOOR = 2.5
 """A placement is not to be trusted if the fit to it alone leaves this many times the error that is
 usual for the others."""
+EXACT = 1e-5
+"""What the fit leaves of fewer samples than it has unknowns, at most [m]: it says nothing."""
 
 
 @dataclass(frozen=True)
@@ -175,7 +177,9 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
         None for each that leaves about as much as the others.
     """
     typical = [_typical([*floors[:i], *floors[i + 1 :]]) for i in range(len(floors))]
-    return [t if f > BAD_FLOOR * t else None for f, t in zip(floors, typical, strict=True)]
+    return [
+        t if f > BAD_FLOOR * max(t, EXACT) else None for f, t in zip(floors, typical, strict=True)
+    ]
 
 
 def next_placement(robot: Robot, survey: Survey) -> str:

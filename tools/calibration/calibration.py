@@ -1,6 +1,7 @@
 """A calibration as people use it: look, predict, save, load again, validate."""
 
 import io
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -39,6 +40,10 @@ if TYPE_CHECKING:
     from ..report.build import Report
 
 __all__ = ["Calibration", "DistortedError", "Errors", "load_calibration"]
+
+
+MOST_FINDINGS = 5
+"""Findings that are printed; all are in the document."""
 
 
 class DistortedError(MukcaError):
@@ -231,9 +236,11 @@ class Calibration:
         )
 
     def __repr__(self) -> str:
-        doc = self.document
-        head = f"{doc.robot}, calibrated by method {doc.method}"
-        return f"{head}\n{self.errors!r}"
+        doc, figures = self.document, self.report.figures
+        lines = [f"{doc.robot}, calibrated by method {doc.method}", figures.distance_text]
+        lines += [f"{finding.level}: {finding}" for finding in doc.checks or ()][:MOST_FINDINGS]
+        verdict = f"Verdict: {figures.verdict.title}. {figures.verdict.text}"
+        return "\n".join([*lines, repr(self.errors), "", *textwrap.wrap(verdict, 100)])
 
 
 def load_calibration(file: str | Path) -> Calibration:

@@ -27,6 +27,7 @@ ALONG_Y = np.array([0.0, 1.0, 0.0])
         (0.0503, "warning", "0.6 % longer"),
         (0.048, "error", "4.0 % shorter"),
         (0.12, "error", "140.0 % longer"),
+        (0.5, "error", "900."),
     ],
 )
 @pytest.mark.slow
@@ -39,6 +40,13 @@ def test_a_wrong_distance_is_found(look, placements, given, level, words) -> Non
     assert "as given" in finding.advice and "--distance" in finding.advice
     assert seen.scale is not None
     assert abs(seen.scale.value - (given / 0.05 - 1)) < 4 * seen.scale.deviation
+
+
+@pytest.mark.slow
+def test_samples_that_any_model_fits_accuse_no_placement(look, placements) -> None:
+    """Of three in each socket the fit leaves nothing but rounding."""
+    few = [replace(p, samples=(*p.samples[:3], *p.samples[20:23])) for p in placements]
+    assert not [f for one in look(few).placements for f in one.findings if f.level == "error"]
 
 
 @pytest.mark.slow

@@ -171,6 +171,15 @@ def test_what_is_printed_in_a_notebook_is_short(calibration, recordings) -> None
     assert len(repr(calibration.robot)) < 100 and "7 joints" in repr(calibration.robot)
 
 
+@pytest.mark.slow
+def test_what_is_printed_says_what_is_wrong(calibration, recordings) -> None:
+    train, test = recordings
+    assert "(the default" in repr(calibration) and "Verdict: PASS" in repr(calibration)
+    wrong = repr(mukca.calibrate(calibration.robot, train, test=test, distance=0.051))
+    assert "Distance of the sockets: 51 mm (as given)" in wrong and "Verdict: FAIL" in wrong
+    assert "error: all placements: the arm comes out" in wrong
+
+
 @pytest.mark.parametrize(
     ("edit", "words"),
     [

@@ -346,6 +346,11 @@ def test_whatever_is_not_a_pass_says_what_to_do_next(document) -> None:
     todo = figures_of(document).todo
     assert "--distance 0.04902" in todo[0].command
     assert "falls from 10.00 mm to 0.35 mm" in todo[0].expected and todo[0].before == 0.01
+    document["settings"]["distance"] = 0.051
+    wrong = {"level": "error", "code": "distance", "where": "front", "text": "a", "advice": "b"}
+    document["checks"] = [wrong]
+    checks = [s.command for s in figures_of(document).todo if s.command.startswith("mukca check")]
+    assert checks and all("--distance 0.051" in command for command in checks)
     for step in todo:  # each can be copied: its verb and options exist
         words = shlex.split(step.command)[1:]
         build_parser(words[0]).parse_args(words)

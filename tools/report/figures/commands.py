@@ -18,8 +18,8 @@ _CHAIN = ("base", "tip", "flange", "ball")
 def check_command(document: CalibrationDocument) -> str:
     """Return the command that looks at the recordings."""
     folders = [row.folder for row in document.data]
-    zeros = ["--zeros"] if document.settings.get("zeros") else []
-    return shlex.join(["mukca", "check", *folders, *_one_robot(document), *zeros])
+    same = {key: document.settings.get(key) for key in ("distance", "zeros")}
+    return shlex.join(["mukca", "check", *folders, *_one_robot(document), *_options(same)])
 
 
 def record_command(document: CalibrationDocument) -> str:
