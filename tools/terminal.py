@@ -71,9 +71,9 @@ class Terminal:
         stream = sys.stderr if self.json else sys.stdout
         stream.write(text + "\n")
 
-    def warn(self, text: str) -> None:
-        """Write a line about something that may be wrong to standard error."""
-        sys.stderr.write(f"warning: {' '.join(text.split())}\n")
+    def warn(self, text: str, level: str = "warning") -> None:
+        """Write a line about something that may be wrong, or is, to standard error."""
+        sys.stderr.write(f"{level}: {' '.join(text.split())}\n")
 
     def emit(self, value: "dict[str, Any] | Document") -> None:
         """Write one JSON object on one line of standard output.

@@ -306,6 +306,7 @@ def test_fail_is_status_1_and_the_files_are_there(run, tmp_path) -> None:
     assert status == 0 and json.loads(text)["outputs"]
     status, text, err = run(*PAPER, "--distance", "0.055", *out, "--force")
     assert status == 1 and "FAIL" in err
+    assert "error: all placements: the arm comes out" in err
     likely = re.search(
         r"more likely the sockets are (\S+) mm apart than 55.0", " ".join(err.split())
     )

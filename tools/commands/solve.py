@@ -146,12 +146,13 @@ def calibrated(
             train, test = placements_of(arguments.train), placements_of(held_out)
             calibration = calibrate(robot, train, test=test, **options)
             every = [calibration]
-    documents = [one.document for one in every]
-    heeded = [line for d in documents for line in (*d.warnings, *map(str, d.checks or ()))]
     for line in left_out:
         terminal.say(line)
-    for line in heeded:
-        terminal.warn(line)
+    for document in (one.document for one in every):
+        for line in document.warnings:
+            terminal.warn(line)
+        for finding in document.checks or ():
+            terminal.warn(str(finding), finding.level)
     return calibration
 
 
