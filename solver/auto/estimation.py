@@ -169,6 +169,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     linear = there.linear
     groups, change = state.groups, 1.0
     noises = updated_noises(objective, state, there, step)
+    # -slope is the step's length squared, in standard deviations of the unknowns
     if -step.slope < objective.size:
         groups, change = updated_groups(there, step)
         noises = with_tails(objective, there, noises, step)
