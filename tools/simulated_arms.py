@@ -237,6 +237,7 @@ def record(
     samples: int = 30,
     noise: float = 0.0,
     imperfection: Imperfection | None = None,
+    guide: Guide | None = None,
 ) -> Placement:
     """Return a placement recorded with an arm.
 
@@ -247,6 +248,7 @@ def record(
         samples: Configurations in each socket.
         noise: Standard deviation of the ball's seat, per axis [m].
         imperfection: What else is not ideal; its own noise counts then.
+        guide: Who leads the arm from pose to pose; None for poses at random.
 
     Raises:
         SimulationError: The base is out of the arm's reach.
@@ -254,7 +256,7 @@ def record(
     how = imperfection or Imperfection(noise)
     seats = np.repeat(base.sockets, samples, axis=0)
     seats = seats + generator.normal(0, 1, seats.shape) * how.noise
-    true = Guide(arm).reach(seats, generator)
+    true = (guide or Guide(arm)).reach(seats, generator)
     moments = gravity_moments(arm, true)
     m = true.shape[1]
     if how.hand:

@@ -3,15 +3,14 @@
 A URDF knows neither elasticity nor transmission error. The geometry that comes nearest to the full
 model depends on the poses it is meant for: at all poses of the workspace alike it errs too much at
 each of them. So places near those recorded are imagined, some 0.2 m away, with the ball held there
-in postures like those recorded. The geometry is fitted to what the full model says of them, and to
-the samples.
+in postures like those recorded, and the full model says where the ball is.
 
-The full model may be wrong, too, most of all after few samples. So the geometry that the samples
-alone give, by the paper's cost, has a share in it: a large one where both geometries differ by less
-than what either is off by.
+The full model may be wrong, too. So the geometry that the samples alone give, by the paper's cost,
+is left only where the full model is sure that another one is better: by two standard deviations,
+direction by direction.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,15 +30,15 @@ SWAY = 0.3
 COMMON = 0.3
 """How much of the error that all postures at a place have in common counts. What they differ by
 makes a tool miss a point that was taught in another posture; a common error shifts the place."""
-RECORDED = 10.0
+RECORDED = 20.0
 """How much a recorded sample counts beside an imagined one."""
 SEAT = 3e-4
 """Standard deviation to which the geometry is to follow the full model [m]; prior against data."""
+SURE = 2.33
+"""By how many standard deviations a change has to be for the better."""
 ROUNDS = 4
 DAMPING = 1e-4
 """Keeps steps short where the arm is stretched out and hardly reaches further."""
-CHANCE = 0.5
-"""By how much two geometries differ by chance, as a share of what the better one is off by."""
 
 
 @dataclass(frozen=True)
@@ -59,88 +58,102 @@ class _Poses:
 def closest_rigid(full: Posterior, load: Load, alone: np.ndarray | None = None) -> np.ndarray:
     """Return the best geometry for programs that correct nothing.
 
+    It is the one that the samples alone give, changed by the s that minimises, over places p,
+    imagined ones and sockets, and postures i at them,
+
+        sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / SEAT^2 + s^T P s + 2 SURE sqrt(s^T U s)
+
+    where e is where the changed geometry has the ball, less where the full model has it or, at a
+    recorded sample, less where the geometry had it before; w is 1 or, for a sample, RECORDED times
+    its robust weight; P is the prior precision of the geometry, and U how uncertain the slope of
+    the first sum is, see :func:`_doubt`. A slope within SURE of its deviations from zero changes
+    nothing.
+
     Args:
         full: The full model.
         load: What pulls at the joints.
-        alone: The geometry that the samples alone give, which is to have a share; None for none.
+        alone: The geometry that the samples alone give; None where there is none, since more is
+            known than its cost can tell. The full model's geometry is changed then, however
+            uncertain that is, and samples are to be at their sockets.
 
     Returns:
         The free numbers of the geometry, shape (geometry,) [m, rad].
     """
-    rigid = not full.deflection.without_zeros.extensions
-    if rigid and alone is None:
-        return with_zeros(full)
-    imagined = _imagined(full, load)
-    closest = with_zeros(full) if rigid else _closest(full, _joined(_recorded(full), imagined))
-    return closest if alone is None else _shared(full, load, imagined, closest, alone)
-
-
-def _closest(full: Posterior, poses: _Poses) -> np.ndarray:
-    """Return the geometry whose balls are nearest to the full model's around the places recorded.
-
-    It minimises, over places p, imagined ones and sockets, and postures i at them,
-
-        sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / SEAT^2 + x^T P x      e = Phi(x, q) - target
-
-    where the target is the full model's ball, or a recorded sample's socket, w is 1 or, for a
-    sample, RECORDED times its robust weight, and P is the prior precision of the geometry, whose
-    mean has the joints' zeros in it.
-    """
-    model, q = full.model, poses.positions
-    n = model.geometry
-    root = np.sqrt(poses.weights) / SEAT
+    start = with_zeros(full) if alone is None else alone
+    if alone is None and not full.deflection.without_zeros.extensions:
+        return start
+    model, n = full.model, full.model.geometry
+    imagined, recorded = _imagined(full, load), _recorded(full)
+    if alone is not None:
+        recorded = replace(recorded, targets=model.ball.points(alone, recorded.positions))
     prior = np.zeros((n, n))
     for group in full.groups:
         if group.members[0] < n:
             prior[np.ix_(group.members, group.members)] = group.precision(group.width)
-    x = with_zeros(full) - model.ball.nominal
-    zeros = with_zeros(full) - full.values
-    for _ in range(ROUNDS // 2):
-        linear = model.ball.linearise(model.ball.nominal + x, q)
-        errors = _apart(linear.points - poses.targets, poses.places) * root[:, None]
-        slopes = _apart(linear.by_parameters, poses.places) * root[:, None, None]
-        J = slopes.reshape(-1, n)
-        hessian, slope = J.T @ J + prior, J.T @ errors.ravel() + prior @ (x - zeros)
-        unit = 1 / np.sqrt(np.diag(hessian))
-        x = x - unit * np.linalg.solve(hessian * unit[:, None] * unit, unit * slope)
-    return model.ball.nominal + x
+    errors, J = _linear(model.ball, start, _joined(imagined, recorded))
+    doubt = None if alone is None else _doubt(full, load, imagined, start)
+    return start + _sure(J.T @ J + prior, -J.T @ errors, doubt)
 
 
-def _shared(
-    full: Posterior, load: Load, poses: _Poses, closest: np.ndarray, alone: np.ndarray
-) -> np.ndarray:
-    """Return the weighted mean of two geometries: the closest one, and the samples' own.
+def _linear(ball: BallModel, values: np.ndarray, poses: _Poses) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weighted errors at some poses, shape (3 N,), and their derivatives."""
+    linear = ball.linearise(values, poses.positions)
+    root = np.sqrt(poses.weights) / SEAT
+    errors = _apart(linear.points - poses.targets, poses.places) * root[:, None]
+    slopes = _apart(linear.by_parameters, poses.places) * root[:, None, None]
+    return errors.ravel(), slopes.reshape(errors.size, -1)
 
-    With r and r' what they are off by at imagined places, as deviations from the mean of all
-    postures at a place, the closest one has the weight
 
-        |r - r'|^2 / (|r - r'|^2 + CHANCE^2 (|r|^2 + variance))
+def _doubt(full: Posterior, load: Load, poses: _Poses, start: np.ndarray) -> np.ndarray:
+    """Return how uncertain the slope of the squared errors at imagined poses is, a covariance.
 
-    It is Wiener's, for a difference of which so much is chance. The variance is that of a sample:
-    its noise and the full model's own uncertainty.
+    The full model is uncertain by its posterior, and which places are imagined is chance.
     """
     model, q = full.model, poses.positions
-    _, slopes, by_joints = model.linearise(full.x, q, load.moments(model.robot, q, None))
-    slopes = _apart(slopes, poses.places, 0.0)
-    covariance = full.covariance[: model.size, : model.size]
-    variance = float(np.sum((slopes @ covariance) * slopes))
-    variance += float(np.trace(full.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
-    off, other = (
-        _apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
-        for values in (closest, alone)
+    errors, J = _linear(model.ball, start, poses)
+    _, slopes, _ = model.linearise(full.x, q, load.moments(model.robot, q, None))
+    across = J.T @ _apart(slopes, poses.places).reshape(len(J), -1) / SEAT
+    by_place = np.add.reduceat(
+        (J * errors[:, None]).reshape(len(q), 3, -1).sum(axis=1), _starts(poses.places)
     )
-    apart = float(np.sum((off - other) ** 2))
-    weight = apart / (apart + CHANCE**2 * (float(np.sum(off**2)) + variance))
-    return alone + weight * (closest - alone) if np.isfinite(weight) else closest
+    by_place = by_place - by_place.mean(axis=0)
+    return across @ full.covariance[: model.size, : model.size] @ across.T + by_place.T @ by_place
 
 
-def _apart(values: np.ndarray, places: np.ndarray, common: float = COMMON) -> np.ndarray:
+def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> np.ndarray:
+    """Return the s that minimises s^T H s - 2 s^T g + 2 SURE sqrt(s^T U s).
+
+    It solves (H + r U) s = g, where r is such that r sqrt(s^T U s) = SURE. Where even a large r
+    leaves less than that, s is zero.
+    """
+    root = np.linalg.inv(np.linalg.cholesky(hessian))
+    if doubt is None:
+        return root.T @ (root @ slope)
+    widths, axes = np.linalg.eigh(root @ doubt @ root.T)
+    widths = widths.clip(min=1e-9 * widths.max(initial=1e-300))
+    along = axes.T @ root @ slope
+    if np.sum(along**2 / widths) <= SURE**2:
+        return np.zeros_like(slope)
+    least, most = 1e-12 / widths.max(), 1e12 / widths.min()
+    for _ in range(60):
+        r = (least * most) ** 0.5
+        deviations = np.sum(widths * (r * along / (1 + r * widths)) ** 2) ** 0.5
+        least, most = (r, most) if deviations < SURE else (least, r)
+    return root.T @ axes @ (along / (1 + least * widths))
+
+
+def _apart(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return values, of shape (N, ...), without most of what those at one place have in common."""
-    starts = np.flatnonzero(np.diff(places, prepend=-1))
+    starts = _starts(places)
     counts = np.diff([*starts.tolist(), len(places)])
     sums = np.add.reduceat(values, starts, axis=0)
     means = sums / counts.reshape(-1, *[1] * (values.ndim - 1))
-    return values - (1 - common) * np.repeat(means, counts, axis=0)
+    return values - (1 - COMMON) * np.repeat(means, counts, axis=0)
+
+
+def _starts(places: np.ndarray) -> np.ndarray:
+    """Return where the poses of each place begin."""
+    return np.flatnonzero(np.diff(places, prepend=-1))
 
 
 def _imagined(full: Posterior, load: Load) -> _Poses:

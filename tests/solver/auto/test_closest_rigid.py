@@ -1,5 +1,7 @@
 """What the exported URDF holds: as near to the full model as a URDF can be where it is used."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from mukca.solver.auto.closest_rigid import closest_rigid
 from mukca.solver.auto.deflection import Deflection
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.posterior import Posterior
 from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
 from mukca.solver.data.metrics import evaluate
@@ -57,15 +60,39 @@ def test_a_rigid_arm_is_its_own_closest(panda: Robot, true_panda: Robot) -> None
     assert np.abs(apart[0] - apart[1]).max() < 1e-4
 
 
-def test_both_geometries_have_a_share_by_how_far_they_are_apart(panda: Robot, recorded) -> None:
-    """Where they hardly differ it is the samples' own; where they differ by far, the closest."""
-    full = estimate(extend(panda, choose_parameters(panda)), observe(recorded[:1], panda))
+@pytest.fixture(scope="module")
+def full(panda: Robot, recorded) -> Posterior:
+    """What one placement tells of the arm, by a model without extensions."""
+    return estimate(extend(panda, choose_parameters(panda)), observe(recorded[:1], panda))
+
+
+def turned(full: Posterior, size: float) -> np.ndarray:
+    """Return the geometry of a fit with all angles changed at random [rad]."""
+    values, generator = full.values.copy(), np.random.default_rng(0)
     free = [i for i, p in enumerate(full.model.parameters) if p.unit == "rad" and not p.of_ball]
-    change = np.random.default_rng(0).normal(0, 1, len(free))
-    shares: list[np.ndarray] = []
-    for size in (1e-6, 1e-4, 1e-2):
-        alone = full.values.copy()
-        alone[free] += size * change
-        shares.append((closest_rigid(full, Load(), alone) - full.values)[free] / (size * change))
-    assert shares[0] == pytest.approx(1, abs=0.01) and shares[2] == pytest.approx(0, abs=0.01)
-    assert 0.1 < shares[1].mean() < 0.9 and np.ptp(shares[1]) < 1e-6
+    values[free] += size * generator.normal(0, 1, len(free))
+    return values
+
+
+def test_what_the_full_model_is_not_sure_of_stays_the_samples_own(full: Posterior) -> None:
+    alone = turned(full, 3e-4)
+    unsure = replace(full, covariance=1e4 * full.covariance)
+    assert np.array_equal(closest_rigid(unsure, Load(), alone), alone)
+    assert np.array_equal(closest_rigid(full, Load(), turned(full, 1e-6)), turned(full, 1e-6))
+    assert not np.array_equal(closest_rigid(full, Load(), alone), alone)
+
+
+def test_the_surer_the_full_model_the_further_it_is_followed(full: Posterior) -> None:
+    alone = turned(full, 1e-3)
+    nearness: list[float] = []
+    for doubt in (1e-2, 1.0, 1e2):
+        more = replace(full, covariance=doubt * full.covariance)
+        q = workspace(full.model.robot, 50)
+        points = [
+            full.model.ball.points(values, q)
+            for values in (alone, closest_rigid(more, Load(), alone), full.values)
+        ]
+        nearness.append(
+            float(np.linalg.norm(points[1] - points[2]) / np.linalg.norm(points[0] - points[2]))
+        )
+    assert nearness[0] < nearness[1] < nearness[2]
