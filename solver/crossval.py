@@ -3,12 +3,13 @@
 What was left out shows how the calibration does at a new place (paper, Fig. 6).
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..recorder.dataset import Sample
+from .auto.extended_model import Expected
 from .calibrated import CalibratedRobot
 from .data.known import KnownDistance
 from .data.load import Load
@@ -39,6 +40,8 @@ class Plan:
     """auto: standard deviation of the latter [m]."""
     zeros: bool = False
     """auto: whether the joints' zeros may be off by degrees, as on arms made of servos."""
+    of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
+    """auto: elasticity of other arms of the type."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,7 @@ def _fit(plan: Plan, job: Job) -> CalibratedRobot:
         distance_deviation=plan.deviation,
         load=plan.load,
         zeros=plan.zeros,
+        of_type=plan.of_type,
         tied=False,
     ).calibrated
 

@@ -76,7 +76,8 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="FILE",
         help="calibration.json of other arms of the type, or a fleet's elasticity.json: how far "
-        "their joints give way is much the same in this one; the data decide how far to believe it",
+        "their joints give way is much the same in this one; the data decide how far to believe it "
+        "(default: what was measured of other arms, so far of the Panda's type; none: nothing)",
     )
     add_load(parser)
 

@@ -10,6 +10,7 @@ geometry's by more than the standard error of that.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import log
 
@@ -140,13 +141,11 @@ def select_all(
     geometric = fit(None, [(ZERO,) if zeros else ()] * len(robots), data)
     names = [name for name in STAGES if name in stages and (zeros or name != "play")]
     order = [(name, i) for name in names for i in range(len(robots))]
-    starts = [geometric, _of_types(geometric, types)] if any(types) else [geometric]
-    tried = [_search(fit, start, order, progress) for start in starts]
-    models, words = _judged(fit, [geometric, *(m for one in tried for m in one.models[1:])])
+    tried = _search(fit, geometric, order, progress)
+    models, words = _judged(fit, [*tried.models, *_by_type(fit, tried.fits, types, progress)])
     shares = probabilities(models)
     notes: list[list[str]] = [[] for _ in robots]
-    best = max(tried, key=lambda one: max(model.log_evidence for model in one.models))
-    for (stage, i), gain in best.gains.items():
+    for (stage, i), gain in tried.gains.items():
         notes[i].append(f"{stage}: {_note(gain, _share(models, shares, stage, i), words)}")
     for i, own in enumerate(notes):
         if any(types) and types[i]:
@@ -157,15 +156,6 @@ def select_all(
         for own, arm in zip(notes, full.arms, strict=True):
             own.append(zeros_in_words(arm))
     return Selected(geometric, full, tuple(map(tuple, notes)))
-
-
-def _of_types(world: World, types: Sequence[Mapping[str, Expected]]) -> World:
-    """Return a model of the geometry alone, from which those of such types are fitted."""
-    arms = [
-        replace(arm, model=replace(arm.model, of_type=of_type))
-        for arm, of_type in zip(world.arms, types, strict=True)
-    ]
-    return replace(world, arms=tuple(arms))
 
 
 Extensions = Sequence[tuple[str, ...]]
@@ -183,6 +173,8 @@ class _Tried:
     gains: dict[tuple[str, int], float | None]
     """By how much each stage of each robot raised the logarithm of the evidence; None where the
     fit does not settle with it."""
+    fits: list[World]
+    """All fits with extensions, also those that came out like another."""
 
 
 def _search(
@@ -193,7 +185,7 @@ def _search(
     All are tried twice: what did not help at first may do so beside what was kept since.
     """
     best, gains = geometric, dict[tuple[str, int], float | None]()
-    models, tried = {_active(best): best}, {_kept(best)}
+    models, tried, fits = {_active(best): best}, {_kept(best)}, list[World]()
     for stage, robot in 2 * stages:
         own = list(_kept(best))
         own[robot] = own[robot] | {*STAGES[stage]}
@@ -206,11 +198,34 @@ def _search(
         except NotConverged:
             gains.setdefault((stage, robot))
             continue
+        fits.append(candidate)
         gain = gains[stage, robot] = candidate.log_evidence - best.log_evidence
         if _active(candidate) not in models:
             models[_active(candidate)] = candidate
             best = candidate if gain > 0 else best
-    return _Tried(list(models.values()), gains)
+    return _Tried(list(models.values()), gains, fits)
+
+
+def _by_type(
+    fit: Fit,
+    fits: Sequence[World],
+    types: Sequence[Mapping[str, Expected]],
+    progress: Callable[[str], None],
+) -> list[World]:
+    """Return the fits again, with all that other arms of a type tell of, as they tell it."""
+    models: dict[tuple[frozenset[str], ...], World] = {}
+    for world in fits if any(types) else ():
+        arms = [
+            replace(arm, model=replace(arm.model, of_type=of_type))
+            for arm, of_type in zip(world.arms, types, strict=True)
+        ]
+        whole = tuple(frozenset({*a.model.extensions, *a.model.of_type}) for a in arms)
+        if whole not in models:
+            progress("type prior")
+            near = replace(world, arms=tuple(arms))
+            with suppress(NotConverged):
+                models[whole] = fit(near, [tuple(own) for own in whole], world.scene)
+    return list(models.values())
 
 
 def _kept(world: World) -> tuple[frozenset[str], ...]:

@@ -67,7 +67,8 @@ class Settings:
     zeros: bool | None = None
     """auto: the joints' zeros may be off by degrees, as on arms made of servos."""
     type_prior: Sequence[str] = ()
-    """auto: ``calibration.json`` files of other arms of the type, whose elasticity is alike."""
+    """auto: ``calibration.json`` files of other arms of the type, whose elasticity is alike; empty
+    for what was measured of a shipped robot's type, ``none`` for nothing."""
     payload: float | None = None
     """auto: mass at the ball beyond the model's [kg]."""
     gravity: Sequence[float] | None = None

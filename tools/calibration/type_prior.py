@@ -5,6 +5,7 @@ all of its arms.
 """
 
 from collections.abc import Iterable, Sequence
+from importlib.resources import files as resources
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,8 @@ __all__ = ["learn_types", "type_priors"]
 
 LEAST = 1e-9
 """No deviation is less [rad/(N m)], so that it can be divided by."""
+NONE = "none"
+"""Stands for no file, and not even what is known of shipped robots."""
 
 
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
@@ -29,7 +32,8 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
     Where several files tell of one robot, a coefficient is their mean, weighted by its precision.
 
     Args:
-        files: Each a ``calibration.json`` of another arm, or an ``elasticity.json`` of several.
+        files: Each a ``calibration.json`` of another arm, or an ``elasticity.json`` of several;
+            or the word ``none``. Without any, what was measured of shipped robots counts.
         robots: A file tells of those that have the same joints.
 
     Raises:
@@ -37,8 +41,8 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
         DocumentError: A file is missing, of another format, or damaged.
     """
     own = {tuple(robot.joint_names) for robot in robots}
-    told: list[TypeElasticity] = []
-    for file in files:
+    told = [] if files else [*_types(shipped())]
+    for file in files if list(files) != [NONE] else ():
         types = _types(Path(file))
         if not own & {one.joint_names for one in types}:
             known, others = (
@@ -56,6 +60,11 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
         told += types
     pooled = {one.joint_names: one for one in _pooled(told)}
     return [_expected(pooled.get(tuple(robot.joint_names))) for robot in robots]
+
+
+def shipped() -> Path:
+    """Return the file that tells what was measured of the types of shipped robots."""
+    return Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 
 
 def learn_types(files: Iterable[Path]) -> ElasticityDocument:

@@ -58,6 +58,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     from ...solver.crossval import Plan, jobs
     from ...solver.data.measurements import check_distinct
     from ...solver.robot.parameters import choose_parameters
+    from ..calibration.type_prior import type_priors
 
     workers = workers_of(arguments)
     robot, settings = robot_of(arguments), settings_of(arguments, arguments.method)
@@ -82,6 +83,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         known=tuple(known),
         deviation=deviation,
         zeros=zeros,
+        of_type=type_priors((), [robot])[0],
     )
     work = jobs(len(data), arguments.bootstrap)
     metrics = run_all(plan, work, workers, terminal)

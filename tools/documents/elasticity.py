@@ -16,6 +16,8 @@ class TypeElasticity(Document, kw_only=True, frozen=True):
     arms: int
     coefficients: tuple[Coefficient, ...]
     """Compliance and tilt [rad/(N m)]; the deviation is that of the mean."""
+    source: str | None = None
+    """Where the figures are from, where mukca did not find them."""
 
 
 class ElasticityDocument(Document, kw_only=True, frozen=True):

@@ -87,6 +87,27 @@ def test_it_is_read_from_calibrations_weighted_by_their_precision(
         assert both[name][1] == pytest.approx(deviation * 0.8**0.5)
 
 
+def test_what_was_measured_of_a_shipped_robots_type_counts_unless_told_otherwise(
+    panda: Robot, other: Calibration, tmp_path
+) -> None:
+    (shipped,), (unknown,) = type_priors([], [panda]), type_priors([], [load_robot("ur5e")])
+    mean, deviation = shipped[TILT]
+    assert not unknown and mean.shape == deviation.shape == (14,)
+    assert (mean >= 0).all() and (deviation > 0).all() and 1e-5 < mean.max() < 5e-5
+    assert type_priors(["none"], [panda]) == [{}]
+    (own,) = type_priors([other.save(tmp_path / "one")["calibration"]], [panda])
+    assert not np.array_equal(own[TILT][0], mean)
+
+
+@pytest.mark.slow
+def test_solve_says_how_much_it_counts(panda: Robot, recorded: list[Placement]) -> None:
+    by_default, without = (
+        calibrate(panda, recorded[1], type_prior=words) for words in ((), ("none",))
+    )
+    assert any("type prior: counts by" in line for line in by_default.document.choices or ())
+    assert not any("type prior" in line for line in without.document.choices or ())
+
+
 @pytest.mark.slow
 def test_a_fleet_writes_what_its_arms_tell(
     panda: Robot, other: Calibration, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
