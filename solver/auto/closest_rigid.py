@@ -5,9 +5,10 @@ model depends on the poses it is meant for: at all poses of the workspace alike 
 each of them. So places near those recorded are imagined, some 0.2 m away, with the ball held there
 in postures like those recorded, and the full model says where the ball is.
 
-The full model may be wrong, too. So the geometry that the samples alone give, by the paper's cost,
-is left only where the full model is sure that another one is better: by two standard deviations,
-direction by direction.
+The full model may be wrong, too, most of all after few samples. So the geometry that the samples
+alone give, by the paper's cost, is left only in those directions in which the full model is sure
+that this is for the better; and it has a share in the result, a large one where both geometries
+differ by less than what either is off by.
 """
 
 from dataclasses import dataclass, replace
@@ -30,12 +31,14 @@ SWAY = 0.3
 COMMON = 0.3
 """How much of the error that all postures at a place have in common counts. What they differ by
 makes a tool miss a point that was taught in another posture; a common error shifts the place."""
-RECORDED = 20.0
+RECORDED = 10.0
 """How much a recorded sample counts beside an imagined one."""
 SEAT = 3e-4
 """Standard deviation to which the geometry is to follow the full model [m]; prior against data."""
-SURE = 2.33
+SURE = 1.0
 """By how many standard deviations a change has to be for the better."""
+CHANCE = 0.5
+"""By how much two geometries differ by chance, as a share of what the better one is off by."""
 ROUNDS = 4
 DAMPING = 1e-4
 """Keeps steps short where the arm is stretched out and hardly reaches further."""
@@ -58,41 +61,53 @@ class _Poses:
 def closest_rigid(full: Posterior, load: Load, alone: np.ndarray | None = None) -> np.ndarray:
     """Return the best geometry for programs that correct nothing.
 
-    It is the one that the samples alone give, changed by the s that minimises, over places p,
-    imagined ones and sockets, and postures i at them,
+    Args:
+        full: The full model.
+        load: What pulls at the joints.
+        alone: The geometry that the samples alone give, by the paper's cost, which the result is
+            not to be worse than; None where there is none, since more is known than its cost can
+            tell.
+
+    Returns:
+        The free numbers of the geometry, shape (geometry,) [m, rad].
+    """
+    rigid = not full.deflection.without_zeros.extensions
+    if rigid and alone is None:
+        return with_zeros(full)
+    imagined = _imagined(full, load)
+    closest = with_zeros(full) if rigid else _closest(full, load, imagined, alone)
+    return closest if alone is None else _shared(full, load, imagined, closest, alone)
+
+
+def _closest(full: Posterior, load: Load, imagined: _Poses, alone: np.ndarray | None) -> np.ndarray:
+    """Return the geometry whose balls are nearest to the full model's around the places recorded.
+
+    It is the samples' own, changed by the s that minimises, over places p, imagined ones and
+    sockets, and postures i at them,
 
         sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / SEAT^2 + s^T P s + 2 SURE sqrt(s^T U s)
 
     where e is where the changed geometry has the ball, less where the full model has it or, at a
     recorded sample, less where the geometry had it before; w is 1 or, for a sample, RECORDED times
-    its robust weight; P is the prior precision of the geometry, and U how uncertain the slope of
-    the first sum is, see :func:`_doubt`. A slope within SURE of its deviations from zero changes
-    nothing.
+    its robust weight; P is the prior precision of the geometry, and U how uncertain half the slope
+    of the first sum is, see :func:`_doubt`. A slope within SURE of its deviations changes nothing.
 
-    Args:
-        full: The full model.
-        load: What pulls at the joints.
-        alone: The geometry that the samples alone give; None where there is none, since more is
-            known than its cost can tell. The full model's geometry is changed then, however
-            uncertain that is, and samples are to be at their sockets.
-
-    Returns:
-        The free numbers of the geometry, shape (geometry,) [m, rad].
+    Without a geometry of the samples' own, the full model's is changed, however uncertain that is,
+    and samples are to be at their sockets.
     """
-    start = with_zeros(full) if alone is None else alone
-    if alone is None and not full.deflection.without_zeros.extensions:
-        return start
     model, n = full.model, full.model.geometry
-    imagined, recorded = _imagined(full, load), _recorded(full)
+    start, recorded, doubt = with_zeros(full), _recorded(full), None
+    past = full.values - model.ball.nominal
     if alone is not None:
+        start, past = alone, np.zeros(n)
         recorded = replace(recorded, targets=model.ball.points(alone, recorded.positions))
+        doubt = _doubt(full, load, imagined, alone)
     prior = np.zeros((n, n))
     for group in full.groups:
         if group.members[0] < n:
             prior[np.ix_(group.members, group.members)] = group.precision(group.width)
     errors, J = _linear(model.ball, start, _joined(imagined, recorded))
-    doubt = None if alone is None else _doubt(full, load, imagined, start)
-    return start + _sure(J.T @ J + prior, -J.T @ errors, doubt)
+    return start + _sure(J.T @ J + prior, -J.T @ errors - prior @ past, doubt)
 
 
 def _linear(ball: BallModel, values: np.ndarray, poses: _Poses) -> tuple[np.ndarray, np.ndarray]:
@@ -142,13 +157,48 @@ def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> n
     return root.T @ axes @ (along / (1 + least * widths))
 
 
-def _apart(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+def _shared(
+    full: Posterior, load: Load, poses: _Poses, closest: np.ndarray, alone: np.ndarray
+) -> np.ndarray:
+    """Return the weighted mean of two geometries: the closest one, and the samples' own.
+
+    With r and r' what they are off by at imagined places, as deviations from the mean of all
+    postures at a place, the closest one has the weight
+
+        |r - r'|^2 / (|r - r'|^2 + CHANCE^2 (|r|^2 + variance))
+
+    It is Wiener's, for a difference of which so much is chance. The variance is that of a sample:
+    its noise and the full model's own uncertainty. The weight is no larger than what the full model
+    is sure of, by SURE standard deviations.
+    """
+    model, q = full.model, poses.positions
+    _, slopes, by_joints = model.linearise(full.x, q, load.moments(model.robot, q, None))
+    slopes = _apart(slopes, poses.places, 0.0)
+    covariance = full.covariance[: model.size, : model.size]
+    variance = float(np.sum((slopes @ covariance) * slopes))
+    variance += float(np.trace(full.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
+    off, other = (
+        _apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
+        for values in (closest, alone)
+    )
+    between = off - other
+    apart = float(np.sum(between**2))
+    if not apart:
+        return alone
+    along = np.einsum("ni,nij->j", between, slopes)
+    doubt = SURE * float(along @ covariance @ along) ** 0.5
+    sure = -(float(np.sum(other * between)) + doubt) / apart
+    weight = apart / (apart + CHANCE**2 * (float(np.sum(off**2)) + variance))
+    return alone + min(weight, max(sure, 0.0)) * (closest - alone)
+
+
+def _apart(values: np.ndarray, places: np.ndarray, common: float = COMMON) -> np.ndarray:
     """Return values, of shape (N, ...), without most of what those at one place have in common."""
     starts = _starts(places)
     counts = np.diff([*starts.tolist(), len(places)])
     sums = np.add.reduceat(values, starts, axis=0)
     means = sums / counts.reshape(-1, *[1] * (values.ndim - 1))
-    return values - (1 - COMMON) * np.repeat(means, counts, axis=0)
+    return values - (1 - common) * np.repeat(means, counts, axis=0)
 
 
 def _starts(places: np.ndarray) -> np.ndarray:
