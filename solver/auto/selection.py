@@ -141,6 +141,8 @@ def select_all(
     geometric = fit(None, [(ZERO,) if zeros else ()] * len(robots), data)
     names = [name for name in STAGES if name in stages and (zeros or name != "play")]
     order = [(name, i) for name in names for i in range(len(robots))]
+    tryable = {extension for name in names for extension in STAGES[name]}
+    types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
     tried = _search(fit, geometric, order, progress)
     models, words = _judged(fit, [*tried.models, *_by_type(fit, tried.fits, types, progress)])
     shares = probabilities(models)

@@ -100,6 +100,15 @@ def test_what_was_measured_of_a_shipped_robots_type_counts_unless_told_otherwise
 
 
 @pytest.mark.slow
+def test_it_brings_back_nothing_that_is_not_to_be_tried(
+    panda: Robot, recorded: list[Placement]
+) -> None:
+    rigid = calibrate(panda, recorded[1], without=("compliance", "tilt", "transmission"))
+    assert rigid.calibrated.deflection.extensions == ()
+    assert not any("type prior" in line for line in rigid.document.choices or ())
+
+
+@pytest.mark.slow
 def test_solve_says_how_much_it_counts(panda: Robot, recorded: list[Placement]) -> None:
     by_default, without = (
         calibrate(panda, recorded[1], type_prior=words) for words in ((), ("none",))
