@@ -210,7 +210,8 @@ def _fit_of(
 def _exported(arm: Recorded, full: Posterior) -> np.ndarray:
     """Return the best geometry for a program that corrects nothing."""
     data, train = full.data, arm.measurements
-    more = data.located or data.frames or not all(known.on_base for known in data.known)
+    more = data.located or data.frames
+    more = more or any(not k.on_base or k.deviation > CALIPER_DEVIATION for k in data.known)
     alone = None
     if not more and full.deflection.zeros is None and all(m.has_distance for m in train):
         # else the paper's cost does not know all that is known

@@ -117,6 +117,20 @@ def add_measured(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_type_prior(group: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:  # pyright: ignore[reportPrivateUsage]
+    """Add ``--type-prior``, what other arms of the type tell."""
+    group.add_argument(
+        "--type-prior",
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="method auto: calibration.json of other arms of the type, or a fleet's "
+        "elasticity.json: how far their joints give way is much the same in this one; the data "
+        "decide how far to believe it (default: shipped, what was measured of other arms, so far "
+        "of Pandas; none: nothing)",
+    )
+
+
 def known_of(words: Sequence[str]) -> list[str]:
     """Return known distances, one a word; a word that is a file stands for its lines."""
     distances: list[str] = []
@@ -131,7 +145,7 @@ def known_of(words: Sequence[str]) -> list[str]:
 
 
 def settings_of(arguments: argparse.Namespace, method: str = "auto") -> "Settings":
-    """Return the settings that :func:`add_measured` and :func:`add_load` ask for.
+    """Return the settings that the functions of this module ask for.
 
     Raises:
         UsageError: A value that cannot be, or one of the other method.
@@ -143,6 +157,7 @@ def settings_of(arguments: argparse.Namespace, method: str = "auto") -> "Setting
         known=known_of(arguments.known),
         distance_deviation=arguments.distance_deviation,
         zeros=arguments.zeros,
+        type_prior=getattr(arguments, "type_prior", ()),
         payload=arguments.payload,
         gravity=arguments.gravity,
     ).settled()

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from .arguments import add_load, add_measured, add_repeatability, add_robot
+from .arguments import add_load, add_measured, add_repeatability, add_robot, add_type_prior
 
 __all__ = ["add_options"]
 
@@ -70,15 +70,7 @@ def _add_auto(parser: argparse.ArgumentParser) -> None:
         choices=("compliance", "tilt", "play", "transmission", "joint-noise"),
         help="what is not to be tried",
     )
-    group.add_argument(
-        "--type-prior",
-        nargs="+",
-        default=[],
-        metavar="FILE",
-        help="calibration.json of other arms of the type, or a fleet's elasticity.json: how far "
-        "their joints give way is much the same in this one; the data decide how far to believe it "
-        "(default: what was measured of other arms, so far of the Panda's type; none: nothing)",
-    )
+    add_type_prior(group)
     add_load(parser)
 
 

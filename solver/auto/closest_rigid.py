@@ -75,6 +75,8 @@ def closest_rigid(full: Posterior, load: Load, alone: np.ndarray | None = None) 
     if rigid and alone is None:
         return with_zeros(full)
     imagined = _imagined(full, load)
+    if alone is not None and not len(imagined.places):
+        return alone
     closest = with_zeros(full) if rigid else _closest(full, load, imagined, alone)
     return closest if alone is None else _shared(full, load, imagined, closest, alone)
 
@@ -141,11 +143,12 @@ def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> n
     It solves (H + r U) s = g, where r is such that r sqrt(s^T U s) = SURE. Where even a large r
     leaves less than that, s is zero.
     """
-    root = np.linalg.inv(np.linalg.cholesky(hessian))
-    if doubt is None:
+    unit = 1 / np.sqrt(np.diag(hessian))
+    root = np.linalg.inv(np.linalg.cholesky(hessian * unit[:, None] * unit)) * unit
+    if doubt is None or not doubt.any():
         return root.T @ (root @ slope)
     widths, axes = np.linalg.eigh(root @ doubt @ root.T)
-    widths = widths.clip(min=1e-9 * widths.max(initial=1e-300))
+    widths = widths.clip(min=1e-9 * widths.max())
     along = axes.T @ root @ slope
     if np.sum(along**2 / widths) <= SURE**2:
         return np.zeros_like(slope)
@@ -186,7 +189,7 @@ def _shared(
     if not apart:
         return alone
     along = np.einsum("ni,nij->j", between, slopes)
-    doubt = SURE * float(along @ covariance @ along) ** 0.5
+    doubt = SURE * max(float(along @ covariance @ along), 0.0) ** 0.5
     sure = -(float(np.sum(other * between)) + doubt) / apart
     weight = apart / (apart + CHANCE**2 * (float(np.sum(off**2)) + variance))
     return alone + min(weight, max(sure, 0.0)) * (closest - alone)

@@ -4,7 +4,8 @@ The geometry is fitted first. Then compliance is added, then tilt, then play (wi
 that is for servo arms), then transmission error, each to the best model so far by its evidence (see
 docs/model.md). If the best makes the evidence less than 150 times that of the geometry, the
 geometry alone is kept. Otherwise the result is the mean of all these models, each as probable as
-its evidence says. With three placements or more the best must also prove itself: each placement is
+its evidence says. What other arms of a type tell is tried beside: each of these models once more,
+with all of that. With three placements or more the best must also prove itself: each placement is
 left out of the fit once, of very many some at a time, and the errors there must be smaller than the
 geometry's by more than the standard error of that.
 """
@@ -127,7 +128,7 @@ def select_all(
     """Choose the models of several robots, each extension robot by robot; see above.
 
     ``types`` are for each robot what is known of the elasticity of other arms of its type, see
-    :attr:`.ExtendedModel.of_type`. All is then tried with that as well as without.
+    :attr:`.ExtendedModel.of_type`. What was tried is then tried with that, too.
     """
 
     def fit(near: World | None, extensions: Extensions, observed: Scene) -> World:
@@ -227,7 +228,7 @@ def _by_type(
             near = replace(world, arms=tuple(arms))
             with suppress(NotConverged):
                 models[whole] = fit(near, [tuple(own) for own in whole], world.scene)
-    return list(models.values())
+    return list({_active(model): model for model in models.values()}.values())
 
 
 def _kept(world: World) -> tuple[frozenset[str], ...]:

@@ -132,7 +132,8 @@ def calibrate(
         zeros: (auto) Whether the joints' zeros may be off by degrees, as on arms made of servos.
         type_prior: (auto) ``calibration.json`` files of other arms of the type, or the
             ``elasticity.json`` that ``mukca fleet`` writes, whose elasticity is
-            much alike; the data decide how far to believe it.
+            much alike; the data decide how far to believe it. ``["shipped"]``, the default: what
+            was measured of the types of shipped robots; ``["none"]``: nothing.
         payload: (auto) Mass at the ball beyond that of the model [kg].
         gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
         optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.

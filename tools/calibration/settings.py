@@ -16,13 +16,14 @@ from ..usage import UsageError
 __all__ = ["METHODS", "Settings"]
 
 METHODS = ("auto", "paper")
+SHIPPED = "shipped"
 ONLY_AUTO: dict[str, Any] = {
     "known": (),
     "sockets_at": (),
     "distance_deviation": CALIPER_DEVIATION,
     "without": (),
     "zeros": False,
-    "type_prior": (),
+    "type_prior": (SHIPPED,),
     "payload": None,
     "gravity": None,
 }
@@ -67,8 +68,8 @@ class Settings:
     zeros: bool | None = None
     """auto: the joints' zeros may be off by degrees, as on arms made of servos."""
     type_prior: Sequence[str] = ()
-    """auto: ``calibration.json`` files of other arms of the type, whose elasticity is alike; empty
-    for what was measured of a shipped robot's type, ``none`` for nothing."""
+    """auto: ``calibration.json`` files of other arms of the type, whose elasticity is alike;
+    ``shipped``, the default, for what was measured of shipped robots' types; ``none``."""
     payload: float | None = None
     """auto: mass at the ball beyond the model's [kg]."""
     gravity: Sequence[float] | None = None

@@ -17,13 +17,13 @@ from ..documents.calibration import Coefficient, read_calibration
 from ..documents.elasticity import FORMAT, ElasticityDocument, TypeElasticity
 from ..documents.files import DocumentError, format_of, read
 from ..usage import UsageError
+from .settings import SHIPPED
 
 __all__ = ["learn_types", "type_priors"]
 
+_SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 LEAST = 1e-9
 """No deviation is less [rad/(N m)], so that it can be divided by."""
-NONE = "none"
-"""Stands for no file, and not even what is known of shipped robots."""
 
 
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
@@ -33,7 +33,8 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
 
     Args:
         files: Each a ``calibration.json`` of another arm, or an ``elasticity.json`` of several;
-            or the word ``none``. Without any, what was measured of shipped robots counts.
+            or the word ``shipped``, for what was measured of the types of shipped robots; or
+            ``none``, for nothing.
         robots: A file tells of those that have the same joints.
 
     Raises:
@@ -41,8 +42,11 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
         DocumentError: A file is missing, of another format, or damaged.
     """
     own = {tuple(robot.joint_names) for robot in robots}
-    told = [] if files else [*_types(shipped())]
-    for file in files if list(files) != [NONE] else ():
+    told: list[TypeElasticity] = []
+    for file in [files] if isinstance(files, str) else files:
+        if file in ("none", SHIPPED):
+            told += _types(_SHIPPED) if file == SHIPPED else ()
+            continue
         types = _types(Path(file))
         if not own & {one.joint_names for one in types}:
             known, others = (
@@ -60,11 +64,6 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
         told += types
     pooled = {one.joint_names: one for one in _pooled(told)}
     return [_expected(pooled.get(tuple(robot.joint_names))) for robot in robots]
-
-
-def shipped() -> Path:
-    """Return the file that tells what was measured of the types of shipped robots."""
-    return Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 
 
 def learn_types(files: Iterable[Path]) -> ElasticityDocument:

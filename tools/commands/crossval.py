@@ -11,6 +11,7 @@ from ..arguments import (
     add_load,
     add_measured,
     add_robot,
+    add_type_prior,
     measure_all,
     robot_of,
     settings_of,
@@ -46,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="fit N times to samples drawn anew, for the spread of the errors",
     )
     add_measured(parser)
+    add_type_prior(parser)
     add_load(parser)
     add_workers(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
@@ -83,7 +85,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         known=tuple(known),
         deviation=deviation,
         zeros=zeros,
-        of_type=type_priors((), [robot])[0],
+        of_type=type_priors(settings.type_prior, [robot])[0],
     )
     work = jobs(len(data), arguments.bootstrap)
     metrics = run_all(plan, work, workers, terminal)

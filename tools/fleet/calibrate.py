@@ -64,6 +64,8 @@ def _fit(arm: ArmFolder, robot: Robot, placements: Sequence[Placement]) -> Calib
         method=arm.method,
         distance=arm.distance,
         repeatability_mm=arm.repeatability_mm,
+        # what the arms tell of their type together is not to count the same prior for each
+        type_prior=("none",) if arm.method == "auto" else (),
     )
 
 

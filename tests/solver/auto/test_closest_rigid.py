@@ -5,7 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.auto.closest_rigid import closest_rigid
+from mukca.solver.auto.closest_rigid import (
+    SURE,
+    _doubt,
+    _imagined,
+    _sure,
+    closest_rigid,
+)
 from mukca.solver.auto.deflection import Deflection
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
@@ -15,7 +21,7 @@ from mukca.solver.data.measurements import measure
 from mukca.solver.data.metrics import evaluate
 from mukca.solver.data.observe import observe
 from mukca.solver.fit import fit_by_auto, fit_by_paper
-from mukca.solver.robot.kinematics import workspace
+from mukca.solver.robot.kinematics import BallModel, workspace
 from mukca.solver.robot.parameters import choose_parameters
 from mukca.solver.robot.urdf import Robot
 from mukca.tools.simulated_arms import Imperfection, reachable_bases, record
@@ -82,6 +88,24 @@ def test_what_the_full_model_is_not_sure_of_stays_the_samples_own(full: Posterio
     assert not np.array_equal(closest_rigid(full, Load(), alone), alone)
 
 
+def test_the_samples_own_has_the_larger_share_where_both_hardly_differ(full: Posterior) -> None:
+    """For then the difference is mostly chance, however sure the full model is of itself."""
+    sure = replace(full, covariance=1e-6 * full.covariance)
+    shares = [
+        np.linalg.norm(closest_rigid(sure, Load(), alone) - alone)
+        / np.linalg.norm(full.values - alone)
+        for alone in (turned(full, size) for size in (1e-5, 1e-4, 1e-2))
+    ]
+    assert shares[0] < 0.1 < shares[1] < 0.9 < shares[2]
+
+
+def test_which_places_are_imagined_is_a_doubt_too(full: Posterior) -> None:
+    alone, nothing = turned(full, 1e-3), 0 * full.covariance
+    certain = replace(full, covariance=nothing)
+    doubts = [_doubt(one, Load(), _imagined(one, Load()), alone) for one in (certain, full)]
+    assert 0 < np.trace(doubts[0]) < np.trace(doubts[1])
+
+
 def test_the_surer_the_full_model_the_further_it_is_followed(full: Posterior) -> None:
     alone = turned(full, 1e-3)
     nearness: list[float] = []
@@ -96,3 +120,60 @@ def test_the_surer_the_full_model_the_further_it_is_followed(full: Posterior) ->
             float(np.linalg.norm(points[1] - points[2]) / np.linalg.norm(points[0] - points[2]))
         )
     assert nearness[0] < nearness[1] < nearness[2]
+
+
+def test_a_sure_step_is_the_best_one() -> None:
+    """No change near it makes s^T H s - 2 s^T g + 2 SURE sqrt(s^T U s) less."""
+    generator = np.random.default_rng(0)
+    moved = 0
+    for _ in range(30):
+        root, other = generator.normal(size=(2, 6, 6))
+        H, U = root @ root.T + 0.1 * np.eye(6), 0.3 * other @ other.T + 0.1 * np.eye(6)
+        g = generator.normal(0, 3, 6)
+
+        def cost(s: np.ndarray, H: np.ndarray = H, g: np.ndarray = g, U: np.ndarray = U) -> float:
+            return float(s @ H @ s - 2 * s @ g + 2 * SURE * np.sqrt(s @ U @ s))
+
+        step = _sure(H, g, U)
+        others = step + generator.normal(0, 1, (200, 6)) * generator.choice([1e-4, 0.1], (200, 1))
+        assert min(map(cost, others)) > cost(step) - 1e-9
+        assert np.array_equal(_sure(H, g, 1e6 * U), np.zeros(6))
+        assert _sure(H, g, 0 * U) == pytest.approx(np.linalg.solve(H, g))
+        moved += step.any()
+    assert moved > 5
+
+
+@pytest.mark.slow
+def test_where_an_arm_bends_each_direction_goes_as_far_as_is_sure(panda: Robot, recorded) -> None:
+    """And no place at all is a reason to change nothing."""
+    parameters, data = choose_parameters(panda), observe(recorded[:1], panda)
+    full = estimate(extend(panda, parameters, ("compliance", "tilt")), data)
+    alone = fit_by_paper(panda, parameters, recorded[:1]).calibrated.values
+    steps = [
+        np.linalg.norm(closest_rigid(more, Load(), alone) - alone)
+        for more in (replace(full, covariance=k * full.covariance) for k in (0.01, 1, 1e6))
+    ]
+    assert steps[0] > steps[1] > steps[2] == 0
+    nowhere = replace(panda, joints=tuple(replace(j, upper=j.lower) for j in panda.joints))
+    unmoved = replace(full, model=extend(nowhere, parameters, ("compliance", "tilt")))
+    assert np.array_equal(closest_rigid(unmoved, Load(), alone), alone)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("deflection", [ELASTIC, Deflection()])
+def test_a_distance_that_is_hardly_known_does_not_set_the_size(
+    panda: Robot, true_panda: Robot, deflection: Deflection
+) -> None:
+    """The paper's cost takes it as it is; so its geometry is not what the URDF has."""
+    generator = np.random.default_rng(0)
+    how = Imperfection(noise=7e-5, deflection=deflection)
+    (base,) = reachable_bases(true_panda, generator, 1)
+    placement = record(true_panda, base, generator, imperfection=how)
+    train = [replace(measure(placement, panda), distance=0.051)]
+    found = fit_by_auto(panda, choose_parameters(panda), train, distance_deviation=1e-3).calibrated
+    q = workspace(panda, 60)
+    true, exported = (
+        np.linalg.norm(points[1::2] - points[::2], axis=1).sum()
+        for points in (BallModel(true_panda, []).points(np.empty(0), q), found.geometric_ball(q))
+    )
+    assert exported / true == pytest.approx(1, abs=4e-3)

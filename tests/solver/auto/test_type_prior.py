@@ -87,14 +87,16 @@ def test_it_is_read_from_calibrations_weighted_by_their_precision(
         assert both[name][1] == pytest.approx(deviation * 0.8**0.5)
 
 
+@pytest.mark.slow
 def test_what_was_measured_of_a_shipped_robots_type_counts_unless_told_otherwise(
     panda: Robot, other: Calibration, tmp_path
 ) -> None:
-    (shipped,), (unknown,) = type_priors([], [panda]), type_priors([], [load_robot("ur5e")])
+    (shipped,) = type_priors(["shipped"], [panda])
+    (unknown,) = type_priors(["shipped"], [load_robot("ur5e")])
     mean, deviation = shipped[TILT]
     assert not unknown and mean.shape == deviation.shape == (14,)
     assert (mean >= 0).all() and (deviation > 0).all() and 1e-5 < mean.max() < 5e-5
-    assert type_priors(["none"], [panda]) == [{}]
+    assert type_priors(["none"], [panda]) == type_priors("none", [panda]) == [{}]
     (own,) = type_priors([other.save(tmp_path / "one")["calibration"]], [panda])
     assert not np.array_equal(own[TILT][0], mean)
 
@@ -103,9 +105,8 @@ def test_what_was_measured_of_a_shipped_robots_type_counts_unless_told_otherwise
 def test_it_brings_back_nothing_that_is_not_to_be_tried(
     panda: Robot, recorded: list[Placement]
 ) -> None:
-    rigid = calibrate(panda, recorded[1], without=("compliance", "tilt", "transmission"))
-    assert rigid.calibrated.deflection.extensions == ()
-    assert not any("type prior" in line for line in rigid.document.choices or ())
+    untilted = calibrate(panda, recorded[1], without=("tilt",)).calibrated.deflection
+    assert untilted.extensions and TILT not in untilted.extensions
 
 
 @pytest.mark.slow
@@ -113,6 +114,7 @@ def test_solve_says_how_much_it_counts(panda: Robot, recorded: list[Placement]) 
     by_default, without = (
         calibrate(panda, recorded[1], type_prior=words) for words in ((), ("none",))
     )
+    assert by_default.document.settings["type_prior"] == ["shipped"]
     assert any("type prior: counts by" in line for line in by_default.document.choices or ())
     assert not any("type prior" in line for line in without.document.choices or ())
 
