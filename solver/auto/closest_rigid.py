@@ -11,51 +11,24 @@ that this is for the better; and it has a share in the result, a large one where
 differ by less than what either is off by.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ..data.load import Load
 from ..robot.kinematics import BallModel
+from .poses import Poses, apart, imagined_poses, joined, recorded_poses, starts
 from .posterior import Posterior
 from .zeros import with_zeros
 
 __all__ = ["closest_rigid"]
 
-PLACES, POSTURES = 40, 20
-"""How many places are imagined, and how many postures at each."""
-AWAY = 0.15
-"""Standard deviation of a place from the one recorded, per axis, as a share of the arm's length."""
-SWAY = 0.3
-"""Standard deviation of a posture from the one recorded [rad], before the ball is put back."""
-COMMON = 0.3
-"""How much of the error that all postures at a place have in common counts. What they differ by
-makes a tool miss a point that was taught in another posture; a common error shifts the place."""
-RECORDED = 10.0
-"""How much a recorded sample counts beside an imagined one."""
 SEAT = 3e-4
 """Standard deviation to which the geometry is to follow the full model [m]; prior against data."""
 SURE = 1.0
 """By how many standard deviations a change has to be for the better."""
 CHANCE = 0.5
 """By how much two geometries differ by chance, as a share of what the better one is off by."""
-ROUNDS = 4
-DAMPING = 1e-4
-"""Keeps steps short where the arm is stretched out and hardly reaches further."""
-
-
-@dataclass(frozen=True)
-class _Poses:
-    """Configurations with the ball at some places."""
-
-    positions: np.ndarray
-    """Shape (N, m) [rad]."""
-    places: np.ndarray
-    """Which place each is at, shape (N,)."""
-    targets: np.ndarray
-    """Where the ball is there, shape (N, 3) [m]."""
-    weights: np.ndarray
-    """How much each counts, shape (N,)."""
 
 
 def closest_rigid(full: Posterior, load: Load, alone: np.ndarray | None = None) -> np.ndarray:
@@ -74,14 +47,14 @@ def closest_rigid(full: Posterior, load: Load, alone: np.ndarray | None = None) 
     rigid = not full.deflection.without_zeros.extensions
     if rigid and alone is None:
         return with_zeros(full)
-    imagined = _imagined(full, load)
+    imagined = imagined_poses(full, load)
     if alone is not None and not len(imagined.places):
         return alone
     closest = with_zeros(full) if rigid else _closest(full, load, imagined, alone)
     return closest if alone is None else _shared(full, load, imagined, closest, alone)
 
 
-def _closest(full: Posterior, load: Load, imagined: _Poses, alone: np.ndarray | None) -> np.ndarray:
+def _closest(full: Posterior, load: Load, imagined: Poses, alone: np.ndarray | None) -> np.ndarray:
     """Return the geometry whose balls are nearest to the full model's around the places recorded.
 
     It is the samples' own, changed by the s that minimises, over places p, imagined ones and
@@ -98,7 +71,7 @@ def _closest(full: Posterior, load: Load, imagined: _Poses, alone: np.ndarray | 
     and samples are to be at their sockets.
     """
     model, n = full.model, full.model.geometry
-    start, recorded, doubt = with_zeros(full), _recorded(full), None
+    start, recorded, doubt = with_zeros(full), recorded_poses(full), None
     past = full.values - model.ball.nominal
     if alone is not None:
         start, past = alone, np.zeros(n)
@@ -108,20 +81,20 @@ def _closest(full: Posterior, load: Load, imagined: _Poses, alone: np.ndarray | 
     for group in full.groups:
         if group.members[0] < n:
             prior[np.ix_(group.members, group.members)] = group.precision(group.width)
-    errors, J = _linear(model.ball, start, _joined(imagined, recorded))
+    errors, J = _linear(model.ball, start, joined(imagined, recorded))
     return start + _sure(J.T @ J + prior, -J.T @ errors - prior @ past, doubt)
 
 
-def _linear(ball: BallModel, values: np.ndarray, poses: _Poses) -> tuple[np.ndarray, np.ndarray]:
+def _linear(ball: BallModel, values: np.ndarray, poses: Poses) -> tuple[np.ndarray, np.ndarray]:
     """Return the weighted errors at some poses, shape (3 N,), and their derivatives."""
     linear = ball.linearise(values, poses.positions)
     root = np.sqrt(poses.weights) / SEAT
-    errors = _apart(linear.points - poses.targets, poses.places) * root[:, None]
-    slopes = _apart(linear.by_parameters, poses.places) * root[:, None, None]
+    errors = apart(linear.points - poses.targets, poses.places) * root[:, None]
+    slopes = apart(linear.by_parameters, poses.places) * root[:, None, None]
     return errors.ravel(), slopes.reshape(errors.size, -1)
 
 
-def _doubt(full: Posterior, load: Load, poses: _Poses, start: np.ndarray) -> np.ndarray:
+def _doubt(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.ndarray:
     """Return how uncertain the slope of the squared errors at imagined poses is, a covariance.
 
     The full model is uncertain by its posterior, and which places are imagined is chance.
@@ -129,9 +102,9 @@ def _doubt(full: Posterior, load: Load, poses: _Poses, start: np.ndarray) -> np.
     model, q = full.model, poses.positions
     errors, J = _linear(model.ball, start, poses)
     _, slopes, _ = model.linearise(full.x, q, load.moments(model.robot, q, None))
-    across = J.T @ _apart(slopes, poses.places).reshape(len(J), -1) / SEAT
+    across = J.T @ apart(slopes, poses.places).reshape(len(J), -1) / SEAT
     by_place = np.add.reduceat(
-        (J * errors[:, None]).reshape(len(q), 3, -1).sum(axis=1), _starts(poses.places)
+        (J * errors[:, None]).reshape(len(q), 3, -1).sum(axis=1), starts(poses.places)
     )
     by_place = by_place - by_place.mean(axis=0)
     return across @ full.covariance[: model.size, : model.size] @ across.T + by_place.T @ by_place
@@ -161,7 +134,7 @@ def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> n
 
 
 def _shared(
-    full: Posterior, load: Load, poses: _Poses, closest: np.ndarray, alone: np.ndarray
+    full: Posterior, load: Load, poses: Poses, closest: np.ndarray, alone: np.ndarray
 ) -> np.ndarray:
     """Return the weighted mean of two geometries: the closest one, and the samples' own.
 
@@ -176,102 +149,20 @@ def _shared(
     """
     model, q = full.model, poses.positions
     _, slopes, by_joints = model.linearise(full.x, q, load.moments(model.robot, q, None))
-    slopes = _apart(slopes, poses.places, 0.0)
+    slopes = apart(slopes, poses.places, 0.0)
     covariance = full.covariance[: model.size, : model.size]
     variance = float(np.sum((slopes @ covariance) * slopes))
     variance += float(np.trace(full.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
     off, other = (
-        _apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
+        apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
         for values in (closest, alone)
     )
     between = off - other
-    apart = float(np.sum(between**2))
-    if not apart:
+    square = float(np.sum(between**2))
+    if not square:
         return alone
     along = np.einsum("ni,nij->j", between, slopes)
     doubt = SURE * max(float(along @ covariance @ along), 0.0) ** 0.5
-    sure = -(float(np.sum(other * between)) + doubt) / apart
-    weight = apart / (apart + CHANCE**2 * (float(np.sum(off**2)) + variance))
+    sure = -(float(np.sum(other * between)) + doubt) / square
+    weight = square / (square + CHANCE**2 * (float(np.sum(off**2)) + variance))
     return alone + min(weight, max(sure, 0.0)) * (closest - alone)
-
-
-def _apart(values: np.ndarray, places: np.ndarray, common: float = COMMON) -> np.ndarray:
-    """Return values, of shape (N, ...), without most of what those at one place have in common."""
-    starts = _starts(places)
-    counts = np.diff([*starts.tolist(), len(places)])
-    sums = np.add.reduceat(values, starts, axis=0)
-    means = sums / counts.reshape(-1, *[1] * (values.ndim - 1))
-    return values - (1 - common) * np.repeat(means, counts, axis=0)
-
-
-def _starts(places: np.ndarray) -> np.ndarray:
-    """Return where the poses of each place begin."""
-    return np.flatnonzero(np.diff(places, prepend=-1))
-
-
-def _imagined(full: Posterior, load: Load) -> _Poses:
-    """Return configurations like those recorded, with the ball at places near those recorded.
-
-    The nominal robot puts it there, which is near enough: what counts is what each model says of
-    one configuration. Those out of the joints' limits or of reach are left out.
-    """
-    robot, recorded = full.model.robot, full.data.positions
-    generator = np.random.default_rng(0)
-    ball = BallModel(robot, [])
-    length = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
-    around = recorded[generator.integers(len(recorded), size=PLACES)]
-    centres = ball.points(np.empty(0), around)
-    centres = centres + generator.normal(0, AWAY * length, centres.shape)
-    places = np.repeat(np.arange(PLACES), POSTURES)
-    q = recorded[generator.integers(len(recorded), size=len(places))]
-    q = q + generator.normal(0, SWAY, q.shape)
-    for _ in range(ROUNDS):
-        linear = ball.linearise(np.empty(0), q)
-        off = (centres[places] - linear.points)[:, :, None]
-        q = q + _back(linear.by_joints, off).clip(-SWAY, SWAY)
-    off = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
-    lower, upper = (np.array([getattr(j, k) for j in robot.actuated]) for k in ("lower", "upper"))
-    kept = (off < 0.01 * length) & np.all((q >= lower) & (q <= upper), axis=1)
-    q, places = q[kept], places[kept]
-    targets = full.predict(q, load.moments(robot, q, None))
-    return _Poses(q, places, targets, np.ones(len(q)))
-
-
-def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
-    """Return damped steps of the joints that shift the balls, shape (N, m)."""
-    across = slopes.swapaxes(1, 2)
-    squares = slopes @ across
-    damping: np.ndarray = DAMPING * np.sum(slopes**2, axis=(1, 2))
-    forces = np.linalg.solve(squares + damping[:, None, None] * np.eye(3), off)
-    return (across @ forces).reshape(len(slopes), -1)
-
-
-def _recorded(full: Posterior) -> _Poses:
-    """Return the samples, with the ball where the full model has the socket.
-
-    A ball that an instrument measured is at a place of its own, where the full model has it; what
-    it has in common with the others at that place is itself, so its weight makes up for that.
-    """
-    seated = full.data.sockets >= 0
-    measured = np.flatnonzero(~seated)
-    alone = _Poses(
-        full.data.positions[measured],
-        np.arange(len(measured)),
-        full.points[measured],
-        RECORDED / COMMON**2 * full.weights[measured],
-    )
-    order = np.argsort(full.data.sockets[seated], kind="stable")
-    sockets = full.data.sockets[seated][order]
-    weights = RECORDED * full.weights[seated][order]
-    poses = _Poses(full.data.positions[seated][order], sockets, full.centres[sockets], weights)
-    return _joined(poses, alone)
-
-
-def _joined(one: _Poses, other: _Poses) -> _Poses:
-    """Return both one's and the other's poses; their places are different ones."""
-    return _Poses(
-        np.concatenate([one.positions, other.positions]),
-        np.concatenate([one.places, other.places + 1 + one.places.max(initial=-1)]),
-        np.concatenate([one.targets, other.targets]),
-        np.concatenate([one.weights, other.weights]),
-    )

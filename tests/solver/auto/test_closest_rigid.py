@@ -8,13 +8,13 @@ import pytest
 from mukca.solver.auto.closest_rigid import (
     SURE,
     _doubt,
-    _imagined,
     _sure,
     closest_rigid,
 )
 from mukca.solver.auto.deflection import Deflection
 from mukca.solver.auto.estimation import estimate
 from mukca.solver.auto.extended_model import extend
+from mukca.solver.auto.poses import imagined_poses
 from mukca.solver.auto.posterior import Posterior
 from mukca.solver.data.load import Load
 from mukca.solver.data.measurements import measure
@@ -102,7 +102,7 @@ def test_the_samples_own_has_the_larger_share_where_both_hardly_differ(full: Pos
 def test_which_places_are_imagined_is_a_doubt_too(full: Posterior) -> None:
     alone, nothing = turned(full, 1e-3), 0 * full.covariance
     certain = replace(full, covariance=nothing)
-    doubts = [_doubt(one, Load(), _imagined(one, Load()), alone) for one in (certain, full)]
+    doubts = [_doubt(one, Load(), imagined_poses(one, Load()), alone) for one in (certain, full)]
     assert 0 < np.trace(doubts[0]) < np.trace(doubts[1])
 
 
