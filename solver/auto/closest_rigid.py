@@ -72,9 +72,9 @@ def _closest(full: Posterior, load: Load, imagined: Poses, alone: np.ndarray | N
     """
     model, n = full.model, full.model.geometry
     start, recorded, doubt = with_zeros(full), recorded_poses(full), None
-    past = full.values - model.ball.nominal
+    off_prior = full.values - model.ball.nominal  # how far from its mean the start is
     if alone is not None:
-        start, past = alone, np.zeros(n)
+        start, off_prior = alone, np.zeros(n)
         recorded = replace(recorded, targets=model.ball.points(alone, recorded.positions))
         doubt = _doubt(full, load, imagined, alone)
     prior = np.zeros((n, n))
@@ -82,7 +82,7 @@ def _closest(full: Posterior, load: Load, imagined: Poses, alone: np.ndarray | N
         if group.members[0] < n:
             prior[np.ix_(group.members, group.members)] = group.precision(group.width)
     errors, J = _linear(model.ball, start, joined(imagined, recorded))
-    return start + _sure(J.T @ J + prior, -J.T @ errors - prior @ past, doubt)
+    return start + _sure(J.T @ J + prior, -J.T @ errors - prior @ off_prior, doubt)
 
 
 def _linear(ball: BallModel, values: np.ndarray, poses: Poses) -> tuple[np.ndarray, np.ndarray]:
@@ -144,8 +144,7 @@ def _shared(
         |r - r'|^2 / (|r - r'|^2 + CHANCE^2 (|r|^2 + variance))
 
     It is Wiener's, for a difference of which so much is chance. The variance is that of a sample:
-    its noise and the full model's own uncertainty. The weight is no larger than what the full model
-    is sure of, by SURE standard deviations.
+    its noise and the full model's own uncertainty.
     """
     model, q = full.model, poses.positions
     _, slopes, by_joints = model.linearise(full.x, q, load.moments(model.robot, q, None))
@@ -157,12 +156,6 @@ def _shared(
         apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
         for values in (closest, alone)
     )
-    between = off - other
-    square = float(np.sum(between**2))
-    if not square:
-        return alone
-    along = np.einsum("ni,nij->j", between, slopes)
-    doubt = SURE * max(float(along @ covariance @ along), 0.0) ** 0.5
-    sure = -(float(np.sum(other * between)) + doubt) / square
+    square = float(np.sum((off - other) ** 2))
     weight = square / (square + CHANCE**2 * (float(np.sum(off**2)) + variance))
-    return alone + min(weight, max(sure, 0.0)) * (closest - alone)
+    return alone + weight * (closest - alone) if np.isfinite(weight) else closest

@@ -83,9 +83,8 @@ def turned(full: Posterior, size: float) -> np.ndarray:
 def test_what_the_full_model_is_not_sure_of_stays_the_samples_own(full: Posterior) -> None:
     alone = turned(full, 3e-4)
     unsure = replace(full, covariance=1e4 * full.covariance)
-    assert np.array_equal(closest_rigid(unsure, Load(), alone), alone)
-    assert np.array_equal(closest_rigid(full, Load(), turned(full, 1e-6)), turned(full, 1e-6))
-    assert not np.array_equal(closest_rigid(full, Load(), alone), alone)
+    steps = [np.linalg.norm(closest_rigid(f, Load(), alone) - alone) for f in (unsure, full)]
+    assert steps[0] < 0.01 * steps[1]
 
 
 def test_the_samples_own_has_the_larger_share_where_both_hardly_differ(full: Posterior) -> None:
