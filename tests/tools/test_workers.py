@@ -113,7 +113,7 @@ def cluster(
     file = folder / "scheduler.json"
     start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
           "--scheduler-file", str(file))  # fmt: skip
-    until(file.exists)
+    until(lambda: file.exists() and file.read_text().endswith("}"))  # it is there before its text
     address = json.loads(file.read_text())["address"]
     words = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "60s")
     workers = [start("dask_worker", address, *words) for _ in range(2)]
