@@ -18,17 +18,16 @@ from pathlib import Path
 
 import numpy as np
 
-from mukca.recorder.dataset import find_placements, read_placement
-from mukca.solver.data.measurements import Measurement, measure
-from mukca.solver.data.metrics import evaluate
-from mukca.solver.fit import fit_by_auto, fit_by_paper
-from mukca.solver.paper.problem import REGULARIZATION
-from mukca.solver.robot.kinematics import BallModel
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.realistic_flaws import TRANSLATION, TURN, realistic_flaws
-from mukca.tools.simulated_arms import perturb, reachable_bases, record
-from mukca.tools.workers import add_workers, workers_of
+from mukca.recorder import find_placements, read_placement
+from mukca.solver.calibration import fit_by_auto
+from mukca.solver.calibration.fit import fit_by_paper
+from mukca.solver.data import Measurement, evaluate, measure
+from mukca.solver.paper import REGULARIZATION
+from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
+from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.error_magnitudes import TRANSLATION, TURN, realistic_flaws
+from mukca.tools.simulation.simulated_arms import reachable_bases
 
 ROBOTS = ("panda", "iiwa14", "ur5e")
 EXTENSIONS = ("compliance", "tilt", "play", "transmission")

@@ -19,18 +19,17 @@ from pathlib import Path
 
 import numpy as np
 
-from mukca.recorder.dataset import Placement, find_placements, read_placement
-from mukca.solver.auto.posterior import Posterior
-from mukca.solver.auto.selection import select_model
-from mukca.solver.data.known import KnownDistance
-from mukca.solver.data.measurements import Measurement, measure
+from mukca.recorder import find_placements, read_placement
+from mukca.recorder.dataset import Placement
+from mukca.solver.bayes.inference import Posterior
+from mukca.solver.bayes.selection.model_selection import select_model
+from mukca.solver.data import KnownDistance, Measurement, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import gravity_moments, workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.commands.demo import demo_arm, demo_bases
-from mukca.tools.simulated_arms import perturb, reachable_bases, record
-from mukca.tools.workers import Workers, add_workers, workers_of
+from mukca.solver.robot import Robot, choose_parameters, gravity_moments, load_robot, workspace
+from mukca.tools.cli.commands.demo import demo_arm, demo_bases
+from mukca.tools.parallel import Workers, add_workers, workers_of
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.simulated_arms import reachable_bases
 
 OFF = 5e-5
 """By so much is the base's distance misread [m]."""

@@ -23,7 +23,7 @@ import numpy as np
 import mukca
 from mukca.recorder.convert import write_holes
 from mukca.tools.cli import main as mukca_main
-from mukca.tools.simulated_arms import Base, perturb, record
+from mukca.tools.simulation import Base, perturb, record
 
 ALONG_Y, EYE = np.array([0.0, 1.0, 0.0]), np.eye(7)
 FAST = ["--without", "compliance", "tilt", "transmission"]

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mukca.solver.robot.kinematics import workspace
-from mukca.tools.calibration.calibration import load_calibration
+from mukca.solver.calibration import load_calibration
+from mukca.solver.robot import workspace
 from mukca.tools.cli import main as mukca
 
 LOOP = """

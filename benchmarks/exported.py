@@ -18,14 +18,15 @@ from functools import partial
 
 import numpy as np
 
-from mukca.solver.data.measurements import Measurement, measure
-from mukca.solver.fit import fit_by_auto, fit_by_paper
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.inverse_kinematics import MAX_TILT, Guide
-from mukca.tools.realistic_flaws import realistic_flaws
-from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
-from mukca.tools.workers import add_workers, workers_of
+from mukca.solver.calibration import fit_by_auto
+from mukca.solver.calibration.fit import fit_by_paper
+from mukca.solver.data import Measurement, measure
+from mukca.solver.robot import InverseKinematics, Robot, choose_parameters, load_robot
+from mukca.solver.robot.inverse_kinematics import MAX_TILT
+from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.error_magnitudes import realistic_flaws
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 ROBOTS = ("panda", "iiwa14", "ur5e", "gen3")
 TRAINED = {"10 + 10": (10, 1), "30 + 30": (30, 1), "three times 30 + 30": (30, 3)}
@@ -33,7 +34,7 @@ Row = tuple[float, float, float]
 """The paper's error [mm], the URDF's over that, and the standard error of the latter."""
 
 
-class Timid(Guide):
+class Timid(InverseKinematics):
     """A hand that moves the arm little from pose to pose."""
 
     def __init__(self, arm: Robot, step: float) -> None:
@@ -43,7 +44,7 @@ class Timid(Guide):
     def reach(
         self, points: np.ndarray, generator: np.random.Generator, rounds: int = 40
     ) -> np.ndarray:
-        """Return poses as :meth:`Guide.reach` does, each near the one before."""
+        """Return poses as :meth:`InverseKinematics.reach` does, each near the one before."""
         led: list[np.ndarray] = []
         for point in points:
             near = self._near(led[-1], point, generator) if led else None
@@ -79,7 +80,7 @@ def draw(rigid: bool, step: float | None, seed: int) -> dict[str, Row]:
     arm, parameters = perturb(robot, generator, 2e-3, 5e-3), choose_parameters(robot)
     how = Imperfection(1e-4) if rigid else realistic_flaws(robot, generator)
     bases = reachable_bases(arm, generator, 6)
-    guide = Timid(arm, step) if step else Guide(arm)
+    guide = Timid(arm, step) if step else InverseKinematics(arm)
 
     def at(some: slice, samples: int) -> list[Measurement]:
         recorded = (

@@ -18,15 +18,15 @@ from collections import Counter
 
 import numpy as np
 
-from mukca.solver.auto.selection import select_model
-from mukca.solver.data.measurements import measure
+from mukca.solver.bayes.selection.model_selection import select_model
+from mukca.solver.data import measure
 from mukca.solver.data.observe import observe
-from mukca.solver.paper.optimizers import NotConverged
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot, shipped_robots
-from mukca.tools.realistic_flaws import NOISE, TRANSLATION, TURN
-from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
-from mukca.tools.workers import add_workers, workers_of
+from mukca.solver.paper import NotConverged
+from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
+from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.error_magnitudes import NOISE, TRANSLATION, TURN
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 ROUND = 24
 """Arms between two lines of progress."""

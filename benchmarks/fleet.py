@@ -25,10 +25,9 @@ import numpy as np
 import psutil
 
 import mukca
-from mukca.solver.robot.kinematics import BallModel
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.simulated_arms import perturb
-from mukca.tools.workers import Workers
+from mukca.solver.robot import BallModel, Robot
+from mukca.tools.parallel import Workers
+from mukca.tools.simulation import perturb
 
 NOISE = 5e-5
 

@@ -21,26 +21,31 @@ from functools import partial
 
 import numpy as np
 
-from mukca.solver.auto.arms import Arms
-from mukca.solver.auto.between import between
-from mukca.solver.auto.estimation import estimate_all
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.posterior import World
-from mukca.solver.data.frames import IDENTITY, Pose, turn
-from mukca.solver.data.known import WORLD, SocketAt
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.observe import Recorded, observe_all
-from mukca.solver.robot.kinematics import BallModel, workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot, shipped_robots
-from mukca.tools.simulated_arms import Base, perturb, reachable_bases, record
-from mukca.tools.simulated_worlds import (
-    measured_points,
-    random_pose,
-    recorded_by_both,
-    sockets_seen,
+from mukca.solver.bayes.inference import JointPosterior, estimate_all
+from mukca.solver.bayes.model import MultiRobotModel, extend
+from mukca.solver.bayes.results import between
+from mukca.solver.data import (
+    IDENTITY,
+    WORLD,
+    Pose,
+    RobotRecordings,
+    SocketAt,
+    measure,
+    observe_all,
+    turn,
 )
-from mukca.tools.workers import Workers, add_workers, workers_of
+from mukca.solver.robot import (
+    BallModel,
+    Robot,
+    choose_parameters,
+    load_robot,
+    shipped_robots,
+    workspace,
+)
+from mukca.tools.parallel import Workers, add_workers, workers_of
+from mukca.tools.simulation import Base, perturb, record, recorded_by_both
+from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation.simulated_worlds import measured_points, random_pose, sockets_seen
 
 USES = ("instrument", "table", "base")
 FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))
@@ -61,11 +66,13 @@ EXACT = 1e-8
 """Standard deviation that is stated for exact coordinates and distances [m]."""
 
 
-def fit(arms: Sequence[Recorded], at: Sequence[SocketAt] = (), deviation: float = 3e-5) -> World:
+def fit(
+    arms: Sequence[RobotRecordings], at: Sequence[SocketAt] = (), deviation: float = 3e-5
+) -> JointPosterior:
     """Return the geometry of all arms, and the frames."""
     scene = observe_all(arms, sockets_at=at, deviation=deviation)
     models = [extend(arm.robot, choose_parameters(arm.robot)) for arm in arms]
-    return estimate_all(Arms(tuple(models)), scene, joint_noise=False)
+    return estimate_all(MultiRobotModel(tuple(models)), scene, joint_noise=False)
 
 
 def balls(arm: Robot, q: np.ndarray) -> np.ndarray:
@@ -78,7 +85,7 @@ def size_of(robot: Robot) -> float:
     return ROOM.get(robot.name, 1.0) * length / PANDA
 
 
-def seen(found: World, i: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def seen(found: JointPosterior, i: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the balls of one robot in the world, and their slopes by all unknowns."""
     arm, base = found.arms[i], found.scene.bases[i]
     points, J, _ = arm.model.linearise(arm.x, q, np.tile(0 * q, 3))
@@ -92,18 +99,18 @@ def seen(found: World, i: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return pose.apply(points), slopes
 
 
-def columns(found: World, frame: int) -> slice:
+def columns(found: JointPosterior, frame: int) -> slice:
     """Return which unknowns are the pose of a frame."""
     begin = found.own[-1].stop + 6 * frame
     return slice(begin, begin + 6)
 
 
-def deviations(found: World, slopes: np.ndarray) -> np.ndarray:
+def deviations(found: JointPosterior, slopes: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("nij,jk,nik->ni", slopes, found.covariance, slopes).clip(min=0))
 
 
 def in_frame(
-    found: World, frame: Pose, arm: Robot, name: str, q: np.ndarray
+    found: JointPosterior, frame: Pose, arm: Robot, name: str, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return errors of the ball's place in a frame, and stated deviations."""
     points, slopes = seen(found, 0, q)
@@ -125,7 +132,7 @@ def one_arm(robot: Robot, use: str, seed: int, noise: float) -> tuple[np.ndarray
     frame = IDENTITY if use == "base" else random_pose(generator, 0.5)
     if use == "instrument":
         points = measured_points(arm, frame, generator, noise=noise)
-        found = fit([Recorded(robot, [measure(points, robot)])])
+        found = fit([RobotRecordings(robot, [measure(points, robot)])])
         return in_frame(found, frame, arm, use, workspace(arm, 40, 7))
     bases = reachable_bases(arm, generator, 3 if noise else 6)
     samples = 12 if noise else 20
@@ -133,7 +140,7 @@ def one_arm(robot: Robot, use: str, seed: int, noise: float) -> tuple[np.ndarray
     measured = [measure(replace(p, distance=None), robot) for p in placements]
     deviation = noise / 2 or EXACT
     at = sockets_seen(bases, frame, generator, noise=noise / 2, deviation=deviation, name=use)
-    found = fit([Recorded(robot, measured)], at)
+    found = fit([RobotRecordings(robot, measured)], at)
     if noise:
         return in_frame(found, frame, arm, use, workspace(arm, 40, 7))
     held = [record(arm, b, generator, samples=4) for b in reachable_bases(arm, generator, 3)]
@@ -162,7 +169,7 @@ def two_arms(
     judged = recorded_by_both(arms, poses, held, generator, samples=4)
     found = fit(
         [
-            Recorded(robot, [measure(p, robot) for p in own], name=name)
+            RobotRecordings(robot, [measure(p, robot) for p in own], name=name)
             for robot, own, name in zip(robots, recorded, "AB", strict=True)
         ],
         deviation=3e-5 if noise else EXACT,

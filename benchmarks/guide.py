@@ -26,23 +26,26 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from mukca.recorder.dataset import Placement, Sample, read_placements
-from mukca.solver.auto.estimation import estimate
-from mukca.solver.auto.extended_model import ExtendedModel, extend
-from mukca.solver.auto.noise import Noise
-from mukca.solver.auto.posterior import Posterior
-from mukca.solver.data.measurements import measure
+from mukca.recorder import read_placements
+from mukca.recorder.dataset import Placement, Sample
+from mukca.solver.bayes.inference import Posterior, estimate
+from mukca.solver.bayes.model import ExtendedModel, Noise, extend
+from mukca.solver.data import measure
 from mukca.solver.data.observe import observe
-from mukca.solver.design.knowledge import from_fit, from_prior, workspace_of
-from mukca.solver.design.plan import expected_groups
-from mukca.solver.robot.kinematics import BallModel, workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot, shipped_robots
-from mukca.tools.inverse_kinematics import Guide
-from mukca.tools.recording.beside import goal_for
-from mukca.tools.recording.coach import Coach
-from mukca.tools.simulated_arms import Base, perturb, reachable_bases, record
-from mukca.tools.workers import Workers, add_workers, workers_of
+from mukca.solver.design import expected_groups, from_fit, from_prior, workspace_of
+from mukca.solver.robot import (
+    BallModel,
+    InverseKinematics,
+    Robot,
+    choose_parameters,
+    load_robot,
+    shipped_robots,
+    workspace,
+)
+from mukca.tools.parallel import Workers, add_workers, workers_of
+from mukca.tools.recording import PoseSelector, goal_for
+from mukca.tools.simulation import Base, perturb, record
+from mukca.tools.simulation.simulated_arms import reachable_bases
 
 NOISE = 1e-4
 STEP = 0.8
@@ -59,7 +62,7 @@ class Hand:
     generator: np.random.Generator
 
     def __post_init__(self) -> None:
-        self.guide = Guide(self.arm)
+        self.guide = InverseKinematics(self.arm)
 
     def lead(self, q: np.ndarray | None, socket: np.ndarray, spread: float) -> np.ndarray:
         """Return a pose near another, with the ball in a socket."""
@@ -77,7 +80,9 @@ class Hand:
         ]
 
 
-def guided(hand: Hand, base: Base, coach: Coach, most: int = 60) -> tuple[list[Sample], float]:
+def guided(
+    hand: Hand, base: Base, coach: PoseSelector, most: int = 60
+) -> tuple[list[Sample], float]:
     """Record until the coach has enough; return the samples and the gauge."""
     samples: list[Sample] = []
     socket, q, advice = 0, None, None
@@ -140,7 +145,7 @@ def one_arm(names: list[str], goal_mm: float | None, i: int) -> tuple[str, tuple
     arm = perturb(robot, generator, 2e-3, 5e-3)
     first, second = reachable_bases(arm, generator, 2)
     hand = Hand(arm, generator)
-    coach = Coach(robot, 0.05, goal_for(robot, goal_mm))
+    coach = PoseSelector(robot, 0.05, goal_for(robot, goal_mm))
     samples, gauge = guided(hand, first, coach)
     test = record(arm, second, generator, samples=30)
     a = truth(arm, fitted(robot, samples), test)

@@ -19,12 +19,14 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from mukca.drivers import JointState, damiao, dynamixel, feetech, xarm
-from mukca.drivers.franka_state import LAYOUTS, decode_state
-from mukca.drivers.fri import decode_message
-from mukca.drivers.kinova_actuator import decode_reply
-from mukca.drivers.piper import decode_frame
-from mukca.drivers.rtde import Recipe, take_package
+from mukca.drivers import JointState
+from mukca.drivers.arms import damiao, xarm
+from mukca.drivers.arms.franka_state import LAYOUTS, decode_state
+from mukca.drivers.arms.fri import decode_message
+from mukca.drivers.arms.kinova.actuator_messages import decode_reply
+from mukca.drivers.arms.piper import decode_frame
+from mukca.drivers.arms.rtde import Recipe, take_package
+from mukca.drivers.arms.servos import dynamixel, feetech
 from mukca.tools.emulators.dynamixel import crc16
 from mukca.tools.emulators.franka import encode_state
 from mukca.tools.emulators.kuka import encode_message

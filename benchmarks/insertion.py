@@ -27,14 +27,14 @@ import numpy as np
 
 from mukca.recorder.convert import write_holes
 from mukca.tools.cli import main as mukca
-from mukca.tools.commands.demo import DEMO_SEED, demo_arm
+from mukca.tools.cli.commands.demo import DEMO_SEED, demo_arm
 from mukca.tools.experiments.cell import Cell, build_cell
 from mukca.tools.experiments.drawing import retrace
 from mukca.tools.experiments.insertion import Trial, insert_at_centre, insert_on_cross
 from mukca.tools.experiments.models import record_placements
 from mukca.tools.experiments.results import drawing_figures, insertion_figures
 from mukca.tools.experiments.scene import TIME_STEP, urdf_of
-from mukca.tools.workers import Workers, add_workers, workers_of
+from mukca.tools.parallel import Workers, add_workers, workers_of
 
 Insert = Callable[[Cell, int, int], Iterator[Trial]]
 SEED = 0

@@ -22,8 +22,8 @@ import numpy as np
 
 import mukca
 from mukca.recorder.dataset import Placement
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.workers import add_workers, workers_of
+from mukca.solver.robot import Robot
+from mukca.tools.parallel import add_workers, workers_of
 
 
 def split(points: Placement, trained: int, seed: int) -> tuple[Placement, Placement]:

@@ -21,14 +21,14 @@ from dataclasses import replace
 import numpy as np
 
 from mukca.recorder.dataset import Placement, Sample
-from mukca.solver.auto.deflection import COMPLIANCE, Deflection
-from mukca.solver.data.measurements import Measurement, measure
-from mukca.solver.fit import fit_by_auto, fit_by_paper
-from mukca.solver.robot.kinematics import BallModel
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.commands.demo import demo_arm, demo_bases
-from mukca.tools.simulated_arms import Imperfection, reachable_bases, record
+from mukca.solver.bayes.model import COMPLIANCE, Deflection
+from mukca.solver.calibration import fit_by_auto
+from mukca.solver.calibration.fit import fit_by_paper
+from mukca.solver.data import Measurement, measure
+from mukca.solver.robot import BallModel, Robot, choose_parameters
+from mukca.tools.cli.commands.demo import demo_arm, demo_bases
+from mukca.tools.simulation import record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 GUIDED = 500
 """Configurations that are truly guided to in each socket; more are made beside them."""

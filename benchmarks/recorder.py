@@ -29,9 +29,9 @@ import numpy as np
 import psutil
 
 from mukca.recorder.convert import write_holes
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulated_arms import Base, perturb
-from mukca.tools.simulated_arms import record as record_arm
+from mukca.solver.robot import load_robot
+from mukca.tools.simulation import Base, perturb
+from mukca.tools.simulation import record as record_arm
 
 RATE = 1000
 BARE = """

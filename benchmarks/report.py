@@ -18,8 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder.convert import write_holes
-from mukca.tools.commands.demo import SEAT_NOISE, demo_arm
-from mukca.tools.simulated_arms import reachable_bases, record
+from mukca.tools.cli.commands.demo import SEAT_NOISE, demo_arm
+from mukca.tools.simulation import record
+from mukca.tools.simulation.simulated_arms import reachable_bases
 
 
 def seconds(words: list[str], runs: int = 5) -> float:

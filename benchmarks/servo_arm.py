@@ -25,20 +25,16 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from mukca.solver.auto.selection import select_model
-from mukca.solver.auto.zeros import DECIDED, angles_near
-from mukca.solver.auto.zeros import with_zeros as zeros_in
-from mukca.solver.calibrated import CalibratedRobot
-from mukca.solver.data.known import SocketAt
-from mukca.solver.data.load import Load
-from mukca.solver.data.measurements import measure
+from mukca.solver.bayes.results import DECIDED, angles_near
+from mukca.solver.bayes.results import with_zeros as zeros_in
+from mukca.solver.bayes.selection.model_selection import select_model
+from mukca.solver.data import Load, SocketAt, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import rotation, rotation_rpy
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.solver.robot.urdf_text import Origin
-from mukca.tools.simulated_arms import Base, Imperfection, perturb, reachable_bases, record
-from mukca.tools.workers import add_workers, workers_of
+from mukca.solver.results import CalibratedRobot
+from mukca.solver.robot import Origin, Robot, choose_parameters, load_robot, rotation, rotation_rpy
+from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.simulation import Base, perturb, record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 TICK = 2 * math.pi / 4096
 LARGEST = math.radians(5)

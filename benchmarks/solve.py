@@ -18,18 +18,18 @@ from pathlib import Path
 
 import numpy as np
 
+from mukca.recorder import read_placement
 from mukca.recorder.convert import write_holes
-from mukca.recorder.dataset import read_placement
-from mukca.solver.data.measurements import measure
-from mukca.solver.paper.problem import Problem, build_problem, solve
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.commands.demo import demo_arm, demo_bases
-from mukca.tools.simulated_arms import record
+from mukca.solver.data import measure
+from mukca.solver.paper import Problem, build_problem, solve
+from mukca.solver.robot import load_robot
+from mukca.tools.cli.commands.demo import demo_arm, demo_bases
+from mukca.tools.simulation import record
 
 IMPORTS = {
     "import numpy, casadi": "import numpy, casadi",
     "import numpy, casadi, yourdfpy": "import numpy, casadi, yourdfpy",
-    "all that mukca solve loads": "import mukca.tools.calibration.arms, mukca.tools.report.console",
+    "all that mukca solve loads": "from mukca import calibrate; import mukca.tools.report.console",
     "nothing": "pass",
 }
 

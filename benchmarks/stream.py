@@ -24,8 +24,7 @@ from bisect import bisect
 from importlib.util import find_spec
 from pathlib import Path
 
-from mukca.drivers import Driver
-from mukca.drivers.registry import open_driver
+from mukca.drivers import Driver, open_driver
 
 STREAMS = {
     "franka-5": ("franka", ("--version", "5")),

@@ -17,17 +17,16 @@ from functools import partial
 
 import numpy as np
 
-from mukca.solver.auto.deflection import COMPLIANCE, ELASTICITY, TILT, Deflection
-from mukca.solver.auto.extended_model import Expected
-from mukca.solver.auto.uncertainty import deviations
-from mukca.solver.data.measurements import Measurement, measure
-from mukca.solver.data.metrics import evaluate
-from mukca.solver.fit import fit_by_auto, fit_by_paper
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.realistic_flaws import TRANSLATION, TURN
-from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
-from mukca.tools.workers import add_workers, workers_of
+from mukca.solver.bayes.model import COMPLIANCE, ELASTICITY, TILT, Deflection, Expected
+from mukca.solver.bayes.results.uncertainty import deviations
+from mukca.solver.calibration import fit_by_auto
+from mukca.solver.calibration.fit import fit_by_paper
+from mukca.solver.data import Measurement, evaluate, measure
+from mukca.solver.robot import Robot, choose_parameters, load_robot
+from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.error_magnitudes import TRANSLATION, TURN
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 ROBOTS = ("panda", "iiwa14", "ur5e")
 

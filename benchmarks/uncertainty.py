@@ -20,18 +20,15 @@ from functools import partial
 
 import numpy as np
 
-from mukca.solver.auto.selection import select_model
-from mukca.solver.auto.uncertainty import deviations, distance_deviations, prior_deviations
-from mukca.solver.data.known import SEAT_DEVIATION
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.metrics import CALIPER_DEVIATION
+from mukca.solver.bayes.results.uncertainty import deviations, distance_deviations, prior_deviations
+from mukca.solver.bayes.selection.model_selection import select_model
+from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import gravity_moments, workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.realistic_flaws import realistic_flaws
-from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
-from mukca.tools.workers import add_workers, workers_of
+from mukca.solver.robot import choose_parameters, gravity_moments, load_robot, workspace
+from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.error_magnitudes import realistic_flaws
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 ROBOTS = ("panda", "iiwa14", "gen3_lite", "ur5e")
 

@@ -27,11 +27,11 @@ import numpy as np
 
 import mukca
 from mukca.recorder.dataset import Placement
-from mukca.solver.robot.kinematics import BallModel, workspace
-from mukca.solver.robot.urdf import shipped_robots
-from mukca.tools.repeatability import ARMS
-from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
-from mukca.tools.workers import add_workers, workers_of
+from mukca.solver.assessment import ARMS
+from mukca.solver.robot import BallModel, shipped_robots, workspace
+from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 REPEATABILITY = {"gen3": 0.15, "lite6": 0.5, "openarm": 0.2, "piper": 0.2, "ur20": 0.1}
 REPEATABILITY |= {"uf850": 0.1, "wxai": 1.0}
@@ -137,7 +137,7 @@ def told(robot: mukca.Robot, truth: Truth, placements: list[Placement], **settin
         return Told("refused", robot.name, str(error))
     if calibration.document.distorted:
         return Told("distorted", robot.name)
-    verdict = calibration.report.figures.verdict
+    verdict = calibration.verdict
     (allowed,) = [row.limit for row in verdict.limits if row.name == "predicted_distance"]
     wrong = workspace_error(truth, calibration)
     words = f"distances truly {1e3 * wrong:.2f} mm off; {verdict.text}"

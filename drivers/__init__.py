@@ -1,5 +1,5 @@
 """Robots to joint states: drivers that only read, and the contract that they keep."""
 
-from .driver import Driver, DriverError, JointState, Reason, match_joints
+import lazy_loader
 
-__all__ = ["Driver", "DriverError", "JointState", "Reason", "match_joints"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,8 +9,6 @@ import time
 from collections.abc import Sequence
 from typing import Protocol, TypeVar
 
-__all__ = ["now", "sleep", "wait"]
-
 
 class _Readable(Protocol):
     def fileno(self) -> int: ...

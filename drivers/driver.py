@@ -20,9 +20,7 @@ from dataclasses import dataclass
 from enum import Enum
 from types import TracebackType
 
-from .. import MukcaError
-
-__all__ = ["Driver", "DriverError", "JointState", "Reason", "match_joints"]
+from ..errors import MukcaError
 
 
 class Reason(Enum):

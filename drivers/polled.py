@@ -1,13 +1,11 @@
 """The base of drivers that ask a robot where it is, again and again, at a rate of their own."""
 
 from . import clock
-from .checked import CheckedDriver
 from .driver import DriverError, Reason
+from .validation import ValidatingDriver
 
-__all__ = ["PolledDriver"]
 
-
-class PolledDriver(CheckedDriver):
+class PolledDriver(ValidatingDriver):
     """A driver whose robot sends a state only when it is asked for one.
 
     Args:

@@ -12,8 +12,6 @@ from collections.abc import Callable
 from . import clock
 from .driver import Driver, DriverError, JointState, Reason
 
-__all__ = ["Reconnecting"]
-
 _HOPELESS = frozenset({Reason.BAD_ADDRESS, Reason.MISSING_PACKAGE, Reason.WRONG_ROBOT})
 
 logger = logging.getLogger(__name__)

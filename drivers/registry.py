@@ -19,16 +19,6 @@ from .driver import Driver, DriverError, Reason
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-__all__ = [
-    "DRIVERS",
-    "ENTRY_POINT_GROUP",
-    "DriverInfo",
-    "is_installed",
-    "list_drivers",
-    "open_driver",
-    "try_plugin",
-]
-
 ENTRY_POINT_GROUP = "mukca.drivers"
 
 
@@ -60,42 +50,49 @@ DRIVERS: dict[str, DriverInfo] = {
     info.name: info
     for info in (
         DriverInfo(
-            "damiao", "mukca.drivers.damiao:Damiao", "OpenArm: Damiao motors, CAN", needs=("can",)
+            "damiao",
+            "mukca.drivers.arms.damiao:Damiao",
+            "OpenArm: Damiao motors, CAN",
+            needs=("can",),
         ),
         DriverInfo(
             "dynamixel",
-            "mukca.drivers.dynamixel:Dynamixel",
+            "mukca.drivers.arms.servos.dynamixel:Dynamixel",
             "ViperX, WidowX, Koch: Dynamixel X servos, serial",
             needs=("serial",),
         ),
         DriverInfo(
             "feetech",
-            "mukca.drivers.feetech:Feetech",
+            "mukca.drivers.arms.servos.feetech:Feetech",
             "SO-100, SO-101: Feetech STS servos, serial",
             needs=("serial",),
         ),
-        DriverInfo("franka", "mukca.drivers.franka:Franka", "Panda, FR3: FCI"),
+        DriverInfo("franka", "mukca.drivers.arms.franka:Franka", "Panda, FR3: FCI"),
         DriverInfo(
             "kinova",
-            "mukca.drivers.kinova:Kinova",
+            "mukca.drivers.arms.kinova.kinova:Kinova",
             "Gen2, JACO: RS-485, CAN; Gen3: Kortex",
             needs=("serial",),
             optional=(("isotp", "can://"), ("kortex_api", "kortex://")),
         ),
-        DriverInfo("kuka", "mukca.drivers.kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
-        DriverInfo("mock", "mukca.drivers.mock:Mock", "a simulated arm: replays a recording"),
-        DriverInfo("piper", "mukca.drivers.piper:Piper", "AgileX Piper: CAN", needs=("can",)),
+        DriverInfo("kuka", "mukca.drivers.arms.kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
         DriverInfo(
-            "ros", "mukca.drivers.ros:Ros", "any arm in ROS: rosbridge", needs=("roslibpy",)
+            "mock", "mukca.drivers.arms.simulated:Mock", "a simulated arm: replays a recording"
         ),
-        DriverInfo("ur", "mukca.drivers.ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
+        DriverInfo("piper", "mukca.drivers.arms.piper:Piper", "AgileX Piper: CAN", needs=("can",)),
+        DriverInfo(
+            "ros", "mukca.drivers.arms.ros:Ros", "any arm in ROS: rosbridge", needs=("roslibpy",)
+        ),
+        DriverInfo("ur", "mukca.drivers.arms.ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
         DriverInfo(
             "ur-rtde",
-            "mukca.drivers.ur_rtde:UrRtde",
+            "mukca.drivers.arms.ur_rtde:UrRtde",
             "UR3 to UR20: RTDE, by the package ur-rtde",
             needs=("rtde_receive",),
         ),
-        DriverInfo("xarm", "mukca.drivers.xarm:XArm", "UFACTORY xArm, Lite 6, 850: report stream"),
+        DriverInfo(
+            "xarm", "mukca.drivers.arms.xarm:XArm", "UFACTORY xArm, Lite 6, 850: report stream"
+        ),
     )
 }
 

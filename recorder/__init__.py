@@ -1,1 +1,5 @@
 """Joint states to recordings: the session at the robot, and the files it writes."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

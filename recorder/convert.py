@@ -8,8 +8,6 @@ from .placement import Placement
 from .placement_json import METADATA
 from .samples import SAMPLES, capture_line, header_line
 
-__all__ = ["hole_files", "sample_files", "write_holes"]
-
 
 def hole_files(placement: Placement) -> dict[str, bytes]:
     """Return a placement as ``hole_0.csv``, ``hole_1.csv``, ..., the form of the paper's authors.

@@ -8,9 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .. import MukcaError
-
-__all__ = ["RecordingError", "Table", "read_table"]
+from ..errors import MukcaError
 
 _NAME = re.compile(r"[^\W\d][\w./:()\[\] -]*")
 """What a joint may be called: a letter first."""

@@ -10,13 +10,11 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, cast
 
-from .. import __version__
+from .._version import __version__
 from .csv_files import RecordingError
+from .placement import SOCKETS
 from .placement_json import METADATA, read_distance, read_metadata
 from .samples import SAMPLES
-from .session import SOCKETS
-
-__all__ = ["Metadata", "merged", "set_distance", "sync_folder", "write_metadata"]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from .csv_files import RecordingError
 from .samples import Sample
 
-__all__ = ["Placement"]
+SOCKETS = 2
+"""How many sockets a base has, where nothing else is said."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -8,8 +8,6 @@ from typing import Any, cast
 
 from .csv_files import RecordingError
 
-__all__ = ["METADATA", "read_distance", "read_metadata", "read_name"]
-
 METADATA = "placement.json"
 _WORD = re.compile(r"[\w.-]+")
 

@@ -17,9 +17,9 @@ from hypothesis import settings
 from virtual_time import VirtualTime
 
 from mukca.recorder.convert import write_holes
-from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.solver.robot import Robot, load_robot
 from mukca.tools.cli import main
-from mukca.tools.simulated_arms import Base, perturb, record
+from mukca.tools.simulation import Base, perturb, record
 
 ROOT = Path(__file__).parents[1]
 

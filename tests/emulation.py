@@ -18,8 +18,9 @@ import can
 import pytest
 from virtual_time import VirtualTime
 
-from mukca.drivers import canbus, clock
-from mukca.tools.commands import emulate
+from mukca.drivers import clock
+from mukca.drivers.transport import can_bus as canbus
+from mukca.tools.cli.commands import emulate
 
 START_SECONDS = 60
 _numbers = itertools.count()
@@ -84,8 +85,8 @@ def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
     parser = argparse.ArgumentParser()
     emulate.add_arguments(parser)
     with VirtualTime().running() as time, pytest.MonkeyPatch.context() as patch:
-        for module in ("piper", "damiao", "kinova_bus"):
-            patch.setattr(f"mukca.drivers.{module}.open_bus", _VirtualBus)
+        for module in ("piper", "damiao", "kinova.polled_bus"):
+            patch.setattr(f"mukca.drivers.arms.{module}.open_bus", _VirtualBus)
         running = _Peer(parser.parse_args(words), time)
         try:
             address = running.emulator.driver_address.partition(":")[2]

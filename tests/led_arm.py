@@ -8,8 +8,8 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mukca.drivers import mock
-from mukca.drivers.motion import Motion
+from mukca.drivers.arms import Motion
+from mukca.drivers.arms import simulated as mock
 from mukca.tools.cli import main
 
 

@@ -16,7 +16,7 @@ ROOMS = {
 MESSAGES = "<!-- every message -->"
 BY_HAND = "<!-- where the site has them -->"
 EXAMPLES = "<!-- every example -->"
-SAID = {"Finding", "MissingExtra", "warn"}
+SAID = {"Diagnostic", "MissingExtra", "warn"}
 BARE = {"ValueError", "TypeError", "RuntimeError", "OSError", "AttributeError", "AssertionError"}
 
 
@@ -79,7 +79,7 @@ def _told(tree: ast.AST) -> Iterator[str]:
         said = id(node) in raised or name.endswith("Error") or name in SAID
         words = [text for argument in node.args if (text := _text(argument))]
         if name not in BARE and said and words and len(words[-1]) > 12:
-            yield "; ".join(words[-2:]) if name == "Finding" else words[-1]
+            yield "; ".join(words[-2:]) if name == "Diagnostic" else words[-1]
 
 
 def _text(node: ast.expr) -> str:

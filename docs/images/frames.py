@@ -6,11 +6,9 @@ python docs/images/frames.py > docs/images/frames.svg
 import casadi as ca
 import numpy as np
 
-from mukca.solver.data.frames import IDENTITY, Pose, turn
-from mukca.solver.robot.kinematics import link_frames
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.simulated_arms import Base
-from mukca.tools.simulated_worlds import recorded_by_both
+from mukca.solver.data import IDENTITY, Pose, turn
+from mukca.solver.robot import Robot, link_frames, load_robot
+from mukca.tools.simulation import Base, recorded_by_both
 
 SCALE = 360
 """Pixels for a metre."""

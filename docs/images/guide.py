@@ -14,18 +14,12 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
-from mukca.recorder.advice import Advice
-from mukca.recorder.readiness import Moment, readiness
-from mukca.recorder.samples import Sample
-from mukca.recorder.screen import render
-from mukca.recorder.session import Session
-from mukca.recorder.view import View
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.inverse_kinematics import Guide
-from mukca.tools.recording.beside import goal_for
-from mukca.tools.recording.coach import SHARE, Coach
-from mukca.tools.recording.opening import joints_of
-from mukca.tools.simulated_arms import Base, perturb
+from mukca.recorder import Sample
+from mukca.recorder.session import Advice, OperatorContext, Session, View, readiness
+from mukca.recorder.terminal import render
+from mukca.solver.robot import InverseKinematics, load_robot
+from mukca.tools.recording import SHARE, PoseSelector, goal_for, joints_of
+from mukca.tools.simulation import Base, perturb
 
 COLUMNS, ROWS = 84, 24
 
@@ -35,7 +29,7 @@ def main() -> None:
     generator = np.random.default_rng(2)
     arm = perturb(robot, generator, 2e-3, 5e-3)
     base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
-    coach, guide = Coach(robot, 0.05, goal_for(robot)), Guide(arm)
+    coach, guide = PoseSelector(robot, 0.05, goal_for(robot)), InverseKinematics(arm)
     session, advice = Session(joints_of(robot)), None
     console = Console(record=True, width=COLUMNS, file=io.StringIO())
     for number in range(1, 2 * SHARE + 1):
@@ -64,7 +58,10 @@ def main() -> None:
 
 
 def seated(
-    guide: Guide, near: np.ndarray | None, seat: np.ndarray, generator: np.random.Generator
+    guide: InverseKinematics,
+    near: np.ndarray | None,
+    seat: np.ndarray,
+    generator: np.random.Generator,
 ) -> np.ndarray:
     """Return a pose with the ball in its seat, near another or anywhere."""
     if near is not None:
@@ -78,7 +75,7 @@ def seated(
 
 
 def draw(console: Console, session: Session, advice: Advice | None, q: np.ndarray) -> None:
-    moment = Moment(
+    moment = OperatorContext(
         session, tuple(q.tolist()), leave=bool(advice and advice.leave),
         enough=advice.why_enough if advice else "",
     )  # fmt: skip

@@ -24,6 +24,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         calibration = mukca.calibrate(robot, train, test=everything, distance=0.05)
         calibration.save(folder, force=True)
+        mukca.write_report(calibration, folder)
         with sync_playwright() as player:
             browser = player.chromium.launch(
                 executable_path=shutil.which("chromium"), args=["--no-sandbox"]

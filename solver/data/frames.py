@@ -11,18 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ... import MukcaError
-
-__all__ = [
-    "IDENTITY",
-    "FrameError",
-    "Landmarks",
-    "Pose",
-    "check_base",
-    "fit_pose",
-    "place_frames",
-    "turn",
-]
+from ...errors import MukcaError
 
 FAR = 0.25
 """A point cannot be this far from where the nominal model has it [m]: it is no deviation of an
@@ -117,7 +106,7 @@ def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) ->
 
 
 @dataclass(frozen=True)
-class Landmarks:
+class FrameObservations:
     """Positions that are known in one frame; those of one number are one place."""
 
     name: str
@@ -129,9 +118,9 @@ class Landmarks:
     wheres: Sequence[str]
     """Where each was read, for messages."""
 
-    def joined(self, other: "Landmarks") -> "Landmarks":
+    def joined(self, other: "FrameObservations") -> "FrameObservations":
         """Return these and further landmarks of the same frame; where both have one, the latter."""
-        return Landmarks(
+        return FrameObservations(
             self.name,
             np.concatenate([self.numbers, other.numbers]),
             np.concatenate([self.points, other.points]),
@@ -139,7 +128,7 @@ class Landmarks:
         )
 
 
-def place_frames(frames: Sequence[Landmarks]) -> list[Pose]:
+def place_frames(frames: Sequence[FrameObservations]) -> list[Pose]:
     """Return poses of frames in the first one, from the places that they have in common.
 
     It is where the search begins. Frame after frame is placed, the one that shares most with those
@@ -171,7 +160,7 @@ def place_frames(frames: Sequence[Landmarks]) -> list[Pose]:
     return [pose for pose in poses if pose is not None]
 
 
-def _placed(frame: Landmarks, common: np.ndarray, world: np.ndarray) -> Pose:
+def _placed(frame: FrameObservations, common: np.ndarray, world: np.ndarray) -> Pose:
     """Return the pose of a frame by those of its places that are known, after checks."""
     inner, outer = frame.points[common], world[common]
     wheres = [where for where, known in zip(frame.wheres, common, strict=True) if known]
@@ -206,7 +195,7 @@ def _placed(frame: Landmarks, common: np.ndarray, world: np.ndarray) -> Pose:
     return pose
 
 
-def check_base(measured: Landmarks, visited: Landmarks) -> None:
+def check_base(measured: FrameObservations, visited: FrameObservations) -> None:
     """See that coordinates in a robot's own base are near where the robot was there.
 
     Args:

@@ -11,22 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ... import MukcaError
+from ...errors import MukcaError
 from .metrics import CALIPER_DEVIATION
-
-__all__ = [
-    "SEAT_DEVIATION",
-    "WORLD",
-    "Known",
-    "KnownDistance",
-    "KnownError",
-    "Located",
-    "SocketAt",
-    "distance_covariance",
-    "find_socket",
-    "parse_known",
-]
-
 
 SEAT_DEVIATION = 1e-5
 """Standard deviation of the distance between a base's sockets from one placement to the next [m]:

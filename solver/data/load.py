@@ -4,11 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..robot.kinematics import STANDARD_GRAVITY, gravity_moments
-from ..robot.urdf import Robot
+from ..robot import STANDARD_GRAVITY, Robot, gravity_moments
 from .measurements import Measurement
-
-__all__ = ["Load"]
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,9 @@ from typing import Literal
 
 import numpy as np
 
-from ... import MukcaError
+from ...errors import MukcaError
 from ...recorder.dataset import Placement
-from ..robot.urdf import Robot
-
-__all__ = ["DEFAULT_DISTANCE", "Measurement", "MeasurementError", "measure"]
+from ..robot import Robot
 
 DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets [m]."""

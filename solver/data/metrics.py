@@ -18,19 +18,6 @@ import numpy as np
 from .frames import Pose, fit_pose
 from .measurements import Measurement
 
-__all__ = [
-    "CALIPER_DEVIATION",
-    "Metrics",
-    "cost_terms",
-    "evaluate",
-    "fit_frames",
-    "found_deviation",
-    "is_distorted",
-    "mean_metrics",
-    "socket_centres",
-    "targets",
-]
-
 CALIPER_DEVIATION = 3e-5
 """Standard deviation of a socket distance measured with a caliper [m]."""
 FOLDS = 10

@@ -12,8 +12,6 @@ import numpy as np
 
 from .known import WORLD, Known, Located, distance_covariance
 
-__all__ = ["Instrument", "Observations", "Scene"]
-
 
 @dataclass(frozen=True)
 class Observations:

@@ -5,27 +5,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..robot.urdf import Robot
+from ..robot import Robot
 from .frames import FrameError
-from .known import (
-    WORLD,
-    Known,
-    KnownDistance,
-    KnownError,
-    Located,
-    SocketAt,
-    find_socket,
-)
+from .known import WORLD, Known, KnownDistance, KnownError, Located, SocketAt, find_socket
 from .load import Load
 from .measurements import Measurement
 from .metrics import CALIPER_DEVIATION
 from .observations import Instrument, Observations, Scene
 
-__all__ = ["Recorded", "observe", "observe_all"]
-
 
 @dataclass(frozen=True)
-class Recorded:
+class RobotRecordings:
     """A robot and its placements."""
 
     robot: Robot
@@ -61,7 +51,7 @@ def observe(
             has no known distance to any other.
         FrameError: Coordinates of a socket that is not there.
     """
-    recorded = Recorded(robot, measurements, load or Load())
+    recorded = RobotRecordings(robot, measurements, load or Load())
     scene = observe_all(
         [recorded], known=known, sockets_at=sockets_at, deviation=deviation, tied=tied
     )
@@ -69,7 +59,7 @@ def observe(
 
 
 def observe_all(
-    arms: Sequence[Recorded],
+    arms: Sequence[RobotRecordings],
     *,
     known: Sequence[KnownDistance] = (),
     sockets_at: Sequence[SocketAt] = (),
@@ -128,7 +118,7 @@ def observe_all(
     )
 
 
-def _base_of(arm: Recorded) -> str:
+def _base_of(arm: RobotRecordings) -> str:
     return f"{arm.name}:base" if arm.name else "base"
 
 
@@ -161,7 +151,7 @@ def _pairs(
 
 
 def _samples(
-    arm: Recorded,
+    arm: RobotRecordings,
     measurements: Sequence[tuple[str, Measurement]],
     labels: tuple[tuple[str, int], ...],
     known: tuple[Known, ...],

@@ -22,8 +22,6 @@ from .frames import FrameError
 from .known import SocketAt
 from .measurements import Measurement
 
-__all__ = ["in_placements", "parse_socket_at", "read_sockets_at", "spaced"]
-
 UNITS = {"m": 1.0, "mm": 1e-3}
 COLUMNS = ("frame", "socket", "x", "y", "z", "deviation")
 LARGEST_DEVIATION = 1.0

@@ -1,1 +1,5 @@
 """Which samples to take next: what each would teach, before it is taken."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -21,13 +21,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..auto.extended_model import ExtendedModel
-from ..auto.noise import Noise
-from ..auto.posterior import Posterior
-from ..auto.priors import PriorGroup
-from ..robot.kinematics import workspace
-
-__all__ = ["Knowledge", "Rows", "Workspace", "from_fit", "from_prior", "workspace_of"]
+from ..bayes.inference import Posterior
+from ..bayes.model import ExtendedModel, Noise, PriorGroup
+from ..robot import workspace
 
 CENTRE = 1.0
 """Standard deviation of where a socket is before the first sample in it [m]."""
@@ -87,7 +83,7 @@ def workspace_of(model: ExtendedModel, x: np.ndarray, pairs: int = 200) -> Works
 
 
 @dataclass(frozen=True)
-class Knowledge:
+class ParameterCovariance:
     """How well the unknowns of a rigid arm and the sockets' centres are known."""
 
     model: ExtendedModel
@@ -112,7 +108,7 @@ class Knowledge:
         own = self.covariance[:size, :size]
         return np.sqrt(np.einsum("ni,ij,nj->n", where.slopes, own, where.slopes))
 
-    def with_socket(self) -> "Knowledge":
+    def with_socket(self) -> "ParameterCovariance":
         """Return the same with one more socket, of which nothing is known yet."""
         n = len(self.covariance)
         covariance = np.zeros((n + 3, n + 3))
@@ -120,7 +116,7 @@ class Knowledge:
         covariance[n:, n:] = CENTRE**2 * np.eye(3)
         return replace(self, covariance=covariance)
 
-    def with_lengths(self, ends: dict[int, np.ndarray], deviation: float) -> "Knowledge":
+    def with_lengths(self, ends: dict[int, np.ndarray], deviation: float) -> "ParameterCovariance":
         """Return the same with a measured sum of lengths between sockets.
 
         Args:
@@ -134,7 +130,7 @@ class Knowledge:
             row[0, begin : begin + 3] = slope
         return self._updated(row, np.array([[deviation**2]]))
 
-    def with_samples(self, q: np.ndarray, socket: int) -> "Knowledge":
+    def with_samples(self, q: np.ndarray, socket: int) -> "ParameterCovariance":
         """Return the same with more samples in a socket.
 
         Args:
@@ -181,7 +177,7 @@ class Knowledge:
         row[:, begin : begin + 3] = -np.eye(3)
         return row
 
-    def _updated(self, A: np.ndarray, C: np.ndarray) -> "Knowledge":
+    def _updated(self, A: np.ndarray, C: np.ndarray) -> "ParameterCovariance":
         """Return the same after one measurement with derivatives A and noise C."""
         across = A @ self.covariance
         kept = self.covariance - across.T @ np.linalg.solve(across @ A.T + C, across)
@@ -190,7 +186,7 @@ class Knowledge:
 
 def from_prior(
     model: ExtendedModel, groups: tuple[PriorGroup, ...], noise: Noise, sockets: int
-) -> Knowledge:
+) -> ParameterCovariance:
     """Return what is known before the first sample.
 
     Args:
@@ -204,9 +200,9 @@ def from_prior(
     covariance[:n] = 0.0
     for group in groups:
         covariance[np.ix_(group.members, group.members)] = group.covariance(group.width)
-    return Knowledge(model, np.zeros(n), noise, covariance)
+    return ParameterCovariance(model, np.zeros(n), noise, covariance)
 
 
-def from_fit(posterior: Posterior) -> Knowledge:
+def from_fit(posterior: Posterior) -> ParameterCovariance:
     """Return what is known after a fit."""
-    return Knowledge(posterior.model, posterior.x, posterior.noise, posterior.covariance)
+    return ParameterCovariance(posterior.model, posterior.x, posterior.noise, posterior.covariance)

@@ -5,14 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..auto.extended_model import ExtendedModel
-from ..auto.priors import PriorGroup, prior_groups
-from ..data.known import SEAT_DEVIATION
-from ..data.metrics import CALIPER_DEVIATION
-from ..data.observations import Observations
-from .knowledge import Knowledge, Workspace
-
-__all__ = ["Site", "best_of", "between", "expected_groups", "with_site"]
+from ..bayes.model import ExtendedModel, PriorGroup, prior_groups
+from ..data import CALIPER_DEVIATION, SEAT_DEVIATION, Observations
+from .knowledge import ParameterCovariance, Workspace
 
 
 @dataclass(frozen=True)
@@ -39,8 +34,12 @@ def expected_groups(model: ExtendedModel) -> tuple[PriorGroup, ...]:
 
 
 def with_site(
-    known: Knowledge, site: Site, where: Workspace, samples: int, before: Site | None = None
-) -> Knowledge:
+    known: ParameterCovariance,
+    site: Site,
+    where: Workspace,
+    samples: int,
+    before: Site | None = None,
+) -> ParameterCovariance:
     """Return what would be known after recording at another site.
 
     Args:
@@ -68,7 +67,7 @@ def with_site(
     return known
 
 
-def best_of(known: Knowledge, poses: np.ndarray, socket: int, where: Workspace) -> int:
+def best_of(known: ParameterCovariance, poses: np.ndarray, socket: int, where: Workspace) -> int:
     """Return which of some poses would teach most."""
     return int(np.argmax(known.gains(poses, socket, where.shape)))
 

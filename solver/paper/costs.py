@@ -24,8 +24,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["deviations", "distance", "inconsistency", "mean", "regularization"]
-
 
 def mean(points: Any) -> Any:
     """Return the mean of the columns, shape (3, 1): mu. Linear."""

@@ -11,9 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ... import MukcaError
-
-__all__ = ["NotConverged", "Solution", "gauss_newton", "ipopt"]
+from ...errors import MukcaError
 
 TOLERANCE = 1e-8
 """Relative change of the objective at which both stop."""

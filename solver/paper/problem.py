@@ -7,23 +7,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ... import MukcaError
-from ..data.measurements import Measurement, check_distinct
-from ..robot.kinematics import BallModel
-from ..robot.parameters import Parameter, choose_parameters
-from ..robot.urdf import Robot
+from ...errors import MukcaError
+from ..data import Measurement, check_distinct
+from ..robot import BallModel, Parameter, Robot, choose_parameters
 from . import costs
 from .optimizers import MAX_ITERATIONS, Solution, gauss_newton, ipopt
-
-__all__ = [
-    "OPTIMIZERS",
-    "REGULARIZATION",
-    "Problem",
-    "SettingError",
-    "ball_only",
-    "build_problem",
-    "solve",
-]
 
 OPTIMIZERS = ("gauss-newton", "ipopt")
 REGULARIZATION = 1e-4

@@ -8,17 +8,6 @@ import numpy as np
 
 from .urdf_text import Element, ModelError, Origin, UrdfText
 
-__all__ = [
-    "Body",
-    "Joint",
-    "find_bodies",
-    "find_chain",
-    "find_parents",
-    "find_root",
-    "matrix_rpy",
-    "require_link",
-]
-
 _CALIBRATED = ("revolute", "continuous", "prismatic")
 
 

@@ -29,18 +29,6 @@ from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import Origin
 
-__all__ = [
-    "BallModel",
-    "Linearisation",
-    "across",
-    "ball_position",
-    "gravity_moments",
-    "gravity_torques",
-    "link_frames",
-    "moments_function",
-    "workspace",
-]
-
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 
 

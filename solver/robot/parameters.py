@@ -8,10 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from ... import MukcaError
+from ...errors import MukcaError
 from .urdf import Robot
-
-__all__ = ["COMPONENTS", "Parameter", "ParameterError", "all_parameters", "choose_parameters"]
 
 COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
 _GROUPS = {"xyz": COMPONENTS[:3], "rpy": COMPONENTS[3:]}

@@ -10,8 +10,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-__all__ = ["RowFunction"]
-
 BATCH = 200
 """Rows that are computed at once: the results of more no longer fit into a processor's cache."""
 

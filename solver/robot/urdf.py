@@ -14,8 +14,6 @@ import numpy as np
 from .chain import Body, Joint, find_bodies, find_chain, find_parents, find_root, require_link
 from .urdf_text import ModelError, UrdfText, add_ball, scan
 
-__all__ = ["BALL_LINK", "Robot", "load_robot", "parse_robot", "shipped_robots"]
-
 BALL_LINK = "ball_link"
 
 

@@ -13,22 +13,7 @@ from html import escape
 from pathlib import Path
 from xml.parsers import expat
 
-from ... import MukcaError
-
-__all__ = [
-    "Element",
-    "ModelError",
-    "Origin",
-    "UrdfText",
-    "add_ball",
-    "add_comment",
-    "add_link",
-    "end_of_tag",
-    "relocate_meshes",
-    "scan",
-    "set_origins",
-    "with_attributes",
-]
+from ...errors import MukcaError
 
 
 class ModelError(MukcaError):

@@ -3,8 +3,7 @@
 import pytest
 
 from mukca.drivers import DriverError, Reason
-from mukca.drivers.address import parse_endpoint, resolve
-from mukca.drivers.canbus import open_bus, parse_can_address
+from mukca.drivers.transport import open_bus, parse_can_address, parse_endpoint, resolve
 
 
 @pytest.mark.parametrize(

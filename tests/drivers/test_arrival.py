@@ -5,11 +5,11 @@ from itertools import pairwise
 
 import pytest
 
-from mukca.drivers.arrival import EvenStamps
+from mukca.drivers import ArrivalTimeFilter
 
 
 def stamps_of(arrivals, period=0.005):
-    clock = EvenStamps(period)
+    clock = ArrivalTimeFilter(period)
     return [clock(arrival) for arrival in arrivals]
 
 

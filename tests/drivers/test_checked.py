@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mukca.drivers import DriverError, JointState, Reason
-from mukca.drivers.checked import AHEAD, CheckedDriver
+from mukca.drivers import DriverError, JointState, Reason, ValidatingDriver
+from mukca.drivers.validation import AHEAD
 
 
-class Scripted(CheckedDriver):
+class Scripted(ValidatingDriver):
     """Receives what it is given: states, errors to raise, or numbers, which are stamps."""
 
     def __init__(self, *script, joints=2, period=None, clock=None):

@@ -12,22 +12,20 @@ from emulation import emulated, emulated_program, own_bus, own_host
 from kortex_stand_in import TORQUES, kortex_arm
 from rosbridge import ARM, joint_state, rosbridge
 
-from mukca.drivers import JointState
-from mukca.drivers.damiao import Damiao
-from mukca.drivers.dynamixel import Dynamixel
-from mukca.drivers.feetech import Feetech
-from mukca.drivers.franka import Franka
-from mukca.drivers.kinova import Kinova
-from mukca.drivers.kuka import Kuka
-from mukca.drivers.mock import Mock, SimulatedArm
-from mukca.drivers.motion import Motion
-from mukca.drivers.piper import Piper
-from mukca.drivers.registry import open_driver
-from mukca.drivers.ros import Ros, decode_message
-from mukca.drivers.testing import DriverContract
-from mukca.drivers.ur import Ur
-from mukca.drivers.ur_rtde import UrRtde
-from mukca.drivers.xarm import XArm
+from mukca.drivers import DriverContract, JointState, open_driver
+from mukca.drivers.arms import Motion, SimulatedArm
+from mukca.drivers.arms.damiao import Damiao
+from mukca.drivers.arms.franka import Franka
+from mukca.drivers.arms.kinova.kinova import Kinova
+from mukca.drivers.arms.kuka import Kuka
+from mukca.drivers.arms.piper import Piper
+from mukca.drivers.arms.ros import Ros, decode_message
+from mukca.drivers.arms.servos.dynamixel import Dynamixel
+from mukca.drivers.arms.servos.feetech import Feetech
+from mukca.drivers.arms.simulated import Mock
+from mukca.drivers.arms.ur import Ur
+from mukca.drivers.arms.ur_rtde import UrRtde
+from mukca.drivers.arms.xarm import XArm
 
 ROOT = Path(__file__).parents[2]
 

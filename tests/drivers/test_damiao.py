@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mukca.drivers import DriverError, Reason
-from mukca.drivers.damiao import (
+from mukca.drivers.arms.damiao import (
     Damiao,
     decode_feedback,
     decode_query,

@@ -3,8 +3,7 @@
 import pytest
 
 from mukca import MukcaError
-from mukca.drivers import DriverError, JointState, Reason
-from mukca.drivers.registry import open_driver
+from mukca.drivers import DriverError, JointState, Reason, open_driver
 
 
 @pytest.fixture

@@ -5,9 +5,7 @@ from itertools import pairwise
 import pytest
 from emulation import emulated
 
-from mukca.drivers import DriverError, Reason, clock
-from mukca.drivers.reconnect import Reconnecting
-from mukca.drivers.registry import open_driver
+from mukca.drivers import DriverError, Reason, Reconnecting, clock, open_driver
 
 STATES = 600
 MESSAGE_FAULTS = ("drop:0.03", "reorder:0.03", "duplicate:0.03", "truncate:0.03", "garble:0.03")

@@ -8,8 +8,8 @@ from emulation import emulated
 from listeners import answering, fci_robot
 
 from mukca.drivers import DriverError, JointState, Reason
-from mukca.drivers.franka import Franka
-from mukca.drivers.franka_state import decode_state
+from mukca.drivers.arms.franka import Franka
+from mukca.drivers.arms.franka_state import decode_state
 from mukca.tools.emulators.franka import encode_state
 
 STATE = JointState(0.0, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7), (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0))
@@ -64,7 +64,7 @@ def test_a_version_that_nobody_speaks_is_a_bad_address(version):
 )
 def test_what_is_no_robot_is_told(answer, reason, monkeypatch):
     if reason is Reason.BUSY:  # which is told once the time is up
-        monkeypatch.setattr("mukca.drivers.franka.CONNECT_SECONDS", 0.3)
+        monkeypatch.setattr("mukca.drivers.arms.franka.CONNECT_SECONDS", 0.3)
     start = time.monotonic()
     with answering(answer) as address, pytest.raises(DriverError) as caught:
         Franka(address)

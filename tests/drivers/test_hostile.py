@@ -12,13 +12,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mukca.drivers import JointState, dynamixel, feetech
-from mukca.drivers.franka_state import LAYOUTS, decode_state
-from mukca.drivers.fri import decode_message
-from mukca.drivers.kinova_actuator import decode_reply
-from mukca.drivers.piper import decode_frame
-from mukca.drivers.ros import decode_message as decode_ros
-from mukca.drivers.rtde import Recipe, decode_recipe, take_package
+from mukca.drivers import JointState
+from mukca.drivers.arms.franka_state import LAYOUTS, decode_state
+from mukca.drivers.arms.fri import decode_message
+from mukca.drivers.arms.kinova.actuator_messages import decode_reply
+from mukca.drivers.arms.piper import decode_frame
+from mukca.drivers.arms.ros import decode_message as decode_ros
+from mukca.drivers.arms.rtde import Recipe, decode_recipe, take_package
+from mukca.drivers.arms.servos import dynamixel, feetech
 from mukca.tools.emulators.franka import encode_state
 from mukca.tools.emulators.kuka import encode_message
 

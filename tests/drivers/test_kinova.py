@@ -10,10 +10,9 @@ import serial
 from emulation import emulated
 from kortex_stand_in import TORQUES, kortex_arm
 
-from mukca.drivers import DriverError, Reason, clock
-from mukca.drivers.kinova import Kinova, Unwrap
-from mukca.drivers.kinova_actuator import decode_reply, encode_poll
-from mukca.drivers.registry import open_driver
+from mukca.drivers import DriverError, Reason, clock, open_driver
+from mukca.drivers.arms.kinova.actuator_messages import decode_reply, encode_poll
+from mukca.drivers.arms.kinova.kinova import Kinova, Unwrap
 
 
 def test_the_polls_bytes():

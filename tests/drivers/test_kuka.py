@@ -10,8 +10,8 @@ from emulation import emulated, own_host
 from virtual_time import Every
 
 from mukca.drivers import DriverError, JointState, Reason
-from mukca.drivers.fri import Session, decode_message, encode_reply
-from mukca.drivers.kuka import Kuka
+from mukca.drivers.arms.fri import Session, decode_message, encode_reply
+from mukca.drivers.arms.kuka import Kuka
 from mukca.tools.emulators.kuka import encode_message, nested, numbers, varint
 
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)

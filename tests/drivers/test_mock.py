@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.drivers import DriverError, JointState, Reason, clock
-from mukca.drivers.mock import FAULTS, Fault, Mock, SimulatedArm
-from mukca.drivers.motion import Motion
-from mukca.drivers.registry import open_driver
-from mukca.recorder.convert import sample_files
+from mukca.drivers import DriverError, JointState, Reason, clock, open_driver
+from mukca.drivers.arms import Motion, SimulatedArm
+from mukca.drivers.arms.simulated import FAULTS, Fault, Mock
+from mukca.recorder import sample_files
 from mukca.recorder.dataset import Placement, Sample
 
 pytestmark = pytest.mark.usefixtures("virtual_time")

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mukca.drivers.motion import Motion
+from mukca.drivers.arms import Motion
 
 CONFIGURATIONS = [[0.0, 1.0], [0.5, -1.0], [0.2, 0.3]]
 MOTION = Motion(CONFIGURATIONS, hold=0.5, move=0.8)

@@ -7,8 +7,8 @@ import can
 import pytest
 
 from mukca.drivers import DriverError, Reason
-from mukca.drivers.canbus import open_bus
-from mukca.drivers.piper import Piper, decode_frame
+from mukca.drivers.arms.piper import Piper, decode_frame
+from mukca.drivers.transport import open_bus
 
 
 def test_a_frame():
@@ -66,7 +66,7 @@ def driver(arm, monkeypatch):
         arm(*whole(0))
         return bus
 
-    monkeypatch.setattr("mukca.drivers.piper.open_bus", open_and_send)
+    monkeypatch.setattr("mukca.drivers.arms.piper.open_bus", open_and_send)
     with Piper("virtual/piper") as driver:
         driver.read(1)
         yield driver

@@ -12,9 +12,7 @@ from emulation import emulated
 from kortex_stand_in import kortex_arm
 from rosbridge import ARM, rosbridge
 
-from mukca.drivers import DriverError
-from mukca.drivers.reconnect import Reconnecting
-from mukca.drivers.registry import open_driver
+from mukca.drivers import DriverError, Reconnecting, open_driver
 
 pytestmark = pytest.mark.slow
 

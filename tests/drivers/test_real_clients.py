@@ -14,7 +14,7 @@ import sys
 import pytest
 from emulation import emulated, emulated_program
 
-from mukca.drivers.registry import open_driver
+from mukca.drivers import open_driver
 
 pytestmark = pytest.mark.slow
 
@@ -208,7 +208,7 @@ def test_our_requests_are_those_of_the_servos_makers(name, module, script, tmp_p
 def test_our_requests_are_those_of_ur_rtde(tmp_path):
     """Byte by byte but for the names of the outputs, and the comma that ur-rtde adds after them."""
     need("rtde_receive")
-    from mukca.drivers.ur import Ur
+    from mukca.drivers.arms.ur import Ur
 
     with emulated_program("ur", tmp_path) as emulation:
         client(UR_RTDE.format(frequency=500), emulation.host)
@@ -259,7 +259,7 @@ print(json.dumps(found))
 )
 def test_our_names_of_errors_are_libfrankas(module, version, tmp_path):
     need(module)
-    from mukca.drivers.franka_state import ERRORS
+    from mukca.drivers.arms.franka_state import ERRORS
 
     command = (sys.executable, "-c", FLAGGED_EMULATOR)
     with emulated_program("franka", tmp_path, "--version", version, command=command) as emulation:

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from mukca.drivers import Driver, DriverError, JointState, Reason, clock
-from mukca.drivers.reconnect import Reconnecting
+from mukca.drivers import Driver, DriverError, JointState, Reason, Reconnecting, clock
 
 pytestmark = pytest.mark.usefixtures("virtual_time")
 

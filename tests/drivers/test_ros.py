@@ -7,7 +7,7 @@ from listeners import saying
 from rosbridge import ARM, NAMES, joint_state, rosbridge
 
 from mukca.drivers import DriverError, Reason
-from mukca.drivers.ros import Ros, decode_message
+from mukca.drivers.arms.ros import Ros, decode_message
 
 
 def test_joints_are_matched_by_name():
@@ -57,7 +57,7 @@ def test_messages_of_others_and_odd_ones_are_counted():
 
 
 def test_a_joint_that_nobody_publishes_is_named(monkeypatch):
-    monkeypatch.setattr("mukca.drivers.ros.FIRST_STATE_SECONDS", 1.0)
+    monkeypatch.setattr("mukca.drivers.arms.ros.FIRST_STATE_SECONDS", 1.0)
     with rosbridge() as bridge, pytest.raises(DriverError) as caught:
         Ros(bridge.address, (*ARM, "arm_4"))
     assert caught.value.reason is Reason.WRONG_ROBOT
@@ -66,7 +66,7 @@ def test_a_joint_that_nobody_publishes_is_named(monkeypatch):
 
 
 def test_a_topic_without_a_publisher_is_told(monkeypatch):
-    monkeypatch.setattr("mukca.drivers.ros.FIRST_STATE_SECONDS", 1.0)
+    monkeypatch.setattr("mukca.drivers.arms.ros.FIRST_STATE_SECONDS", 1.0)
     with rosbridge(topic="/other") as bridge, pytest.raises(DriverError) as caught:
         Ros(bridge.address, ARM)
     assert caught.value.reason is Reason.UNREACHABLE
@@ -84,7 +84,7 @@ def test_a_connection_that_ends_is_told():
 
 
 def test_what_is_no_rosbridge_is_told(monkeypatch):
-    monkeypatch.setattr("mukca.drivers.ros.CONNECT_SECONDS", 1.0)
+    monkeypatch.setattr("mukca.drivers.arms.ros.CONNECT_SECONDS", 1.0)
     text = json.dumps({"hello": 1}).encode()
     with saying(text, pause=0.01) as address, pytest.raises(DriverError) as caught:
         Ros(address)

@@ -7,9 +7,9 @@ import pytest
 from emulation import emulated
 
 from mukca.drivers import DriverError, Reason
-from mukca.drivers.dynamixel import Dynamixel, DynamixelPackets
-from mukca.drivers.feetech import Feetech, FeetechPackets
-from mukca.drivers.servo_bus import Answer
+from mukca.drivers.arms.servos.dynamixel import Dynamixel, DynamixelPackets
+from mukca.drivers.arms.servos.feetech import Feetech, FeetechPackets
+from mukca.drivers.arms.servos.servo_bus import Answer
 from mukca.tools.emulators.feetech import FeetechEmulator
 from mukca.tools.emulators.servos import ServoEmulator
 

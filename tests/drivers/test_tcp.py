@@ -6,8 +6,7 @@ import pytest
 from listeners import saying
 
 from mukca.drivers import DriverError, Reason
-from mukca.drivers.address import parse_endpoint
-from mukca.drivers.tcp import TcpStream
+from mukca.drivers.transport import TcpStream, parse_endpoint
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from mukca.drivers.mock import Mock, SimulatedArm
-from mukca.drivers.motion import Motion
-from mukca.drivers.testing import DriverContract
+from mukca.drivers import DriverContract
+from mukca.drivers.arms import Motion, SimulatedArm
+from mukca.drivers.arms.simulated import Mock
 
 
 class Contract(DriverContract):

@@ -9,8 +9,8 @@ from emulation import emulated
 from listeners import rtde_controller, saying
 
 from mukca.drivers import DriverError, Reason
-from mukca.drivers.rtde import encode_package, setup_payload, take_package
-from mukca.drivers.ur import Ur
+from mukca.drivers.arms.rtde import encode_package, setup_payload, take_package
+from mukca.drivers.arms.ur import Ur
 
 
 def test_packages_are_taken_one_by_one():
@@ -77,7 +77,7 @@ def test_an_output_that_the_controller_has_not(tmp_path):
 )
 def test_what_is_no_controller_is_told_in_time(texts, reason, monkeypatch):
     if reason is Reason.BUSY:  # which is told once the time is up
-        monkeypatch.setattr("mukca.drivers.ur.CONNECT_SECONDS", 0.3)
+        monkeypatch.setattr("mukca.drivers.arms.ur.CONNECT_SECONDS", 0.3)
     start = time.monotonic()
     with saying(*texts, pause=1e-4) as address, pytest.raises(DriverError) as caught:
         Ur(address)

@@ -8,9 +8,8 @@ from types import SimpleNamespace
 import pytest
 from emulation import emulated_program
 
-from mukca.drivers import DriverError, Reason
-from mukca.drivers.registry import open_driver
-from mukca.drivers.ur_rtde import UrRtde
+from mukca.drivers import DriverError, Reason, open_driver
+from mukca.drivers.arms.ur_rtde import UrRtde
 
 needs_ur_rtde = pytest.mark.skipif(
     find_spec("rtde_receive") is None,
@@ -96,7 +95,9 @@ def test_stamp_and_angles_are_of_one_state(monkeypatch):
             pass
 
     monkeypatch.setitem(sys.modules, "rtde_receive", SimpleNamespace(RTDEReceiveInterface=Robot))
-    monkeypatch.setattr("mukca.drivers.ur_rtde.open_tcp", lambda *_: SimpleNamespace(close=int))
+    monkeypatch.setattr(
+        "mukca.drivers.arms.ur_rtde.open_tcp", lambda *_: SimpleNamespace(close=int)
+    )
     with UrRtde("127.0.0.1") as driver:
         for state in [driver.read(1.0) for _ in range(20)]:
             assert state.position == pytest.approx([state.stamp / 2] * 6)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mukca.drivers import DriverError, JointState, Reason
-from mukca.drivers.xarm import FAST, PORTS, REAL, RICH, XArm, decode_report, take_report
+from mukca.drivers.arms.xarm import FAST, PORTS, REAL, RICH, XArm, decode_report, take_report
 from mukca.tools.emulators.xarm import XArmEmulator
 
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6)

@@ -20,16 +20,13 @@ from pathlib import Path
 from rich.console import Console
 from virtual_time import VirtualTime
 
-from mukca.drivers.mock import Mock, SimulatedArm
-from mukca.drivers.motion import Motion
-from mukca.recorder.display import Screen
-from mukca.recorder.record import Recorder
-from mukca.recorder.recording import Metadata, Recording
-from mukca.recorder.samples import read_samples
-from mukca.recorder.script import Script
-from mukca.recorder.session import JointLimits, Session
-from mukca.recorder.stream import Stream
-from mukca.recorder.watch import Watch
+from mukca.drivers.arms import Motion, SimulatedArm
+from mukca.drivers.arms.simulated import Mock
+from mukca.recorder import read_samples
+from mukca.recorder.session import Recording, Session
+from mukca.recorder.session.recording_file import Metadata
+from mukca.recorder.stream import JointLimits, Stream, StreamMonitor
+from mukca.recorder.terminal import Recorder, Screen, Script
 
 JOINTS = tuple(JointLimits(f"joint{i}", -3, 3) for i in range(7))
 
@@ -46,7 +43,7 @@ def record(folder: Path, seed: int) -> None:
         content = recording.content
         session = Session(JOINTS, samples=content.samples, withdrawn=content.withdrawn)
         stream = Stream(Mock(arm=arm))
-        watch = Watch(JOINTS, live=False)
+        watch = StreamMonitor(JOINTS, live=False)
         Recorder(session, stream, watch, recording, Screen(Console()), script=Script(reader)).run()
 
 

@@ -7,13 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mukca.recorder.dataset import (
-    RecordingError,
-    find_placements,
-    read_placement,
-    read_placements,
-    read_table,
-)
+from mukca.recorder import find_placements, read_placement, read_placements
+from mukca.recorder.dataset import RecordingError, read_table
 
 NAMES = ("j1", "j2", "j3")
 

@@ -9,18 +9,17 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from mukca.recorder.advice import Advice
-from mukca.recorder.display import Lines, Screen
-from mukca.recorder.keyboard import HangUp
-from mukca.recorder.readiness import Readiness
-from mukca.recorder.screen import KEYS
-from mukca.recorder.session import JointLimits, Session
-from mukca.recorder.view import View
+from mukca.recorder.session import Advice, Session, View
+from mukca.recorder.session.operator_prompt import OperatorPrompt
+from mukca.recorder.stream import JointLimits
+from mukca.recorder.terminal import Lines, Screen
+from mukca.recorder.terminal.keyboard import HangUp
+from mukca.recorder.terminal.screen import KEYS
 
 VIEW = View(
     Session((JointLimits("elbow", -1, 1),)),
     "arm",
-    Readiness("PRESS", "dark_green", "space captures sample 1"),
+    OperatorPrompt("PRESS", "dark_green", "space captures sample 1"),
     (0.1,),
     rate=1000.0,
     age=0.001,
@@ -116,9 +115,9 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
     with Lines(Console(file=text)) as lines:
         lines.show(by_hand)
         lines.show(replace(by_hand, age=0.1))
-        lines.show(replace(by_hand, ready=Readiness("HOLD", "red", "still moving")))
+        lines.show(replace(by_hand, ready=OperatorPrompt("HOLD", "red", "still moving")))
         for typed in ("", "2"):
-            lines.show(replace(by_hand, ready=Readiness("WHICH?", "red", f"delete: {typed}_")))
+            lines.show(replace(by_hand, ready=OperatorPrompt("WHICH?", "red", f"delete: {typed}_")))
     assert text.getvalue().splitlines() == [
         KEYS,
         "socket 0  PRESS: space captures sample 1",

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from mukca.recorder.keyboard import HangUp, Keyboard
+from mukca.recorder.terminal import Keyboard
+from mukca.recorder.terminal.keyboard import HangUp
 
 
 @pytest.fixture

@@ -2,7 +2,8 @@
 
 import pytest
 
-from mukca.recorder.keys import KEYS, KeyMapError, Prompt, keys_with
+from mukca.recorder.terminal import keys_with
+from mukca.recorder.terminal.key_bindings import KEYS, KeyMapError, Prompt
 
 
 def test_a_pedal_captures_and_the_usual_keys_stay() -> None:

@@ -2,16 +2,16 @@
 
 import pytest
 
-from mukca.recorder.push import Push
-from mukca.recorder.rest import Rest
-from mukca.recorder.session import JointLimits
+from mukca.recorder.stream import ContactDetector, JointLimits, StationaryPose
 
 JOINTS = (JointLimits("shoulder"), JointLimits("elbow"))
 QUIET = (0.02, 0.02)
 
 
-def rest(effort: tuple[float, ...] | None, spread: tuple[float, ...] | None = QUIET) -> Rest:
-    return Rest((0.1, 0.2), (1e-5, 1e-5), effort, spread, 1.0, 300)
+def rest(
+    effort: tuple[float, ...] | None, spread: tuple[float, ...] | None = QUIET
+) -> StationaryPose:
+    return StationaryPose((0.1, 0.2), (1e-5, 1e-5), effort, spread, 1.0, 300)
 
 
 @pytest.mark.parametrize(
@@ -24,12 +24,12 @@ def rest(effort: tuple[float, ...] | None, spread: tuple[float, ...] | None = QU
     ],
 )
 def test_a_load_beyond_gravity_is_told(effort: tuple[float, float], told: str | None) -> None:
-    said = Push(JOINTS, lambda q: (40.0, 5.0)).look(rest(effort))
+    said = ContactDetector(JOINTS, lambda q: (40.0, 5.0)).look(rest(effort))
     assert said is None if told is None else told in str(said)
 
 
 def test_tremor_is_told_against_the_quietest_rest() -> None:
-    push = Push(JOINTS)
+    push = ContactDetector(JOINTS)
     assert push.look(rest((1.0, 1.0), (0.5, 0.5))) is None  # nothing to compare with yet
     assert push.look(rest((1.0, 1.0), QUIET)) is None
     assert "the effort of shoulder trembles by 0.50 N m" in str(
@@ -40,8 +40,8 @@ def test_tremor_is_told_against_the_quietest_rest() -> None:
 
 
 def test_without_efforts_nothing_is_claimed() -> None:
-    assert Push(JOINTS, lambda q: (40.0, 5.0)).look(rest(None, None)) is None
+    assert ContactDetector(JOINTS, lambda q: (40.0, 5.0)).look(rest(None, None)) is None
 
 
 def test_without_masses_no_load_is_claimed() -> None:
-    assert Push(JOINTS).look(rest((1000.0, 0.0))) is None
+    assert ContactDetector(JOINTS).look(rest((1000.0, 0.0))) is None

@@ -14,22 +14,15 @@ import numpy as np
 import pytest
 from virtual_time import Every, VirtualTime
 
-from mukca.drivers import Driver, clock
-from mukca.drivers.mock import Fault, Mock, SimulatedArm
-from mukca.drivers.motion import Motion
-from mukca.drivers.reconnect import Reconnecting
-from mukca.recorder.advice import Advice, Question
-from mukca.recorder.dataset import read_placement
-from mukca.recorder.keys import KEYS
-from mukca.recorder.push import Push
-from mukca.recorder.record import Outcome, Recorder
-from mukca.recorder.recording import Metadata, Recording
-from mukca.recorder.samples import Sample
-from mukca.recorder.script import Script
-from mukca.recorder.session import JointLimits, Session
-from mukca.recorder.stream import Stream
-from mukca.recorder.view import View
-from mukca.recorder.watch import Watch
+from mukca.drivers import Driver, Reconnecting, clock
+from mukca.drivers.arms import Motion, SimulatedArm
+from mukca.drivers.arms.simulated import Fault, Mock
+from mukca.recorder import Sample, read_placement
+from mukca.recorder.session import Advice, Question, Recording, Session, View
+from mukca.recorder.session.recording_file import Metadata
+from mukca.recorder.stream import ContactDetector, JointLimits, Stream, StreamMonitor
+from mukca.recorder.terminal import Outcome, Recorder, Script
+from mukca.recorder.terminal.key_bindings import KEYS
 
 PLACES = [(0.1, 0.2), (0.6, -0.4), (0.2, 0.5), (-0.5, 0.1), (0.9, 0.9)]
 JOINTS = (JointLimits("a", -1, 1), JointLimits("b", -1, 1))
@@ -96,7 +89,7 @@ def record_in_real_time(tmp_path: Path) -> Callable[..., tuple[Outcome, Seen]]:
             recorder = Recorder(
                 Session(JOINTS, target=3),
                 stream,
-                Watch(JOINTS, live=False),
+                StreamMonitor(JOINTS, live=False),
                 recording,
                 seen,
                 script=Script(reader),
@@ -231,7 +224,7 @@ def test_efforts_are_averaged_and_saved(record, tmp_path: Path) -> None:
 
 def test_a_pushed_arm_is_told_and_noted(record) -> None:
     source = arm("push@0+inf", efforts=[(10.0, -2.0)] * 5)
-    push = Push(JOINTS, lambda q: (10.0, -2.0))
+    push = ContactDetector(JOINTS, lambda q: (10.0, -2.0))
     outcome, seen = record(source, "a q", push=push)
     assert outcome.refused == 0
     said = outcome.session.messages[-1].text
@@ -331,7 +324,7 @@ def by_hand(tmp_path: Path, virtual_time: VirtualTime) -> Callable[..., tuple[Ou
         with Recording(tmp_path / "front", metadata) as recording:
             stream = Stream(Mock(arm=source))
             session = Session(JOINTS, target=2)
-            watch = Watch(JOINTS)
+            watch = StreamMonitor(JOINTS)
             recorder = Recorder(
                 session,
                 stream,
@@ -491,7 +484,7 @@ def test_other_keys_can_capture_and_numbers_are_typed(by_hand) -> None:
     )
 
 
-class Adviser:
+class GuidanceProvider:
     """Says what it is told to, as soon as it is asked."""
 
     def __init__(self, *said: dict[str, object]) -> None:
@@ -515,7 +508,7 @@ class Adviser:
 
 def test_advice_ends_a_socket_and_the_placement(by_hand) -> None:
     odd = {"doubt": "this moves like a crane"}
-    adviser = Adviser({}, {"leave": True} | odd, {"enough": True, "closing": ("go left",)})
+    adviser = GuidanceProvider({}, {"leave": True} | odd, {"enough": True, "closing": ("go left",)})
     typed = (0.5, "a"), (1.9, "s"), (2.2, "a"), (4.5, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, adviser=adviser, sound=True)
     assert outcome.session.counts == (1, 1)
@@ -528,7 +521,7 @@ def test_advice_ends_a_socket_and_the_placement(by_hand) -> None:
 
 
 def test_advice_that_fails_ends_no_session(by_hand) -> None:
-    adviser = Adviser({})
+    adviser = GuidanceProvider({})
     adviser.trouble = "it ended with status 1"
     outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (1.8, "q"), adviser=adviser)
     assert len(outcome.session.live) == 1 and outcome.advice is None

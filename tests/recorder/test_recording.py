@@ -10,10 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mukca.recorder.convert import hole_files, sample_files
-from mukca.recorder.dataset import Placement, RecordingError, find_placements, read_placement
-from mukca.recorder.recording import Metadata, Recording
-from mukca.recorder.samples import Sample, header_line, read_samples
+from mukca.recorder import (
+    Sample,
+    find_placements,
+    header_line,
+    hole_files,
+    read_placement,
+    read_samples,
+    sample_files,
+)
+from mukca.recorder.dataset import Placement, RecordingError
+from mukca.recorder.session import Recording
+from mukca.recorder.session.recording_file import Metadata
 
 METADATA = Metadata("arm", ("a", "b,c"), ("rad", "m"), 0.05, model_sha256="1f")
 exact = st.floats(allow_nan=False, allow_infinity=False)

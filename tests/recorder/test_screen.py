@@ -9,13 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console, Group
 
-from mukca.recorder.advice import Advice
-from mukca.recorder.banner import banner
-from mukca.recorder.readiness import Moment, readiness
-from mukca.recorder.samples import Sample
-from mukca.recorder.screen import HELP, render, rows_needed
-from mukca.recorder.session import JointLimits, Session
-from mukca.recorder.view import View
+from mukca.recorder import Sample
+from mukca.recorder.session import Advice, OperatorContext, Session, View, readiness
+from mukca.recorder.stream import JointLimits
+from mukca.recorder.terminal import render
+from mukca.recorder.terminal.large_text import banner
+from mukca.recorder.terminal.screen import HELP, rows_needed
 
 MOMENT = ("trouble", "moving", "push", "got", "asking", "prompt")
 JOINTS = tuple(JointLimits(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
@@ -36,7 +35,7 @@ def view(made: Session | None = None, **more: object) -> View:
     made = made or session()
     position = more.pop("position", (0.3,) * len(made.joints))
     said = {f: more.pop(f) for f in MOMENT if f in more}
-    ready = readiness(Moment(made, position, **said))  # pyright: ignore
+    ready = readiness(OperatorContext(made, position, **said))  # pyright: ignore
     facts = {"position": position, "rate": 1000.0, "age": 0.002, **more}
     return View(made, "panda  mock:hand  data/front", ready, **facts)  # pyright: ignore
 

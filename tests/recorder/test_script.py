@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from mukca.recorder.script import PATIENCE, Script, ScriptError
+from mukca.recorder.terminal import Script
+from mukca.recorder.terminal.key_script import PATIENCE, ScriptError
 
 
 def script(text: str, chunk: int = 1000) -> Script:

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mukca.recorder.samples import Sample
-from mukca.recorder.session import JointLimits, Session
+from mukca.recorder import Sample
+from mukca.recorder.session import Session
+from mukca.recorder.stream import JointLimits
 
 JOINTS = (JointLimits("shoulder", -1.0, 1.0), JointLimits("rail", 0.0, 0.5, prismatic=True))
 

@@ -5,10 +5,9 @@ from collections.abc import Callable
 
 import pytest
 
-from mukca.drivers import Driver, DriverError, JointState, Reason
-from mukca.drivers.mock import Fault, Mock, SimulatedArm
-from mukca.drivers.motion import Motion
-from mukca.drivers.reconnect import Reconnecting
+from mukca.drivers import Driver, DriverError, JointState, Reason, Reconnecting
+from mukca.drivers.arms import Motion, SimulatedArm
+from mukca.drivers.arms.simulated import Fault, Mock
 from mukca.recorder.stream import Stream
 
 

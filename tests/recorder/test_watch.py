@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from mukca.drivers import JointState
-from mukca.drivers.mock import Fault, SimulatedArm
-from mukca.drivers.motion import Motion
-from mukca.recorder.rest import Window
-from mukca.recorder.session import JointLimits
-from mukca.recorder.watch import Watch
+from mukca.drivers.arms import Motion, SimulatedArm
+from mukca.drivers.arms.simulated import Fault
+from mukca.recorder.stream import JointLimits, StreamMonitor
+from mukca.recorder.stream.stationarity import StationarityDetector
 
 JOINTS = (JointLimits("a", -3, 3), JointLimits("b", -3, 3), JointLimits("c", -3, 3))
 REST = (0.1, 0.2, 0.3)
@@ -42,8 +41,8 @@ def sent(source: SimulatedArm, until: float) -> Iterable[tuple[float, JointState
         yield moment, last
 
 
-def fed(source: SimulatedArm, until: float, watch: Watch | None = None) -> Watch:
-    watch = watch or Watch(JOINTS)
+def fed(source: SimulatedArm, until: float, watch: StreamMonitor | None = None) -> StreamMonitor:
+    watch = watch or StreamMonitor(JOINTS)
     for moment, state in sent(source, until):
         watch.feed(state, moment)
     return watch
@@ -71,7 +70,7 @@ def test_efforts_are_averaged() -> None:
 @pytest.mark.parametrize("noise", [0.0, 2e-5, 1e-4])
 def test_every_rest_is_still_and_no_move_is(rate: float, noise: float) -> None:
     source = arm(rate=rate, noise=noise)
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     for state in states(source, 7.0):
         watch.feed(state, state.stamp)
         within = state.stamp % 2.0
@@ -89,7 +88,7 @@ def test_the_threshold_of_stillness_is_the_one_asked_for(
     still: float, share: float, at_rest: bool
 ) -> None:
     """A joint that drifts evenly by D over the window has a standard deviation of D / sqrt(12)."""
-    window = Window(JOINTS, length=0.3, still=still)
+    window = StationarityDetector(JOINTS, length=0.3, still=still)
     speed = share * still * math.sqrt(12) / 0.3
     for stamp in np.linspace(0.0, 0.5, 501):
         window.add(JointState(float(stamp), (0.1, 0.2 + speed * float(stamp), 0.3), None))
@@ -106,7 +105,7 @@ def test_a_watch_takes_half_a_milliradian_for_still() -> None:
 
 @pytest.mark.slow
 def test_a_settled_average_holds_nothing_of_the_move_before() -> None:
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     for state in states(arm(noise=0.0), 4.0):
         watch.feed(state, state.stamp)
         if watch.settled and state.stamp % 2 < 0.95:
@@ -130,7 +129,7 @@ def test_a_settled_average_holds_nothing_of_the_move_before() -> None:
 @pytest.mark.parametrize("start", [2.5, 3.5])
 def test_every_fault_is_told_and_bars_capture(fault: str, told: str, start: float) -> None:
     """While it shows, and afterwards until a whole window of sound states has come."""
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     source = arm(f"{fault}@{start}+0.4", rate=500)
     fed(source, start + 0.4, watch)
     assert told in str(watch.trouble(start + 0.4))
@@ -144,7 +143,7 @@ def test_every_fault_is_told_and_bars_capture(fault: str, told: str, start: floa
 
 @pytest.mark.parametrize("fault", ["nan", "zeros", "short", "repeat", "jump"])
 def test_a_fault_of_one_state_bars_capture_for_a_window(fault: str) -> None:
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     for moment, state in sent(arm(f"{fault}@0.5+0.001"), 1.0):
         watch.feed(state, moment)
         if 0.3 < moment < 0.4995 or moment > 0.83:
@@ -168,7 +167,7 @@ def rounded(step: float) -> Callable[[JointState], JointState]:
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 1e-6])
 def test_an_arm_that_rounds_its_noise_away_is_not_frozen(noise: float) -> None:
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     for state in map(rounded(2e-5), states(arm(noise=noise), 7.0)):
         watch.feed(state, state.stamp)
         assert "frozen" not in str(watch.trouble(state.stamp))
@@ -176,7 +175,7 @@ def test_an_arm_that_rounds_its_noise_away_is_not_frozen(noise: float) -> None:
 
 @pytest.mark.slow
 def test_an_arm_that_rounds_and_freezes_in_mid_move_is_noticed() -> None:
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     for state in map(rounded(2e-5), states(arm("freeze@3.4+3", noise=0.0), 4.0)):
         watch.feed(state, state.stamp)
     assert "frozen" in str(watch.trouble(4.0))
@@ -205,11 +204,11 @@ def test_efforts_that_are_no_numbers_are_a_fault(value: float) -> None:
 
 
 def test_states_that_come_later_and_later_are_stale() -> None:
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     for state in states(arm(), 0.9):
         watch.feed(state, 2 * state.stamp)
     assert "stale: states come 0.9 s late" in str(watch.trouble(1.8))
-    lenient = Watch(JOINTS, live=False)
+    lenient = StreamMonitor(JOINTS, live=False)
     for state in states(arm(), 0.9):
         lenient.feed(state, 2 * state.stamp)
     assert lenient.trouble(1.8) is None
@@ -217,14 +216,14 @@ def test_states_that_come_later_and_later_are_stale() -> None:
 
 @pytest.mark.slow
 def test_a_clock_that_runs_a_little_fast_is_not_stale() -> None:
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     for k in range(10_000):
         watch.feed(JointState(k * 0.1, (0.1 + 1e-5 * (k % 2), 0.2, 0.3)), k * 0.1 * 1.0009)
     assert "stale" not in str(watch.trouble(1000.8))
 
 
 def test_too_few_states_are_told() -> None:
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     assert "silent: no state yet" in str(watch.trouble(0.0))
     for k in range(8):
         watch.feed(JointState(0.1 * k, (0.1 + 1e-6 * k, 0.2, 0.3)), 0.1 * k)
@@ -241,7 +240,7 @@ def test_rate_and_age() -> None:
 
 def test_random_nonsense_never_raises_and_never_rests() -> None:
     generator = random.Random(1)
-    watch = Watch(JOINTS)
+    watch = StreamMonitor(JOINTS)
     numbers = [0.0, 1.0, -1e308, 1e308, math.nan, math.inf, -math.inf, 1e-300]
     for _ in range(3000):
         position = tuple(generator.choice(numbers) for _ in range(generator.randrange(5)))
@@ -252,7 +251,7 @@ def test_random_nonsense_never_raises_and_never_rests() -> None:
 
 def test_spread_is_a_standard_deviation() -> None:
     generator = np.random.default_rng(0)
-    watch = Watch(JOINTS, still=1.0)
+    watch = StreamMonitor(JOINTS, still=1.0)
     drawn = generator.normal(0.5, 1e-3, (321, 3))
     for k, row in enumerate(drawn.tolist()):
         watch.feed(JointState(k / 1000, tuple(row)), k / 1000)

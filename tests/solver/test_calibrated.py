@@ -7,9 +7,9 @@ import numpy as np
 import pinocchio
 import pytest
 
-from mukca.solver.calibrated import CalibratedRobot, JointsError
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot, shipped_robots
+from mukca.solver.results import CalibratedRobot
+from mukca.solver.results.calibrated import JointsError
+from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
 
 
 def calibrated(name: str) -> CalibratedRobot:

@@ -5,33 +5,36 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.noise import Noise
-from mukca.solver.design.knowledge import Knowledge, Workspace, from_prior, workspace_of
-from mukca.solver.design.plan import Site, best_of, expected_groups, with_site
-from mukca.solver.robot.kinematics import workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
+from mukca.solver.bayes.model import Noise, extend
+from mukca.solver.design import (
+    ParameterCovariance,
+    Workspace,
+    expected_groups,
+    from_prior,
+    workspace_of,
+)
+from mukca.solver.design.plan import Site, best_of, with_site
+from mukca.solver.robot import choose_parameters, load_robot, workspace
 
 
 @pytest.fixture(scope="module")
-def known() -> Knowledge:
+def known() -> ParameterCovariance:
     robot = load_robot("ur5e")
     model = extend(robot, choose_parameters(robot))
     return from_prior(model, expected_groups(model), Noise(1e-4, 1e-5), 2)
 
 
 @pytest.fixture(scope="module")
-def where(known: Knowledge) -> Workspace:
+def where(known: ParameterCovariance) -> Workspace:
     return workspace_of(known.model, known.x, pairs=60)
 
 
-def variance(known: Knowledge, where: Workspace) -> float:
+def variance(known: ParameterCovariance, where: Workspace) -> float:
     size = known.model.size
     return float(np.trace(known.covariance[:size, :size] @ where.mean))
 
 
-def test_the_gain_that_is_promised_is_had(known: Knowledge, where: Workspace) -> None:
+def test_the_gain_that_is_promised_is_had(known: ParameterCovariance, where: Workspace) -> None:
     q = workspace(known.model.robot, 12)
     known = known.with_samples(q[:6], 0).with_samples(q[6:9], 1)
     promised = known.gains(q[9:], 1, where.mean)
@@ -41,7 +44,7 @@ def test_the_gain_that_is_promised_is_had(known: Knowledge, where: Workspace) ->
     assert best_of(known, q[9:], 1, where) == int(np.argmax(known.gains(q[9:], 1, where.shape)))
 
 
-def test_the_order_of_samples_does_not_matter(known: Knowledge) -> None:
+def test_the_order_of_samples_does_not_matter(known: ParameterCovariance) -> None:
     q = workspace(known.model.robot, 8)
     one = known.with_samples(q[:4], 0).with_samples(q[4:], 1)
     other = known.with_samples(q[4:], 1).with_samples(q[:4][::-1], 0)
@@ -51,7 +54,9 @@ def test_the_order_of_samples_does_not_matter(known: Knowledge) -> None:
     )
 
 
-def test_samples_and_lengths_never_make_it_worse(known: Knowledge, where: Workspace) -> None:
+def test_samples_and_lengths_never_make_it_worse(
+    known: ParameterCovariance, where: Workspace
+) -> None:
     errors = [known.error(where)]
     for q in workspace(known.model.robot, 6):
         known = known.with_samples(q[None], 0).with_samples(-q[None], 1)
@@ -61,11 +66,13 @@ def test_samples_and_lengths_never_make_it_worse(known: Knowledge, where: Worksp
     assert all(later < earlier for earlier, later in pairwise(errors))
 
 
-def test_a_longer_base_and_another_site_teach_more(known: Knowledge, where: Workspace) -> None:
+def test_a_longer_base_and_another_site_teach_more(
+    known: ParameterCovariance, where: Workspace
+) -> None:
     """One socket's poses move on with it, so the same poses serve for every site here."""
     q = workspace(known.model.robot, 40)
 
-    def after(distance: float) -> Knowledge:
+    def after(distance: float) -> ParameterCovariance:
         centres = np.array([[0.4, 0.0, 0.1], [0.4, distance, 0.1]])
         none = from_prior(known.model, expected_groups(known.model), known.noise, 0)
         return with_site(none, Site(centres, (q[:20], q[20:])), where, 6)
@@ -76,7 +83,9 @@ def test_a_longer_base_and_another_site_teach_more(known: Knowledge, where: Work
     assert with_site(short, there, where, 6, before).error(where) < short.error(where)
 
 
-def test_what_poses_are_chosen_by_leaves_the_scale_out(known: Knowledge, where: Workspace) -> None:
+def test_what_poses_are_chosen_by_leaves_the_scale_out(
+    known: ParameterCovariance, where: Workspace
+) -> None:
     by_scale = np.zeros(known.model.size)
     lengths = [i for i, p in enumerate(known.model.parameters) if p.unit == "m"]
     by_scale[lengths] = known.model.ball.nominal[lengths]

@@ -8,7 +8,7 @@ pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 
 import pinocchio as pin
 
-from mukca.tools.commands.demo import demo_arm
+from mukca.tools.cli.commands.demo import demo_arm
 from mukca.tools.experiments.cell import READY, build_cell
 from mukca.tools.experiments.controller import ArmModel, ImpedanceController, pose_error
 from mukca.tools.experiments.insertion import insert_at_centre

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import Sample, read_placement
-from mukca.recorder.recording import Metadata, Recording
-from mukca.tools.calibration.calibration import load_calibration
+from mukca.recorder import read_placement
+from mukca.recorder.dataset import Sample
+from mukca.recorder.session import Recording
+from mukca.recorder.session.recording_file import Metadata
+from mukca.solver.calibration import load_calibration
 from mukca.tools.cli import main
-from mukca.tools.commands.demo import demo_arm
+from mukca.tools.cli.commands.demo import demo_arm
 
 pytestmark = pytest.mark.slow
 

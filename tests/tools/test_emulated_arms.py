@@ -11,11 +11,13 @@ import pytest
 from emulation import emulated, emulated_program
 from terminal_session import MUKCA, TerminalSession
 
+from mukca.recorder import read_placement
 from mukca.recorder.convert import write_holes
-from mukca.recorder.dataset import Placement, Sample, read_placement
-from mukca.solver.robot.urdf import load_robot
+from mukca.recorder.dataset import Placement, Sample
+from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
-from mukca.tools.simulated_arms import perturb, reachable_bases, record
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.simulated_arms import reachable_bases
 
 pytestmark = pytest.mark.slow
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mukca.tools.cli import main
-from mukca.tools.documents.fleet import FleetArm, FleetChange, FleetSession
-from mukca.tools.fleet.calibrate import compare_parameters
+from mukca.tools.fleet import FleetArm, FleetSession, compare_parameters
+from mukca.tools.fleet.types import FleetChange
 
 
 @pytest.fixture(scope="module")

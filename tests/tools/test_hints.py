@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import Sample, read_placement
-from mukca.solver.data.load import Load
-from mukca.solver.robot.kinematics import gravity_torques
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.hints import Doubts, gravity_of, lookalikes, strangers
+from mukca.recorder import read_placement
+from mukca.recorder.dataset import Sample
+from mukca.solver.data import Load
+from mukca.solver.robot import Robot, gravity_torques, load_robot
+from mukca.tools.recording.outlier_checks import OutlierCheck, gravity_of, lookalikes, strangers
 
 
 def test_gravity_is_the_model_s(panda: Robot) -> None:
@@ -35,7 +35,7 @@ def test_a_model_without_masses_knows_no_gravity(panda: Robot) -> None:
 
 
 def test_a_sample_of_the_other_socket_is_doubted_and_no_other(panda: Robot, session: Path) -> None:
-    check = Doubts(panda, 0.05)
+    check = OutlierCheck(panda, 0.05)
     samples = read_placement(session / "front").samples
     taken: list[Sample] = []
     for number, sample in enumerate(samples, start=1):
@@ -47,7 +47,7 @@ def test_a_sample_of_the_other_socket_is_doubted_and_no_other(panda: Robot, sess
 
 def test_few_samples_are_judged_by_less(panda: Robot, session: Path) -> None:
     first, *_, last = read_placement(session / "front").samples
-    check = Doubts(panda, 0.05)
+    check = OutlierCheck(panda, 0.05)
     assert check([replace(first, number=1), replace(last, number=2)]) is None
     elsewhere = read_placement(session / "left").samples[0]
     told = str(check([replace(first, number=1), replace(elsewhere, number=3)]))

@@ -20,9 +20,9 @@ pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 from PIL import Image
 
 from mukca.recorder.convert import write_holes
-from mukca.solver.robot.urdf_text import ModelError
+from mukca.solver.robot import ModelError
 from mukca.tools.cli import main
-from mukca.tools.commands.demo import demo_arm
+from mukca.tools.cli.commands.demo import demo_arm
 from mukca.tools.experiments import drawing, film, pictures
 from mukca.tools.experiments.controller import ArmModel
 from mukca.tools.experiments.models import record_placements

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import Placement, RecordingError, read_placement
-from mukca.solver.robot.urdf import Robot
+from mukca.recorder import read_placement
+from mukca.recorder.dataset import Placement, RecordingError
+from mukca.solver.robot import Robot
 from mukca.tools.cli import main
-from mukca.tools.simulated_worlds import measured_points, random_pose
+from mukca.tools.simulation.simulated_worlds import measured_points, random_pose
 
 
 def write_points(placement: Placement, folder: Path) -> None:

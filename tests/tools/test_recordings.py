@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import read_placement
-from mukca.recorder.recording import Metadata, Recording
-from mukca.recorder.samples import Sample
+from mukca.recorder import Sample, read_placement
+from mukca.recorder.session import Recording
+from mukca.recorder.session.recording_file import Metadata
 from mukca.tools.cli import main
 
 

@@ -5,11 +5,11 @@ from itertools import pairwise
 import pytest
 
 from mukca import MukcaError
-from mukca.tools.emulators.sabotage import Fault, Sabotage
+from mukca.tools.emulators import Fault, FaultInjector
 
 
 def sent(*faults, count=1000, moment=1.0):
-    sabotage = Sabotage([Fault.parse(fault) for fault in faults], seed=3)
+    sabotage = FaultInjector([Fault.parse(fault) for fault in faults], seed=3)
     packets = [(0, number.to_bytes(4, "big")) for number in range(count)]
     return [data for packet in packets for _, data in sabotage.packets(packet, moment)]
 

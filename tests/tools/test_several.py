@@ -12,14 +12,13 @@ import pytest
 
 import mukca
 from mukca.recorder.convert import write_holes
-from mukca.solver.data.frames import Pose, turn
-from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.solver.data import Pose, turn
+from mukca.solver.results import ArmsDocument, GivenArm
+from mukca.solver.results.calibration import PlacementSamples
+from mukca.solver.robot import Robot, load_robot
 from mukca.tools.cli import main
-from mukca.tools.documents.arms import ArmsDocument, GivenArm
-from mukca.tools.documents.calibration import PlacementSamples
 from mukca.tools.report.figures.commands import record_command, solve_command
-from mukca.tools.simulated_arms import Base, perturb
-from mukca.tools.simulated_worlds import recorded_by_both
+from mukca.tools.simulation import Base, perturb, recorded_by_both
 
 ROBOTS = ["--robot", "left=panda", "--robot", "right=ur5e", "--without", "compliance", "tilt"]
 ROBOTS += ["transmission", "joint-noise"]

@@ -4,11 +4,18 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.auto.deflection import Deflection
-from mukca.solver.robot.kinematics import BallModel, gravity_moments
-from mukca.solver.robot.urdf import load_robot, shipped_robots
-from mukca.tools.inverse_kinematics import MAX_TILT, Guide, SimulationError
-from mukca.tools.simulated_arms import Base, Imperfection, perturb, record
+from mukca.solver.bayes.model import Deflection
+from mukca.solver.robot import (
+    BallModel,
+    InverseKinematics,
+    SimulationError,
+    gravity_moments,
+    load_robot,
+    shipped_robots,
+)
+from mukca.solver.robot.inverse_kinematics import MAX_TILT
+from mukca.tools.simulation import Base, perturb, record
+from mukca.tools.simulation.simulated_arms import Imperfection
 
 AT = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
 
@@ -41,7 +48,7 @@ def test_configurations_keep_limits_and_tilt_and_differ(true_panda) -> None:
     )
     assert np.all((lower < positions) & (positions < upper))
     assert positions.std(axis=0).min() > 0.1
-    guide = Guide(true_panda)
+    guide = InverseKinematics(true_panda)
     necks = guide._linear(np.resize(positions, (256, 7)))[0][:, 3:]
     assert np.all(-necks[:, 2] >= np.cos(MAX_TILT) - 1e-6)
 
@@ -76,7 +83,7 @@ def test_out_of_reach_is_told(panda) -> None:
 
 
 def test_what_only_looks_near_enough_is_told_after_some_rounds(panda) -> None:
-    guide, in_its_foot = Guide(panda), np.array([[0.0, 0.0, 0.02]])
+    guide, in_its_foot = InverseKinematics(panda), np.array([[0.0, 0.0, 0.02]])
     assert np.linalg.norm(in_its_foot) < guide.longest
     with pytest.raises(SimulationError, match=r"cannot reach \[0.0, 0.0, 0.02\]"):
         guide.reach(in_its_foot, np.random.default_rng(0), rounds=2)

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.solver.robot.urdf import shipped_robots
-from mukca.tools.calibration.calibration import load_calibration
-from mukca.tools.calibration.settings import ONLY_PAPER
+from mukca.solver.calibration import load_calibration
+from mukca.solver.calibration.options import ONLY_PAPER
+from mukca.solver.robot import shipped_robots
 from mukca.tools.cli import main
 
 
@@ -350,7 +350,7 @@ def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch) -> None:
     def broken(*_: object, **__: object) -> None:
         raise np.linalg.LinAlgError("Singular matrix")
 
-    monkeypatch.setattr("mukca.tools.calibration.calibrate.fit_by_auto", broken)
+    monkeypatch.setattr("mukca.solver.calibration.calibrate.fit_by_auto", broken)
     status, out, err = run("solve", "front", "--robot", "panda", "--json")
     assert (status, out) == (1, "") and len(err.strip().splitlines()) == 1
     assert "did not settle" in err
@@ -360,7 +360,7 @@ def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch) -> None:
 def test_an_uncertainty_that_is_no_number_fails_and_is_not_written(
     run, monkeypatch, tmp_path
 ) -> None:
-    monkeypatch.setattr("mukca.tools.calibration.compose._is_finite", lambda _: False)
+    monkeypatch.setattr("mukca.solver.calibration.results._is_finite", lambda _: False)
     out = ("--out", str(tmp_path / "c"))
     status, _, err = run("solve", "front", "--test", "left", "--robot", "panda", "--json", *out)
     assert status == 1 and "could not be computed" in err and "FAIL" in err

@@ -16,10 +16,11 @@ import pieces_of_work
 import psutil
 import pytest
 
+from mukca.solver.calibration import UsageError
 from mukca.tools.cli import main
-from mukca.tools.cluster import share
-from mukca.tools.usage import UsageError
-from mukca.tools.workers import Workers, WorkersLostError
+from mukca.tools.parallel import Workers
+from mukca.tools.parallel.dask_cluster import share
+from mukca.tools.parallel.processes import WorkersLostError
 
 TESTS = Path(__file__).parents[1]
 
@@ -62,7 +63,7 @@ def test_what_a_piece_raises_is_raised_and_nothing_is_left() -> None:
 def test_nothing_outlives_the_one_who_asked(how: signal.Signals, tmp_path: Path) -> None:
     code = (
         "import sys, pieces_of_work; from functools import partial; from pathlib import Path\n"
-        "from mukca.tools.workers import Workers\n"
+        "from mukca.tools.parallel.processes import Workers\n"
         "if __name__ == '__main__':\n"
         "    work = partial(pieces_of_work.say_who_and_sleep, Path(sys.argv[1]))\n"
         "    Workers(2).map(work, range(4))\n"
@@ -157,7 +158,7 @@ def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path: Pa
     address, workers = cluster
     code = (
         "import sys, pieces_of_work; from functools import partial; from pathlib import Path\n"
-        "from mukca.tools.workers import Workers\n"
+        "from mukca.tools.parallel.processes import Workers\n"
         "work = partial(pieces_of_work.square_after_one_death, Path(sys.argv[1]))\n"
         "workers = Workers(cluster=sys.argv[2])\n"
         "print(workers.map(work, range(8)))\n"

@@ -4,3 +4,7 @@ An emulator moves a simulated arm and sends what the real controller sends, at i
 shares no table of the wire format with the adapter that reads it, notes all that it receives,
 and misbehaves on demand. What none of them models: the arm's physics, and the network's delay.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -4,12 +4,9 @@ import math
 import random
 from pathlib import Path
 
-from ... import MukcaError
-from ...drivers.mock import SimulatedArm
-from ...drivers.motion import Motion
-from ...recorder.dataset import read_placement
-
-__all__ = ["replay_arm", "wandering_arm"]
+from ...drivers.arms import Motion, SimulatedArm
+from ...errors import MukcaError
+from ...recorder import read_placement
 
 POSES = 40
 ROUNDS = 1000  # a motion has an end; at 2 s a pose this one lasts for a day

@@ -7,11 +7,9 @@ by the same requests.
 import can
 
 from ...drivers import JointState
-from ...drivers.canbus import open_bus, parse_can_address
+from ...drivers.transport import open_bus, parse_can_address
 from .emulator import Emulator
 from .piper import DEFAULT_BUS
-
-__all__ = ["DamiaoEmulator"]
 
 HALF_RANGE = 12.5  # rad
 PMAX_BYTES = b"\x00\x00\x48\x41"  # 12.5 as a float, lowest byte first

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 
 from .servos import Request, ServoEmulator
 
-__all__ = ["DynamixelEmulator"]
-
 MODELS = {"vx300s": 1120, "koch": 1060}  # XM540-W270, XL430-W250
 FIRMWARE = 45
 

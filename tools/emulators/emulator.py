@@ -9,12 +9,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
-from ... import MukcaError
 from ...drivers import JointState, clock
-from ...drivers.mock import SimulatedArm
-from .sabotage import COMMON_KINDS, Packet, Sabotage
-
-__all__ = ["Emulator", "Journal", "stranger_socket"]
+from ...drivers.arms import SimulatedArm
+from ...errors import MukcaError
+from .sabotage import COMMON_KINDS, FaultInjector, Packet
 
 IDLE_SECONDS = 0.5  # a signal just before a wait without end would be seen only after it
 
@@ -68,7 +66,12 @@ class Emulator(ABC):
     """What can go wrong with it."""
 
     def __init__(
-        self, address: str, version: str, arm: SimulatedArm, sabotage: Sabotage, journal: Journal
+        self,
+        address: str,
+        version: str,
+        arm: SimulatedArm,
+        sabotage: FaultInjector,
+        journal: Journal,
     ) -> None:
         self.version = version
         self.arm, self.sabotage, self.journal = arm, sabotage, journal

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 
 from .servos import Request, ServoEmulator
 
-__all__ = ["FeetechEmulator"]
-
 SO101 = 5  # joints, and a gripper
 STS3215 = 777
 

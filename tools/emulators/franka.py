@@ -8,11 +8,9 @@ import socket
 import struct
 
 from ...drivers import JointState
-from ...drivers.address import parse_endpoint
+from ...drivers.transport import parse_endpoint
 from .emulator import Emulator, stranger_socket
 from .sabotage import COMMON_KINDS
-
-__all__ = ["FrankaEmulator"]
 
 LIMITS = '<limit lower="-2.9" upper="2.9" velocity="2.6" effort="87"/>'
 VELOCITY = '<position_based_velocity_limits velocity_offset="1" deceleration_limit="5"/>'

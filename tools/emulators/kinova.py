@@ -12,12 +12,10 @@ import can
 import isotp
 
 from ...drivers import JointState
-from ...drivers.canbus import open_bus, parse_can_address
+from ...drivers.transport import open_bus, parse_can_address
 from .emulator import Emulator
 from .line import open_line
 from .piper import DEFAULT_BUS
-
-__all__ = ["KinovaEmulator"]
 
 MESSAGE_BYTES = 20
 FIRST_ACTUATOR = 0x10

@@ -9,11 +9,9 @@ import struct
 import zlib
 
 from ...drivers import JointState
-from ...drivers.address import parse_endpoint
+from ...drivers.transport import parse_endpoint
 from .emulator import Emulator, stranger_socket
 from .sabotage import COMMON_KINDS
-
-__all__ = ["KukaEmulator"]
 
 MONITORING_WAIT, MONITORING_READY, COMMANDING_ACTIVE = 1, 2, 4
 START_OF_CLOCK = 1_700_000_000

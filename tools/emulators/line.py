@@ -3,9 +3,7 @@
 import os
 import tty
 
-from ... import MukcaError
-
-__all__ = ["open_line"]
+from ...errors import MukcaError
 
 
 def open_line(address: str, emulator: str) -> tuple[int, str]:

@@ -10,10 +10,8 @@ from collections import Counter
 import can
 
 from ...drivers import JointState
-from ...drivers.canbus import open_bus, parse_can_address
+from ...drivers.transport import open_bus, parse_can_address
 from .emulator import Emulator
-
-__all__ = ["DEFAULT_BUS", "PiperEmulator"]
 
 DEFAULT_BUS = "udp_multicast/239.74.163.2?port=43113&hop_limit=0"
 JOINT_FRAMES = (0x2A5, 0x2A6, 0x2A7)

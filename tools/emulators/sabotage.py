@@ -10,9 +10,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ... import MukcaError
-
-__all__ = ["COMMON_KINDS", "KINDS", "Fault", "Packet", "Sabotage"]
+from ...errors import MukcaError
 
 KINDS = {
     "drop": "messages are lost",
@@ -69,7 +67,7 @@ class Fault:
         return fault
 
 
-class Sabotage:
+class FaultInjector:
     """Applies faults to what a controller is about to send."""
 
     def __init__(self, faults: Sequence[Fault], seed: int = 0) -> None:

@@ -9,8 +9,6 @@ from ...drivers import JointState
 from .emulator import Emulator
 from .line import open_line
 
-__all__ = ["Request", "ServoEmulator"]
-
 Request = tuple[int, int, bytes]
 """A packet: number of the servo, instruction, parameters."""
 

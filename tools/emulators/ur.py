@@ -7,11 +7,9 @@ import socket
 import struct
 
 from ...drivers import JointState
-from ...drivers.address import parse_endpoint
+from ...drivers.transport import parse_endpoint
 from .emulator import Emulator
 from .sabotage import COMMON_KINDS
-
-__all__ = ["UrEmulator"]
 
 TYPES = {
     "timestamp": "DOUBLE",

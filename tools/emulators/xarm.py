@@ -10,8 +10,6 @@ from functools import partial
 from ...drivers import JointState
 from .emulator import Emulator
 
-__all__ = ["XArmEmulator"]
-
 HOST = "127.0.0.1"
 RICH, NORMAL_SIZE, RICH_SIZE = 30002, 145, 233
 GUIDING = 0x22  # mode 2, joint teaching; state 2

@@ -4,15 +4,12 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from ...solver.robot.urdf import Robot
-from ...solver.robot.urdf_text import ModelError
+from ...solver.robot import ModelError, Robot
 from .cell import build_cell
 from .drawing import Retracing, retrace
 from .insertion import Trial, insert_at_centre, insert_on_cross
 from .results import drawing_figures, insertion_figures
 from .scene import Scene
-
-__all__ = ["Attempt", "Settings", "attempt"]
 
 One = TypeVar("One", Trial, Retracing)
 
@@ -37,7 +34,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Attempt:
+class ExperimentRun:
     """What came of it."""
 
     model: str
@@ -51,7 +48,7 @@ class Attempt:
 
 def attempt(
     settings: Settings, arm: Robot, name: str, urdf: bytes, progress: Callable[[str], None]
-) -> Attempt:
+) -> ExperimentRun:
     """Try a model on an arm.
 
     Args:
@@ -71,13 +68,13 @@ def attempt(
         raise ModelError(f"model {name!r}: {error}; give one solved for this arm") from None
     if settings.hole is None:
         lines = _each(retrace(cell, settings.trials, settings.seed), name, progress)
-        return Attempt(name, {"drawing": drawing_figures(lines)}, cell.scene, lines)
+        return ExperimentRun(name, {"drawing": drawing_figures(lines)}, cell.scene, lines)
     trials = _each(insert_at_centre(cell, settings.trials, settings.seed), name, progress)
     figures = {"centre": insertion_figures(trials)}
     if settings.cross:
         on_cross = insert_on_cross(cell, settings.cross, settings.seed)
         figures["cross"] = insertion_figures(_each(on_cross, name, progress))
-    return Attempt(name, figures, cell.scene, trials)
+    return ExperimentRun(name, figures, cell.scene, trials)
 
 
 def _each(motions: Iterable[One], name: str, progress: Callable[[str], None]) -> list[One]:

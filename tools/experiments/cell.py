@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...solver.robot.urdf import Robot
+from ...solver.robot import Robot
 from .controller import ArmModel, ImpedanceController
 from .motion import Log, Phase, run
 from .postures import elbow_angle, pose_above, reach, self_motion
 from .scene import JOINT_FRICTION, Scene, urdf_of
-
-__all__ = ["TABLE", "Cell", "build_cell"]
 
 TABLE = 0.08
 """Height of the table above the arm's base [m]."""

@@ -15,10 +15,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ...solver.robot.urdf import BALL_LINK
-from ...solver.robot.urdf_text import ModelError
-
-__all__ = ["TABLE_II", "ArmModel", "Gains", "ImpedanceController", "pose_error"]
+from ...solver.robot import BALL_LINK, ModelError
 
 Pose = Any
 """A ``pinocchio.SE3``: the tool's pose in the base frame."""

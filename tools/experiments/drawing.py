@@ -19,8 +19,6 @@ from .controller import TABLE_II, Pose
 from .motion import Log, Phase, hold, move, smooth
 from .postures import pose_above, reach, stratified
 
-__all__ = ["Retracing", "figure", "retrace", "spread"]
-
 CENTRE = np.array([0.5, 0.0])
 """Of the figure, on the paper [m]."""
 SIZE = np.array([0.04, 0.06])

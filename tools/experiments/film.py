@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from PIL import Image, ImageDraw
 
-from .attempt import Attempt
+from .attempt import ExperimentRun
 from .cell import TABLE
 from .drawing import CENTRE as PAPER
 from .drawing import Retracing, figure
@@ -18,8 +18,6 @@ from .looks import OPEN_TO
 from .motion import ROWS_PER_SECOND
 from .pictures import HEIGHT, WIDTH, Camera, View, animation, panel, png
 from .scene import HOLE_DEPTH
-
-__all__ = ["Film", "film", "most_turned"]
 
 INTERVAL = 0.25
 """Of the motion from one picture to the next; it is shown at twice its speed [s]."""
@@ -45,7 +43,7 @@ def most_turned(trials: Sequence[Trial | Retracing]) -> int:
     return int(np.argmax([abs(trial.elbow) for trial in trials]))
 
 
-def film(models: Sequence[Attempt]) -> Film:
+def film(models: Sequence[ExperimentRun]) -> Film:
     """Show the models' trial of :func:`most_turned`, side by side.
 
     Above is the arm; below the peg at the hole, or the paper with the lines of all trials.
@@ -59,7 +57,7 @@ def film(models: Sequence[Attempt]) -> Film:
     return Film(png(pictures[-1]), animation(pictures, INTERVAL / 2))
 
 
-def _frames(model: Attempt) -> list[list[Image.Image]]:
+def _frames(model: ExperimentRun) -> list[list[Image.Image]]:
     """Return the pictures of a model's column, moment by moment; the last row is among them."""
     shown = model.trials[most_turned(model.trials)]
     insertion = isinstance(shown, Trial)

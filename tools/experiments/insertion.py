@@ -21,8 +21,6 @@ from .motion import Log, hold, move
 from .postures import stratified
 from .scene import HOLE_DEPTH
 
-__all__ = ["CENTRE", "Trial", "insert_at_centre", "insert_on_cross"]
-
 CENTRE = np.array([0.5, 0.0])
 """Where the hole was taught, on the table [m]."""
 TAUGHT_DEPTH = 0.015

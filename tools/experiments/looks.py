@@ -7,9 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from ...solver.robot.urdf import Robot
-
-__all__ = ["HIDDEN", "OPEN_TO", "ORANGE", "add_looks", "add_open_block", "add_stem"]
+from ...solver.robot import Robot
 
 HIDDEN = 3
 """Group of what is touched but not shown."""

@@ -6,15 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from ...recorder.dataset import Placement
-from ...solver.data.measurements import measure
-from ...solver.fit import fit_by_auto
-from ...solver.robot.parameters import choose_parameters
-from ...solver.robot.urdf import Robot
-from ...solver.robot.urdf_text import ModelError
-from ..simulated_arms import Base, record
+from ...solver.calibration import fit_by_auto
+from ...solver.data import measure
+from ...solver.robot import ModelError, Robot, choose_parameters
+from ..simulation import Base, record
 from .scene import urdf_of
-
-__all__ = ["WORDS", "calibrated_urdf", "model_urdf", "record_placements"]
 
 WORDS = ("nominal", "calibrated", "true")
 SEAT_NOISE = 5e-5

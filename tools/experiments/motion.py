@@ -11,8 +11,6 @@ import pinocchio as pin
 from .controller import ImpedanceController, Pose
 from .scene import TIME_STEP, Scene
 
-__all__ = ["ROWS_PER_SECOND", "Log", "Phase", "hold", "move", "run", "smooth"]
-
 
 @dataclass(frozen=True)
 class Phase:

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from PIL import Image, ImageDraw
 
-from ... import MukcaError
+from ...errors import MukcaError
 from .scene import Scene
 
 __all__ = ["HEIGHT", "WIDTH", "Camera", "PictureError", "View", "animation", "panel", "png"]

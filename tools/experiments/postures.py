@@ -5,10 +5,8 @@
 import numpy as np
 import pinocchio as pin
 
-from ..inverse_kinematics import SimulationError
+from ...solver.robot import SimulationError
 from .controller import ArmModel, Pose, pose_error
-
-__all__ = ["elbow_angle", "pose_above", "reach", "self_motion", "stratified"]
 
 MARGIN = 0.1
 """How far from their limits joints stay [rad]."""

@@ -8,8 +8,6 @@ import numpy as np
 from .drawing import Retracing, spread
 from .insertion import Trial
 
-__all__ = ["drawing_figures", "insertion_figures"]
-
 
 def insertion_figures(trials: Sequence[Trial]) -> dict[str, Any]:
     """Return counts, tracking errors and forces of some insertions, and each by itself."""

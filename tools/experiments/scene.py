@@ -7,11 +7,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from ...solver.robot.urdf import Robot
-from ...solver.robot.urdf_text import set_origins
+from ...solver.robot import Robot, set_origins
 from .looks import HIDDEN, ORANGE, add_looks, add_open_block, add_stem
-
-__all__ = ["HOLE_DEPTH", "JOINT_FRICTION", "PEG_RADIUS", "TIME_STEP", "Scene", "urdf_of"]
 
 TIME_STEP = 1e-3
 """Of the physics, and of the controller [s]."""

@@ -1,7 +1,8 @@
 """The full model as C99 source that needs nothing but <math.h>, for controllers.
 
 Each function's body is what CasADi generates of the model's own expressions
-(:mod:`mukca.solver.expressions`): straight arithmetic, no loop, no memory beyond the stack. Its
+(:mod:`mukca.tools.export.expressions`): straight arithmetic, no loop, no memory beyond the stack.
+Its
 inverse, ``command``, is a short loop round one of them.
 """
 
@@ -12,10 +13,8 @@ from typing import Any
 
 import casadi as ca
 
-from ...solver.expressions import FullModel, full_model
 from .export import Exported, ExportError, Request
-
-__all__ = ["export"]
+from .expressions import FullModel, full_model
 
 _BODY = re.compile(r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S)
 _KEYWORDS = {"auto", "double", "float", "int", "long", "short", "static", "void", "const", "class"}

@@ -28,8 +28,6 @@ from ...solver.robot.urdf import Joint
 from .export import Exported, ExportError, Request, losses_without
 from .transforms import rigid, to_axis
 
-__all__ = ["Row", "Table", "dh_table", "export"]
-
 NEARLY_PARALLEL = math.radians(5.0)
 """Lines with a smaller angle between them get Hayati's form."""
 COLUMNS = ("joint", "type", "form", "theta", "d", "a", "alpha", "beta")

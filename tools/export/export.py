@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ... import MukcaError, __version__
-from ..calibration.calibration import Calibration
-
-__all__ = ["ExportError", "Exported", "Identity", "Loss", "Request", "identify", "losses_without"]
+from ..._version import __version__
+from ...errors import MukcaError
+from ...solver.calibration import Calibration
 
 
 class ExportError(MukcaError):
@@ -54,7 +53,8 @@ class Request:
     like: Path | None = None
     """A file of the user's of the same format, from which the rest is taken."""
     joints: str | None = None
-    """How the user's file calls the arm's joints; see :func:`mukca.tools.usage.joints_named`."""
+    """How the user's file calls the arm's joints; see
+    :func:`mukca.solver.calibration.usage.joints_named`."""
     servos: str | None = None
     """The make of the arm's servos."""
     flange: str | None = None

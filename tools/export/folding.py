@@ -7,8 +7,6 @@ import numpy as np
 from .export import Request
 from .transforms import origin_near, rigid
 
-__all__ = ["behind", "folded_origins"]
-
 
 def folded_origins(request: Request, carried: Collection[str]) -> dict[str, np.ndarray]:
     """Return the origins that give the calibrated arm while all other joints stay nominal.

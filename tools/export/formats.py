@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from .export import Exported, Request
 
-__all__ = ["FORMATS", "Format", "export"]
-
 
 class Module(Protocol):
     """What the module of a format offers."""

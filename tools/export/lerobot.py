@@ -19,12 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...drivers.lerobot import MotorCalibration, read_lerobot
-from ...solver.auto.zeros import DECIDED, angles_near
-from ...solver.robot.kinematics import rotation, rotation_rpy
+from ...drivers.arms.servos import MotorCalibration, read_lerobot
+from ...solver.bayes.results import DECIDED, angles_near
+from ...solver.robot import rotation, rotation_rpy
 from .export import Exported, ExportError, Request, losses_without
-
-__all__ = ["export"]
 
 TICK = 2 * math.pi / 4096
 SIGNS = {"feetech": -1, "dynamixel": 1}

@@ -17,14 +17,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ...solver.robot.kinematics import rotation
-from ..usage import joints_named
+from ...solver.calibration import joints_named
+from ...solver.robot import rotation
 from .export import Exported, ExportError, Request, losses_without
 from .folding import behind
 from .mjcf_text import add_text, place_bodies
 from .transforms import rigid
-
-__all__ = ["export"]
 
 SAME_AXIS = 2e-3
 """How far the axes of both models may be apart [m]; arms' models in use differ by a millimetre."""

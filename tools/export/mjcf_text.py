@@ -8,10 +8,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...solver.robot.urdf_text import end_of_tag, with_attributes
+from ...solver.robot import end_of_tag, with_attributes
 from .export import ExportError
-
-__all__ = ["add_text", "place_bodies"]
 
 _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")
 

@@ -8,10 +8,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ...solver.auto.zeros import angles_near
-from ...solver.robot.kinematics import rotation, rotation_rpy
-
-__all__ = ["origin_near", "rigid", "to_axis"]
+from ...solver.bayes.results import angles_near
+from ...solver.robot import rotation, rotation_rpy
 
 
 def rigid(origin: Sequence[float] | np.ndarray) -> np.ndarray:

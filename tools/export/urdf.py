@@ -1,9 +1,7 @@
 """The calibrated URDF, with tools fixed to its flange."""
 
-from ...solver.robot.urdf_text import ModelError, Origin, add_comment, add_link, scan
+from ...solver.robot import ModelError, Origin, add_comment, add_link, scan
 from .export import Exported, ExportError, Request, losses_without
-
-__all__ = ["export"]
 
 
 def export(request: Request) -> Exported:

@@ -13,8 +13,6 @@ import numpy as np
 from .export import Exported, ExportError, Request, losses_without
 from .folding import behind, folded_origins
 
-__all__ = ["export"]
-
 COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SAME_ROBOT = 0.02
 """How far an origin in a file of the same robot is off nominal at most [m]."""

@@ -4,8 +4,6 @@ from xml.sax.saxutils import quoteattr
 
 from .export import Exported, ExportError, Request, losses_without
 
-__all__ = ["export"]
-
 
 def export(request: Request) -> Exported:
     """Return a file with a macro that stands for the ``<origin>`` of each joint.

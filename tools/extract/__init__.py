@@ -1,1 +1,5 @@
 """From logs of joint states, such as bags, to recordings: one module a kind of log."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

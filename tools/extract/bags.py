@@ -9,8 +9,6 @@ import numpy as np
 
 from .log import ExtractError, Log, Question, columns_of, unknown_joints
 
-__all__ = ["read"]
-
 
 @dataclass
 class _Topic:

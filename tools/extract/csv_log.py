@@ -4,10 +4,8 @@ import re
 
 import numpy as np
 
-from ...recorder.csv_files import read_table
+from ...recorder import read_table
 from .log import ExtractError, Log, Question, check_angles, columns_of, unknown_joints
-
-__all__ = ["read"]
 
 _TIME = re.compile(
     r"(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp)[ _]*[\[(]?(s|ms|us|ns|sec)?[\])]?", re.I

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from ...recorder.kept_stream import read_kept
+from ...recorder import read_kept
 from .log import Log, Question, columns_of, merged, unknown_joints
-
-__all__ = ["read"]
 
 
 def read(question: Question) -> Log:

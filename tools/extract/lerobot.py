@@ -12,10 +12,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...drivers.lerobot import MotorCalibration, read_lerobot
+from ...drivers.arms.servos import MotorCalibration, read_lerobot
 from .log import ExtractError, Log, Question, check_angles, columns_of, unknown_joints
-
-__all__ = ["INFO", "read"]
 
 INFO = Path("meta") / "info.json"
 STATE = "observation.state"

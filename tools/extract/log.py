@@ -7,18 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ... import MukcaError
-from ..usage import joints_named
-
-__all__ = [
-    "ExtractError",
-    "Log",
-    "Question",
-    "check_angles",
-    "columns_of",
-    "merged",
-    "unknown_joints",
-]
+from ...errors import MukcaError
+from ...solver.calibration import joints_named
 
 FULL_TURN = 2 * np.pi + 0.1
 """No joint's angle in radians is larger."""

@@ -8,8 +8,6 @@ import numpy as np
 from .log import Log
 from .propose import Proposal
 
-__all__ = ["picture"]
-
 WIDTH, LANE, LEFT, TOP = 1200, 48, 150, 40
 COLUMNS = 1000
 COLORS = ("#3b6fb6", "#d9822b", "#4f9a5b", "#8a5bb0")

@@ -10,15 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...recorder.convert import sample_files
+from ...recorder import sample_files
 from ...recorder.dataset import Placement, Sample
-from ...recorder.session import JointLimits, Session
-from ...solver.robot.kinematics import BallModel
-from ...solver.robot.urdf import Robot
-from ..usage import UsageError
+from ...recorder.session import Session
+from ...recorder.stream import JointLimits
+from ...solver.calibration import UsageError
+from ...solver.robot import BallModel, Robot
 from .rests import TimedRest
-
-__all__ = ["Proposal", "assign", "placements_of", "propose"]
 
 TOGETHER = 1 / 3
 """Balls nearer to each other than this share of the sockets' distance are in one socket."""

@@ -1,17 +1,14 @@
-"""Finds where the arm rested, by the recorder's own rule (:mod:`mukca.recorder.watch`)."""
+"""Finds where the arm rested, by the recorder's own rule."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...drivers.driver import JointState
-from ...recorder.rest import Rest
-from ...recorder.session import STOOD_STILL, JointLimits, Session
-from ...recorder.watch import JUMP, Watch
+from ...drivers import JointState
+from ...recorder.session import STOOD_STILL, Session
+from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
 from .log import Log
-
-__all__ = ["TimedRest", "find_rests"]
 
 
 @dataclass(frozen=True)
@@ -21,7 +18,7 @@ class TimedRest:
     begin: float
     """When it was seen to be still [s], by the log's stamps."""
     end: float
-    rest: Rest
+    rest: StationaryPose
     """The average over the stillest window."""
 
 
@@ -40,7 +37,7 @@ def find_rests(
         window: How long an average is [s].
         still: Largest standard deviation of a joint that is still [rad], [m].
     """
-    watch = Watch(joints, window=window, still=still, live=False, resolution=log.resolution)
+    watch = StreamMonitor(joints, window=window, still=still, live=False, resolution=log.resolution)
     same = Session(tuple(joints)).same
     rests: list[TimedRest] = []
     now: TimedRest | None = None

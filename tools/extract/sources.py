@@ -5,8 +5,6 @@ from typing import Protocol
 
 from .log import ExtractError, Log, Question
 
-__all__ = ["read_log"]
-
 
 class Source(Protocol):
     """What the module of a kind of log offers."""

@@ -1,1 +1,5 @@
 """Many arms at once: one folder an arm, each calibrated by its own recordings."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

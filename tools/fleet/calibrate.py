@@ -7,24 +7,18 @@ from statistics import fmean, stdev
 
 import msgspec
 
-from ... import MukcaError
-from ...recorder.dataset import Placement, read_placement
-from ...solver.data.measurements import measure
-from ...solver.robot.urdf import Robot, load_robot
-from ..calibration.calibrate import calibrate
-from ..calibration.calibration import Calibration
-from ..calibration.drift import judge_drift
-from ..documents.fleet import (
-    FleetArm,
-    FleetChange,
-    FleetDrift,
-    FleetParameter,
-    FleetSession,
-)
-from ..documents.report import ReportDocument
+from ...errors import MukcaError
+from ...recorder import read_placement
+from ...recorder.dataset import Placement
+from ...solver.assessment import judge_drift
+from ...solver.calibration import Calibration
+from ...solver.calibration.calibrate import calibrate
+from ...solver.data import measure
+from ...solver.robot import Robot, load_robot
+from ..report import report_files, report_of
+from ..report.figures import ReportDocument
 from .folders import MODEL, ArmFolder, find_sessions
-
-__all__ = ["calibrate_arm", "compare_parameters", "last_sessions"]
+from .types import FleetArm, FleetChange, FleetDrift, FleetParameter, FleetSession
 
 
 def calibrate_arm(arm: ArmFolder) -> FleetArm:
@@ -73,10 +67,12 @@ def _session(
     arm: ArmFolder, name: str, calibration: Calibration, drift: FleetDrift | None
 ) -> FleetSession:
     document = calibration.document
-    figures = calibration.report.figures
+    figures = report_of(calibration).figures
     outputs: dict[str, str] = {}
     if not document.distorted:
-        outputs = calibration.save(arm.out / name if name else arm.out, force=True)
+        outputs = calibration.save(
+            arm.out / name if name else arm.out, force=True, pages=report_files
+        )
     summary = document.summary.test or document.summary.train
     assert summary is not None  # something was trained on
     return FleetSession(
@@ -112,7 +108,7 @@ def _drift(
     arm: ArmFolder, since: str, earlier: Calibration, placements: Sequence[Placement]
 ) -> FleetDrift:
     """Return how a calibration does on recordings that were made after it."""
-    from ..report.figures.judged import Options, limits_of
+    from ...solver.assessment import Options, limits_of
 
     data = [measure(p, earlier.robot, arm.distance, sockets=1) for p in placements]
     errors = earlier.errors_of(data).summary

@@ -4,10 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...recorder.dataset import is_placement
-from ..usage import UsageError
-
-__all__ = ["MODEL", "ArmFolder", "find_arms", "find_sessions"]
+from ...recorder import is_placement
+from ...solver.calibration import UsageError
 
 MODEL = "robot.urdf"
 """An arm's own model, where its folder has one."""

@@ -5,29 +5,6 @@ millimetres: parts are drawn, printed and measured in them, and their files hold
 line takes and gives metres, but for options that say ``-mm``.
 """
 
-from .anchor import ARMS, AnchoredBase
-from .ball import BEND_LIMIT, FORCE, BallPart
-from .design_rules import PrintableError
-from .formats import FORMATS, encode
-from .mounts import MOUNTS, SCREWS, BoltCircle, Grip
-from .parts import Part, build_parts, part_names
-from .socket_base import SocketBase
+import lazy_loader
 
-__all__ = [
-    "ARMS",
-    "BEND_LIMIT",
-    "FORCE",
-    "FORMATS",
-    "MOUNTS",
-    "SCREWS",
-    "AnchoredBase",
-    "BallPart",
-    "BoltCircle",
-    "Grip",
-    "Part",
-    "PrintableError",
-    "SocketBase",
-    "build_parts",
-    "encode",
-    "part_names",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -16,8 +16,6 @@ from .design_rules import BED, PrintableError, check_range
 from .socket_base import PLATE, SocketBase
 from .solid import Outline, Prism, Solid, rectangle, union
 
-__all__ = ["ARMS", "AnchoredArm", "AnchoredBase"]
-
 BRIDGE = 80.0  # longest: near its base an arm shows less of its joints
 FINGER, THICK = 30.0, 4.0  # length and thickness of a finger
 GAP, GRIP = 0.3, 0.4  # between plate and finger, and by how much its bump bends the finger outwards

@@ -15,8 +15,6 @@ from .glyphs import HEIGHT, engraving, text_width
 from .mounts import Mount
 from .solid import Frustum, Solid, Sphere, union
 
-__all__ = ["BEND_LIMIT", "FORCE", "YOUNG", "BallPart", "Overhang"]
-
 FORCE = 5.0
 """The sideways force at the ball for which the neck is made [N]."""
 

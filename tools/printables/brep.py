@@ -13,19 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .design_rules import PrintableError
-from .solid import (
-    Difference,
-    Frustum,
-    Intersection,
-    Moved,
-    Outline,
-    Prism,
-    Solid,
-    Sphere,
-    Union,
-)
-
-__all__ = ["step_bytes", "to_shape"]
+from .solid import Difference, Frustum, Intersection, Moved, Outline, Prism, Solid, Sphere, Union
 
 Shape = Any
 """A ``TopoDS_Shape``."""

@@ -14,8 +14,6 @@ from .solid import Sphere
 if TYPE_CHECKING:
     from manifold3d import Manifold
 
-__all__ = ["check_body", "check_tilt", "is_closed", "leaning"]
-
 LIFT = 0.1
 """How far the ball is lifted off its pads to tell contact from collision [mm]."""
 COARSE = 0.02  # round surfaces are that exact here [mm]: far less than LIFT, and ten times faster

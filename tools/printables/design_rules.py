@@ -2,9 +2,7 @@
 
 import math
 
-from ... import MukcaError
-
-__all__ = ["BED", "TILT", "PrintableError", "check_range"]
+from ...errors import MukcaError
 
 TILT = math.radians(60)
 """How far the ball's neck may lean from the vertical, in every direction [rad]."""

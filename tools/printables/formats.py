@@ -10,8 +10,6 @@ from .brep import step_bytes
 from .mesh import Mesh
 from .parts import Part
 
-__all__ = ["FORMATS", "encode"]
-
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _MODEL = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _PACKAGE = "http://schemas.openxmlformats.org/package/2006"

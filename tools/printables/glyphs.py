@@ -13,8 +13,6 @@ from .solid import Outline, Prism, Solid
 if TYPE_CHECKING:
     from manifold3d import CrossSection
 
-__all__ = ["DEPTH", "HEIGHT", "engraving", "text_width"]
-
 HEIGHT = 5.4
 """Height of a letter at scale 1, strokes included [mm]."""
 STROKE = 0.9

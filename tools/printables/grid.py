@@ -4,8 +4,6 @@ import itertools
 import math
 from collections.abc import Iterable, Sequence
 
-__all__ = ["PITCH", "Box", "Disc", "Point", "place_holes"]
-
 PITCH = 25.0
 """Of the grid [mm]."""
 

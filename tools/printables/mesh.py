@@ -12,8 +12,6 @@ from .solid import Difference, Frustum, Intersection, Moved, Prism, Solid, Spher
 if TYPE_CHECKING:
     from manifold3d import Manifold
 
-__all__ = ["CHORD", "Mesh", "to_manifold", "to_mesh"]
-
 SLIVER = 0.0005
 """Thinner triangles are merged into their neighbours: single precision may fold them [mm]."""
 

@@ -21,8 +21,6 @@ from dataclasses import dataclass, field
 from .design_rules import PrintableError, check_range
 from .solid import Frustum, Prism, Solid, cylinder, rectangle, union
 
-__all__ = ["MOUNTS", "SCREWS", "BoltCircle", "Grip", "Mount", "Screw"]
-
 PLATE = 8.0
 RIM = 1.5  # of the plate around the screws' heads
 

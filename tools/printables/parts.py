@@ -14,8 +14,6 @@ from .mesh import Mesh, to_manifold, to_mesh
 from .socket_base import SocketBase
 from .solid import Solid
 
-__all__ = ["Part", "ball_part", "base_part", "build_parts", "part_names"]
-
 
 @dataclass(frozen=True)
 class Part:

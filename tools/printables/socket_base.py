@@ -17,8 +17,6 @@ from .glyphs import HEIGHT, engraving, text_width
 from .grid import Box, Point, place_holes
 from .solid import Frustum, Prism, Solid, Sphere, cylinder, hexagon, rectangle, union
 
-__all__ = ["SocketBase"]
-
 PLATE = 8.0  # thickness of the plate
 WALL = 1.5  # least thickness between a seat and the waist of its post
 CONTACT = math.radians(60)  # the pads touch the ball this far from its lowest point

@@ -7,22 +7,6 @@ A part is described once and evaluated by two kernels: :mod:`.mesh` (triangles, 
 import math
 from dataclasses import dataclass
 
-__all__ = [
-    "Difference",
-    "Frustum",
-    "Intersection",
-    "Moved",
-    "Outline",
-    "Prism",
-    "Solid",
-    "Sphere",
-    "Union",
-    "cylinder",
-    "hexagon",
-    "rectangle",
-    "union",
-]
-
 Outline = tuple[tuple[float, float], ...]
 """A closed polygon in the plane, anticlockwise; a hole in another one is clockwise."""
 

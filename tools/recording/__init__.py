@@ -1,1 +1,5 @@
 """What stands behind ``mukca record``: the session opened, and what guides the operator."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -7,16 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...recorder.session import Session
-from ...solver.robot.urdf import Robot
-from ..repeatability import ARMS, RESOLUTION, known_arm
-from ..usage import UsageError
+from ...solver.assessment import ARMS, RESOLUTION, known_arm
+from ...solver.calibration import UsageError
+from ...solver.robot import Robot
 from .coaching import COACHING, BackgroundCoach, setup_of
-from .neighbour import Neighbour
+from .neighbour import WorkerProcess
 
 if TYPE_CHECKING:
     from .page import PageLink
-
-__all__ = ["adviser_of", "goal_for", "page_of"]
 
 GOAL = 3.0
 """The goal is so many times the arm's repeatability."""
@@ -46,7 +44,7 @@ def adviser_of(
         goal_for(robot, arguments.goal_mm),
         arguments.sockets,
     )
-    return BackgroundCoach(stack.enter_context(closing(Neighbour(COACHING, setup))))
+    return BackgroundCoach(stack.enter_context(closing(WorkerProcess(COACHING, setup))))
 
 
 def _loaded(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -67,7 +65,7 @@ def page_of(
     from .page import PAGE, PageLink
 
     setup = {"robot": _loaded(arguments), "host": arguments.page_host}
-    neighbour = stack.enter_context(closing(Neighbour(PAGE, setup)))
+    neighbour = stack.enter_context(closing(WorkerProcess(PAGE, setup)))
     neighbour.send({})
     answer: Any = None
     while answer is None and neighbour.trouble is None:

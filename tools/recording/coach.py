@@ -5,32 +5,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...recorder.advice import Advice
 from ...recorder.dataset import Placement, Sample
-from ...solver.auto.estimation import estimate
-from ...solver.auto.extended_model import extend
-from ...solver.auto.noise import Noise
-from ...solver.auto.posterior import Posterior
-from ...solver.auto.uncertainty import scale
-from ...solver.data.measurements import measure
-from ...solver.data.metrics import CALIPER_DEVIATION
+from ...recorder.session import Advice
+from ...solver.bayes.inference import Posterior, estimate
+from ...solver.bayes.model import Noise, extend
+from ...solver.bayes.results import scale
+from ...solver.data import CALIPER_DEVIATION, measure
 from ...solver.data.observe import observe
-from ...solver.design.knowledge import (
-    Knowledge,
+from ...solver.design import (
+    ParameterCovariance,
+    Reach,
     Workspace,
+    closing_words,
+    expected_groups,
     from_fit,
     from_prior,
     workspace_of,
 )
-from ...solver.design.plan import expected_groups
-from ...solver.paper.optimizers import NotConverged
-from ...solver.robot.parameters import choose_parameters
-from ...solver.robot.urdf import Robot
-from ..hints import strangers
-from .reach import Reach
-from .sites import closing_words
-
-__all__ = ["Coach"]
+from ...solver.paper import NotConverged
+from ...solver.robot import Robot, choose_parameters
+from .outlier_checks import strangers
 
 FITTED = 6
 """A fit is tried from so many samples in each of two sockets on."""
@@ -54,7 +48,7 @@ SEAT = Noise(1e-4, 0.0)
 """The noise of a sample, before there are enough to tell [m]."""
 
 
-class Coach:
+class PoseSelector:
     """Gives advice on one placement.
 
     Args:
@@ -114,7 +108,7 @@ class Coach:
         return advice if posterior is None else _with_fit(advice, posterior, samples)
 
     def _spent(
-        self, known: Knowledge, where: Workspace, samples: Sequence[Sample], gain: float
+        self, known: ParameterCovariance, where: Workspace, samples: Sequence[Sample], gain: float
     ) -> bool:
         """Tell whether more samples here would hardly help, and not reach the goal either."""
         if gain >= HARDLY and not self._flat(len(samples)):
@@ -145,7 +139,7 @@ class Coach:
     def _placement(self, samples: Sequence[Sample]) -> Placement:
         return Placement("here", tuple(samples), self._robot.joint_names, self._distance)
 
-    def _known(self, samples: Sequence[Sample], posterior: Posterior | None) -> Knowledge:
+    def _known(self, samples: Sequence[Sample], posterior: Posterior | None) -> ParameterCovariance:
         """Return what is known: by the fit, or before there is one, by the samples' poses alone."""
         if posterior is not None:
             return from_fit(posterior)
@@ -181,7 +175,7 @@ class Coach:
 
     def _next(
         self,
-        known: Knowledge,
+        known: ParameterCovariance,
         where: Workspace,
         samples: Sequence[Sample],
         socket: int,

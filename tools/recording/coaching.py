@@ -10,23 +10,21 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from ...recorder.advice import Advice, Question
-from .neighbour import Neighbour, lines_from_recorder
-
-__all__ = ["COACHING", "BackgroundCoach", "setup_of"]
+from ...recorder.session import Advice, Question
+from .neighbour import WorkerProcess, lines_from_recorder
 
 COACHING = "mukca.tools.recording.coaching"
 """This module, for the process that runs it."""
 
 
 class BackgroundCoach:
-    """Asks a coach in another process; see :class:`~mukca.recorder.advice.Adviser`.
+    """Asks a coach in another process; see :class:`.guidance.GuidanceProvider`.
 
     Args:
         neighbour: The process.
     """
 
-    def __init__(self, neighbour: Neighbour) -> None:
+    def __init__(self, neighbour: WorkerProcess) -> None:
         self._neighbour = neighbour
 
     @property
@@ -84,11 +82,13 @@ def main() -> None:
     os.nice(10)
     lines = lines_from_recorder()
     setup = next(lines)
-    from ...recorder.samples import Sample
-    from ...solver.robot.urdf import load_robot
-    from .coach import Coach
+    from ...recorder import Sample
+    from ...solver.robot import load_robot
+    from .coach import PoseSelector
 
-    coach = Coach(load_robot(**setup["robot"]), setup["distance"], setup["goal"], setup["sockets"])
+    coach = PoseSelector(
+        load_robot(**setup["robot"]), setup["distance"], setup["goal"], setup["sockets"]
+    )
     closing: tuple[str, ...] = ()
     for asked in lines:
         samples = [

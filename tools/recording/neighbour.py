@@ -9,10 +9,8 @@ from collections.abc import Generator, Mapping
 from contextlib import suppress
 from typing import Any
 
-__all__ = ["Neighbour", "lines_from_recorder"]
 
-
-class Neighbour:
+class WorkerProcess:
     """A process of its own, which a recorder talks to without ever waiting.
 
     It gets a line only after it has answered the one before, so the pipe between them never fills.

@@ -9,29 +9,24 @@ from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
-from ...drivers.reconnect import Reconnecting
-from ...drivers.registry import open_driver
-from ...recorder.display import Lines, Screen
-from ...recorder.kept_stream import KeptStream, next_file
-from ...recorder.keyboard import Keyboard
-from ...recorder.keys import keys_with
-from ...recorder.metadata import Metadata
-from ...recorder.placement_json import METADATA, read_distance, read_metadata
-from ...recorder.push import Push
-from ...recorder.record import Outcome, Recorder
-from ...recorder.recording import Recording
-from ...recorder.script import Script
-from ...recorder.session import SOCKETS, STILL, JointLimits, Session
-from ...recorder.stream import Stream
-from ...recorder.watch import Watch
-from ...solver.robot.urdf import Robot
-from ..arguments import load_of
-from ..hints import FIRST_FAR, Doubts, gravity_of, lookalikes
-from ..terminal import Terminal
-from ..usage import UsageError
+from ...drivers import Reconnecting, open_driver
+from ...recorder import (
+    METADATA,
+    SOCKETS,
+    Metadata,
+    StreamLog,
+    next_file,
+    read_distance,
+    read_metadata,
+)
+from ...recorder.session import Recording, Session
+from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, StreamMonitor
+from ...recorder.terminal import Keyboard, Lines, Outcome, Recorder, Screen, Script, keys_with
+from ...solver.calibration import UsageError
+from ...solver.robot import Robot
+from ..cli import Terminal, load_of
 from .beside import adviser_of, page_of
-
-__all__ = ["is_scripted", "joints_of", "record_session"]
+from .outlier_checks import FIRST_FAR, OutlierCheck, gravity_of, lookalikes
 
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
 DISTANCE = 0.05
@@ -79,7 +74,7 @@ def record_session(
         return Recorder(
             session=session,
             stream=stream,
-            watch=Watch(
+            watch=StreamMonitor(
                 joints,
                 window=arguments.window,
                 still=still,
@@ -91,9 +86,9 @@ def record_session(
             title=_title(arguments, robot),
             keyboard=keyboard,
             script=script,
-            push=Push(joints, gravity_of(robot, load_of(arguments))),
-            check=Doubts(robot, arguments.distance),
-            plausible=Doubts(robot, arguments.distance, far=FIRST_FAR),
+            push=ContactDetector(joints, gravity_of(robot, load_of(arguments))),
+            check=OutlierCheck(robot, arguments.distance),
+            plausible=OutlierCheck(robot, arguments.distance, far=FIRST_FAR),
             keys=keys,
             hands_free=arguments.auto,
             moved=moved,
@@ -109,7 +104,7 @@ def _kept(
     stream: Stream, arguments: argparse.Namespace, robot: Robot, terminal: Terminal
 ) -> Generator[None, None, None]:
     """Keep every state in a file beside the samples."""
-    kept = KeptStream(next_file(arguments.out), robot.joint_names)
+    kept = StreamLog(next_file(arguments.out), robot.joint_names)
     stream.keep = kept.add
     try:
         yield

@@ -13,10 +13,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from ...recorder.view import View
-from .neighbour import Neighbour, lines_from_recorder
-
-__all__ = ["PAGE", "PageLink"]
+from ...recorder.session import View
+from .neighbour import WorkerProcess, lines_from_recorder
 
 PAGE = "mukca.tools.recording.page"
 """This module, for the process that runs it."""
@@ -42,7 +40,7 @@ class PageLink:
         neighbour: The process.
     """
 
-    def __init__(self, neighbour: Neighbour) -> None:
+    def __init__(self, neighbour: WorkerProcess) -> None:
         self._neighbour = neighbour
         self._sent: dict[str, Any] = {}
 
@@ -172,8 +170,8 @@ def main() -> None:
     setup = next(lines)
     import numpy as np
 
-    from ...solver.robot.urdf import load_robot
-    from .reach import skeleton
+    from ...solver.design import skeleton
+    from ...solver.robot import load_robot
 
     places = skeleton(load_robot(**setup["robot"]))
     board = Board()

@@ -4,16 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ...recorder.dataset import read_placement
-from ...solver.data.measurements import measure
-from ...solver.robot.kinematics import BallModel
-from ...solver.robot.urdf import Robot
-from ..calibration.calibration import Calibration
-from ..calibration.odds import Odds, odds_of
-from ..hints import strangers
+from ...recorder import read_placement
+from ...solver.assessment import ValidityPosterior, odds_of
+from ...solver.calibration import Calibration
+from ...solver.data import measure
+from ...solver.robot import BallModel, Robot
 from .beside import goal_for
-
-__all__ = ["standing", "worth_calibrating"]
+from .outlier_checks import strangers
 
 
 def worth_calibrating(robot: Robot, folder: Path) -> str:
@@ -39,7 +36,7 @@ def worth_calibrating(robot: Robot, folder: Path) -> str:
     )
 
 
-def standing(calibration: Calibration, folder: Path) -> Odds:
+def standing(calibration: Calibration, folder: Path) -> ValidityPosterior:
     """Return whether a calibration still holds by poses recorded since.
 
     Args:

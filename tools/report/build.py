@@ -1,15 +1,15 @@
 """From a calibration to its report: first the figures, then the page that shows them."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import msgspec
 
-from ..documents.calibration import CalibrationDocument
-from ..documents.files import encode
-from ..documents.report import PlotCaption, ReportDocument
-from .figures.collect import report_figures
-from .figures.judged import Options
-from .page.report_page import page, plots_of
+from ...solver.assessment import Options
+from ...solver.calibration import Calibration
+from ...solver.results import CalibrationDocument, encode, refuse_existing, write_files
+from .figures import PlotCaption, ReportDocument, report_figures
+from .page import page, plots_of
 
 __all__ = ["Options", "Report", "build_report"]
 
@@ -57,3 +57,37 @@ def build_report(
     )
     figures = msgspec.structs.replace(figures, plots=captions)
     return Report(figures, page(figures, plots))
+
+
+def report_of(calibration: Calibration) -> Report:
+    """Return the report of a calibration, with the limits that fit the arm."""
+    return build_report(calibration.document, calibration.source)
+
+
+def report_files(calibration: Calibration) -> dict[str, bytes]:
+    """Return the report's files, by name, to be written with the calibration."""
+    return report_of(calibration).files
+
+
+def write_report(
+    calibration: Calibration, folder: str | Path, *, force: bool = False
+) -> dict[str, str]:
+    """Write ``report.html`` and ``report.json``, which show a calibration and its verdict.
+
+    Args:
+        calibration: See :func:`mukca.calibrate` and :func:`mukca.load_calibration`.
+        folder: Made where missing. Files of other names in it stay as they are.
+        force: Overwrite a report that is there.
+
+    Returns:
+        The paths written, by kind.
+
+    Raises:
+        OutputError: A report is there already, or cannot be written.
+    """
+    folder = Path(folder)
+    files = report_files(calibration)
+    for name in files:
+        refuse_existing(folder / name, force=force)
+    write_files(folder, files)
+    return {"report": str(folder / "report.html"), "figures": str(folder / "report.json")}

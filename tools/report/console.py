@@ -1,5 +1,6 @@
 """The report in short, for the terminal: the verdict, the placements, the answers."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,15 +8,13 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from ..documents.report import ReportDocument
-from .words import short_names
+from ...solver.assessment import short_names
+from .figures import ReportDocument
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from .figures.judged import Judged
-
-__all__ = ["show", "show_verdict", "sparkline"]
+    from ...solver.assessment import Limits, Step, Verdict
 
 _BARS = "▁▂▃▄▅▆▇█"
 _STYLES = {
@@ -30,7 +29,7 @@ _STYLES = {
 
 def show(console: "Console", report: ReportDocument) -> None:
     """Print the report in short."""
-    show_verdict(console, report)
+    show_verdict(console, report.verdict, report.limits, report.todo)
     console.print(_placements(console, report))
     answers = report.answers
     for title, text in (
@@ -47,9 +46,10 @@ def show(console: "Console", report: ReportDocument) -> None:
             console.print(Text.assemble(f"  {check.level} ", line))
 
 
-def show_verdict(console: "Console", report: "ReportDocument | Judged") -> None:
+def show_verdict(
+    console: "Console", verdict: "Verdict", limits: "Limits", todo: "Sequence[Step]"
+) -> None:
     """Print the verdict, limit by limit."""
-    verdict, limits = report.verdict, report.limits
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
     if verdict.status == "pass" and any(row.status == "warning" for row in verdict.limits):
         style = "bold yellow"
@@ -69,7 +69,7 @@ def show_verdict(console: "Console", report: "ReportDocument | Judged") -> None:
             row.found is None and row.status == "fail"
         ):
             console.print(Text(f"{row.status.capitalize()}: {row.text}."))
-    for i, step in enumerate(report.todo):
+    for i, step in enumerate(todo):
         head = "Do this next:\n" if i == 0 else ""
         console.print(Text(f"{head}{i + 1}. {step.text}:"))
         console.print(Text(f"   {step.command}"), soft_wrap=True)

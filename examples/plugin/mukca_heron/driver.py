@@ -14,10 +14,8 @@ import math
 import time
 from collections.abc import Sequence
 
-from mukca.drivers import DriverError, JointState, Reason, match_joints
-from mukca.drivers.address import parse_endpoint
-from mukca.drivers.checked import CheckedDriver
-from mukca.drivers.tcp import TcpStream
+from mukca.drivers import DriverError, JointState, Reason, ValidatingDriver, match_joints
+from mukca.drivers.transport import TcpStream, parse_endpoint
 
 PORT = 5005
 PERIOD = 0.005  # s between two states
@@ -38,7 +36,7 @@ def decode_line(line: bytes, joints: int) -> JointState:
     return JointState(seconds, position, tuple(values[joints:]))
 
 
-class Heron(CheckedDriver):
+class Heron(ValidatingDriver):
     """A Heron that streams its state."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:

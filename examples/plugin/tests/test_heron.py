@@ -9,8 +9,7 @@ import pytest
 from mukca_heron.driver import Heron, decode_line
 from mukca_heron.simulator import serve, state_line
 
-from mukca.drivers import DriverError, JointState, Reason
-from mukca.drivers.testing import DriverContract
+from mukca.drivers import DriverContract, DriverError, JointState, Reason
 
 
 class TestHeron(DriverContract):

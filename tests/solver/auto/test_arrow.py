@@ -5,21 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.auto.arrow import Arrow
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.hyperparameters import without_negligible
-from mukca.solver.auto.normal_equations import normal_equations
-from mukca.solver.auto.objective import Objective, State, build_objective
-from mukca.solver.auto.states import moved, start
-from mukca.solver.data.measurements import measure
+from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix
+from mukca.solver.bayes.inference.hyperparameters import without_negligible
+from mukca.solver.bayes.inference.normal_equations import normal_equations
+from mukca.solver.bayes.inference.objective import Objective, State, build_objective
+from mukca.solver.bayes.inference.state import moved, start
+from mukca.solver.bayes.model import extend
+from mukca.solver.data import measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import BallModel
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.simulated_arms import reachable_bases, record
+from mukca.solver.robot import BallModel, Robot, choose_parameters
+from mukca.tools.simulation import record
+from mukca.tools.simulation.simulated_arms import reachable_bases
 
 
-def random_arrow(seed: int, sockets: int, known: int) -> tuple[Arrow, np.ndarray]:
+def random_arrow(seed: int, sockets: int, known: int) -> tuple[ArrowheadMatrix, np.ndarray]:
     """Of 5 unknowns whose units differ, and the whole matrix."""
     generator = np.random.default_rng(seed)
     units = np.logspace(-2, 2, 5)
@@ -30,7 +29,7 @@ def random_arrow(seed: int, sockets: int, known: int) -> tuple[Arrow, np.ndarray
     root, X = generator.normal(0, 1, (5, 5)) * units, generator.normal(0, 1, (3 * sockets, 5))
     Z, B = root.T @ root, generator.normal(0, 3, (known, 5 + 3 * sockets))
     H = np.block([[Z + X.T @ D @ X, X.T @ D], [D @ X, D]]) + B.T @ B
-    return Arrow(Z, X, own, B), H
+    return ArrowheadMatrix(Z, X, own, B), H
 
 
 @pytest.mark.parametrize(("sockets", "known"), [(0, 0), (1, 0), (4, 3), (3, 9)])

@@ -6,18 +6,15 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.deflection import COMPLIANCE, TILT, Deflection, coefficient_names
-from mukca.solver.auto.estimation import estimate
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.selection import select_model
-from mukca.solver.auto.uncertainty import deviations
-from mukca.solver.data.load import Load
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.metrics import evaluate
+from mukca.solver.bayes.inference import estimate
+from mukca.solver.bayes.model import COMPLIANCE, TILT, Deflection, coefficient_names, extend
+from mukca.solver.bayes.results.uncertainty import deviations
+from mukca.solver.bayes.selection.model_selection import select_model
+from mukca.solver.data import Load, evaluate, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
+from mukca.solver.robot import choose_parameters, load_robot
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 pytestmark = pytest.mark.slow
 

@@ -5,24 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.auto.arms import as_arms
-from mukca.solver.auto.averaging import averaged, probabilities
-from mukca.solver.auto.deflection import (
+from mukca.solver.bayes.inference import estimate_all
+from mukca.solver.bayes.model import (
     COMPLIANCE,
     TILT,
     TRANSMISSION,
     Deflection,
+    as_arms,
     coefficient_names,
+    extend,
 )
-from mukca.solver.auto.estimation import estimate_all
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.selection import select_all
-from mukca.solver.auto.uncertainty import deviations
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.observe import Recorded, observe_all
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.simulated_arms import Imperfection, reachable_bases, record
+from mukca.solver.bayes.results.uncertainty import deviations
+from mukca.solver.bayes.selection import select_all
+from mukca.solver.bayes.selection.model_averaging import averaged, probabilities
+from mukca.solver.data import RobotRecordings, measure, observe_all
+from mukca.solver.robot import Robot, choose_parameters
+from mukca.tools.simulation import record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 ELASTIC = Deflection((COMPLIANCE, TILT), (np.full(7, 4e-5), np.full(14, 1e-5)))
 
@@ -33,7 +32,7 @@ def chosen(panda: Robot, true_panda: Robot):
     how = Imperfection(noise=5e-5, deflection=ELASTIC)
     (base,) = reachable_bases(true_panda, generator, 1)
     placement = record(true_panda, base, generator, samples=20, imperfection=how)
-    scene = observe_all([Recorded(panda, [measure(placement, panda)])])
+    scene = observe_all([RobotRecordings(panda, [measure(placement, panda)])])
     return select_all([(panda, choose_parameters(panda))], scene)
 
 

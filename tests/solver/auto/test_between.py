@@ -5,22 +5,29 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from mukca.solver.auto.arms import Arms
-from mukca.solver.auto.between import between
-from mukca.solver.auto.estimation import estimate_all
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.posterior import World
-from mukca.solver.data.frames import FrameError, Pose, turn
-from mukca.solver.data.known import KnownError
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.observe import Recorded, observe_all
-from mukca.solver.robot.joined import Placed, joined_urdf
-from mukca.solver.robot.kinematics import BallModel
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot, parse_robot
-from mukca.solver.robot.urdf_text import ModelError, scan
-from mukca.tools.simulated_arms import Base, perturb
-from mukca.tools.simulated_worlds import recorded_by_both
+from mukca.solver.bayes.inference import JointPosterior, estimate_all
+from mukca.solver.bayes.model import MultiRobotModel, extend
+from mukca.solver.bayes.results import between
+from mukca.solver.calibration.multi_robot_urdf import Placed, joined_urdf
+from mukca.solver.data import (
+    FrameError,
+    KnownError,
+    Pose,
+    RobotRecordings,
+    measure,
+    observe_all,
+    turn,
+)
+from mukca.solver.robot import (
+    BallModel,
+    ModelError,
+    Robot,
+    choose_parameters,
+    load_robot,
+    parse_robot,
+    scan,
+)
+from mukca.tools.simulation import Base, perturb, recorded_by_both
 
 HOME = Pose(np.eye(3), np.zeros(3))
 FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))
@@ -41,15 +48,17 @@ class Pair:
             self.truth, [HOME, FACING], BASES, generator, samples=8, noise=noise
         )
 
-    def fit(self, names: tuple[str, ...] = ("front", "left"), deviation: float = 3e-5) -> World:
+    def fit(
+        self, names: tuple[str, ...] = ("front", "left"), deviation: float = 3e-5
+    ) -> JointPosterior:
         """Calibrate both on some of the placements."""
         arms = [
-            Recorded(robot, [measure(p, robot) for p in own if p.name in names], name=name)
+            RobotRecordings(robot, [measure(p, robot) for p in own if p.name in names], name=name)
             for robot, own, name in zip(self.robots, self.placements, "AB", strict=True)
         ]
         models = [extend(robot, choose_parameters(robot)) for robot in self.robots]
         scene = observe_all(arms, deviation=deviation)
-        return estimate_all(Arms(tuple(models)), scene, joint_noise=False)
+        return estimate_all(MultiRobotModel(tuple(models)), scene, joint_noise=False)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +66,7 @@ def exact() -> Pair:
     return Pair(0.0)
 
 
-def predictions(found: World, positions: list[np.ndarray]) -> list[np.ndarray]:
+def predictions(found: JointPosterior, positions: list[np.ndarray]) -> list[np.ndarray]:
     """Each arm's balls in its own base."""
     pairs = zip(found.arms, positions, strict=True)
     return [arm.predict(q, np.zeros_like(q)) for arm, q in pairs]
@@ -106,19 +115,19 @@ def test_one_base_leaves_a_turn_about_the_line_of_its_sockets(exact: Pair) -> No
 def test_arms_that_share_nothing_are_refused(exact: Pair) -> None:
     panda, ur = exact.robots
     arms = [
-        Recorded(panda, [measure(exact.placements[0][0], panda)], name="A"),
-        Recorded(ur, [measure(exact.placements[1][1], ur)], name="B"),
+        RobotRecordings(panda, [measure(exact.placements[0][0], panda)], name="A"),
+        RobotRecordings(ur, [measure(exact.placements[1][1], ur)], name="B"),
     ]
     models = [extend(robot, choose_parameters(robot)) for robot in exact.robots]
     with pytest.raises(FrameError, match="frame 'the base of B': nothing ties it to the robot"):
-        estimate_all(Arms(tuple(models)), observe_all(arms))
+        estimate_all(MultiRobotModel(tuple(models)), observe_all(arms))
 
 
 def test_one_base_has_one_distance(exact: Pair) -> None:
     panda, ur = exact.robots
     arms = [
-        Recorded(panda, [measure(exact.placements[0][0], panda, 0.05)], name="A"),
-        Recorded(ur, [measure(exact.placements[1][0], ur, 0.06)], name="B"),
+        RobotRecordings(panda, [measure(exact.placements[0][0], panda, 0.05)], name="A"),
+        RobotRecordings(ur, [measure(exact.placements[1][0], ur, 0.06)], name="B"),
     ]
     with pytest.raises(KnownError, match=r"0.05 m apart for one robot, and 0.06 m for another"):
         observe_all(arms)

@@ -5,13 +5,13 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mukca.solver.auto.arrow import Arrow
-from mukca.solver.auto.bounded import bounded_step
+from mukca.solver.bayes.inference.active_set import bounded_step
+from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix
 
 
-def without_sockets(H: np.ndarray) -> Arrow:
+def without_sockets(H: np.ndarray) -> ArrowheadMatrix:
     n = len(H)
-    return Arrow(H, np.zeros((0, n)), np.zeros((0, 3, 3)), np.zeros((0, n)))
+    return ArrowheadMatrix(H, np.zeros((0, n)), np.zeros((0, 3, 3)), np.zeros((0, n)))
 
 
 @pytest.mark.parametrize("seed", range(8))

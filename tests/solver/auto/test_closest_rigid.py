@@ -5,26 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.auto.closest_rigid import (
-    SURE,
-    _doubt,
-    _sure,
-    closest_rigid,
-)
-from mukca.solver.auto.deflection import Deflection
-from mukca.solver.auto.estimation import estimate
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.poses import imagined_poses
-from mukca.solver.auto.posterior import Posterior
-from mukca.solver.data.load import Load
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.metrics import evaluate
+from mukca.solver.bayes.inference import Posterior, estimate
+from mukca.solver.bayes.model import Deflection, extend
+from mukca.solver.bayes.results import closest_rigid
+from mukca.solver.bayes.results.geometric_projection import SURE, _doubt, _sure
+from mukca.solver.bayes.results.projection_poses import imagined_poses
+from mukca.solver.calibration import fit_by_auto
+from mukca.solver.calibration.fit import fit_by_paper
+from mukca.solver.data import Load, evaluate, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.fit import fit_by_auto, fit_by_paper
-from mukca.solver.robot.kinematics import BallModel, workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.simulated_arms import Imperfection, reachable_bases, record
+from mukca.solver.robot import BallModel, Robot, choose_parameters, workspace
+from mukca.tools.simulation import record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 ELASTIC = Deflection(("compliance", "tilt"), (np.full(7, 4e-5), np.full(14, 2e-5)))
 

@@ -6,24 +6,24 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.deflection import COMPLIANCE, Deflection
-from mukca.solver.auto.estimation import _advance, estimate, estimate_all, gauss_newton
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.noise import Noise
-from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
-from mukca.solver.auto.objective import build_objective, linearise
-from mukca.solver.auto.selection import select_model
-from mukca.solver.auto.states import start
-from mukca.solver.auto.uncertainty import workspace_deviation
-from mukca.solver.data.load import Load
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.observations import Observations
+from mukca.solver.bayes.inference import estimate, estimate_all
+from mukca.solver.bayes.inference.map_estimate import _advance, gauss_newton
+from mukca.solver.bayes.inference.normal_equations import (
+    leverage,
+    normal_equations,
+    predicted_errors,
+)
+from mukca.solver.bayes.inference.objective import build_objective, linearise
+from mukca.solver.bayes.inference.state import start
+from mukca.solver.bayes.model import COMPLIANCE, Deflection, Noise, extend
+from mukca.solver.bayes.results import workspace_deviation
+from mukca.solver.bayes.selection.model_selection import select_model
+from mukca.solver.data import Load, Observations, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.paper.optimizers import NotConverged
-from mukca.solver.robot.kinematics import BallModel
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.simulated_arms import Imperfection, perturb, reachable_bases, record
+from mukca.solver.paper import NotConverged
+from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 
 def misread(placement: Placement, generator: np.random.Generator, angle: float) -> Placement:
@@ -180,7 +180,7 @@ def test_an_extension_whose_fit_does_not_settle_is_left_out(front, monkeypatch) 
             raise NotConverged("auto did not settle in 150 iterations")
         return estimate_all(model, observed, **options)
 
-    monkeypatch.setattr("mukca.solver.auto.selection.estimate_all", unsettled)
+    monkeypatch.setattr("mukca.solver.bayes.selection.model_selection.estimate_all", unsettled)
     selection = select_model(panda, choose_parameters(panda), data)
     assert selection.full is selection.geometric
     assert all("does not settle" in note for note in selection.notes) and len(selection.notes) == 3
@@ -202,8 +202,8 @@ def test_of_many_placements_some_are_left_out_at_a_time(panda, monkeypatch) -> N
         fitted.append(observed.placements)
         return estimate_all(model, observed, **options)
 
-    monkeypatch.setattr("mukca.solver.auto.selection.estimate_all", counted)
-    monkeypatch.setattr("mukca.solver.auto.selection.PARTS", 2)
+    monkeypatch.setattr("mukca.solver.bayes.selection.model_selection.estimate_all", counted)
+    monkeypatch.setattr("mukca.solver.bayes.selection.model_selection.PARTS", 2)
     chosen = select_model(panda, choose_parameters(panda), data, stages=["compliance"])
     a, b, c = (placement.name for placement in placements)
     assert fitted == [(a, b, c)] * 2 + [(b,), (a, c)] * 2

@@ -3,17 +3,15 @@
 import numpy as np
 import pytest
 
-from mukca.solver.auto.estimation import estimate
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.forecast import after_recording, error_map, everywhere, joint_effects
-from mukca.solver.auto.posterior import Posterior
-from mukca.solver.auto.uncertainty import workspace_deviation
-from mukca.solver.data.load import Load
-from mukca.solver.data.measurements import Measurement, measure
+from mukca.solver.bayes.inference import Posterior, estimate
+from mukca.solver.bayes.model import extend
+from mukca.solver.bayes.results import workspace_deviation
+from mukca.solver.data import Load, Measurement, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.simulated_arms import reachable_bases, record
+from mukca.solver.design import after_recording, error_map, everywhere, joint_effects
+from mukca.solver.robot import Robot, choose_parameters
+from mukca.tools.simulation import record
+from mukca.tools.simulation.simulated_arms import reachable_bases
 
 LOAD = Load()
 

@@ -6,21 +6,17 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.arms import as_arms, as_scene
-from mukca.solver.auto.directions import CANNOT_SEE, cannot_see, weak_directions
-from mukca.solver.auto.estimation import estimate_all
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.posterior import Posterior, World
-from mukca.solver.auto.uncertainty import deviations
-from mukca.solver.data.frames import FrameError, Pose
-from mukca.solver.data.known import SocketAt
-from mukca.solver.data.measurements import measure
+from mukca.solver.bayes.inference import JointPosterior, Posterior, estimate_all
+from mukca.solver.bayes.model import as_arms, as_scene, extend
+from mukca.solver.bayes.results import cannot_see, weak_directions
+from mukca.solver.bayes.results.identifiability import CANNOT_SEE
+from mukca.solver.bayes.results.uncertainty import deviations
+from mukca.solver.data import FrameError, Pose, SocketAt, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import BallModel, workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.simulated_arms import Base, perturb, reachable_bases, record
-from mukca.tools.simulated_worlds import random_pose, sockets_seen
+from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot, workspace
+from mukca.tools.simulation import Base, perturb, record
+from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation.simulated_worlds import random_pose, sockets_seen
 
 HOME = Pose(np.eye(3), np.zeros(3))
 BASES = [
@@ -33,7 +29,7 @@ BASES = [
 ]
 
 
-def fit(robot: Robot, placements: list[Placement], at: list[SocketAt]) -> World:
+def fit(robot: Robot, placements: list[Placement], at: list[SocketAt]) -> JointPosterior:
     data = observe([measure(p, robot) for p in placements], robot, sockets_at=at)
     model = extend(robot, choose_parameters(robot))
     return estimate_all(as_arms(model), as_scene(data), joint_noise=False)

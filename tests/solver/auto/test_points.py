@@ -6,22 +6,29 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.arms import as_arms, as_scene
-from mukca.solver.auto.estimation import estimate, estimate_all
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.noise import Noise
-from mukca.solver.auto.normal_equations import leverage, normal_equations, predicted_errors
-from mukca.solver.auto.objective import build_objective, linearise
-from mukca.solver.auto.states import start
-from mukca.solver.data.frames import FrameError, Pose
-from mukca.solver.data.measurements import MeasurementError, measure
-from mukca.solver.data.metrics import evaluate
+from mukca.solver.bayes.inference import estimate, estimate_all
+from mukca.solver.bayes.inference.normal_equations import (
+    leverage,
+    normal_equations,
+    predicted_errors,
+)
+from mukca.solver.bayes.inference.objective import build_objective, linearise
+from mukca.solver.bayes.inference.state import start
+from mukca.solver.bayes.model import Noise, as_arms, as_scene, extend
+from mukca.solver.data import FrameError, Pose, evaluate, measure
+from mukca.solver.data.measurements import MeasurementError
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import BallModel, workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot, shipped_robots
-from mukca.tools.simulated_arms import perturb, reachable_bases, record
-from mukca.tools.simulated_worlds import measured_points, random_pose
+from mukca.solver.robot import (
+    BallModel,
+    Robot,
+    choose_parameters,
+    load_robot,
+    shipped_robots,
+    workspace,
+)
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation.simulated_worlds import measured_points, random_pose
 
 
 def balls(robot: Robot, q: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mukca.solver.auto.positive import bounds
+from mukca.solver.bayes.inference.truncated_gaussian import bounds
 
 
 @pytest.mark.parametrize("seed", [0, 2, 3])

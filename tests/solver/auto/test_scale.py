@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.priors import SMALLEST_WIDTH
-from mukca.solver.design.plan import expected_groups
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
+from mukca.solver.bayes.model import extend
+from mukca.solver.bayes.model.priors import SMALLEST_WIDTH
+from mukca.solver.design import expected_groups
+from mukca.solver.robot import Robot, choose_parameters, load_robot
 
 ROBOTS = ("panda", "ur5", "so101")
 

@@ -7,25 +7,26 @@ import pytest
 
 import mukca
 from mukca.recorder.dataset import Placement
-from mukca.solver import crossval
-from mukca.solver.auto.deflection import LEAST_TORQUE, PLAY, ZERO, Deflection, looseness
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.selection import select_model
-from mukca.solver.auto.uncertainty import scale
-from mukca.solver.auto.zeros import DECIDED, angles_near, with_zeros
-from mukca.solver.checks import inspection
-from mukca.solver.data.known import SocketAt
-from mukca.solver.data.load import Load
-from mukca.solver.data.measurements import measure
+from mukca.solver.bayes.model import PLAY, ZERO, Deflection, extend
+from mukca.solver.bayes.model.deflection import LEAST_TORQUE, looseness
+from mukca.solver.bayes.results import DECIDED, angles_near, scale, with_zeros
+from mukca.solver.bayes.selection.model_selection import select_model
+from mukca.solver.calibration import UsageError, crossval
+from mukca.solver.calibration.calibrate import calibrate
+from mukca.solver.data import Load, SocketAt, measure
 from mukca.solver.data.observe import observe
-from mukca.solver.paper.optimizers import NotConverged
-from mukca.solver.robot.kinematics import gravity_torques, rotation_rpy, workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.calibration.calibrate import calibrate
+from mukca.solver.diagnostics import inspection
+from mukca.solver.paper import NotConverged
+from mukca.solver.robot import (
+    choose_parameters,
+    gravity_torques,
+    load_robot,
+    rotation_rpy,
+    workspace,
+)
 from mukca.tools.cli import main
-from mukca.tools.simulated_arms import Base, Imperfection, record
-from mukca.tools.usage import UsageError
+from mukca.tools.simulation import Base, record
+from mukca.tools.simulation.simulated_arms import Imperfection
 
 ZEROS = np.radians([3.0, -4.0, 5.0, -2.0, 0.0])
 ANCHORED = Base("anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0.0]), 0.15)

@@ -7,22 +7,16 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.deflection import COMPLIANCE, TILT, Deflection
-from mukca.solver.auto.extended_model import Expected
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.metrics import evaluate
-from mukca.solver.fit import fit_by_auto
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.calibration.calibrate import calibrate
-from mukca.tools.calibration.calibration import Calibration
-from mukca.tools.calibration.type_prior import type_priors
+from mukca.solver.bayes.model import COMPLIANCE, TILT, Deflection, Expected
+from mukca.solver.calibration import Calibration, UsageError, fit_by_auto, type_priors
+from mukca.solver.calibration.calibrate import calibrate
+from mukca.solver.data import evaluate, measure
+from mukca.solver.results import DocumentError
+from mukca.solver.robot import Robot, choose_parameters, load_robot
 from mukca.tools.cli import main
-from mukca.tools.documents.files import DocumentError
-from mukca.tools.documents.fleet import FleetArm, FleetSession
-from mukca.tools.fleet.folders import ArmFolder
-from mukca.tools.simulated_arms import Imperfection, reachable_bases, record
-from mukca.tools.usage import UsageError
+from mukca.tools.fleet import ArmFolder, FleetArm, FleetSession
+from mukca.tools.simulation import record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 TRUE = {
     COMPLIANCE: np.array([1, 4, 2, 6, 5, 3, 1]) * 1e-5,

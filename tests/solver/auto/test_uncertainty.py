@@ -3,25 +3,23 @@
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import read_placement
-from mukca.solver.auto.directions import _structural, weak_directions
-from mukca.solver.auto.estimation import estimate
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.laplace import _told
-from mukca.solver.auto.noise import Noise, degrees_of_freedom
-from mukca.solver.auto.uncertainty import (
+from mukca.recorder import read_placement
+from mukca.solver.bayes.inference import estimate
+from mukca.solver.bayes.inference.laplace import _told
+from mukca.solver.bayes.model import Noise, degrees_of_freedom, extend
+from mukca.solver.bayes.results import predicted_deviation, weak_directions
+from mukca.solver.bayes.results.identifiability import _structural
+from mukca.solver.bayes.results.uncertainty import (
     correlations,
     deviations,
     distance_deviations,
     observability_index,
-    predicted_deviation,
     prior_deviations,
     settled,
 )
-from mukca.solver.data.measurements import measure
+from mukca.solver.data import measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import gravity_torques, workspace
-from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.robot import choose_parameters, gravity_torques, workspace
 
 
 @pytest.fixture(scope="module")

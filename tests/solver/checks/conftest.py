@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.checks.inspection import Survey, inspect_all
-from mukca.solver.data.measurements import measure
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.tools.simulated_arms import Base, record
+from mukca.solver.data import measure
+from mukca.solver.diagnostics import Survey, inspect_all
+from mukca.solver.robot import choose_parameters
+from mukca.tools.simulation import Base, record
 
 Look = Callable[..., Survey]
 PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0.4, 0.1)}

@@ -6,18 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import find_placements, read_placement
-from mukca.solver.checks.changes import split_at
-from mukca.solver.checks.inspection import (
-    Finding,
-    Survey,
-    inspect_all,
-    next_placement,
-)
-from mukca.solver.data.measurements import measure
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulated_arms import Base, record
+from mukca.recorder import find_placements, read_placement
+from mukca.solver.data import measure
+from mukca.solver.diagnostics import Survey, inspect_all, next_placement, split_at
+from mukca.solver.diagnostics.inspection import Diagnostic
+from mukca.solver.robot import choose_parameters, load_robot
+from mukca.tools.simulation import Base, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
@@ -89,7 +83,9 @@ def test_the_next_placement_is_away_from_those_there_are(panda, look, placements
     seen = look(placements[:2])
     assert "to its right" in next_placement(panda, seen)
     assert "front" in next_placement(panda, seen) and "left" in next_placement(panda, seen)
-    moved = replace(seen.placements[1], findings=(Finding("error", "x", "there", "bad", "mend"),))
+    moved = replace(
+        seen.placements[1], findings=(Diagnostic("error", "x", "there", "bad", "mend"),)
+    )
     hint = next_placement(panda, replace(seen, placements=(seen.placements[0], moved)))
     assert "First mend left" in hint and "serve best" not in hint
 

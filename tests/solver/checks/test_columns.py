@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.checks.inspection import inspect_all
-from mukca.solver.data.measurements import MeasurementError, measure
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulated_arms import perturb, reachable_bases, record, simulate_recordings
+from mukca.solver.data import measure
+from mukca.solver.data.measurements import MeasurementError
+from mukca.solver.diagnostics import inspect_all
+from mukca.solver.robot import choose_parameters, load_robot
+from mukca.tools.simulation import perturb, record, simulate_recordings
+from mukca.tools.simulation.simulated_arms import reachable_bases
 
 
 def flipped(joint: int):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mukca.solver.checks.configurations import NEAR, near_duplicates
+from mukca.solver.diagnostics.configurations import NEAR, near_duplicates
 
 
 def test_near_duplicates_are_those_of_all_pairs() -> None:

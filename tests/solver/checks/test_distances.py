@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.auto.estimation import estimate
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.auto.uncertainty import scale
-from mukca.solver.checks.finding import Finding
-from mukca.solver.checks.inspection import inspect_all
-from mukca.solver.data.measurements import measure
+from mukca.solver.bayes.inference import estimate
+from mukca.solver.bayes.model import extend
+from mukca.solver.bayes.results import scale
+from mukca.solver.data import measure
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulated_arms import Base, Imperfection, perturb, reachable_bases, record
+from mukca.solver.diagnostics import Diagnostic, inspect_all
+from mukca.solver.robot import choose_parameters, load_robot
+from mukca.tools.simulation import Base, perturb, record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
@@ -103,7 +102,7 @@ def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int
     off = change(sound, lambda q: q + 0.1 * (np.arange(len(q)) == joint))
     parameters = choose_parameters(robot)
 
-    def seen(placement: Placement, distance: float | None = None) -> list[Finding]:
+    def seen(placement: Placement, distance: float | None = None) -> list[Diagnostic]:
         measured = measure(placement, robot, distance)
         return list(inspect_all(robot, parameters, [measured]).shared)
 

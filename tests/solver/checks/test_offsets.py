@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.checks.guesses import as_they_are, signs, swaps
-from mukca.solver.checks.inspection import inspect_all
-from mukca.solver.checks.offsets import several
-from mukca.solver.checks.rigid import RigidModel, Samples, samples_of
-from mukca.solver.data.measurements import measure
-from mukca.solver.robot.parameters import choose_parameters
+from mukca.solver.data import measure
+from mukca.solver.diagnostics import inspect_all
+from mukca.solver.diagnostics.column_hypotheses import as_they_are, signs, swaps
+from mukca.solver.diagnostics.offsets import several
+from mukca.solver.diagnostics.robust_fit import RigidModel, Samples, samples_of
+from mukca.solver.robot import choose_parameters
 
 EYE = np.eye(7)
 RIGHT, SWAPPED = list(range(7)), [0, 1, 4, 3, 2, 5, 6]

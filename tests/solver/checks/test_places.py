@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from mukca.recorder.dataset import Placement
-from mukca.solver.checks.inspection import inspect_all
-from mukca.solver.data.measurements import measure
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulated_arms import Base, Imperfection, perturb, reachable_bases, record
+from mukca.solver.data import measure
+from mukca.solver.diagnostics import inspect_all
+from mukca.solver.robot import choose_parameters, load_robot
+from mukca.tools.simulation import Base, perturb, record
+from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 

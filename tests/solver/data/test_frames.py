@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mukca.solver.data.frames import FrameError, Landmarks, Pose, fit_pose, place_frames, turn
+from mukca.solver.data import FrameError, FrameObservations, Pose, fit_pose, place_frames, turn
 
 
 def pose(seed: int) -> Pose:
@@ -11,8 +11,10 @@ def pose(seed: int) -> Pose:
     return Pose(turn(generator.normal(0, 1, 3)), generator.normal(0, 1, 3))
 
 
-def landmarks(points: np.ndarray, name: str = "table") -> Landmarks:
-    return Landmarks(name, np.arange(len(points)), points, [f"f:{i}" for i in range(len(points))])
+def landmarks(points: np.ndarray, name: str = "table") -> FrameObservations:
+    return FrameObservations(
+        name, np.arange(len(points)), points, [f"f:{i}" for i in range(len(points))]
+    )
 
 
 @pytest.fixture
@@ -46,9 +48,11 @@ def test_a_pose_is_found_again_in_spite_of_a_point_far_off(points: np.ndarray) -
 def test_frames_are_placed_one_by_the_other(points: np.ndarray) -> None:
     """The third shares nothing with the world, only with the second."""
     second, third = pose(4), pose(5)
-    world = Landmarks("world", np.arange(6), points[:6], [""] * 6)
-    two = Landmarks("two", np.arange(9), second.inverse().apply(points[:9]), [""] * 9)
-    three = Landmarks("three", np.arange(6, 12), third.inverse().apply(points[6:]), [""] * 6)
+    world = FrameObservations("world", np.arange(6), points[:6], [""] * 6)
+    two = FrameObservations("two", np.arange(9), second.inverse().apply(points[:9]), [""] * 9)
+    three = FrameObservations(
+        "three", np.arange(6, 12), third.inverse().apply(points[6:]), [""] * 6
+    )
     found = place_frames([world, three, two])
     assert found[1].apply(three.points) == pytest.approx(points[6:])
     assert found[2].translation == pytest.approx(second.translation)
@@ -68,6 +72,6 @@ def test_coordinates_that_cannot_be_are_refused(points: np.ndarray, change, word
 
 
 def test_a_frame_that_nothing_ties_is_refused(points: np.ndarray) -> None:
-    alone = Landmarks("table", np.arange(20, 32), points, [""] * 12)
+    alone = FrameObservations("table", np.arange(20, 32), points, [""] * 12)
     with pytest.raises(FrameError, match="frame 'table': nothing ties it to the robot"):
         place_frames([landmarks(points, "world"), alone])

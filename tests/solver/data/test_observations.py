@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import read_placement
-from mukca.solver.data.known import KnownError, parse_known
-from mukca.solver.data.load import Load
-from mukca.solver.data.measurements import measure
+from mukca.recorder import read_placement
+from mukca.solver.data import KnownError, Load, measure, parse_known
 from mukca.solver.data.observe import observe
-from mukca.solver.robot.kinematics import gravity_moments
+from mukca.solver.robot import gravity_moments
 
 
 @pytest.fixture

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from mukca.solver.data.frames import FrameError
-from mukca.solver.data.sockets_at import in_placements, parse_socket_at, read_sockets_at
+from mukca.solver.data import FrameError, in_placements, parse_socket_at, read_sockets_at
 
 HEADER = "frame,socket,x [mm],y [mm],z [m],deviation [mm]"
 

@@ -6,15 +6,16 @@ from shutil import copyfile
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import read_placement
-from mukca.solver.calibrated import CalibratedRobot
-from mukca.solver.data.measurements import MeasurementError, check_distinct, measure
-from mukca.solver.data.metrics import evaluate, is_distorted, socket_centres
-from mukca.solver.paper.optimizers import NotConverged, gauss_newton
-from mukca.solver.paper.problem import SettingError, ball_only, build_problem, solve
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.simulated_arms import perturb, reachable_bases, record
+from mukca.recorder import read_placement
+from mukca.solver.data import check_distinct, evaluate, is_distorted, measure, socket_centres
+from mukca.solver.data.measurements import MeasurementError
+from mukca.solver.paper import NotConverged, ball_only, build_problem, solve
+from mukca.solver.paper.optimizers import gauss_newton
+from mukca.solver.paper.problem import SettingError
+from mukca.solver.results import CalibratedRobot
+from mukca.solver.robot import choose_parameters, load_robot
+from mukca.tools.simulation import perturb, record
+from mukca.tools.simulation.simulated_arms import reachable_bases
 
 # One of each kind, since a fit takes seconds: seven joints, six in two arrangements, and five.
 REPRESENTATIVE = ("panda", "gen3_lite", "ur5e", "so101")

@@ -4,11 +4,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import read_placement
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.metrics import cost_terms, evaluate
-from mukca.solver.paper import costs
-from mukca.solver.paper.problem import build_problem
+from mukca.recorder import read_placement
+from mukca.solver.data import cost_terms, evaluate, measure
+from mukca.solver.paper import build_problem, costs
 
 
 def test_inconsistency_by_hand() -> None:

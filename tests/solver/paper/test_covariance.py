@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from mukca.solver.auto.extended_model import extend
-from mukca.solver.data.known import SEAT_DEVIATION
-from mukca.solver.data.measurements import measure
-from mukca.solver.data.metrics import CALIPER_DEVIATION
-from mukca.solver.fit import fit_by_paper
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.tools.simulated_arms import Base, record
+from mukca.solver.bayes.model import extend
+from mukca.solver.calibration.fit import fit_by_paper
+from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure
+from mukca.solver.robot import choose_parameters
+from mukca.tools.simulation import Base, record
 
 
 @pytest.fixture(scope="module")

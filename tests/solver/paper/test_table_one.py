@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import find_placements, read_placement
-from mukca.solver.data.measurements import measure
-from mukca.solver.paper.problem import build_problem, solve
-from mukca.solver.robot.urdf import load_robot
+from mukca.recorder import find_placements, read_placement
+from mukca.solver.data import measure
+from mukca.solver.paper import build_problem, solve
+from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow

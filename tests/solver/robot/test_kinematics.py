@@ -5,16 +5,19 @@ import numpy as np
 import pinocchio
 import pytest
 
-from mukca.solver.robot.kinematics import (
+from mukca.solver.robot import (
     BallModel,
-    across,
+    all_parameters,
+    choose_parameters,
     gravity_moments,
     gravity_torques,
     link_frames,
+    load_robot,
+    parse_robot,
+    scan,
+    shipped_robots,
 )
-from mukca.solver.robot.parameters import all_parameters, choose_parameters
-from mukca.solver.robot.urdf import load_robot, parse_robot, shipped_robots
-from mukca.solver.robot.urdf_text import scan
+from mukca.solver.robot.kinematics import across
 
 PRISMATIC = """<robot name="crane"><link name="w"/><link name="a"><inertial><mass value="2"/>
 <origin xyz="0.1 0 0.2"/></inertial></link><link name="b"><inertial><mass value="3"/></inertial>

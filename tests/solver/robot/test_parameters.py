@@ -2,7 +2,8 @@
 
 import pytest
 
-from mukca.solver.robot.parameters import ParameterError, choose_parameters
+from mukca.solver.robot import choose_parameters
+from mukca.solver.robot.parameters import ParameterError
 
 
 def names(panda, **words) -> list[str]:

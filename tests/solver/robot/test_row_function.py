@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mukca.solver.robot.row_function import BATCH, RowFunction
+from mukca.solver.robot import RowFunction
+from mukca.solver.robot.row_function import BATCH
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 import yourdfpy
 
-from mukca.solver.robot.kinematics import BallModel
-from mukca.solver.robot.urdf import load_robot, shipped_robots
-from mukca.solver.robot.urdf_text import ModelError, Origin, relocate_meshes, scan, set_origins
+from mukca.solver.robot import (
+    BallModel,
+    ModelError,
+    Origin,
+    load_robot,
+    relocate_meshes,
+    scan,
+    set_origins,
+    shipped_robots,
+)
 
 # Every kind of joint, axes of any direction and length, origins whole, half and missing.
 ODD_ARM = """<?xml version="1.0"?>

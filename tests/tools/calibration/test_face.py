@@ -6,14 +6,15 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import lazy_loader
 import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.paper.optimizers import NotConverged
-from mukca.tools.calibration.settings import Settings
+from mukca.solver.calibration import Settings
+from mukca.solver.paper import NotConverged
+from mukca.solver.results import DocumentError
 from mukca.tools.cli import main
-from mukca.tools.documents.files import DocumentError
 
 
 @pytest.fixture(scope="module")
@@ -43,9 +44,10 @@ def test_the_face_loads_nothing_before_it_is_used() -> None:
 
 def test_the_face_costs_less_than_typing_does() -> None:
     """Without what an editable installation loads at each start."""
-    file = Path(mukca.__file__)
-    code = f"import sys; exec(open({str(file)!r}).read()); print('typing' in sys.modules)"
-    words = [sys.executable, "-I", "-S", "-c", code]
+    packages = str(Path(lazy_loader.__file__).parents[1])
+    face = f"import lazy_loader; __name__, __file__ = 'mukca', {mukca.__file__!r}"
+    code = f"import sys; sys.path.append({packages!r}); {face}; exec(open(__file__).read())"
+    words = [sys.executable, "-I", "-S", "-c", f"{code}; print('typing' in sys.modules)"]
     assert subprocess.run(words, capture_output=True, text=True).stdout == "False\n"
 
 
@@ -215,7 +217,7 @@ def test_a_fit_that_does_not_settle_says_what_is_wrong_in_the_recordings(
     def unsettled(*_: object, **__: object) -> None:
         raise NotConverged("auto diverged")
 
-    monkeypatch.setattr("mukca.tools.calibration.calibrate.fit_by_auto", unsettled)
+    monkeypatch.setattr("mukca.solver.calibration.calibrate.fit_by_auto", unsettled)
     train, robot = recordings[0], mukca.load_robot("panda")
     with pytest.raises(NotConverged, match=r"^auto diverged$"):
         mukca.calibrate(robot, train)

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.recorder.dataset import Placement, read_placement
-from mukca.solver.data.measurements import measure
-from mukca.solver.robot.urdf import Robot
-from mukca.tools.calibration.calibration import Calibration
-from mukca.tools.calibration.odds import Odds, odds_of
-from mukca.tools.recording.beside import goal_for
-from mukca.tools.simulated_arms import Base, record
+from mukca.recorder import read_placement
+from mukca.recorder.dataset import Placement
+from mukca.solver.assessment import ValidityPosterior, odds_of
+from mukca.solver.calibration import Calibration
+from mukca.solver.data import measure
+from mukca.solver.robot import Robot
+from mukca.tools.recording import goal_for
+from mukca.tools.simulation import Base, record
 
-Ask = Callable[[int, float], Odds]
+Ask = Callable[[int, float], ValidityPosterior]
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +42,7 @@ def ask(calibration: Calibration, session: Path) -> Ask:
     summary = calibration.document.summary.test
     assert summary
 
-    def ask(joint: int, offset: float) -> Odds:
+    def ask(joint: int, offset: float) -> ValidityPosterior:
         measured = measure(ten(later, joint, offset), calibration.robot, sockets=1)
         return odds_of(calibration.calibrated, measured, summary.loaded.mean_absolute_error)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import mesh_checks
 import pytest
 
-from mukca.solver.robot.urdf import load_robot, shipped_robots
+from mukca.solver.robot import load_robot, shipped_robots
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow

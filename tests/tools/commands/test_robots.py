@@ -4,9 +4,9 @@ import json
 
 import pytest
 
+from mukca.drivers.arms.servos.joint_maps import ARMS
 from mukca.drivers.registry import DRIVERS
-from mukca.drivers.servo_arms import ARMS
-from mukca.solver.robot.urdf import load_robot, shipped_robots
+from mukca.solver.robot import load_robot, shipped_robots
 from mukca.tools.cli import main
 
 

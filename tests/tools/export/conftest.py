@@ -9,15 +9,11 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.auto.deflection import EXTENSIONS, coefficient_names
-from mukca.solver.robot.kinematics import workspace
-from mukca.solver.robot.parameters import choose_parameters
-from mukca.solver.robot.urdf import Robot, load_robot, shipped_robots
-from mukca.tools.calibration.calibration import Calibration, load_calibration
+from mukca.solver.bayes.model import EXTENSIONS, coefficient_names
+from mukca.solver.calibration import Calibration, load_calibration
+from mukca.solver.results import CalibrationDocument, PlacementSamples, RecordedSample, encode
+from mukca.solver.robot import Robot, choose_parameters, load_robot, shipped_robots, workspace
 from mukca.tools.cli import main
-from mukca.tools.documents.calibration import CalibrationDocument
-from mukca.tools.documents.files import encode
-from mukca.tools.documents.recorded import PlacementSamples, RecordedSample
 
 ROBOTS = tuple(shipped_robots())
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.solver.robot.kinematics import gravity_torques, workspace
-from mukca.tools.calibration.calibration import load_calibration
+from mukca.solver.calibration import load_calibration
+from mukca.solver.robot import gravity_torques, workspace
 from mukca.tools.cli import main
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "controller"

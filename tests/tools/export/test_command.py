@@ -7,9 +7,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from mukca.tools.calibration.calibration import load_calibration
-from mukca.tools.documents.files import encode
-from mukca.tools.export.formats import FORMATS
+from mukca.solver.calibration import load_calibration
+from mukca.solver.results import encode
+from mukca.tools.export import FORMATS
 
 
 def test_the_file_says_who_made_it_from_what(export, calibrations, tmp_path) -> None:

@@ -8,9 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mukca.solver.robot.kinematics import link_frames, workspace
-from mukca.solver.robot.urdf import Joint, load_robot
-from mukca.solver.robot.urdf_text import Origin
+from mukca.solver.robot import Origin, link_frames, load_robot, workspace
+from mukca.solver.robot.urdf import Joint
 from mukca.tools.export.dh import dh_table
 
 

@@ -8,10 +8,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.calibration.calibration import load_calibration
-from mukca.tools.documents.calibration import Coefficient
-from mukca.tools.documents.files import encode
+from mukca.solver.calibration import load_calibration
+from mukca.solver.results import encode
+from mukca.solver.results.calibration import Coefficient
+from mukca.solver.robot import load_robot
 
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
 ZEROS = np.radians([0.5, -4.0, 3.0, 20.0, 1.0])

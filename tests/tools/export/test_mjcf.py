@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.solver.robot.kinematics import workspace
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.calibration.calibration import load_calibration
+from mukca.solver.calibration import load_calibration
+from mukca.solver.robot import Robot, load_robot, workspace
 from mukca.tools.export.transforms import rigid
 
 mujoco = pytest.importorskip("mujoco", reason="the extra simulation is not installed")

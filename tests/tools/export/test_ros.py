@@ -12,12 +12,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from mukca.solver.robot.kinematics import workspace
-from mukca.solver.robot.urdf import load_robot, parse_robot
-from mukca.solver.robot.urdf_text import scan
-from mukca.tools.calibration.calibration import Calibration, load_calibration
-from mukca.tools.documents.files import encode
-from mukca.tools.export.export import Request, identify
+from mukca.solver.calibration import Calibration, load_calibration
+from mukca.solver.results import encode
+from mukca.solver.robot import load_robot, parse_robot, scan, workspace
+from mukca.tools.export import Request, identify
 from mukca.tools.export.folding import folded_origins
 from mukca.tools.export.transforms import rigid
 

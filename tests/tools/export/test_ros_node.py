@@ -8,7 +8,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from mukca.tools.calibration.calibration import load_calibration
+from mukca.solver.calibration import load_calibration
 
 SCRIPT = Path(__file__).parents[3] / "examples" / "ros" / "true_joint_states.py"
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.drivers.driver import JointState
-from mukca.drivers.mock import Fault, SimulatedArm
-from mukca.drivers.motion import Motion
-from mukca.recorder.dataset import read_placement
+from mukca.drivers import JointState
+from mukca.drivers.arms import Motion, SimulatedArm
+from mukca.drivers.arms.simulated import Fault
+from mukca.recorder import read_placement
 from mukca.tools.cli import main
 
 RATE = 40.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.recorder.dataset import read_placement
+from mukca.recorder import read_placement
 
 rosbags = pytest.importorskip("rosbags", reason="the extra bags is not installed")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import read_placement
+from mukca.recorder import read_placement
 from mukca.tools.cli import main
 
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.drivers.driver import JointState
-from mukca.recorder.dataset import read_placement
-from mukca.recorder.kept_stream import KeptStream, next_file, read_kept
+from mukca.drivers import JointState
+from mukca.recorder import StreamLog, next_file, read_kept, read_placement
 
 NAMES = tuple(f"panda_joint{i}" for i in range(1, 8))
 
@@ -148,7 +147,7 @@ def test_lerobot_in_degrees(extract, moves, tmp_path, version) -> None:
 @pytest.mark.slow
 def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path) -> None:
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
-    # as drivers/lerobot.py has it, in true ticks
+    # as drivers/arms/servos/lerobot.py has it, in true ticks
     motors = {
         name: {
             "id": i,
@@ -227,7 +226,7 @@ def test_a_kept_stream_reads_back(tmp_path) -> None:
         for i in range(2500)
     ]
     file = next_file(tmp_path)
-    kept = KeptStream(file, ["a", "b", "c"])
+    kept = StreamLog(file, ["a", "b", "c"])
     for i, state in enumerate(states):
         kept.add(state, i // 1000)
         kept.add(JointState(state.stamp, (float("nan"),) * 3), 0)
@@ -260,7 +259,7 @@ def test_a_stream_of_the_older_format_is_read(tmp_path) -> None:
 
 
 def test_what_a_crash_tore_off_is_not_read(tmp_path) -> None:
-    kept = KeptStream(tmp_path / "a.stream", ["a"])
+    kept = StreamLog(tmp_path / "a.stream", ["a"])
     for i in range(2500):
         kept.add(JointState(1e-3 * i, (0.1,)), 0)
     kept.close()
@@ -271,7 +270,7 @@ def test_what_a_crash_tore_off_is_not_read(tmp_path) -> None:
 
 def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path) -> None:
     rng = np.random.default_rng(0)
-    kept = KeptStream(tmp_path / "a.stream", NAMES)
+    kept = StreamLog(tmp_path / "a.stream", NAMES)
     position, effort = np.zeros(7), np.zeros(7)
     for i in range(5000):
         read = position + rng.normal(0, 2e-5, 7)  # a moving arm's noise, as its encoders have it
@@ -287,7 +286,7 @@ def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path) -> None:
 def test_extract_reads_what_the_recorder_kept(extract, moves, tmp_path) -> None:
     folder = tmp_path / "front"
     folder.mkdir()
-    kept = KeptStream(next_file(folder), NAMES)
+    kept = StreamLog(next_file(folder), NAMES)
     for state in moves.states:
         kept.add(state, 0)
     kept.close()

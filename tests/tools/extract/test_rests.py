@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from mukca.recorder.session import JointLimits
-from mukca.solver.robot.urdf import load_robot
-from mukca.tools.extract.log import Log
-from mukca.tools.extract.propose import assign, placements_of, propose
-from mukca.tools.extract.rests import find_rests
-from mukca.tools.recording.opening import joints_of
-from mukca.tools.usage import UsageError
+from mukca.recorder.stream import JointLimits
+from mukca.solver.calibration import UsageError
+from mukca.solver.robot import load_robot
+from mukca.tools.extract import Log, assign, find_rests, placements_of
+from mukca.tools.extract.propose import propose
+from mukca.tools.recording import joints_of
 
 
 @pytest.fixture(scope="module")
@@ -103,8 +102,8 @@ def test_no_average_goes_across_two_episodes() -> None:
 )
 def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, visits) -> None:
     """Placements are numbered by their first rest, and the socket of that rest is called 0."""
-    from mukca.recorder.dataset import read_placement
-    from mukca.recorder.rest import Rest
+    from mukca.recorder import read_placement
+    from mukca.recorder.stream import StationaryPose
     from mukca.tools.extract.rests import TimedRest
 
     robot = load_robot("panda")
@@ -117,7 +116,7 @@ def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, vis
     for visit in visits:
         for _ in range(share[visit]):
             at = float(len(found))
-            rest = Rest(left[visit].pop(), (1e-5,) * 7, None, None, at, 30)
+            rest = StationaryPose(left[visit].pop(), (1e-5,) * 7, None, None, at, 30)
             found.append(TimedRest(at, at + 0.5, rest))
             truth.append(visit)
     bases = list(dict.fromkeys(visit.split()[0] for visit in visits))

@@ -6,9 +6,8 @@ import numpy as np
 import printed_parts
 import pytest
 
-from mukca.solver.data.sockets_at import read_sockets_at
-from mukca.solver.robot.kinematics import rotation_rpy
-from mukca.solver.robot.urdf import load_robot
+from mukca.solver.data import read_sockets_at
+from mukca.solver.robot import load_robot, rotation_rpy
 from mukca.tools.cli import main
 from mukca.tools.printables import ARMS, AnchoredBase, PrintableError
 from mukca.tools.printables.mesh import to_manifold

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from record_commands import PANDA_HOME, assert_true, configurations, fast
 
-from mukca.recorder.dataset import Placement, read_placement
-from mukca.solver.robot.urdf import load_robot, shipped_robots
+from mukca.recorder import read_placement
+from mukca.recorder.dataset import Placement
+from mukca.solver.robot import load_robot, shipped_robots
 from mukca.tools.cli import main
-from mukca.tools.recording.quick import worth_calibrating
+from mukca.tools.recording import worth_calibrating
 
 
 @pytest.mark.slow

@@ -9,17 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder.advice import Advice, Question
-from mukca.recorder.dataset import Sample, read_placement
-from mukca.solver.robot.kinematics import BallModel
-from mukca.solver.robot.urdf import Robot, load_robot
-from mukca.tools.inverse_kinematics import MAX_TILT, Guide
-from mukca.tools.recording import sites
-from mukca.tools.recording.beside import goal_for
-from mukca.tools.recording.coach import LATELY, LEAST, SHARE, Coach
+from mukca.recorder import read_placement
+from mukca.recorder.dataset import Sample
+from mukca.recorder.session import Advice, Question
+from mukca.solver.design import Reach, skeleton
+from mukca.solver.design import base_placement as sites
+from mukca.solver.design.reachability import TABLE
+from mukca.solver.robot import BallModel, InverseKinematics, Robot, load_robot
+from mukca.solver.robot.inverse_kinematics import MAX_TILT
+from mukca.tools.recording import SHARE, PoseSelector, goal_for
+from mukca.tools.recording.coach import LATELY, LEAST
 from mukca.tools.recording.coaching import COACHING, BackgroundCoach, setup_of
-from mukca.tools.recording.neighbour import Neighbour
-from mukca.tools.recording.reach import TABLE, Reach, skeleton
+from mukca.tools.recording.neighbour import WorkerProcess
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +30,8 @@ def samples(session: Path) -> list[Sample]:
 
 
 @pytest.fixture(scope="module")
-def coach(panda: Robot) -> Coach:
-    return Coach(panda, 0.05, goal=1e-6)
+def coach(panda: Robot) -> PoseSelector:
+    return PoseSelector(panda, 0.05, goal=1e-6)
 
 
 def test_poses_can_be_reached_by_a_hand(panda: Robot) -> None:
@@ -42,7 +43,7 @@ def test_poses_can_be_reached_by_a_hand(panda: Robot) -> None:
     upper = np.array([joint.upper for joint in panda.actuated])
     assert np.all((q - lower) / (upper - lower) > 0.049)
     assert np.all((upper - q) / (upper - lower) > 0.049)
-    neck = Guide(panda)._linear(q)[0][:, 3:]
+    neck = InverseKinematics(panda)._linear(q)[0][:, 3:]
     assert np.all(neck[:, 2] < -np.cos(MAX_TILT) + 1e-6)
 
 
@@ -67,7 +68,7 @@ def test_no_pose_is_proposed_where_none_is(panda: Robot) -> None:
 
 @pytest.mark.slow
 def test_the_prediction_falls_and_each_socket_has_its_turn(
-    coach: Coach, samples: list[Sample]
+    coach: PoseSelector, samples: list[Sample]
 ) -> None:
     first = coach.advise(samples[:4], 0)
     assert not first.fitted and first.target is not None and not first.leave
@@ -83,7 +84,7 @@ def test_the_prediction_falls_and_each_socket_has_its_turn(
 
 @pytest.mark.slow
 def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sample]) -> None:
-    easy = Coach(panda, 0.05, goal=1.0)
+    easy = PoseSelector(panda, 0.05, goal=1.0)
     few = [s for s in samples if s.number <= 6 or 12 < s.number <= 18]
     assert not easy.advise(few, 1).enough
     assert len(samples) >= 2 * LEAST
@@ -95,7 +96,7 @@ def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sam
 def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
     panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    coach = Coach(panda, 0.05, goal=1e-6)
+    coach = PoseSelector(panda, 0.05, goal=1e-6)
     coach.advise(samples[:-LATELY], 1)
 
     def asked(goal: float) -> Advice:
@@ -120,15 +121,15 @@ def test_the_goal_is_what_the_arm_repeats_to_or_a_socket_resolves(
 
 
 def test_an_easy_goal_leaves_a_socket_earlier(
-    panda: Robot, coach: Coach, samples: list[Sample]
+    panda: Robot, coach: PoseSelector, samples: list[Sample]
 ) -> None:
-    assert Coach(panda, 0.05, goal=1.0).advise(samples[:LEAST], 0).leave
+    assert PoseSelector(panda, 0.05, goal=1.0).advise(samples[:LEAST], 0).leave
     assert not coach.advise(samples[:LEAST], 0).leave
 
 
 @pytest.mark.slow
 def test_another_placement_is_weighed(
-    coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+    coach: PoseSelector, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The best of some, whichever comes first; poses with longer bases are drawn anew each time."""
     found = sites.sites_around(coach._reach, np.array([0.5, 0.0, 0.1]), 0.05)[::3]
@@ -144,7 +145,7 @@ def test_another_placement_is_weighed(
 
 
 def test_the_nearest_of_the_good_poses_is_proposed(
-    coach: Coach, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+    coach: PoseSelector, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(coach, "_stranger", lambda samples: f"odd: {len(samples)}")
     anywhere = coach.advise(samples[:8], 0)
@@ -165,7 +166,7 @@ def away(target: tuple[float, ...] | None, q: np.ndarray) -> float:
 @pytest.fixture
 def neighbour(panda: Robot):
     robot = {"robot": "panda", "base": None, "tip": "ball_link", "flange": None, "ball": None}
-    with closing(Neighbour(COACHING, setup_of(robot, 0.05, 3e-4, 2))) as neighbour:
+    with closing(WorkerProcess(COACHING, setup_of(robot, 0.05, 3e-4, 2))) as neighbour:
         yield neighbour
 
 
@@ -181,7 +182,7 @@ def answered(ask: Callable[[], Advice | None], trouble: Callable[[], object]) ->
 
 @pytest.mark.slow
 def test_a_process_beside_the_recorder_answers(
-    neighbour: Neighbour, samples: list[Sample], coach: Coach
+    neighbour: WorkerProcess, samples: list[Sample], coach: PoseSelector
 ) -> None:
     background = BackgroundCoach(neighbour)
     begun = time.monotonic()
@@ -192,7 +193,7 @@ def test_a_process_beside_the_recorder_answers(
     assert advice.predicted == pytest.approx(coach.advise(samples[:5], 0).predicted)
 
 
-def test_a_process_that_dies_is_told(neighbour: Neighbour) -> None:
+def test_a_process_that_dies_is_told(neighbour: WorkerProcess) -> None:
     background = BackgroundCoach(neighbour)
     neighbour._process.kill()
     assert answered(background.answer, lambda: background.trouble) is None

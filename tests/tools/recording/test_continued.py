@@ -8,7 +8,7 @@ import pytest
 from record_commands import PANDA_HOME, capture, command
 from terminal_session import TerminalSession
 
-from mukca.recorder.dataset import read_placement
+from mukca.recorder import read_placement
 from mukca.tools.cli import main
 
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from terminal_session import PATIENCE, TerminalSession
 
-from mukca.recorder.convert import sample_files, write_holes
-from mukca.recorder.dataset import read_placement
-from mukca.solver.robot.urdf import Robot
+from mukca.recorder import read_placement, sample_files
+from mukca.recorder.convert import write_holes
+from mukca.solver.robot import Robot
 from mukca.tools.recording.coach import LEAST
-from mukca.tools.simulated_arms import Base, record
+from mukca.tools.simulation import Base, record
 
 pytestmark = [pytest.mark.slow, pytest.mark.waits]
 LEFT = 2

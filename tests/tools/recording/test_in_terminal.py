@@ -10,8 +10,7 @@ import pytest
 from record_commands import PANDA_HOME, assert_true, capture, command, configurations, fast
 from terminal_session import MUKCA, TerminalSession
 
-from mukca.recorder.dataset import read_placement
-from mukca.recorder.samples import read_samples
+from mukca.recorder import read_placement, read_samples
 
 pytestmark = [pytest.mark.slow, pytest.mark.waits]
 
@@ -114,7 +113,7 @@ def test_a_closed_terminal_ends_the_session(hand: Path, tmp_path: Path) -> None:
 
 def test_an_unexpected_error_restores_the_terminal(hand: Path, tmp_path: Path) -> None:
     broken = (
-        "import sys, mukca.recorder.record as r\n"
+        "import sys, mukca.recorder.terminal.record as r\n"
         "def fail(self): raise RuntimeError('unexpected')\n"
         "r.Recorder._draw = fail\n"
         "from mukca.tools.cli import main\n"
@@ -163,7 +162,7 @@ def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path,
 @pytest.mark.parametrize(
     ("module", "name", "told"),
     [
-        ("commands.record", "robot_of", "loading ..."),
+        ("cli.commands.record", "robot_of", "loading ..."),
         ("recording.opening", "open_driver", "connecting to mock:"),
     ],
 )

@@ -12,11 +12,10 @@ from urllib.parse import urlsplit
 import pytest
 
 import mukca.tools.recording.page as page_module
-from mukca.recorder.advice import Advice
-from mukca.recorder.readiness import Readiness
-from mukca.recorder.samples import Sample
-from mukca.recorder.session import JointLimits, Session
-from mukca.recorder.view import View
+from mukca.recorder import Sample
+from mukca.recorder.session import Advice, Session, View
+from mukca.recorder.session.operator_prompt import OperatorPrompt
+from mukca.recorder.stream import JointLimits
 from mukca.tools.recording.page import Board, Server, state_of
 
 
@@ -58,7 +57,7 @@ def test_a_state_reaches_a_browser(server: Server) -> None:
     joints = (JointLimits("elbow"), JointLimits("rail", 0.0, 0.5, prismatic=True))
     session = Session(joints).captured(Sample((0.1, 0.2), 0, number=1)).with_message("<b>hi</b>")
     advice = Advice(3, 0, 4e-4, 3e-4, target=(0.5, 0.3))
-    view = View(session, "arm", Readiness("PRESS", "dark_green", "now"), (0.1, 0.2), advice)
+    view = View(session, "arm", OperatorPrompt("PRESS", "dark_green", "now"), (0.1, 0.2), advice)
     response = ask(server, urlsplit(server.url).path + "events")
     assert response.readline() == b"data: {}\n" and response.readline() == b"\n"
     server.board.post(json.dumps(state_of(view)))

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from mukca.solver.results import FORMAT, CalibrationDocument
+from mukca.solver.results.files import decode
 from mukca.tools.cli import main
-from mukca.tools.documents.calibration import FORMAT, CalibrationDocument
-from mukca.tools.documents.files import decode
 
 VOID = {"meta", "link", "input", "br", "img"}
 

@@ -8,16 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mukca.solver.checks.inspection import farthest_place
-from mukca.solver.robot.urdf import load_robot
+from mukca.solver.assessment import area, percent, short_names
+from mukca.solver.diagnostics.inspection import farthest_place
+from mukca.solver.results import Model, calibrated_robot, encode
+from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
-from mukca.tools.documents.calibration import Model, calibrated_robot
-from mukca.tools.documents.files import encode
-from mukca.tools.report.build import Options, build_report
-from mukca.tools.report.figures.answers.next import hardly_moved
+from mukca.tools.report import build_report
+from mukca.tools.report.build import Options
+from mukca.tools.report.figures.answer_next import hardly_moved
 from mukca.tools.report.figures.arm import frames
 from mukca.tools.report.figures.meshes import link_meshes, thin_out
-from mukca.tools.report.words import area, percent, short_names
 
 
 @pytest.mark.slow

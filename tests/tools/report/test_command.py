@@ -9,8 +9,9 @@ import pytest
 from rich.console import Console
 
 from mukca.tools.cli import main
-from mukca.tools.documents.report import read_report
-from mukca.tools.report.console import show, sparkline
+from mukca.tools.report import show
+from mukca.tools.report.console import sparkline
+from mukca.tools.report.figures.types_report import read_report
 
 
 @pytest.fixture

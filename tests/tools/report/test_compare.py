@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mukca.tools.cli import main
-from mukca.tools.report.figures.model_comparison import apart, compare, contenders_of, shared_data
-from mukca.tools.report.page.comparison_page import sentence
+from mukca.tools.report.figures import compare, contenders_of, shared_data
+from mukca.tools.report.figures.model_comparison import apart
+from mukca.tools.report.page import sentence
 
 
 @pytest.fixture(scope="module")

@@ -8,13 +8,14 @@ from typing import Any
 import pytest
 
 from mukca import MukcaError
+from mukca.solver.results import FORMAT, CalibrationDocument, DocumentError, encode
+from mukca.solver.results.files import decode
 from mukca.tools.cli import main
-from mukca.tools.documents.calibration import FORMAT, CalibrationDocument
-from mukca.tools.documents.files import DocumentError, decode, encode
-from mukca.tools.documents.report import FORMAT as REPORT
-from mukca.tools.documents.report import ReportDocument, read_report
-from mukca.tools.report.build import build_report
-from mukca.tools.report.page.plots import use
+from mukca.tools.report import build_report
+from mukca.tools.report.figures import ReportDocument
+from mukca.tools.report.figures.types_report import FORMAT as REPORT
+from mukca.tools.report.figures.types_report import read_report
+from mukca.tools.report.plots import use
 
 OPTIONAL = {
     "deviation",

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mukca.solver.results import calibrated_robot
 from mukca.tools.cli import main
-from mukca.tools.documents.calibration import calibrated_robot
-from mukca.tools.report.build import build_report
+from mukca.tools.report import build_report
 
 PLOTS = {
     "table-map",

@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from mukca.tools.documents.simulation import SimulationDocument
+from mukca.tools.experiments import SimulationDocument
 from mukca.tools.report.page.simulation_page import simulation_page
 
 

@@ -11,21 +11,26 @@ import pytest
 
 import mukca
 from mukca.recorder.dataset import Sample
-from mukca.solver.data.known import parse_known
-from mukca.solver.robot.urdf import shipped_robots
-from mukca.tools.calibration.calibration import Calibration
+from mukca.solver.assessment import ARMS, Coverage, known_arm, measurements_of
+from mukca.solver.assessment.data_sufficiency import prediction_row, travel_row
+from mukca.solver.assessment.limits import limits_for
+from mukca.solver.assessment.types_report_verdict import Limit
+from mukca.solver.calibration import Calibration
+from mukca.solver.data import parse_known
+from mukca.solver.results import (
+    FORMAT,
+    CalibrationDocument,
+    DistanceDeviation,
+    Scale,
+    Uncertainty,
+    calibrated_robot,
+)
+from mukca.solver.results.files import decode
+from mukca.solver.robot import shipped_robots
 from mukca.tools.cli import build_parser, main
-from mukca.tools.documents.calibration import FORMAT, CalibrationDocument, calibrated_robot
-from mukca.tools.documents.estimates import DistanceDeviation, Scale, Uncertainty
-from mukca.tools.documents.files import decode
-from mukca.tools.documents.report import ReportDocument
-from mukca.tools.documents.report_drawing import Coverage
-from mukca.tools.documents.report_verdict import Limit
-from mukca.tools.repeatability import ARMS, known_arm
-from mukca.tools.report.build import Options, build_report
-from mukca.tools.report.figures.acceptance import limits_for
-from mukca.tools.report.figures.earned import prediction_row, travel_row
-from mukca.tools.report.figures.predictions import measurements_of
+from mukca.tools.report import build_report
+from mukca.tools.report.build import Options
+from mukca.tools.report.figures import ReportDocument
 
 
 def figures_of(document: Any, **options: Any) -> ReportDocument:
@@ -294,7 +299,7 @@ def test_the_twelve_most_alike_samples_do_not_pass(recordings) -> None:
     alike = replace(placement, samples=tuple(kept))
     test = mukca.read_placements(folder / "backleft")
     calibration = mukca.calibrate(mukca.load_robot("panda"), [alike], test=test)
-    assert calibration.report.figures.verdict.status != "pass"
+    assert calibration.verdict.status != "pass"
 
 
 def test_a_large_predicted_error_leaves_it_open(extended) -> None:

@@ -5,18 +5,12 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from ....solver.calibrated import CalibratedRobot
-from ....solver.data.measurements import Measurement
-from ....solver.robot.kinematics import link_frames
-from ....solver.robot.row_function import RowFunction
-from ....solver.robot.urdf import Joint, Robot
-from ...documents.report_drawing import ArmDrawing, Displacement
-from ..words import nice_above
-from .errors import as_point
+from ....solver.assessment import ArmDrawing, Displacement, Predictions, as_point, nice_above, norms
+from ....solver.data import Measurement
+from ....solver.results import CalibratedRobot
+from ....solver.robot import Robot, RowFunction, link_frames
+from ....solver.robot.urdf import Joint
 from .meshes import link_meshes
-from .predictions import Predictions, norms
-
-__all__ = ["arm_drawing", "frames"]
 
 CONFIGURATIONS = 400
 """Configurations drawn at most."""

@@ -1,21 +1,24 @@
 """All figures of a report, worked out from a calibration: the way into this folder."""
 
-from ....solver.checks.inspection import fitted_alone
-from ...documents.calibration import CalibrationDocument
-from ...documents.files import fields_of
-from ...documents.report import FORMAT, ReportDocument, ReportProvenance
-from ...documents.report_verdict import Answers
-from .answers.data import data_answer
-from .answers.next import next_answer
-from .answers.use import use_answer
+from ....solver.assessment import (
+    DRAWN,
+    Answers,
+    Options,
+    distance_text,
+    judged,
+    sample_errors,
+    setting,
+)
+from ....solver.diagnostics import fitted_alone
+from ....solver.results import CalibrationDocument, fields_of
+from .answer_data import data_answer
+from .answer_next import next_answer
+from .answer_use import use_answer
 from .arm import arm_drawing
 from .commands import solve_command
 from .cross_placement import cross_placement
-from .errors import sample_errors
-from .judged import DRAWN, Options, judged, setting
-from .size import distance_text
-
-__all__ = ["report_figures"]
+from .recommendations import steps
+from .types_report import FORMAT, ReportDocument, ReportProvenance
 
 
 def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
@@ -78,7 +81,7 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
         command=solve_command(document),
         verdict=verdict,
-        todo=found.todo,
+        todo=steps(predictions, placements, verdict),
         answers=answers,
         arm=arm_drawing(predictions),
         plots=(),

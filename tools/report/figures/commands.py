@@ -5,11 +5,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from ....solver.robot.urdf import BALL_LINK
-from ...documents.arms import ArmsDocument
-from ...documents.calibration import CalibrationDocument, Role
-
-__all__ = ["check_command", "record_command", "solve_command"]
+from ....solver.results import ArmsDocument, CalibrationDocument
+from ....solver.results.calibration import Role
+from ....solver.robot import BALL_LINK
 
 _CHAIN = ("base", "tip", "flange", "ball")
 """What says, beside the robot, which of its links are meant."""

@@ -2,14 +2,11 @@
 
 from dataclasses import replace
 
-from .... import MukcaError
-from ....solver.data.metrics import evaluate
-from ....solver.paper.problem import REGULARIZATION, Problem, build_problem, solve
-from ....solver.robot.parameters import Parameter, all_parameters
-from ...documents.report_errors import CrossPlacement
-from .predictions import PlacementPrediction, Predictions
-
-__all__ = ["cross_placement"]
+from ....errors import MukcaError
+from ....solver.assessment import CrossPlacement, PlacementPrediction, Predictions
+from ....solver.data import evaluate
+from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
+from ....solver.robot import Parameter, all_parameters
 
 
 def cross_placement(

@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ....solver.robot.urdf import Robot
-from ...documents.calibration import Model
-from ...documents.report_drawing import LinkMesh
-
-__all__ = ["link_meshes", "thin_out"]
+from ....solver.assessment import LinkMesh
+from ....solver.results import Model
+from ....solver.robot import Robot
 
 Shape = tuple[np.ndarray, np.ndarray]
 """Corners, shape (V, 3), and triangles by corner, shape (F, 3)."""

@@ -6,12 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from .... import MukcaError
-from ....solver.calibrated import CalibratedRobot
-from ....solver.data.measurements import Measurement
-from ....solver.data.metrics import evaluate, mean_metrics, socket_centres
-from ...documents.calibration import CalibrationDocument, calibrated_robot, read_calibration
-from ...documents.comparison import (
+from ....errors import MukcaError
+from ....solver.assessment import Displacement, calibrated_points, measurements_of, norms, quantiles
+from ....solver.data import Measurement, evaluate, mean_metrics, socket_centres
+from ....solver.results import (
+    CalibratedRobot,
+    CalibrationDocument,
+    calibrated_robot,
+    fields_of,
+    read_calibration,
+)
+from .types_comparison import (
     FORMAT,
     ComparedModel,
     ComparedPair,
@@ -21,12 +26,6 @@ from ...documents.comparison import (
     ErrorsAtPlacement,
     ErrorsOverall,
 )
-from ...documents.files import fields_of
-from ...documents.report_drawing import Displacement
-from .errors import quantiles
-from .predictions import calibrated_points, measurements_of, norms
-
-__all__ = ["ComparisonError", "Contender", "compare", "contenders_of", "shared_data"]
 
 NOMINAL = "nominal"
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)

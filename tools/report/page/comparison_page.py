@@ -2,20 +2,12 @@
 
 from collections.abc import Sequence
 
-from ...documents.comparison import (
-    ComparedPair,
-    ComparisonDocument,
-    ErrorsAtPlacement,
-)
-from ...documents.files import encode
-from ..words import joined, mm, plural, short_names
-from .html.cells import Cell, figure, table
+from ....solver.assessment import joined, mm, plural, short_names
+from ....solver.results import encode
+from ..figures import ComparedPair, ComparisonDocument, ErrorsAtPlacement
+from ..plots import Axis, Plot, Rows
+from .html import Cell, Element, figure, table, tag
 from .html.frame import frame
-from .html.markup import Element, tag
-from .plots.axes import Axis, Rows
-from .plots.plot import Plot
-
-__all__ = ["comparison_page", "comparison_plots", "sentence"]
 
 COLOURS = 6
 """Marks that the style sheet has; more models take them again."""

@@ -1,13 +1,10 @@
 """The report's last part: parameters, uncertainty, samples to look at, and provenance."""
 
-from ...documents.estimates import Coefficient, ParameterValue
-from ...documents.report import ReportDocument
-from ..words import mm, plural
-from .html.cells import Cell, figure, table
-from .html.markup import Element, Node, tag
-from .plots.model import shown_unit
-
-__all__ = ["details"]
+from ....solver.assessment import mm, plural
+from ....solver.results import Coefficient, ParameterValue
+from ..figures import ReportDocument
+from ..plots import shown_unit
+from .html import Cell, Element, Node, figure, table, tag
 
 
 def details(report: ReportDocument) -> Element:

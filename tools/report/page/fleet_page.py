@@ -5,14 +5,11 @@ from itertools import groupby
 from pathlib import Path
 from urllib.parse import quote
 
-from ...documents.files import encode
-from ...documents.fleet import FleetArm, FleetDocument, FleetSession
-from ..words import fixed, mm, plural
-from .html.cells import Cell, figure, table
+from ....solver.assessment import fixed, mm, plural
+from ....solver.results import encode
+from ...fleet import FleetArm, FleetDocument, FleetSession
+from .html import Cell, Element, Node, figure, table, tag
 from .html.frame import frame
-from .html.markup import Element, Node, tag
-
-__all__ = ["fleet_page", "summary_of"]
 
 _DASH = "\N{EN DASH}"
 

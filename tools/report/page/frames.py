@@ -1,10 +1,7 @@
 """The report's part on frames: true errors against an instrument, and where each frame stands."""
 
-from ...documents.report import ReportDocument
-from .html.cells import Cell, figure, table
-from .html.markup import Element, tag
-
-__all__ = ["frames"]
+from ..figures import ReportDocument
+from .html import Cell, Element, figure, table, tag
 
 PLUS_MINUS = " \N{PLUS-MINUS SIGN} "
 _TRUE = (

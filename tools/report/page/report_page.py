@@ -2,18 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 
-from ...documents.files import encode
-from ...documents.report import ReportDocument
+from ....solver.results import encode
+from ..figures import ReportDocument
+from ..plots import Maker, Plot, cell, fit, model, outlook, samples, scenes, use
 from .details import details
 from .frames import frames
+from .html import Element, tag
 from .html.frame import frame
-from .html.markup import Element, tag
-from .plots import cell, fit, model, outlook, samples, scenes, use
-from .plots.plot import Maker, Plot
 from .sections import answers, headline, limits_table, placements_table, todo, verdict_box
 from .tolerance import answers_by_tolerance
-
-__all__ = ["PLOTS", "page", "plots_of"]
 
 PLOTS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
     ("Three questions", (use.table_map,)),

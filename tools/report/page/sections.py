@@ -1,21 +1,9 @@
 """The top of the report: the verdict, before and after, and the answers to a user's questions."""
 
-from ...documents.calibration import Role
-from ...documents.report import ReportDocument
-from ...documents.report_errors import RoleSummary
-from ...documents.report_verdict import LimitResult
-from ..words import mm, plural, short_names, short_where
-from .html.cells import Cell, figure, table
-from .html.markup import Element, Node, tag
-
-__all__ = [
-    "answers",
-    "headline",
-    "limits_table",
-    "placements_table",
-    "todo",
-    "verdict_box",
-]
+from ....solver.assessment import LimitResult, RoleSummary, mm, plural, short_names, short_where
+from ....solver.results.calibration import Role
+from ..figures import ReportDocument
+from .html import Cell, Element, Node, figure, table, tag
 
 SIGNS = {"pass": "\N{CHECK MARK}", "fail": "\N{MULTIPLICATION X}"}
 

@@ -4,16 +4,12 @@ import base64
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ...documents.files import encode
-from ...documents.simulation import Drawing, Insertions, ModelTrials, SimulationDocument
-from ..words import joined, mm, nice_above
-from .html.cells import Cell, figure, table
+from ....solver.assessment import joined, mm, nice_above
+from ....solver.results import encode
+from ...experiments import Drawing, Insertions, ModelTrials, SimulationDocument
+from ..plots import Axis, Panel, Plot
+from .html import Cell, Element, Node, figure, table, tag
 from .html.frame import frame
-from .html.markup import Element, Node, tag
-from .plots.axes import Axis, Panel
-from .plots.plot import Plot
-
-__all__ = ["simulation_page"]
 
 TITLES = {"insertion": "Peg insertion, simulated", "drawing": "Drawing, simulated"}
 WHERE = {"centre": "where it was taught", "cross": "on the X", "drawing": "drawing"}

@@ -6,14 +6,10 @@ versions of the page's sentences. All are written here; the page's script only c
 
 from collections.abc import Sequence
 
-from ...documents.files import Document
-from ...documents.report import ReportDocument
-from ...documents.report_errors import PlacementReport
-from ...documents.report_verdict import Answer
-from ..figures.answers.use import answer_at, use_text
-from .plots.use import map_sentence
-
-__all__ = ["AnswersByTolerance", "AnswersFrom", "answers_by_tolerance"]
+from ....solver.assessment import Answer, PlacementReport
+from ....solver.results import Document
+from ..figures import ReportDocument, answer_at, use_text
+from ..plots import map_sentence
 
 _NUMBER = "\0"
 """Stands for the error that the task allows while the sentences are written."""

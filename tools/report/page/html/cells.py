@@ -3,11 +3,9 @@
 from collections.abc import Sequence
 from typing import Any, TypeAlias, cast
 
-from ....documents.files import Document
-from ...words import fixed
+from .....solver.assessment import fixed
+from .....solver.results import Document
 from .markup import Element, Node, tag
-
-__all__ = ["Cell", "figure", "table"]
 
 Cell: TypeAlias = Node | Sequence[Node]
 """A text, an element, or several of them."""

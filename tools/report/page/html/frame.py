@@ -5,8 +5,6 @@ from importlib.resources import files
 
 from .markup import Element, Node, data_script, render, tag
 
-__all__ = ["frame"]
-
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 
 

@@ -5,8 +5,6 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, TypeAlias, cast
 from xml.etree import ElementTree
 
-__all__ = ["Element", "Node", "data_script", "render", "tag"]
-
 if TYPE_CHECKING:
     Element: TypeAlias = ElementTree.Element[str]
 else:

@@ -1,0 +1,169 @@
+"""Franka Panda (FER) and FR3: the Franka Control Interface, listened to.
+
+Over a TCP connection to port 1337 this computer and the robot agree on a protocol version, and this
+computer names a UDP port; the robot then sends its state there once a millisecond. Nothing more is
+ever sent: no motion, no command, not even a datagram. The TCP connection stays open, and closing it
+ends the stream.
+
+Efforts are ``tau_J``, measured by the torque sensors on the joints' link side. At rest they have
+the sign of the gravity torque: the vendor's force control example subtracts gravity from them to
+get what acts from outside. This was not proven on a robot here.
+
+Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
+"""
+
+import socket
+import struct
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
+
+from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
+from ..transport import CONNECT_SECONDS, DatagramSocket, Endpoint, open_tcp, parse_endpoint
+from .franka_state import JOINTS, decode_state
+
+PORT = 1337
+VERSIONS = range(3, 11)
+PERIOD = 1e-3  # s: its messages count milliseconds
+FIRST_VERSION = 5  # the last of the Panda; any other robot answers with its own
+SETTLE_SECONDS = 0.2  # between a refused connection and the next
+
+CONNECT = 0
+REQUEST = struct.Struct("<IIIHH")  # command, command id, size, version, UDP port
+RESPONSE = struct.Struct("<IIIBH")  # command, command id, size, status, version
+SUCCESS, INCOMPATIBLE = 0, 1
+
+
+class Franka(ValidatingDriver):
+    """A Panda or FR3 that streams its state at 1 kHz."""
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        endpoint = parse_endpoint(address, PORT, options=("version",))
+        version = endpoint.options.integer("version", FIRST_VERSION)
+        if version not in VERSIONS:
+            raise endpoint.options.wrong("version", f"from {VERSIONS[0]} to {VERSIONS[-1]}")
+        super().__init__(f"the robot at {endpoint}", PERIOD)
+        self._joint_names = match_joints(joint_names, JOINTS, "a Franka arm")
+        self._tcp, self._udp = _connect(endpoint, version, self._count_rejected)
+
+    def _receive(self, deadline: float) -> JointState:
+        asked = clock.now()
+        for datagram, _ in self._udp.until(deadline):
+            state = decode_state(datagram)
+            self.status = "; ".join((state.mode, *state.errors))
+            return JointState(state.message_id * PERIOD, state.position, state.torque)
+        raise self._silence(max(0.0, deadline - asked))
+
+    def _disconnect(self) -> None:
+        self._tcp.close()
+        self._udp.close()
+
+    def _silence(self, waited: float) -> DriverError:
+        """Return why no state came: a closed connection, or a robot that says nothing."""
+        if _is_closed(self._tcp):
+            return DriverError(Reason.UNREACHABLE, f"{self._where} closed the connection")
+        silent = f"no state from {self._where} for {waited:.3g} s; "
+        if not self.status:
+            return DriverError(Reason.SILENT, silent + "does a firewall here block UDP from it?")
+        return DriverError(
+            Reason.SILENT,
+            f"{silent}its last mode: {self.status}. Desk may pause FCI in its programming mode",
+        )
+
+
+def _connect(
+    endpoint: Endpoint, version: int, on_stranger: Callable[[], None]
+) -> tuple[socket.socket, DatagramSocket]:
+    """Open the connection, with the version that the robot speaks if it refuses the given one."""
+    session = _try_version(endpoint, version, on_stranger)
+    if isinstance(session, int):
+        if session not in VERSIONS or session == version or "version" in endpoint.options:
+            raise DriverError(
+                Reason.PROTOCOL,
+                f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
+                f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here",
+            )
+        clock.sleep(SETTLE_SECONDS)
+        version, session = session, _try_version(endpoint, session, on_stranger)
+    if isinstance(session, int):
+        raise DriverError(
+            Reason.PROTOCOL,
+            f"the robot at {endpoint} asked for version {version} of FCI, then refused it",
+        )
+    return session
+
+
+def _try_version(
+    endpoint: Endpoint, version: int, on_stranger: Callable[[], None]
+) -> tuple[socket.socket, DatagramSocket] | int:
+    """Ask for one version; return the open sockets, or the robot's own version if it refuses."""
+    with ExitStack() as opened:
+        tcp = opened.enter_context(_open_tcp(endpoint))
+        udp = opened.enter_context(closing(_open_udp(tcp, on_stranger)))
+        try:
+            tcp.sendall(REQUEST.pack(CONNECT, 0, REQUEST.size, version, udp.port))
+            response = _receive_exactly(tcp, RESPONSE.size)
+        except OSError as error:
+            did = "ended it" if isinstance(error, ConnectionError) else "did not answer"
+            raise DriverError(
+                Reason.BUSY,
+                f"the robot at {endpoint} took the connection, then {did}. If another program "
+                "holds FCI, which serves one at a time, close it; else see what Desk says",
+            ) from None
+        status, server = _parse_response(response, endpoint)
+        if status == INCOMPATIBLE:
+            return server
+        opened.pop_all()
+        return tcp, udp
+
+
+def _open_tcp(endpoint: Endpoint) -> socket.socket:
+    """Connect, and have a robot that vanishes noticed within seconds."""
+    tcp = open_tcp(endpoint, "activate FCI in Desk, and unlock the joints")
+    tcp.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, value in (
+        ("TCP_KEEPIDLE", 1),
+        ("TCP_KEEPALIVE", 1),  # what macOS calls it
+        ("TCP_KEEPCNT", 3),
+        ("TCP_KEEPINTVL", 1),
+    ):
+        if hasattr(socket, name):
+            tcp.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+    return tcp
+
+
+def _open_udp(tcp: socket.socket, on_stranger: Callable[[], None]) -> DatagramSocket:
+    """Open a port for the states, on the interface by which the robot is reached."""
+    return DatagramSocket((tcp.getsockname()[0], 0), tcp.getpeername()[0], on_stranger)
+
+
+def _receive_exactly(tcp: socket.socket, count: int) -> bytes:
+    deadline = clock.now() + CONNECT_SECONDS
+    received = b""
+    while len(received) < count:
+        if not clock.wait([tcp], max(0.0, deadline - clock.now())):
+            raise TimeoutError
+        more = tcp.recv(count - len(received))
+        if not more:
+            raise ConnectionError
+        received += more
+    return received
+
+
+def _parse_response(response: bytes, endpoint: Endpoint) -> tuple[int, int]:
+    """Return status and server version of a connect response."""
+    command, identifier, size, status, server = RESPONSE.unpack(response)
+    header = (command, identifier, size)
+    if header != (CONNECT, 0, RESPONSE.size) or status not in (SUCCESS, INCOMPATIBLE):
+        raise DriverError(
+            Reason.PROTOCOL,
+            f"what listens at {endpoint} does not speak FCI: it answered {response.hex(' ')}",
+        )
+    return status, server
+
+
+def _is_closed(tcp: socket.socket) -> bool:
+    """Tell whether the other side has ended the connection."""
+    try:
+        return bool(clock.wait([tcp], 0)) and not tcp.recv(1, socket.MSG_PEEK)
+    except (OSError, ValueError):
+        return True

@@ -1,0 +1,234 @@
+"""KUKA's FRI messages: what is read of the controller's, and the one reply that keeps it sending.
+
+A message is protobuf. FRI 1.11 to 2.5 puts it into a datagram bare; FRI 2.7 frames it::
+
+    u32 length | protobuf | u32 CRC-32 of the protobuf          (little-endian)
+
+The two are told apart by their first bytes: read as a length, those of a bare message are larger
+than any datagram. The reply is a command message that holds a header alone, and so no command.
+"""
+
+import math
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+MONITORING_ID = 0x245142
+COMMAND_ID = 0x34001
+LARGEST_ANGLE = 2 * math.pi
+LARGEST_MULTIPLIER = 1000  # a session that wants a reply more seldom would time out
+FRAME_BYTES = 8  # length before, CRC-32 behind
+LARGEST_DATAGRAM = 1500
+HEADER_KEY = b"\x0a"  # every message begins with its header, field 1
+
+VARINT, FIXED64, BYTES, FIXED32 = 0, 1, 2, 5
+Fields = dict[int, list[tuple[int, int | bytes]]]
+"""Field number -> (wire type, value) of each occurrence."""
+
+
+class Session(IntEnum):
+    """State of an FRI session; from COMMANDING_WAIT on the controller expects to be moved."""
+
+    IDLE = 0
+    MONITORING_WAIT = 1
+    MONITORING_READY = 2
+    COMMANDING_WAIT = 3
+    COMMANDING_ACTIVE = 4
+
+
+@dataclass(frozen=True, slots=True)
+class StateMessage:
+    """What is used of one monitoring message."""
+
+    sequence: int
+    """Counts the messages of a session."""
+    session: Session
+    quality: str
+    """Of the connection, in a word."""
+    receive_multiplier: int
+    """The controller expects a reply to each message of this many."""
+    position: tuple[float, ...]
+    """Measured joint angles [rad]; empty when the message has none, as it may when idle."""
+    torque: tuple[float, ...] | None
+    """Measured joint torques [N m]."""
+    stamp: float
+    """The controller's clock [s]; without one in the message, counted in send periods."""
+    framed: bool
+    """FRI 2.7 framing, in which the reply must come too."""
+
+
+QUALITIES = ("poor", "fair", "good", "excellent")
+
+
+def decode_message(datagram: bytes) -> StateMessage:
+    """Return what a monitoring message says.
+
+    Raises:
+        ValueError: It is not one, or a field holds what it cannot hold.
+    """
+    body, framed = _unframe(datagram)
+    message = _fields(body)
+    header = _fields(_bytes(message, 1))
+    if _varint(header, 1) != MONITORING_ID:
+        raise ValueError("an FRI message that is no monitoring message")
+    connection = _fields(_bytes(message, 4))
+    quality = _varint(connection, 2)
+    if quality >= len(QUALITIES):
+        raise ValueError(f"an FRI message with connection quality {quality}")
+    monitor = _fields(_bytes(message, 3, b""))
+    position = _joint_values(monitor, 1)
+    if not all(abs(angle) <= LARGEST_ANGLE for angle in position):
+        raise ValueError("an FRI message with impossible joint angles")
+    _check_count(_fields(_bytes(message, 2, b"")), position)
+    torque = _joint_values(monitor, 2)
+    if len(torque) not in (0, len(position)):
+        raise ValueError(f"an FRI message with {len(position)} angles and {len(torque)} torques")
+    multiplier = _varint(connection, 4, 1)
+    if multiplier > LARGEST_MULTIPLIER:
+        raise ValueError(f"an FRI message that wants a reply only to each {multiplier}th")
+    sequence = _varint(header, 2)
+    return StateMessage(
+        sequence=sequence,
+        session=Session(_varint(connection, 1)),
+        quality=QUALITIES[quality],
+        receive_multiplier=multiplier,
+        position=position,
+        torque=torque or None,
+        stamp=_stamp(monitor, sequence * _varint(connection, 3, 1) * 1e-3),
+        framed=framed,
+    )
+
+
+def encode_reply(counter: int, reflected: int, framed: bool) -> bytes:
+    """Return the header-only reply to a monitoring message.
+
+    Args:
+        counter: How many replies went before this one.
+        reflected: The sequence counter of the message that is answered.
+        framed: Whether that message was framed.
+    """
+    header = b"".join(
+        bytes([number << 3 | VARINT]) + _encode_varint(value)
+        for number, value in ((1, COMMAND_ID), (2, counter), (3, reflected))
+    )
+    body = bytes([1 << 3 | BYTES]) + _encode_varint(len(header)) + header
+    if not framed:
+        return body
+    return struct.pack("<I", len(body)) + body + struct.pack("<I", zlib.crc32(body))
+
+
+def _unframe(datagram: bytes) -> tuple[bytes, bool]:
+    """Return the protobuf in a datagram, and whether it was framed."""
+    if datagram[:1] == HEADER_KEY and int.from_bytes(datagram[:4], "little") > LARGEST_DATAGRAM:
+        return datagram, False
+    body = datagram[4:-4]
+    if len(datagram) < FRAME_BYTES or int.from_bytes(datagram[:4], "little") != len(body):
+        raise ValueError("a datagram that is no FRI message")
+    if int.from_bytes(datagram[-4:], "little") != zlib.crc32(body):
+        raise ValueError("an FRI message with a wrong checksum")
+    return body, True
+
+
+def _check_count(robot: Fields, position: Sequence[float]) -> None:
+    count = _varint(robot, 1, len(position))
+    if position and count != len(position):
+        raise ValueError(f"an FRI message with {len(position)} angles for {count} joints")
+
+
+def _joint_values(fields: Fields, number: int) -> tuple[float, ...]:
+    """Return a JointValues message: repeated doubles, packed or not; empty if it is absent."""
+    values: list[float] = []
+    for wire, value in _fields(_bytes(fields, number, b"")).get(1, []):
+        if isinstance(value, int) or wire not in (FIXED64, BYTES) or len(value) % 8:
+            raise ValueError("an FRI message whose joint values are no doubles")
+        values.extend(struct.unpack(f"<{len(value) // 8}d", value))
+    if not all(map(math.isfinite, values)):
+        raise ValueError("an FRI message with joint values that are no numbers")
+    return tuple(values)
+
+
+def _stamp(monitor: Fields, default: float) -> float:
+    if 15 not in monitor:
+        return default
+    stamp = _fields(_bytes(monitor, 15))
+    seconds, nanoseconds = _varint(stamp, 1), _varint(stamp, 2)
+    if seconds >= 1 << 32 or nanoseconds >= 10**9:
+        raise ValueError(f"an FRI message with a stamp of {seconds} s and {nanoseconds} ns")
+    return seconds + nanoseconds * 1e-9
+
+
+def _fields(body: bytes) -> Fields:
+    """Split a protobuf message into its fields; all of its bytes must belong to one."""
+    fields: Fields = {}
+    at = 0
+    while at < len(body):
+        key, at = _decode_varint(body, at)
+        number, wire = key >> 3, key & 7
+        if number == 0:
+            raise ValueError("a message with a field 0")
+        if wire == VARINT:
+            value, at = _decode_varint(body, at)
+        else:
+            size, at = _size(body, at, wire)
+            value = body[at : at + size]
+            at += size
+            if at > len(body):
+                raise ValueError("a message that ends within a field")
+        fields.setdefault(number, []).append((wire, value))
+    return fields
+
+
+def _size(body: bytes, at: int, wire: int) -> tuple[int, int]:
+    """Return how many bytes a field's value has, and where it begins."""
+    if wire == FIXED64:
+        return 8, at
+    if wire == FIXED32:
+        return 4, at
+    if wire == BYTES:
+        return _decode_varint(body, at)
+    raise ValueError(f"a message with a field of unknown wire type {wire}")
+
+
+def _bytes(fields: Fields, number: int, default: bytes | None = None) -> bytes:
+    value = _single(fields, number, BYTES, default)
+    assert isinstance(value, bytes)
+    return value
+
+
+def _varint(fields: Fields, number: int, default: int | None = None) -> int:
+    value = _single(fields, number, VARINT, default)
+    assert isinstance(value, int)
+    return value
+
+
+def _single(fields: Fields, number: int, wire: int, default: int | bytes | None) -> int | bytes:
+    occurrences = fields.get(number, [])
+    if not occurrences and default is not None:
+        return default
+    if len(occurrences) != 1 or occurrences[0][0] != wire:
+        raise ValueError(f"a message without a proper field {number}")
+    return occurrences[0][1]
+
+
+def _decode_varint(body: bytes, at: int) -> tuple[int, int]:
+    value = shift = 0
+    while True:
+        if at >= len(body) or shift > 63:
+            raise ValueError("a message that ends within a number")
+        byte = body[at]
+        value |= (byte & 0x7F) << shift
+        at += 1
+        shift += 7
+        if byte < 0x80:
+            return value, at
+
+
+def _encode_varint(value: int) -> bytes:
+    encoded = bytearray()
+    while value > 0x7F:
+        encoded.append(value & 0x7F | 0x80)
+        value >>= 7
+    encoded.append(value)
+    return bytes(encoded)

@@ -1,0 +1,133 @@
+"""Kinova's actuators on a bus: polled one after the other, over a serial line or ISO-TP.
+
+Experimental. What is known of the actuators' RS-485 line comes from a driver that wrote these
+messages to a USB bridge at 115200 baud, 8 data bits, even parity and 2 stop bits; the bus behind
+it may differ. The ISO-TP transfer (ISO 15765-2) is what a serial-to-CAN gateway would carry.
+"""
+
+import serial
+
+from ... import DriverError, Reason, clock
+from ...transport import Options, SerialLine, open_bus, parse_can_address, parse_options
+from .actuator_messages import FIRST_ACTUATOR, ActuatorReply, decode_reply, encode_poll
+from .feedback import Measurement
+from .links import IsoTpLink, Link, SerialLink
+
+ARM_OPTIONS = ("joints", "rate", "effort")
+LINE_OPTIONS = ("baud", "parity", "stopbits", "databits")
+PARITIES = {
+    "none": serial.PARITY_NONE,
+    "even": serial.PARITY_EVEN,
+    "odd": serial.PARITY_ODD,
+    "mark": serial.PARITY_MARK,
+    "space": serial.PARITY_SPACE,
+}
+FIRST_ANSWER_SECONDS = 1.0
+ANSWER_SECONDS = 0.1  # then the actuator is asked again
+
+
+class PolledArm:
+    """Actuators that answer one after the other.
+
+    Args:
+        link: Carries the messages.
+        where: What the link is, for messages to people.
+        options: ``joints``, ``rate`` and ``effort`` of the address.
+
+    Raises:
+        DriverError: An actuator does not answer.
+    """
+
+    centred = False
+
+    def __init__(self, link: Link, where: str, options: Options) -> None:
+        self.rejected = 0
+        self._link, self._where = link, where
+        try:
+            self.joints = options.integer("joints", 6)
+            self.rate, self.sign = options.positive("rate", 100), options.sign("effort")
+            if self.joints not in range(1, 8):
+                raise options.wrong("joints", "a number from 1 to 7")
+            self._await_answers()
+        except BaseException:
+            self.close()
+            raise
+
+    def measure(self, deadline: float) -> Measurement:
+        """Return what all actuators answer."""
+        replies = [self._poll(FIRST_ACTUATOR + joint, deadline) for joint in range(self.joints)]
+        return Measurement(
+            tuple(reply.degrees for reply in replies), tuple(reply.torque for reply in replies)
+        )
+
+    def close(self) -> None:
+        """Free the line."""
+        self._link.close()
+
+    def _await_answers(self) -> None:
+        try:
+            self.measure(clock.now() + FIRST_ANSWER_SECONDS)
+        except DriverError as error:
+            raise DriverError(
+                Reason.UNREACHABLE, f"{error}: is the arm on, and are the settings right?"
+            ) from None
+
+    def _poll(self, actuator: int, deadline: float) -> ActuatorReply:
+        """Ask one actuator until it gives a proper answer, or time is up."""
+        while True:
+            self._link.flush()
+            self._link.send(encode_poll(actuator))
+            reply = self._answer(actuator, min(deadline, clock.now() + ANSWER_SECONDS))
+            if reply is not None:
+                return reply
+            if clock.now() >= deadline:
+                raise DriverError(
+                    Reason.SILENT, f"actuator 0x{actuator:02x} on {self._where} does not answer"
+                )
+
+    def _answer(self, actuator: int, until: float) -> ActuatorReply | None:
+        """Return an actuator's answer, or None; other messages, as late answers, are counted."""
+        while message := self._link.receive(max(0.0, until - clock.now())):
+            try:
+                return decode_reply(message, actuator)
+            except ValueError:
+                self.rejected += 1
+        return None
+
+
+def open_serial(rest: str) -> PolledArm:
+    """Open ``PORT?baud=..&parity=..&stopbits=..&databits=..``."""
+    port, _, query = rest.partition("?")
+    options = parse_options(query, (*ARM_OPTIONS, *LINE_OPTIONS))
+    parity = options.setdefault("parity", "even")
+    if parity not in PARITIES:
+        raise options.wrong("parity", f"one of {', '.join(PARITIES)}")
+    if not port:
+        raise DriverError(Reason.BAD_ADDRESS, "serial:// needs a port, as in serial:///dev/ttyUSB0")
+    line = SerialLine(
+        port,
+        options.integer("baud", 115200),
+        bytesize=options.integer("databits", 8),
+        parity=PARITIES[parity],
+        stopbits=options.positive("stopbits", 2),
+    )
+    return PolledArm(SerialLink(line), port, options)
+
+
+def open_can(rest: str) -> PolledArm:
+    """Open ``[INTERFACE/]CHANNEL?tx=..&rx=..``, the identifiers of the gateway."""
+    address = parse_can_address(rest, (*ARM_OPTIONS, "tx", "rx"))
+    transmit = address.options.integer("tx", 0x700)
+    receive = address.options.integer("rx", 0x701)
+    bus = open_bus(address, (receive,))
+    try:
+        link = IsoTpLink(bus, transmit, receive)
+    except ImportError:
+        bus.shutdown()
+        raise DriverError(
+            Reason.MISSING_PACKAGE, "kinova over CAN needs can-isotp: pip install 'mukca[isotp]'"
+        ) from None
+    except ValueError as error:
+        bus.shutdown()
+        raise DriverError(Reason.BAD_ADDRESS, f"can://{rest}: {error}") from None
+    return PolledArm(link, str(address), address.options)

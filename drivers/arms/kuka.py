@@ -1,0 +1,119 @@
+"""KUKA LBR iiwa and LBR Med: the Fast Robot Interface, monitored.
+
+The controller sends first, once a Sunrise application has opened an FRI session to this computer.
+The session stays open as long as messages are answered, as many as the session asks for. An answer
+is a header alone and carries no command. A session that goes on to command the arm is left at once.
+
+Efforts are the measured joint torques. Their sign was not proven: record at rest, compare with the
+model's gravity torque, and set ``effort=-1`` if they oppose each other.
+
+Address: ``HOST[:PORT][?bind=LOCAL&effort=-1]``. HOST is the controller; PORT (30200) is the UDP
+port that the application sends to, opened here on LOCAL, by default on all interfaces.
+"""
+
+from collections.abc import Sequence
+
+from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
+from ..transport import DatagramSocket, parse_endpoint, resolve
+from .fri import Session, StateMessage, decode_message, encode_reply
+
+PORT = 30200
+FIRST_MESSAGE_SECONDS = 3.0
+RESTARTED = 100  # a sequence counter further behind than this belongs to a new session
+LONGEST_GAP = (
+    100_000  # messages: a counter further ahead than this tells nothing of what is missing
+)
+COUNTER = 1 << 32
+
+
+class Kuka(ValidatingDriver):
+    """An iiwa or Med whose FRI session is open in monitoring mode."""
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        endpoint = parse_endpoint(address, PORT, options=("bind", "effort"))
+        super().__init__(f"the controller at {endpoint.host}")
+        self._sign = endpoint.options.sign("effort")
+        self._sequence: int | None = None
+        self._replies = self._unanswered = 0
+        local = (endpoint.options.get("bind", "0.0.0.0"), endpoint.port)  # noqa: S104
+        self._udp = DatagramSocket(local, resolve(endpoint.host), self._count_rejected)
+        with self._closed_on_error():
+            count = self._await_session(endpoint.port)
+            self._joint_names = match_joints(joint_names, count, "the KUKA arm")
+
+    def _receive(self, deadline: float) -> JointState:
+        asked = clock.now()
+        for datagram, source in self._udp.until(deadline):
+            message = decode_message(datagram)
+            self._follow(message)
+            self._answer(message, source)
+            if message.position:
+                return self._state(message)
+        last = f"; its session was {self.status}" if self.status else ""
+        raise DriverError(
+            Reason.SILENT,
+            f"no FRI message with joint angles from {self._where} for "
+            f"{max(0.0, deadline - asked):.3g} s{last}",
+        )
+
+    def _disconnect(self) -> None:
+        self._udp.close()
+
+    def _await_session(self, port: int) -> int:
+        """Wait for the first message with joints; return how many joints it has."""
+        try:
+            return len(self._await_first(FIRST_MESSAGE_SECONDS).position)
+        except DriverError as error:
+            if error.reason not in (Reason.SILENT, Reason.PROTOCOL):
+                raise
+        if self.status:
+            raise DriverError(
+                Reason.WRONG_MODE,
+                f"the FRI session of {self._where} is {self.status} and tells no joint angles",
+            )
+        if self._useless:
+            raise DriverError(
+                Reason.PROTOCOL, f"what {self._where} sends to UDP port {port} is not FRI"
+            )
+        raise DriverError(
+            Reason.UNREACHABLE,
+            f"no FRI message from {self._where} on UDP port {port}: start the Sunrise "
+            "application that opens FRI to this computer (the documentation's page on KUKA has it)",
+        )
+
+    def _follow(self, message: StateMessage) -> None:
+        """Count the messages that are missing before this one; leave a session that commands.
+
+        Raises:
+            ValueError: It is not later than the last one.
+        """
+        if self._sequence is not None:
+            ahead = (message.sequence - self._sequence + COUNTER // 2) % COUNTER - COUNTER // 2
+            if -RESTARTED <= ahead <= 0:
+                raise ValueError("an FRI message that is not later than the one before")
+            if ahead < 0:
+                self._begin_anew()
+            elif ahead <= LONGEST_GAP:
+                self.missed += ahead - 1
+        self._sequence = message.sequence
+        self.status = f"{message.session.name.lower().replace('_', ' ')}, {message.quality}"
+        if message.session >= Session.COMMANDING_WAIT:
+            raise DriverError(
+                Reason.WRONG_MODE,
+                f"the FRI session of {self._where} is in {message.session.name}: it expects "
+                "commands, and nothing here sends any; run an application that only monitors",
+            )
+
+    def _answer(self, message: StateMessage, source: tuple[str, int]) -> None:
+        """Answer a message where one is due: each receiveMultiplier-th, and none when idle."""
+        if message.session is Session.IDLE:
+            return
+        self._unanswered += 1
+        if self._unanswered >= message.receive_multiplier:
+            self._udp.send(encode_reply(self._replies, message.sequence, message.framed), source)
+            self._replies = (self._replies + 1) % COUNTER
+            self._unanswered = 0
+
+    def _state(self, message: StateMessage) -> JointState:
+        effort = message.torque and tuple(self._sign * torque for torque in message.torque)
+        return JointState(message.stamp, message.position, effort)

@@ -1,0 +1,139 @@
+"""AgileX Piper: the joint angles that the arm puts on its CAN bus, overheard.
+
+About 200 times a second the arm sends a turn of three frames, each with two joint angles, whatever
+anybody does. Nothing is sent: the bus is only listened to. The frames carry no number. A turn of
+which a frame is missing, or whose frames are more than half a period apart and so may belong to
+different turns, is thrown away and counted as missed.
+
+Stamps are when a turn's last frame came in, evened out. Efforts are None: these frames have none.
+
+Address: a CAN bus, ``[INTERFACE/]CHANNEL``, see
+:mod:`mukca.drivers.transport.can_bus`; ``can0`` by default.
+"""
+
+import math
+import struct
+from collections.abc import Sequence
+
+import can
+
+from .. import (
+    ArrivalTimeFilter,
+    DriverError,
+    JointState,
+    Reason,
+    ValidatingDriver,
+    clock,
+    match_joints,
+)
+from ..transport import open_bus, parse_can_address
+
+JOINTS = 6
+IDENTIFIERS = (0x2A5, 0x2A6, 0x2A7)  # joints 1 and 2, 3 and 4, 5 and 6
+FIRST_STATE_SECONDS = 2.0
+PERIOD = 0.005  # s, about
+UNIT = math.radians(1e-3)  # thousandths of a degree
+LARGEST_COUNT = 360_000
+PAIR = struct.Struct(">ii")
+
+
+def decode_frame(data: bytes) -> tuple[float, float]:
+    """Return the two joint angles in a frame [rad].
+
+    Raises:
+        ValueError: The wrong length, or an angle beyond a turn.
+    """
+    if len(data) != PAIR.size:
+        raise ValueError(f"a frame of {len(data)} bytes where {PAIR.size} are expected")
+    first, second = PAIR.unpack(data)
+    if max(abs(first), abs(second)) > LARGEST_COUNT:
+        raise ValueError("a frame with impossible joint angles")
+    return first * UNIT, second * UNIT
+
+
+class Piper(ValidatingDriver):
+    """A Piper on a CAN bus."""
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        bus = parse_can_address(address)
+        super().__init__(f"the arm on {bus}")
+        self._joint_names = match_joints(joint_names, JOINTS, "a Piper")
+        self._angles: list[float] = []
+        """Angles of the frames of this turn that have come."""
+        self._lost = True
+        """Whether this turn is given up, as the one before the first frame of all is."""
+        self._turn_began = 0.0
+        self._stamp = ArrivalTimeFilter(PERIOD)
+        self._bus = open_bus(bus, IDENTIFIERS)
+        with self._closed_on_error():
+            self._await_arm()
+
+    def _receive(self, deadline: float) -> JointState:
+        while True:
+            state = self._take(self._next_frame(deadline))
+            if state is not None:
+                return state
+
+    def _disconnect(self) -> None:
+        self._bus.shutdown()
+
+    def _await_arm(self) -> None:
+        try:
+            self._await_first(FIRST_STATE_SECONDS)
+        except DriverError as error:
+            if error.reason is not Reason.SILENT:
+                raise
+            raise DriverError(
+                Reason.UNREACHABLE, f"{error}: is the arm on, and the bus at 1 Mbit/s?"
+            ) from None
+
+    def _next_frame(self, deadline: float) -> can.Message:
+        """Return the next frame with joint angles, waiting for it."""
+        asked = clock.now()
+        while True:
+            try:
+                frame = self._bus.recv(max(0.0, deadline - clock.now()))
+            except (can.CanError, OSError, ValueError) as error:
+                raise DriverError(Reason.UNREACHABLE, f"{self._where} is lost: {error}") from None
+            if frame is None:
+                waited = max(0.0, deadline - asked)
+                raise DriverError(
+                    Reason.SILENT, f"no joint angles from {self._where} for {waited:.3g} s"
+                )
+            if not (frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame):
+                return frame
+
+    def _take(self, frame: can.Message) -> JointState | None:
+        """Add a frame to the state of this turn, and return the state if it is whole.
+
+        Raises:
+            ValueError: The frame is malformed; the turn is given up.
+        """
+        part = IDENTIFIERS.index(frame.arbitration_id)
+        arrival = frame.timestamp or clock.now()
+        if part != len(self._angles) // 2 or (part and self._is_late(arrival)):
+            self._lose_turn()
+        if part == 0:
+            self._lost, self._turn_began = False, arrival
+        try:
+            angles = decode_frame(bytes(frame.data))
+        except ValueError:
+            self._lose_turn()
+            raise
+        if self._lost:
+            return None
+        self._angles += angles
+        if len(self._angles) < JOINTS:
+            return None
+        position, self._angles = tuple(self._angles), []
+        return JointState(self._stamp(arrival), position)
+
+    def _is_late(self, arrival: float) -> bool:
+        """Tell whether a frame came too late to belong to the first frame of this turn."""
+        return abs(arrival - self._turn_began) > self._stamp.period / 2
+
+    def _lose_turn(self) -> None:
+        """Give up the state of this turn, and wait for the first frame of the next."""
+        self.missed += not self._lost
+        self._lost = True
+        self._angles = []

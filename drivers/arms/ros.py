@@ -1,0 +1,168 @@
+"""Any arm in ROS 1 or 2: ``sensor_msgs/JointState`` through a rosbridge, subscribed to.
+
+Joints are matched by name, so that grippers and other arms on the same topic do no harm. Only the
+subscription is ever sent.
+
+Efforts are what the topic says, in the unit and with the sign of whoever publishes it;
+``effort=-1`` turns the sign. Messages that are lost cannot be counted, since ROS 2 does not number
+them.
+
+Address: ``HOST[:PORT][?topic=/joint_states&effort=-1]``; PORT is 9090 by default.
+"""
+
+import math
+import queue
+import threading
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from .. import DriverError, JointState, Reason, ValidatingDriver, clock
+from ..transport import Endpoint, open_tcp, parse_endpoint
+
+if TYPE_CHECKING:
+    import roslibpy
+
+PORT = 9090
+CONNECT_SECONDS = 5.0
+FIRST_STATE_SECONDS = 3.0
+LONGEST_QUEUE = 10_000  # messages that wait for a late reader
+
+
+def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> JointState:
+    """Return the state of the named joints in a JointState message.
+
+    Args:
+        message: The message as rosbridge sends it: its JSON, parsed.
+        joint_names: The joints wanted, in order.
+        sign: 1, or -1 to turn the efforts.
+
+    Raises:
+        ValueError: The message lacks a joint, or is no JointState.
+    """
+    try:
+        names = message["name"]
+        order = [names.index(name) for name in joint_names]
+        position = _numbers(message["position"], order, len(names))
+        efforts = message.get("effort")
+        effort = _numbers(efforts, order, len(names)) if efforts else None
+        stamp = message["header"]["stamp"]
+        seconds = _first(stamp, "sec", "secs") + _first(stamp, "nanosec", "nsecs") * 1e-9
+    except (AttributeError, KeyError, IndexError, OverflowError, TypeError) as error:
+        raise ValueError(f"a message that is no JointState: {error!r}") from None
+    if not math.isfinite(seconds):
+        raise ValueError("a message with a stamp that is no number")
+    return JointState(seconds, position, effort and tuple(sign * value for value in effort))
+
+
+class Ros(ValidatingDriver):
+    """A subscription to a topic with joint states."""
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        endpoint = parse_endpoint(
+            address.removeprefix("ws://"), PORT, ("topic", "effort"), default_host="localhost"
+        )
+        self._sign = endpoint.options.sign("effort")
+        topic = endpoint.options.get("topic", "/joint_states")
+        super().__init__(f"{topic} of the rosbridge at {endpoint}")
+        self._messages: queue.Queue[Any] = queue.Queue(LONGEST_QUEUE)
+        self._client, self._topic = _subscribe(endpoint, topic, self._put)
+        self._ended = threading.Event()
+        self._client.on("close", self._lose)
+        with self._closed_on_error():
+            self._joint_names = self._match(joint_names)
+
+    def _receive(self, deadline: float) -> JointState:
+        asked = clock.now()
+        message = self._get(deadline)
+        if message is not None:
+            return decode_message(message, self._joint_names, self._sign)
+        if self._ended.is_set():
+            raise DriverError(Reason.UNREACHABLE, f"the connection to {self._where} is lost")
+        waited = max(0.0, deadline - asked)
+        raise DriverError(Reason.SILENT, f"no joint states on {self._where} for {waited:.3g} s")
+
+    def _disconnect(self) -> None:
+        if not self._ended.is_set():
+            self._topic.unsubscribe()
+            self._client.close()
+
+    def _match(self, joint_names: Sequence[str] | None) -> tuple[str, ...]:
+        """Wait for a message that has the model's joints, or any joints without a model."""
+        deadline = clock.now() + FIRST_STATE_SECONDS
+        published: set[str] = set()
+        while (message := self._get(deadline)) is not None:
+            names = _names(message)
+            published.update(names)
+            wanted = names if joint_names is None else tuple(joint_names)
+            if wanted and set(names).issuperset(wanted):
+                return wanted
+        if not published:
+            raise DriverError(Reason.UNREACHABLE, f"nobody publishes on {self._where}")
+        missing = [name for name in joint_names or () if name not in published]
+        raise DriverError(
+            Reason.WRONG_ROBOT,
+            f"{self._where} has no joint {', '.join(missing) or 'states with all joints at once'}; "
+            f"it has {', '.join(sorted(published))}",
+        )
+
+    def _put(self, message: Any) -> None:
+        try:
+            self._messages.put_nowait(message)
+        except queue.Full:
+            self.missed += 1
+
+    def _lose(self, *_: object) -> None:
+        self._ended.set()
+
+    def _get(self, deadline: float) -> Any:
+        try:
+            return self._messages.get(timeout=max(0.0, deadline - clock.now()))
+        except queue.Empty:
+            return None
+
+
+def _subscribe(
+    endpoint: Endpoint, topic: str, callback: Callable[[Any], None]
+) -> "tuple[roslibpy.Ros, roslibpy.Topic]":
+    """Connect to a rosbridge and subscribe to a topic."""
+    try:
+        import roslibpy
+    except ImportError:
+        raise DriverError(
+            Reason.MISSING_PACKAGE, "ros needs roslibpy: pip install 'mukca[ros]'"
+        ) from None
+    open_tcp(endpoint, "is rosbridge running (ros2 launch rosbridge_server ...)?").close()
+    client = roslibpy.Ros(endpoint.host, endpoint.port)
+    try:
+        client.run(timeout=CONNECT_SECONDS)
+    except Exception as error:
+        raise DriverError(
+            Reason.PROTOCOL, f"what listens at {endpoint} is no rosbridge: {error}"
+        ) from None
+    finally:
+        client.factory.stopTrying()  # a lost connection is made again above, subscription and all
+    subscription = roslibpy.Topic(client, topic, "sensor_msgs/JointState")
+    subscription.subscribe(callback)
+    return client, subscription
+
+
+def _names(message: Any) -> tuple[str, ...]:
+    try:
+        return tuple(map(str, message["name"]))
+    except (KeyError, TypeError):
+        return ()
+
+
+def _numbers(values: Sequence[Any], order: Sequence[int], count: int) -> tuple[float, ...]:
+    """Return the finite numbers at the given places of a list of a given length."""
+    if len(values) != count:
+        raise ValueError(f"a message with {count} names and {len(values)} values")
+    picked = tuple(float(values[index]) for index in order)
+    if not all(map(math.isfinite, picked)):
+        raise ValueError("a message with values that are no numbers")
+    return picked
+
+
+def _first(stamp: dict[str, Any], name: str, other: str) -> float:
+    """Return a part of a stamp, which ROS 2 and 1 name differently."""
+    return float(stamp[name] if name in stamp else stamp[other])

@@ -1,0 +1,2 @@
+from .lerobot import MotorCalibration as MotorCalibration
+from .lerobot import read_lerobot as read_lerobot

@@ -1,0 +1,124 @@
+"""Dynamixel X-series servos by protocol 2.0: ViperX, WidowX, Koch, OMX, and arms of one's own.
+
+A packet, and how a servo answers it; numbers have their lowest byte first, the length counts what
+follows it, and within that ``FF FF FD`` is written ``FF FF FD FD``::
+
+    FF FF FD 00 | servo | length | 82, first register, bytes, servos .. | CRC-16    (servo FE: all)
+    FF FF FD 00 | servo | length | 55, error, registers ..              | CRC-16
+
+Address: ``PORT?arm=vx300s|wx250s|koch|omx``, and options as for
+:mod:`mukca.drivers.arms.servos.feetech`.
+Without lerobot's calibration file, which a Koch and an OMX have, the angles count from 2048.
+"""
+
+import struct
+from collections.abc import Sequence
+
+from .joint_maps import DYNAMIXEL_ARMS
+from .servo_arm import Make, Register, ServoArm
+from .servo_bus import Answer
+
+HEADER = b"\xff\xff\xfd\x00"
+MARK, STUFFED = b"\xff\xff\xfd", b"\xff\xff\xfd\xfd"
+EVERYBODY = 0xFE
+SYNC_READ = 0x82
+STATUS = 0x55
+FRONT = 7  # bytes up to the length
+AROUND = 4  # bytes that the length counts beside the registers
+ALERT, CODE = 0x80, 0x7F
+TURNS = 256  # either way, in the servo's widest mode
+POLYNOMIAL = 0x8005
+
+
+def _crc_of_byte(byte: int) -> int:
+    crc = byte << 8
+    for _ in range(8):
+        crc = (crc << 1) ^ (POLYNOMIAL if crc & 0x8000 else 0)
+    return crc & 0xFFFF
+
+
+CRCS = tuple(map(_crc_of_byte, range(256)))
+
+
+class DynamixelPackets:
+    """Requests and answers on the wire."""
+
+    def encode_request(self, register: int, count: int, servos: Sequence[int]) -> bytes:
+        """Return the request for the servos' registers."""
+        content = struct.pack("<BHH", SYNC_READ, register, count) + bytes(servos)
+        packet = HEADER + struct.pack("<BH", EVERYBODY, len(content) + 2) + content
+        return packet + struct.pack("<H", _crc(packet))
+
+    def take_answer(self, received: bytearray, count: int) -> Answer | None:
+        """Take the next answer off."""
+        shortest, longest = count + AROUND, count + AROUND + count // len(MARK)
+        while (start := received.find(HEADER)) >= 0:
+            del received[:start]
+            if len(received) < FRONT:
+                return None
+            length = int.from_bytes(received[5:FRONT], "little")
+            if shortest <= length <= longest:
+                if len(received) < FRONT + length:
+                    return None
+                try:
+                    answer = decode_answer(bytes(received[: FRONT + length]))
+                except ValueError:
+                    pass
+                else:
+                    del received[: FRONT + length]
+                    if len(answer.data) == count:
+                        return answer
+                    continue
+            del received[:1]
+        del received[: -len(MARK)]
+        return None
+
+
+def decode_answer(packet: bytes) -> Answer:
+    """Return what a servo answers.
+
+    Raises:
+        ValueError: It is no answer, or not whole.
+    """
+    if len(packet) < FRONT + AROUND or packet[:4] != HEADER:
+        raise ValueError("no answer of a servo")
+    if int.from_bytes(packet[5:FRONT], "little") != len(packet) - FRONT:
+        raise ValueError("an answer of another length")
+    if int.from_bytes(packet[-2:], "little") != _crc(packet[:-2]):
+        raise ValueError("an answer with a wrong checksum")
+    servo, content = packet[4], packet[FRONT:-2].replace(STUFFED, MARK)
+    if servo >= EVERYBODY - 1 or content[0] != STATUS or len(content) < 2:
+        raise ValueError("a packet that is no answer")
+    return Answer(servo, content[1], content[2:])
+
+
+def _crc(data: bytes) -> int:
+    """Return the CRC-16 with polynomial 0x8005, not reflected, from 0 on."""
+    crc = 0
+    for byte in data:
+        crc = (crc << 8 & 0xFFFF) ^ CRCS[crc >> 8 ^ byte]
+    return crc
+
+
+def _troubles(error: int) -> list[str]:
+    if error & CODE:
+        raise ValueError(f"error {error & CODE} instead of what was asked for")
+    return ["hardware alert"] if error & ALERT else []
+
+
+class Dynamixel(ServoArm):
+    """An arm of Dynamixel servos."""
+
+    make = Make(
+        packets=DynamixelPackets(),
+        arms=DYNAMIXEL_ARMS,
+        default=None,
+        models=range(1000, 1300),  # the X series
+        model=Register(0, 2),
+        torque=Register(64, 1),
+        homing=Register(20, 4, signed=True),
+        position=Register(132, 4, signed=True),
+        least=-TURNS * 4096,
+        most=TURNS * 4096,
+        troubles=_troubles,
+    )

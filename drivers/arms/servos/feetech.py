@@ -1,0 +1,92 @@
+"""Feetech STS and SMS servos: SO-100 and SO-101, and arms of one's own.
+
+A packet, and how a servo answers it; the checksum is the inverted sum of all between::
+
+    FF FF | servo | length | 82, first register, bytes, servos .. | checksum     (servo FE: all)
+    FF FF | servo | length | error | registers ..                 | checksum
+
+Address: ``PORT[?arm=so101|so100&calibration=FILE&rate=HZ&baud=..&ids=..&signs=..&zeros=..]``;
+``calibration`` is lerobot's file of the arm, which says where the zeros are. Without it the angles
+count from the middle of each servo's turn.
+"""
+
+from collections.abc import Sequence
+
+from .joint_maps import FEETECH_ARMS
+from .servo_arm import Make, Register, ServoArm
+from .servo_bus import Answer
+
+HEADER = b"\xff\xff"
+EVERYBODY = 0xFE
+SYNC_READ = 0x82
+AROUND = 6  # bytes of an answer beside the registers
+ERRORS = {1: "voltage", 2: "angle sensor", 4: "too hot", 8: "over-current", 32: "overload"}
+MODELS = {777: "STS3215", 2825: "STS3250", 11272: "SM8512BL"}
+
+
+class FeetechPackets:
+    """Requests and answers on the wire."""
+
+    def encode_request(self, register: int, count: int, servos: Sequence[int]) -> bytes:
+        """Return the request for the servos' registers."""
+        body = bytes([EVERYBODY, len(servos) + 4, SYNC_READ, register, count, *servos])
+        return HEADER + body + bytes([_checksum(body)])
+
+    def take_answer(self, received: bytearray, count: int) -> Answer | None:
+        """Take the next answer off; a header may also stand within data, so all must be right."""
+        size = count + AROUND
+        while (start := received.find(HEADER)) >= 0:
+            del received[:start]
+            if len(received) < size:
+                return None
+            try:
+                answer = decode_answer(bytes(received[:size]))
+            except ValueError:
+                del received[:1]
+                continue
+            del received[:size]
+            return answer
+        del received[:-1]
+        return None
+
+
+def decode_answer(packet: bytes) -> Answer:
+    """Return what a servo answers.
+
+    Raises:
+        ValueError: It is no answer, or not whole.
+    """
+    if len(packet) < AROUND or packet[:2] != HEADER or packet[3] != len(packet) - 4:
+        raise ValueError("no answer of a servo")
+    servo, error = packet[2], packet[4]
+    if servo >= EVERYBODY or error > 0x7F:
+        raise ValueError("an answer of no servo")
+    if packet[-1] != _checksum(packet[2:-1]):
+        raise ValueError("an answer with a wrong checksum")
+    return Answer(servo, error, packet[5:-1])
+
+
+def _checksum(body: bytes) -> int:
+    return ~sum(body) & 0xFF
+
+
+def _troubles(error: int) -> list[str]:
+    return [name for bit, name in ERRORS.items() if error & bit]
+
+
+class Feetech(ServoArm):
+    """An arm of Feetech servos."""
+
+    make = Make(
+        packets=FeetechPackets(),
+        arms=FEETECH_ARMS,
+        default="so101",
+        models=MODELS,
+        model=Register(3, 2),
+        torque=Register(40, 1),
+        homing=Register(31, 2, sign_bit=11),
+        position=Register(56, 2, sign_bit=15),
+        least=0,
+        most=4095,
+        troubles=_troubles,
+    )

@@ -1,0 +1,135 @@
+"""The arms that are made of servos: which servo turns which joint, and where its zero is.
+
+The joint angle, from the servo's position in ticks of 1/4096 turn::
+
+    q = sign * (position - zero) * 2 pi / 4096
+
+What an address says of ``ids``, ``signs``, ``zeros`` and ``calibration`` takes the place of what
+stands in the table.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ....errors import MukcaError
+from ... import DriverError, Reason
+from ...transport import Options
+from .lerobot import MotorCalibration, read_lerobot
+
+TICKS = 4096
+"""In a turn."""
+OPTIONS = ("arm", "ids", "signs", "zeros", "calibration")
+MIDDLE = TICKS // 2
+LEROBOT = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
+INTERBOTIX = ("waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate")
+
+
+@dataclass(frozen=True)
+class ServoMap:
+    """The servos of one arm, from base to flange, without the gripper's."""
+
+    joints: tuple[str, ...]
+    ids: tuple[int, ...]
+    signs: tuple[float, ...]
+    zeros: tuple[float, ...]
+    """Positions at which the angles are zero [ticks]."""
+    homing: tuple[int, ...] | None = None
+    """Homing offsets that the servos must have for these zeros to hold [ticks]."""
+
+
+def _map(joints: Sequence[str], ids: Sequence[int], degrees: Sequence[float] = ()) -> ServoMap:
+    """Return a map by the middle of each servo, where the model's angle is so many degrees."""
+    angles = degrees or (0.0,) * len(ids)
+    zeros = tuple(MIDDLE - angle / 360 * TICKS for angle in angles)
+    return ServoMap(tuple(joints), tuple(ids), (1.0,) * len(ids), zeros)
+
+
+FEETECH_ARMS = {
+    "so101": _map(LEROBOT, range(1, 6)),
+    # The middle of the ranges in so100.urdf, whose zeros are not lerobot's.
+    "so100": _map(LEROBOT, range(1, 6), (0, 100.268, -90, -37.242, 0)),
+}
+DYNAMIXEL_ARMS = {
+    "vx300s": _map(INTERBOTIX, (1, 2, 4, 6, 7, 8)),  # 3 and 5 only help 2 and 4
+    "wx250s": _map(INTERBOTIX, (1, 2, 4, 6, 7, 8)),
+    "koch": _map(LEROBOT, range(1, 6)),
+    "omx": _map(LEROBOT, range(11, 16)),
+}
+ARMS = {**FEETECH_ARMS, **DYNAMIXEL_ARMS}
+
+
+def choose_map(options: Options, arms: dict[str, ServoMap], default: str | None) -> ServoMap:
+    """Return the map that an address asks for.
+
+    Args:
+        options: The address's options.
+        arms: The arms that the driver knows.
+        default: The arm where the address names none, and no ids.
+
+    Raises:
+        DriverError: BAD_ADDRESS, with what would work.
+    """
+    name = options.get("arm", default)
+    if name is None and "ids" not in options:
+        raise DriverError(
+            Reason.BAD_ADDRESS, f"say which arm it is: ?arm= one of {', '.join(arms)}, or ?ids=.."
+        )
+    if name is not None and name not in arms:
+        raise options.wrong("arm", f"one of {', '.join(arms)}")
+    chosen = _by_ids(options) if "ids" in options else arms[name or ""]
+    chosen = replace(
+        chosen,
+        signs=_numbers(options, "signs", chosen.signs, "1 or -1 for each joint", (1.0, -1.0)),
+        zeros=_numbers(options, "zeros", chosen.zeros, "a position in ticks for each joint"),
+    )
+    return _calibrated(chosen, options) if "calibration" in options else chosen
+
+
+def _by_ids(options: Options) -> ServoMap:
+    ids = options.integers("ids", ())
+    count = len(ids)
+    if len(set(ids)) != count or not all(0 <= servo < 253 for servo in ids):
+        raise options.wrong("ids", "a list of the joints' servos, as in 1,2,4,6,7")
+    return _map([f"joint{index}" for index in range(1, count + 1)], ids)
+
+
+def _numbers(
+    options: Options,
+    name: str,
+    default: tuple[float, ...],
+    wanted: str,
+    allowed: tuple[float, ...] = (),
+) -> tuple[float, ...]:
+    """Return an option that is a list with a number for each joint."""
+    if name not in options:
+        return default
+    try:
+        numbers = tuple(float(part) for part in options[name].split(","))
+    except ValueError:
+        raise options.wrong(name, wanted) from None
+    sound = all(number in allowed if allowed else abs(number) < 1e6 for number in numbers)
+    if len(numbers) != len(default) or not sound:
+        raise options.wrong(name, f"{wanted} ({len(default)})")
+    return numbers
+
+
+def _calibrated(chosen: ServoMap, options: Options) -> ServoMap:
+    """Take the zeros from a calibration file of lerobot's."""
+    path = Path(options["calibration"]).expanduser()
+    try:
+        motors: dict[int, MotorCalibration] = {
+            motor.id: motor for motor in read_lerobot(path).values()
+        }
+    except MukcaError as error:
+        raise DriverError(Reason.BAD_ADDRESS, str(error)) from None
+    for joint, servo in zip(chosen.joints, chosen.ids, strict=True):
+        if servo not in motors:
+            raise DriverError(Reason.BAD_ADDRESS, f"{path}: no motor has id {servo} ({joint})")
+    homing = tuple(motors[servo].homing_offset for servo in chosen.ids)
+    # The table's own zeros say what the model's angle is at the middle.
+    zeros = tuple(
+        motors[servo].middle + zero - MIDDLE
+        for servo, zero in zip(chosen.ids, chosen.zeros, strict=True)
+    )
+    return replace(chosen, zeros=zeros, homing=homing)

@@ -1,0 +1,168 @@
+"""An arm made of servos on one line, which a hand can lead while its torque is off.
+
+Each state is one *sync read* of all joints; nothing else is ever sent. Before the first one the
+servos are asked which model they are, whether their torque is off, and, where a calibration file
+gives the zeros, whether they still have its homing offsets.
+
+Stamps are the time in the middle between the request and the last answer, by this computer. Efforts
+are None: with the torque off, a servo's load and current are zero and say nothing of gravity.
+"""
+
+import math
+from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ... import DriverError, JointState, PolledDriver, Reason, clock, match_joints
+from ...transport import SerialLine, parse_options
+from .joint_maps import OPTIONS, TICKS, ServoMap, choose_map
+from .servo_bus import Answer, Packets, ServoBus
+
+BAUD = 1_000_000
+RATE = 100.0  # Hz
+FIRST_ANSWER_SECONDS = 1.0
+
+
+@dataclass(frozen=True)
+class Register:
+    """A number in a servo's memory."""
+
+    address: int
+    size: int
+    """Bytes, the lowest first."""
+    signed: bool = False
+    """Whether it is in two's complement."""
+    sign_bit: int | None = None
+    """The bit that is the number's sign, for one that is written as sign and size."""
+
+    def decode(self, data: bytes) -> int:
+        """Return the number."""
+        number = int.from_bytes(data, "little", signed=self.signed)
+        if self.sign_bit is None:
+            return number
+        size = number & ~(1 << self.sign_bit)
+        return -size if number >> self.sign_bit & 1 else size
+
+
+@dataclass(frozen=True)
+class Make:
+    """What is special about a maker's servos."""
+
+    packets: Packets
+    arms: dict[str, ServoMap]
+    default: str | None
+    """The arm where the address names none."""
+    models: Container[int]
+    """Model numbers that have these registers, and 4096 ticks a turn."""
+    model: Register
+    torque: Register
+    homing: Register
+    position: Register
+    least: int
+    """Range of a plausible position [ticks]."""
+    most: int
+    troubles: Callable[[int], list[str]]
+    """Returns in words what an error code means; raises ValueError if nothing was read."""
+
+
+class ServoArm(PolledDriver):
+    """A connection to the servos of an arm."""
+
+    make: ClassVar[Make]
+    resolution = 2 * math.pi / TICKS
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        port, _, query = address.partition("?")
+        options = parse_options(query, ("baud", "rate", *OPTIONS))
+        if not port:
+            raise DriverError(
+                Reason.BAD_ADDRESS, "a serial port is missing, as in /dev/ttyACM0 or /dev/ttyUSB0"
+            )
+        self._map = choose_map(options, self.make.arms, self.make.default)
+        super().__init__(f"the servo bus on {port}")
+        self._joint_names = match_joints(
+            joint_names or self._map.joints, len(self._map.ids), "the arm"
+        )
+        self._interval = 1 / options.positive("rate", RATE)
+        line = SerialLine(port, options.integer("baud", BAUD))
+        self._bus = ServoBus(line, self.make.packets)
+        with self._closed_on_error():
+            self._inspect()
+
+    def _receive(self, deadline: float) -> JointState:
+        self._await_turn(deadline)
+        start = clock.now()
+        self._next_poll = start + self._interval
+        answers = self._ask(self.make.position)
+        end = clock.now()
+        return JointState((start + end) / 2, self._angles(answers))
+
+    def _disconnect(self) -> None:
+        self._bus.close()
+
+    def _ask(self, register: Register) -> list[Answer]:
+        """Return all joints' answers, and say in the status what troubles them."""
+        answers = self._bus.ask(register.address, register.size, self._map.ids)
+        troubles = [
+            f"{joint}: {trouble}"
+            for joint, answer in zip(self._map.joints, answers, strict=True)
+            for trouble in self.make.troubles(answer.error)
+        ]
+        self.status = ", ".join(troubles)
+        return answers
+
+    def _angles(self, answers: Sequence[Answer]) -> tuple[float, ...]:
+        angles: list[float] = []
+        for answer, sign, zero in zip(answers, self._map.signs, self._map.zeros, strict=True):
+            ticks = self.make.position.decode(answer.data)
+            if not self.make.least <= ticks <= self.make.most:
+                raise ValueError(
+                    f"position {ticks} of servo {answer.servo}, beyond its turn: turn the joint to "
+                    "the middle of its range, and switch the arm off and on"
+                )
+            angles.append(sign * (ticks - zero) * 2 * math.pi / TICKS)
+        return tuple(angles)
+
+    def _inspect(self) -> None:
+        """See that these are the right servos, and that their torque is off."""
+        models = self._read_once(self.make.model)
+        for servo, model in zip(self._map.ids, models, strict=True):
+            if model not in self.make.models:
+                raise DriverError(
+                    Reason.WRONG_ROBOT,
+                    f"servo {servo} on {self._where} is of model {model}, which is not known here",
+                )
+        torques = self._read_once(self.make.torque)
+        if stiff := self._named(torques, [0] * len(torques)):
+            raise DriverError(
+                Reason.WRONG_MODE,
+                f"the torque is on at {stiff}: end the program that uses the arm, or switch its "
+                "power off and on, and hold the arm, which falls without torque",
+            )
+        if self._map.homing is None:
+            return
+        if moved := self._named(self._read_once(self.make.homing), self._map.homing):
+            raise DriverError(
+                Reason.WRONG_ROBOT,
+                f"the servos at {moved} have another homing offset than the calibration file: it "
+                "is another arm's, or not the latest; connect lerobot once, or give the right file",
+            )
+
+    def _named(self, numbers: Sequence[int], wanted: Sequence[int]) -> str:
+        """Return the names of the joints whose numbers are not what is wanted."""
+        rows = zip(self._map.joints, numbers, wanted, strict=True)
+        return ", ".join(joint for joint, number, right in rows if number != right)
+
+    def _read_once(self, register: Register) -> list[int]:
+        """Return a register of all joints, asking until they answer."""
+        end = clock.now() + FIRST_ANSWER_SECONDS
+        while True:
+            try:
+                return [register.decode(answer.data) for answer in self._ask(register)]
+            except ValueError as error:
+                if clock.now() > end:
+                    raise DriverError(
+                        Reason.UNREACHABLE,
+                        f"{error} on {self._where}: is the arm's power on, and are arm and baud "
+                        "right?",
+                    ) from None

@@ -1,0 +1,162 @@
+"""UFACTORY xArm 5, 6 and 7, Lite 6 and 850: the report that the controller streams.
+
+Nothing is sent. A controller writes reports to whoever connects to one of these TCP ports:
+
+======  ======  ==========================================================================
+30000   250 Hz  angles with the controller's time; newer software alone
+30003   100 Hz  angles without a time
+30002   5 Hz    among much else the number of joints, which the other two do not say
+======  ======  ==========================================================================
+
+Sizes and times are big-endian, angles little-endian float32 [rad]. The driver reads one report from
+30002, then follows 30000 where it is there, else 30003. Stamps are the controller's, or from 30003
+the times of arrival, evened out. Efforts are None: the reported torques hold an unknown share of
+what the controller computes for gravity.
+
+Address: ``HOST[?port=30003]``.
+"""
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .. import (
+    ArrivalTimeFilter,
+    DriverError,
+    JointState,
+    Reason,
+    ValidatingDriver,
+    clock,
+    match_joints,
+)
+from ..transport import Endpoint, TcpStream, parse_endpoint
+
+MOST_JOINTS = 7
+LARGEST_ANGLE = 6.4
+"""No joint turns farther than 360 degrees from its zero, and little more [rad]."""
+SHORTEST, LONGEST = 87, 2048  # bytes of a report
+FIRST_SECONDS = 2.0
+ANGLES = struct.Struct("<7f")
+MODES = {0: "position control", 1: "servo motion", 2: "joint teaching", 4: "joint velocity"}
+STATES = {1: "moving", 2: "ready", 3: "paused", 4: "stopped"}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where things are in a report."""
+
+    status: int
+    """Of the byte with mode and state."""
+    angles: int
+    time: int | None = None
+    """Of the time [us]."""
+    joints: int | None = None
+    """Of the number of joints."""
+
+
+FAST = Layout(status=12, angles=116, time=4)
+REAL = Layout(status=4, angles=7)
+RICH = Layout(status=4, angles=7, joints=146)
+PORTS = {30000: FAST, 30003: REAL}
+RICH_PORT = 30002
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What is used of a report."""
+
+    angles: tuple[float, ...]
+    """Of seven joints [rad]; an arm with fewer has zeros for the rest."""
+    status: str
+    time: float | None = None
+    """[s]."""
+    joints: int | None = None
+
+
+def take_report(received: bytearray) -> bytes | None:
+    """Take a report off the front of a stream: it begins with its size.
+
+    Raises:
+        ValueError: No report is of that size.
+    """
+    if len(received) < 4:
+        return None
+    size = int.from_bytes(received[:4], "big")
+    if not SHORTEST <= size <= LONGEST:
+        raise ValueError(f"a report of {size} bytes, which is none")
+    if len(received) < size:
+        return None
+    report = bytes(received[:size])
+    del received[:size]
+    return report
+
+
+def decode_report(report: bytes, layout: Layout) -> Report:
+    """Return what is used of a report.
+
+    Raises:
+        ValueError: It is too short, or holds impossible values.
+    """
+    last = max(layout.angles + ANGLES.size, (layout.joints or 0) + 1)
+    if len(report) < max(last, SHORTEST) or int.from_bytes(report[:4], "big") != len(report):
+        raise ValueError(f"a report of {len(report)} bytes")
+    angles: tuple[float, ...] = ANGLES.unpack_from(report, layout.angles)
+    if not all(abs(angle) <= LARGEST_ANGLE for angle in angles):  # false for NaN too
+        raise ValueError("a report with impossible joint angles")
+    joints = None if layout.joints is None else report[layout.joints]
+    if joints is not None and joints not in (5, 6, 7):
+        raise ValueError(f"a report of an arm with {joints} joints")
+    time = layout.time
+    micros = None if time is None else int.from_bytes(report[time : time + 8], "big")
+    mode, state = report[layout.status] >> 4, report[layout.status] & 0x0F
+    status = f"{MODES.get(mode, f'mode {mode}')}, {STATES.get(state, f'state {state}')}"
+    return Report(angles, status, None if micros is None else micros * 1e-6, joints)
+
+
+class XArm(ValidatingDriver):
+    """A UFACTORY arm that streams its reports."""
+
+    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+        endpoint = parse_endpoint(address, RICH_PORT, options=("port",))
+        super().__init__(f"the robot at {endpoint.host}")
+        port = endpoint.options.integer("port", 0)
+        if port not in (0, *PORTS):
+            raise endpoint.options.wrong("port", f"one of {', '.join(map(str, PORTS))}")
+        count = self._count_joints(endpoint)
+        self._joint_names = match_joints(joint_names, count, f"the arm at {endpoint.host}")
+        self._even = ArrivalTimeFilter(0.01)
+        self._tcp, self._layout = self._follow(endpoint, [port] if port else list(PORTS))
+
+    def _receive(self, deadline: float) -> JointState:
+        report = decode_report(self._tcp.take(take_report, deadline), self._layout)
+        count = len(self._joint_names)
+        if any(report.angles[count:]):
+            raise ValueError(f"a report with more than {count} joints")
+        self.status = report.status
+        stamp = self._even(clock.now()) if report.time is None else report.time
+        return JointState(stamp, report.angles[:count])
+
+    def _disconnect(self) -> None:
+        self._tcp.close()
+
+    def _count_joints(self, endpoint: Endpoint) -> int:
+        """Return how many joints the arm has."""
+        tcp = TcpStream(endpoint, "is the controller on, and is this its address?")
+        try:
+            report = decode_report(tcp.take(take_report, clock.now() + FIRST_SECONDS), RICH)
+        except ValueError as error:
+            raise DriverError(Reason.PROTOCOL, f"{self._where} sends {error}") from None
+        finally:
+            tcp.close()
+        return report.joints or MOST_JOINTS
+
+    def _follow(self, endpoint: Endpoint, ports: Sequence[int]) -> tuple[TcpStream, Layout]:
+        """Connect to the first of some ports that is there."""
+        for port in ports:
+            where = Endpoint(endpoint.host, port, endpoint.options)
+            try:
+                return TcpStream(where, "its software may be too old for this port"), PORTS[port]
+            except DriverError:
+                if port == ports[-1]:
+                    raise
+        raise AssertionError("no ports")

@@ -1,0 +1,12 @@
+from .address import CONNECT_SECONDS as CONNECT_SECONDS
+from .address import Endpoint as Endpoint
+from .address import Options as Options
+from .address import open_tcp as open_tcp
+from .address import parse_endpoint as parse_endpoint
+from .address import parse_options as parse_options
+from .address import resolve as resolve
+from .can_bus import open_bus as open_bus
+from .can_bus import parse_can_address as parse_can_address
+from .serial_line import SerialLine as SerialLine
+from .tcp import TcpStream as TcpStream
+from .udp import DatagramSocket as DatagramSocket

@@ -1,0 +1,175 @@
+"""Reads addresses as users write them, ``HOST[:PORT][?option=value&...]``, and connects to them."""
+
+import math
+import socket
+from collections.abc import Sequence
+from dataclasses import dataclass
+from urllib.parse import parse_qsl, urlsplit
+
+from .. import DriverError, Reason
+
+CONNECT_SECONDS = 2.0
+
+
+class Options(dict[str, str]):
+    """The options of an address, by name: what stands behind its question mark."""
+
+    def integer(self, name: str, default: int) -> int:
+        """Return an option as a whole number, decimal or as in 0x2a5.
+
+        Raises:
+            DriverError: BAD_ADDRESS for anything else.
+        """
+        text = self.get(name)
+        if text is None:
+            return default
+        try:
+            return int(text, 0)
+        except ValueError:
+            raise self.wrong(name, "a whole number") from None
+
+    def integers(self, name: str, default: Sequence[int]) -> tuple[int, ...]:
+        """Return an option that is a list of whole numbers, as in 1,2,4.
+
+        Raises:
+            DriverError: BAD_ADDRESS for anything else.
+        """
+        if name not in self:
+            return tuple(default)
+        try:
+            return tuple(int(part) for part in self[name].split(","))
+        except ValueError:
+            raise self.wrong(name, "a list of whole numbers, as in 1,2,4") from None
+
+    def positive(self, name: str, default: float) -> float:
+        """Return an option as a positive number.
+
+        Raises:
+            DriverError: BAD_ADDRESS for anything else.
+        """
+        try:
+            number = float(self.get(name, default))
+        except ValueError:
+            number = math.nan
+        if not 0 < number < math.inf:
+            raise self.wrong(name, "a positive number")
+        return number
+
+    def sign(self, name: str) -> int:
+        """Return an option that is 1 or -1; 1 where it is not given.
+
+        Raises:
+            DriverError: BAD_ADDRESS for anything else.
+        """
+        if self.get(name, "1") not in ("1", "-1"):
+            raise self.wrong(name, "1 or -1")
+        return int(self.get(name, "1"))
+
+    def wrong(self, name: str, wanted: str) -> DriverError:
+        """Return the error for an option that is not what is wanted."""
+        return DriverError(Reason.BAD_ADDRESS, f"option {name}={self[name]} is not {wanted}")
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """Where a controller listens."""
+
+    host: str
+    port: int
+    options: Options
+
+    def __str__(self) -> str:
+        return f"{self.host}:{self.port}"
+
+
+def parse_endpoint(
+    address: str, default_port: int, options: tuple[str, ...] = (), default_host: str = ""
+) -> Endpoint:
+    """Return where an address says that a robot's controller listens.
+
+    Args:
+        address: ``HOST[:PORT][?option=value&...]``.
+        default_port: The port where the address has none.
+        options: Names of the options that the driver understands.
+        default_host: The host where the address has none; empty if one must be given.
+
+    Raises:
+        DriverError: BAD_ADDRESS, with the notation that would work.
+    """
+    try:
+        parts = urlsplit(f"//{address}")
+        host, port = parts.hostname or default_host, parts.port or default_port
+    except ValueError as error:
+        raise bad_address(address, str(error)) from None
+    if not host:
+        raise bad_address(address, "a host is missing")
+    if parts.path.strip("/") or parts.username is not None:
+        raise bad_address(address, "it has parts that mean nothing here")
+    return Endpoint(host, port, parse_options(parts.query, options))
+
+
+def parse_options(query: str, known: tuple[str, ...]) -> Options:
+    """Return the options in the part of an address behind its question mark.
+
+    Args:
+        query: That part, ``option=value&...``; may be empty.
+        known: Names of the options that the driver understands.
+
+    Raises:
+        DriverError: BAD_ADDRESS for an option that is malformed or not known.
+    """
+    try:
+        options = Options(parse_qsl(query, strict_parsing=True) if query else ())
+    except ValueError:
+        raise bad_address(query, "options are written as ?name=value&name=value") from None
+    for name in options:
+        if name not in known:
+            there_are = f"there are: {', '.join(known)}" if known else "there are none"
+            raise DriverError(Reason.BAD_ADDRESS, f"no option is called {name!r}; {there_are}")
+    return options
+
+
+def resolve(host: str) -> str:
+    """Return a host's IPv4 address.
+
+    Raises:
+        DriverError: UNREACHABLE when the name is not known.
+    """
+    try:
+        return socket.gethostbyname(host)
+    except (OSError, UnicodeError):
+        raise DriverError(
+            Reason.UNREACHABLE, f"no host is called {host!r}; give the robot's IP address"
+        ) from None
+
+
+def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
+    """Connect to a robot's controller.
+
+    Args:
+        endpoint: Where.
+        advice: What to look at when the host is there and nothing listens.
+
+    Raises:
+        DriverError: UNREACHABLE.
+    """
+    try:
+        return socket.create_connection((resolve(endpoint.host), endpoint.port), CONNECT_SECONDS)
+    except ConnectionRefusedError:
+        raise DriverError(
+            Reason.UNREACHABLE, f"{endpoint} refused the connection: {advice}"
+        ) from None
+    except OSError as error:
+        raise DriverError(
+            Reason.UNREACHABLE,
+            f"nothing answers at {endpoint} ({error.strerror or error}): check power, address "
+            "and cable",
+        ) from None
+
+
+def bad_address(address: str, why: str) -> DriverError:
+    """Return the error for an address that cannot be understood."""
+    return DriverError(
+        Reason.BAD_ADDRESS,
+        f"address {address!r}: {why}; expected HOST[:PORT][?option=value]",
+    )

@@ -1,0 +1,78 @@
+"""A serial port, opened not to block, whose errors are the driver's own."""
+
+import termios
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import Any
+
+import serial
+
+from .. import DriverError, Reason, clock
+
+
+class SerialLine:
+    """A serial port that no other program may use meanwhile.
+
+    Args:
+        port: Its name, as ``/dev/ttyUSB0``.
+        baud: Bits per second.
+        settings: As pyserial's ``bytesize``, ``parity`` and ``stopbits``.
+
+    Raises:
+        DriverError: BAD_ADDRESS for settings that no line has, UNREACHABLE if it cannot be opened.
+    """
+
+    def __init__(self, port: str, baud: int, **settings: Any) -> None:
+        try:
+            self._port = serial.Serial(
+                port,
+                baud,
+                timeout=0,
+                write_timeout=1,  # s: a line that nobody reads fills up, and would block for ever
+                exclusive=True,
+                **settings,
+            )
+        except ValueError as error:
+            raise DriverError(Reason.BAD_ADDRESS, f"serial port {port}: {error}") from None
+        except (OSError, termios.error) as error:
+            raise DriverError(
+                Reason.UNREACHABLE,
+                f"serial port {port} cannot be opened: {error}; is the adapter plugged in, does "
+                "another program use it, and are you in the group dialout?",
+            ) from None
+
+    def write(self, message: bytes) -> None:
+        """Send bytes."""
+        with self._translated():
+            self._port.write(message)
+
+    def read(self, most: int, wait: float) -> bytes:
+        """Return what has come, as soon as there is something; nothing after the wait [s].
+
+        Args:
+            most: How many bytes to return at most.
+            wait: How long to wait for the first of them [s].
+        """
+        with self._translated():
+            if not clock.wait([self._port], max(0.0, wait)):
+                return b""
+            return bytes(self._port.read(most))
+
+    def flush(self) -> None:
+        """Throw away what has come in."""
+        with self._translated():
+            self._port.reset_input_buffer()
+
+    def close(self) -> None:
+        """Free the port; safe to call twice."""
+        self._port.close()
+
+    @contextmanager
+    def _translated(self) -> Generator[None, None, None]:
+        """Turn the errors of a lost line into the driver's own."""
+        try:
+            yield
+        except (OSError, TypeError, ValueError, termios.error) as error:
+            raise DriverError(
+                Reason.UNREACHABLE, f"serial port {self._port.port} is lost: {error}"
+            ) from None

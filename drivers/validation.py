@@ -1,0 +1,169 @@
+"""The base of drivers for robots: a subclass connects and decodes, and this checks every state.
+
+What :meth:`ValidatingDriver.read` returns has
+
+* a finite position for each joint, and a finite effort for each joint or for none,
+* a stamp that is later than the one before, and plausible: the robot's clock did not jump ahead
+  of this computer's.
+
+What fails is thrown away and counted in :attr:`Driver.rejected`. One bad message costs itself,
+never the connection.
+"""
+
+import math
+from abc import abstractmethod
+from collections.abc import Generator
+from contextlib import contextmanager
+
+from . import clock
+from .driver import Driver, DriverError, JointState, Reason
+
+AHEAD = 2.0
+"""How much further ahead of this computer's clock a stamp may be than any before it [s]."""
+LARGEST_STAMP = 1e10
+"""No clock has counted more seconds than these, some 300 years [s]."""
+USELESS = 100
+"""So many bad messages and no good one: this is another robot, or none."""
+
+
+class ValidatingDriver(Driver):
+    """A driver that writes down only what is special about its robot.
+
+    A subclass has
+
+    * a constructor, which calls this one, connects, and sets ``_joint_names``;
+    * :meth:`_receive`, which returns the next state as it came;
+    * :meth:`_disconnect`.
+
+    Args:
+        where: What is read, for messages to people, as in ``"the robot at 172.16.0.2:1337"``.
+        period: The time between two states [s], where a gap between two stamps tells how many
+            states were missed; None where a gap tells nothing, or the subclass counts.
+    """
+
+    def __init__(self, where: str, period: float | None = None) -> None:
+        self._where = where
+        self._period = period
+        self._joint_names: tuple[str, ...] = ()
+        self._closed = False
+        self._unread: JointState | None = None
+        self._proven, self._useless = False, 0
+        self._begin_anew()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The robot's joints, from base to flange: the model's names where there is a model."""
+        return self._joint_names
+
+    @abstractmethod
+    def _receive(self, deadline: float) -> JointState:
+        """Wait for the next state and return it unchecked.
+
+        Args:
+            deadline: When to give up, by :func:`.clock.now` [s]. What has come by then is returned
+                even if the time is up.
+
+        Raises:
+            ValueError: What came is no state. It is counted, and this is called again.
+            DriverError: SILENT when no state came in time; any other reason when the connection
+                is of no more use, which is then ended.
+        """
+
+    @abstractmethod
+    def _disconnect(self) -> None:
+        """End the connection, however much of it there is; called once."""
+
+    def read(self, timeout: float) -> JointState:
+        """Return the next state that holds what it must; see :meth:`Driver.read`."""
+        if self._unread is not None and not self._closed:
+            state, self._unread = self._unread, None
+            return state
+        return self._next(clock.now() + timeout)
+
+    def close(self) -> None:
+        """End the connection; safe to call twice."""
+        if not self._closed:
+            self._closed = True
+            self._disconnect()
+
+    def _count_rejected(self) -> None:
+        self.rejected += 1
+
+    @contextmanager
+    def _closed_on_error(self) -> Generator[None, None, None]:
+        """Guard the part of a constructor that follows the first thing that is to be closed."""
+        try:
+            yield
+        except BaseException:
+            self.close()
+            raise
+
+    def _await_first(self, seconds: float) -> JointState:
+        """Wait for the first state in a constructor; :meth:`read` returns it once more."""
+        self._unread = self._next(clock.now() + seconds)
+        return self._unread
+
+    def _begin_anew(self) -> None:
+        """Compare the next stamp with none before it: the robot's clock may start again."""
+        self._last_stamp = -math.inf
+        self._lead: float | None = None  # by how much the robot's clock is ahead of the host's
+        self._begun = clock.now()
+
+    def _next(self, deadline: float) -> JointState:
+        try:
+            return self._next_good(deadline)
+        except DriverError as error:
+            if error.reason is not Reason.SILENT:
+                self.close()
+            raise
+
+    def _next_good(self, deadline: float) -> JointState:
+        bad = ""
+        while not self._closed:
+            try:
+                state = self._receive(deadline)
+                self._check_values(state)
+                self._check_stamp(state.stamp)
+                self._proven = True
+                return state
+            except ValueError as error:
+                bad = str(error)
+                self._count_useless(bad)
+            except DriverError as error:
+                if bad and error.reason is Reason.SILENT:
+                    raise DriverError(Reason.SILENT, f"{self._where} sends {bad}") from None
+                raise
+            if clock.now() > deadline:
+                raise DriverError(Reason.SILENT, f"{self._where} sends {bad}")
+        raise DriverError(Reason.UNREACHABLE, "the connection is closed")
+
+    def _count_useless(self, bad: str) -> None:
+        self._count_rejected()
+        self._useless += not self._proven
+        if self._useless >= USELESS:
+            raise DriverError(Reason.PROTOCOL, f"{self._where} sends {bad}")
+
+    def _check_values(self, state: JointState) -> None:
+        """See that there is a number for each joint."""
+        count = len(self._joint_names or state.position)
+        for values, name in ((state.position, "positions"), (state.effort, "efforts")):
+            if values is None:
+                continue
+            if len(values) != count:
+                raise ValueError(f"a state with {len(values)} {name} for {count} joints")
+            if not all(map(math.isfinite, values)):
+                raise ValueError(f"a state with {name} that are no numbers")
+
+    def _check_stamp(self, stamp: float) -> None:
+        """See that time goes on, and count what was missed."""
+        if not abs(stamp) < LARGEST_STAMP:  # false for NaN too
+            raise ValueError(f"a state with the stamp {stamp:g} s, which no clock shows")
+        if stamp <= self._last_stamp:
+            raise ValueError("a state that is not later than the one before")
+        lead = stamp - (clock.now() if self._lead is not None else self._begun)
+        if self._lead is not None and lead > self._lead + AHEAD:
+            raise ValueError(f"a state that is {lead - self._lead:.3g} s ahead of its time")
+        self._lead = lead if self._lead is None else max(lead, self._lead)
+        if self._period and math.isfinite(self._last_stamp):
+            self.missed += max(0, round((stamp - self._last_stamp) / self._period) - 1)
+        self._last_stamp = stamp

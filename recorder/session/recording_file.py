@@ -1,0 +1,257 @@
+"""A placement's files, open for recording: append-only, locked, and safe against a crash.
+
+A capture is on the disk when :meth:`Recording.capture` returns: its line was written and synced. A
+line that could be written only in part, as on a full disk, is cut off again, so that the file holds
+whole lines only. If the recorder is killed in the middle of a line, the next one to open the
+recording moves that part to a file beside it.
+"""
+
+import fcntl
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, cast
+
+from .. import (
+    METADATA,
+    SAMPLES,
+    Metadata,
+    RecordingError,
+    Sample,
+    SampleFile,
+    capture_line,
+    header_line,
+    is_placement,
+    mark_line,
+    merged,
+    placements_in,
+    read_metadata,
+    read_samples,
+    sync_folder,
+    write_metadata,
+)
+
+__all__ = ["Metadata", "Recording"]
+
+
+class Recording:
+    """The files of one placement; no other recorder can open them meanwhile.
+
+    Args:
+        folder: The placement's folder; made where it does not exist.
+        metadata: What is recorded there. An earlier recording there is continued.
+
+    Raises:
+        RecordingError: The folder cannot be written to, holds something else, belongs to another
+            robot, joints or distance, or is being recorded by another program.
+    """
+
+    def __init__(self, folder: Path, metadata: Metadata) -> None:
+        self.folder = folder
+        self.file = folder / SAMPLES
+        self.remarks: list[str] = []
+        """What the operator should know about files that were there already."""
+        earlier = self._agree(metadata)
+        try:
+            _make_folder(folder)
+            flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
+            self._fd = os.open(self.file, flags, 0o644)
+        except OSError as error:
+            raise RecordingError(f"{self.file}: cannot be written: {error.strerror}") from None
+        try:
+            self._lock()
+            self.content = self._mend(metadata.joints)
+            self._metadata = merged(earlier, metadata)
+            write_metadata(folder / METADATA, self._metadata)
+            self._size = os.fstat(self._fd).st_size
+        except OSError as error:
+            os.close(self._fd)
+            raise RecordingError(f"{folder}: cannot be written: {error.strerror}") from None
+        except BaseException:
+            os.close(self._fd)
+            raise
+
+    def capture(self, sample: Sample) -> None:
+        """Append a capture; it is on the disk when this returns.
+
+        Raises:
+            RecordingError: It cannot be saved; the file is as it was before.
+        """
+        self._append(capture_line(sample))
+
+    def mark(self, event: str, sample: Sample, time: float) -> None:
+        """Append a mark on an earlier sample; its line stays in the file.
+
+        Args:
+            event: What is marked, see :func:`~mukca.recorder.samples.mark_line`.
+            sample: The sample, in the socket that it has from now on.
+            time: When [s since 1970, UTC].
+
+        Raises:
+            RecordingError: The mark cannot be saved; the file is as it was before.
+        """
+        self._append(mark_line(event, sample, time))
+
+    def set_socket(self, socket: int) -> None:
+        """Remember in which socket the ball is, so that a later start goes on there.
+
+        Raises:
+            RecordingError: It cannot be saved.
+        """
+        if socket == self._metadata.get("socket"):
+            return
+        self._check_place()
+        try:
+            write_metadata(self.folder / METADATA, {**self._metadata, "socket": socket})
+        except OSError as error:
+            raise RecordingError(f"{METADATA} cannot be written: {error.strerror}") from None
+        self._metadata["socket"] = socket
+
+    @property
+    def socket(self) -> int:
+        """The socket in which the ball was last, as far as the files know."""
+        last = self.content.live[-1].socket if self.content.live else 0
+        saved = self._metadata.get("socket", last)
+        return saved if isinstance(saved, int) else last
+
+    def close(self) -> None:
+        """Release the files; safe to call twice."""
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
+
+    def __enter__(self) -> "Recording":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _agree(self, metadata: Metadata) -> dict[str, Any]:
+        """Return the metadata of an earlier session, if they describe the same placement."""
+        if not self.folder.exists():
+            return {}
+        if not self.folder.is_dir():
+            raise RecordingError(f"{self.folder}: not a folder")
+        if not self.file.exists() and is_placement(self.folder):
+            raise RecordingError(
+                f"{self.folder}: holds a recording in the form hole_0.csv; choose another --out"
+            )
+        if not self.file.exists() and (inside := placements_in(self.folder)):
+            raise RecordingError(
+                f"{self.folder}: holds placements ({', '.join(p.name for p in inside[:3])}), which "
+                f"samples beside them would hide; name the new one, as in {self.folder / 'next'}"
+            )
+        earlier = read_metadata(self.folder / METADATA)
+        for key, value in metadata.agreeing().items():
+            if key in earlier and earlier[key] != value:
+                raise RecordingError(
+                    f"{self.folder / METADATA}: recorded with {key} {_text(earlier[key])}, "
+                    f"not {_text(value)}; {self._remedy(key, value)}"
+                )
+        if earlier.get("model_sha256", metadata.model_sha256) != metadata.model_sha256:
+            self.remarks.append("the robot's model has changed since this recording was begun")
+        return earlier
+
+    def _remedy(self, key: str, value: object) -> str:
+        if key != "distance":
+            return "choose another --out to begin anew"
+        return f"leave --distance out, or correct it by mukca info --set-distance {value} first"
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise RecordingError(
+                f"{self.folder}: another mukca record is writing there; finish it first"
+            ) from None
+
+    def _mend(self, joints: tuple[str, ...]) -> SampleFile:
+        """Move a torn line aside, give a new file its header, and return what the file holds."""
+        whole, newline, torn = self.file.read_bytes().rpartition(b"\n")
+        if torn:
+            self._set_aside(torn)
+            os.ftruncate(self._fd, len(whole) + len(newline))
+        if not whole:
+            os.ftruncate(self._fd, 0)
+            _write(self._fd, header_line(joints))
+        os.fsync(self._fd)
+        sync_folder(self.folder)
+        content = read_samples(self.file)
+        if content.joint_names != joints:
+            raise RecordingError(
+                f"{self.file}:1: recorded with joints {_text(content.joint_names)}, "
+                f"not {_text(joints)}; choose another --out to begin anew"
+            )
+        return content
+
+    def _set_aside(self, torn: bytes) -> None:
+        count = 1
+        while (aside := self.folder / f"{SAMPLES}.torn-{count}").exists():
+            count += 1
+        descriptor = os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        try:
+            _write(descriptor, torn)
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+        self.remarks.append(
+            f"the last line of {SAMPLES} was torn off by a crash; it is kept in {aside.name}"
+        )
+
+    def _append(self, line: bytes) -> None:
+        self._check_place()
+        status = os.fstat(self._fd)
+        if status.st_size != self._size:
+            raise RecordingError(
+                f"{self.file.name} was changed by another program; finish with q and start again"
+            )
+        try:
+            _write(self._fd, line)
+            os.fsync(self._fd)
+        except OSError as error:
+            with suppress(OSError):
+                os.ftruncate(self._fd, self._size)
+                os.fsync(self._fd)
+            raise RecordingError(
+                f"{self.file.name} cannot be written to: {error.strerror}; nothing was lost"
+            ) from None
+        self._size += len(line)
+
+    def _check_place(self) -> None:
+        """See that the open file is still the one that its path names."""
+        try:
+            named = self.file.stat()
+        except OSError:
+            named = None
+        if named is None or not os.path.samestat(named, os.fstat(self._fd)):
+            raise RecordingError(
+                f"{self.file} was moved, renamed or replaced; finish with q and start again with "
+                "--out where it is now"
+            )
+
+
+def _write(descriptor: int, data: bytes) -> None:
+    """Write all of it, or raise OSError."""
+    while data:
+        data = data[os.write(descriptor, data) :]
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder and its parents, each one on the disk before the next is made in it."""
+    if not folder.exists():
+        _make_folder(folder.parent)
+        folder.mkdir(exist_ok=True)
+        sync_folder(folder.parent)
+
+
+def _text(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, cast("Sequence[object]", value)))
+    return str(value)

@@ -1,0 +1,173 @@
+"""A recording session as a value: what was captured, which socket is active, what was said.
+
+Nothing here reads a robot, a key or a file. A :class:`Session` never changes; each event returns a
+new one, as in ``session = session.captured(sample)``.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from .. import SOCKETS, Sample
+from ..stream import JointLimits
+
+TARGET = 30
+"""How many samples each socket should get, where nothing else is said."""
+SAME = math.radians(1.0)
+"""Two configurations are nearly the same if no joint differs by more than this [rad]."""
+SAME_LENGTH = 2e-3
+"""The same for a prismatic joint [m]."""
+STOOD_STILL = math.radians(0.2)
+"""An arm within this of a configuration in another socket still stands in that socket [rad]."""
+BEYOND_LIMITS = math.radians(3.0)
+"""How far a joint may read beyond its limits [rad]; sensors and models disagree a little."""
+BEYOND_LIMITS_LENGTH = 5e-3
+"""The same for a prismatic joint [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """One line to the operator."""
+
+    text: str
+    alarm: bool = False
+    """Something was refused, or needs attention."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """Everything that happened at one placement so far."""
+
+    joints: tuple[JointLimits, ...]
+    sockets: int = SOCKETS
+    target: int = TARGET
+    """How many samples each socket should get."""
+    socket: int = 0
+    """The active socket."""
+    samples: tuple[Sample, ...] = ()
+    """All captures in order, also those that were taken back."""
+    withdrawn: tuple[int, ...] = ()
+    """Numbers of the samples that were taken back, the last one at the end."""
+    alike: Callable[[Sequence[float]], str | None] | None = None
+    """Says which other robot may be where this one cannot; None, or nothing, if none is known."""
+    messages: tuple[Message, ...] = ()
+    finished: bool = False
+
+    @cached_property
+    def live(self) -> tuple[Sample, ...]:
+        """The samples that count: all but those that were taken back."""
+        return tuple(sample for sample in self.samples if sample.number not in self.withdrawn)
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """How many samples each socket has, without those that were taken back."""
+        return tuple(
+            sum(sample.socket == socket for sample in self.live) for socket in range(self.sockets)
+        )
+
+    @property
+    def next_socket(self) -> int:
+        """The socket to go on with: after the active one, the first that lacks samples."""
+        others = [(self.socket + i) % self.sockets for i in range(1, self.sockets)]
+        lacking = [k for k in others if self.counts[k] < self.target]
+        return (lacking or others or [self.socket])[0]
+
+    @property
+    def whole(self) -> bool:
+        """Whether every socket has its target."""
+        return min(self.counts) >= self.target
+
+    @property
+    def next_number(self) -> int:
+        """The number of the next capture."""
+        return len(self.samples) + 1
+
+    @property
+    def last(self) -> Sample | None:
+        """The sample that undo takes back."""
+        return self.live[-1] if self.live else None
+
+    def captured(self, sample: Sample) -> "Session":
+        """Return the session with one more sample."""
+        return replace(self, samples=(*self.samples, sample))
+
+    def sample(self, number: int) -> Sample | None:
+        """Return a sample by its number, also one that was taken back; None if there is none."""
+        return self.samples[number - 1] if 1 <= number <= len(self.samples) else None
+
+    def without(self, number: int) -> "Session":
+        """Return the session with a sample taken back."""
+        return replace(self, withdrawn=(*self.withdrawn, number))
+
+    def restored(self, number: int) -> "Session":
+        """Return the session with a sample that was taken back there again."""
+        return replace(self, withdrawn=tuple(n for n in self.withdrawn if n != number))
+
+    def relabelled(self, number: int, socket: int) -> "Session":
+        """Return the session with a sample in another socket."""
+        samples = tuple(
+            replace(s, socket=socket) if s.number == number else s for s in self.samples
+        )
+        return replace(self, samples=samples)
+
+    def switched(self, socket: int) -> "Session":
+        """Return the session with another socket active."""
+        return replace(self, socket=socket)
+
+    def with_message(self, text: str, *, alarm: bool = False) -> "Session":
+        """Return the session with one more message."""
+        return replace(self, messages=(*self.messages[-99:], Message(text, alarm)))
+
+    def refusal(self, position: Sequence[float]) -> str | None:
+        """Say why a configuration is not to be captured at the active socket; None if it may."""
+        return self._outside(position) or self.repeated(position) or self.left_behind(position)
+
+    def nearest(self, position: Sequence[float], within: float = SAME) -> Sample | None:
+        """Return a sample, of any socket, that is nearly at a configuration; None without one.
+
+        Args:
+            position: The configuration [rad], [m] for a prismatic joint.
+            within: How much a revolute joint may differ [rad].
+        """
+        for sample in self.live:
+            if self.same(sample.position, position, within):
+                return sample
+        return None
+
+    def _outside(self, position: Sequence[float]) -> str | None:
+        for joint, value in zip(self.joints, position, strict=True):
+            margin = BEYOND_LIMITS_LENGTH if joint.prismatic else BEYOND_LIMITS
+            if not joint.lower - margin <= value <= joint.upper + margin:
+                other = self.alike and self.alike(position)
+                hint = f" This moves like a {other}." if other else ""
+                return (
+                    f"{joint.name} reads {joint.shown(value)}, outside its limits "
+                    f"{joint.shown(joint.lower)} to {joint.shown(joint.upper)}: "
+                    f"is this the right robot model?{hint}"
+                )
+        return None
+
+    def repeated(self, position: Sequence[float]) -> str | None:
+        """Say which of the active socket's samples is at a configuration; None if none is."""
+        for sample in self.live:
+            if sample.socket == self.socket and self.same(sample.position, position):
+                return f"nearly the same configuration as sample {sample.number}: move the arm on"
+        return None
+
+    def left_behind(self, position: Sequence[float]) -> str | None:
+        """Say that the ball is still in another socket; None where nothing shows it."""
+        for sample in self.live:
+            if sample.socket != self.socket and self.same(sample.position, position, STOOD_STILL):
+                return (
+                    f"the arm stands where it stood for sample {sample.number} in socket "
+                    f"{sample.socket}: move the ball to socket {self.socket} first"
+                )
+        return None
+
+    def same(self, a: Sequence[float], b: Sequence[float], within: float = SAME) -> bool:
+        """Tell whether two configurations differ by at most some angle [rad] at every joint."""
+        return all(
+            abs(x - y) <= (SAME_LENGTH * within / SAME if joint.prismatic else within)
+            for joint, x, y in zip(self.joints, a, b, strict=True)
+        )

@@ -1,0 +1,9 @@
+from .contact_detection import ContactDetector as ContactDetector
+from .joints import STILL as STILL
+from .joints import WINDOW as WINDOW
+from .joints import JointLimits as JointLimits
+from .stationarity import StationaryPose as StationaryPose
+from .stream import Stream as Stream
+from .stream_monitor import JUMP as JUMP
+from .stream_monitor import SILENT as SILENT
+from .stream_monitor import StreamMonitor as StreamMonitor

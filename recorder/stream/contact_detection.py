@@ -1,0 +1,70 @@
+"""Notices from the joint torques that a hand still pushes the arm.
+
+A hand that rests on the arm bends it a little, so that its joint angles are not those of the arm
+by itself. Two signs are looked for while the arm is still. With tau the measured torque of a joint
+and g the gravity torque that the model's masses give it [N m]:
+
+* *Load:* ``|tau - g| > 2 N m + 0.1 |g|``. The margin is there because masses in models are some
+  percent off, and a small tool is often missing from them.
+* *Tremor:* the standard deviation of tau over the window is more than four times that of the
+  quietest rest of this session, and more than 0.1 N m. A hand is never quiet. The first rest of a
+  session has nothing to be compared with.
+
+Both are hints to the operator; a capture is not refused for them.
+"""
+
+from collections.abc import Callable, Sequence
+
+from .joints import JointLimits
+from .stationarity import StationaryPose
+
+LOAD = 2.0
+"""Deviation from the gravity torque that is always allowed [N m]."""
+LOAD_SHARE = 0.1
+"""Further deviation that is allowed, as a share of the gravity torque."""
+TREMOR = 4.0
+"""A torque may tremble by this many times its tremor at the quietest rest."""
+LEAST_TREMOR = 0.1
+"""Standard deviation of a torque that is always allowed [N m]."""
+
+
+class ContactDetector:
+    """Looks at one rest after the other, and remembers the quietest.
+
+    Args:
+        joints: The model's actuated joints, in chain order.
+        gravity: Returns the gravity torque of each joint [N m] for joint positions [rad]; None
+            where the model has no masses.
+    """
+
+    def __init__(
+        self,
+        joints: Sequence[JointLimits],
+        gravity: Callable[[Sequence[float]], Sequence[float]] | None = None,
+    ) -> None:
+        self._joints = tuple(joints)
+        self._gravity = gravity
+        self._quietest: tuple[float, ...] | None = None
+
+    def look(self, rest: StationaryPose) -> str | None:
+        """Say what shows that the arm is being pushed; None if nothing does."""
+        if rest.effort is None or rest.effort_spread is None:
+            return None
+        return self._load(rest.position, rest.effort) or self._tremor(rest.effort_spread)
+
+    def _load(self, position: Sequence[float], effort: Sequence[float]) -> str | None:
+        if self._gravity is None:
+            return None
+        torques = self._gravity(position)
+        for joint, tau, held in zip(self._joints, effort, torques, strict=True):
+            if abs(tau - held) > LOAD + LOAD_SHARE * abs(held):
+                return f"{joint.name} exerts {tau - held:+.1f} N m beyond gravity"
+        return None
+
+    def _tremor(self, spread: tuple[float, ...]) -> str | None:
+        quietest = self._quietest or spread
+        self._quietest = tuple([min(a, b) for a, b in zip(quietest, spread, strict=True)])
+        for joint, now, quiet in zip(self._joints, spread, quietest, strict=True):
+            if now > max(LEAST_TREMOR, TREMOR * quiet):
+                return f"the effort of {joint.name} trembles by {now:.2f} N m"
+        return None

@@ -1,0 +1,112 @@
+"""Reads a driver in a thread of its own, so that no state waits for a slow disk or screen."""
+
+import math
+import threading
+from collections import deque
+from collections.abc import Callable
+
+from ...drivers import Driver, DriverError, JointState, Reason, Reconnecting, clock
+
+PATIENCE = 0.1
+"""Longest wait for a state before the thread looks whether it is to end [s]."""
+
+
+class Stream:
+    """The states of a driver, in order, each with the time at which it arrived.
+
+    Args:
+        driver: Belongs to the stream from now on, which closes it.
+        capacity: How many states wait at most to be taken; beyond that the oldest is dropped and
+            counted in :attr:`dropped`.
+    """
+
+    def __init__(self, driver: Driver, capacity: int = 120_000) -> None:
+        self._driver = driver
+        self._waiting: deque[tuple[float, JointState, int]] = deque()
+        self._capacity = capacity
+        self._stop = threading.Event()
+        self.arrival = -math.inf
+        """When the newest state came [s, monotonic]."""
+        self.dropped = 0
+        """States that nobody took in time."""
+        self.trouble: str | None = None
+        """Why no states come, in words; None while they come."""
+        self.keep: Callable[[JointState, int], None] | None = None
+        """Given every state that is taken, and how many connections had been lost by then."""
+        self.ended = False
+        """Whether the driver gave up for good; :attr:`trouble` says why."""
+        self._thread = threading.Thread(target=self._read, name="joint states", daemon=True)
+        self._begin()
+
+    @property
+    def missed(self) -> int:
+        """States that the robot sent and that were lost on the way, or not taken in time."""
+        return self._driver.missed + self.dropped
+
+    @property
+    def rejected(self) -> int:
+        """Messages that the driver discarded."""
+        return self._driver.rejected
+
+    @property
+    def drops(self) -> int:
+        """How often the connection was lost and made again."""
+        return self._driver.drops if isinstance(self._driver, Reconnecting) else 0
+
+    @property
+    def waiting(self) -> int:
+        """How many states were not taken yet."""
+        return len(self._waiting)
+
+    def take(self, most: int = 1_000_000) -> list[tuple[float, JointState, int]]:
+        """Return the oldest states that were not taken yet.
+
+        Args:
+            most: How many at most.
+
+        Returns:
+            For each state a tuple of the time at which it arrived, by the host's monotonic clock
+            [s], the state, and how many connections had been lost by then.
+        """
+        waiting = self._waiting
+        taken = [waiting.popleft() for _ in range(min(most, len(waiting)))]
+        if self.keep is not None:
+            for _, state, connection in taken:
+                self.keep(state, connection)
+        return taken
+
+    def close(self) -> None:
+        """End the thread and the connection; safe to call twice."""
+        self._stop.set()
+        self._thread.join(timeout=5.0)
+
+    def _begin(self) -> None:
+        self._thread.start()
+
+    def _read(self) -> None:
+        while not (self.ended or self._stop.is_set()):
+            self._step()
+        self._driver.close()
+
+    def _step(self) -> None:
+        try:
+            self._read_one()
+        except DriverError as error:
+            self.trouble, self.ended = str(error), True
+        except Exception as error:  # a plug-in may fail in any way; the session goes on to be saved
+            self.trouble, self.ended = f"the driver failed: {error!r}", True
+
+    def _read_one(self) -> None:
+        try:
+            state = self._driver.read(PATIENCE)
+        except DriverError as error:
+            if error.reason is not Reason.SILENT:
+                raise
+            self.trouble = str(error)
+            return
+        self.trouble = None
+        if len(self._waiting) >= self._capacity:
+            self._waiting.popleft()
+            self.dropped += 1
+        self.arrival = clock.now()
+        self._waiting.append((self.arrival, state, self.drops))

@@ -1,0 +1,166 @@
+"""Puts views on a terminal: only the lines that changed, so that SSH has little to carry."""
+
+import os
+from contextlib import AbstractContextManager, suppress
+from types import TracebackType
+from typing import Protocol
+
+from rich.console import Console, ConsoleDimensions, Group
+from rich.text import Text
+
+from ..session import View
+from .keyboard import HangUp
+from .screen import HELP, KEYS, advice_lines, render
+
+_ENTER = "\x1b[?1049h\x1b[?25l\x1b[2J"
+_LEAVE = "\x1b[?25h\x1b[?1049l"
+
+
+class Display(AbstractContextManager[object], Protocol):
+    """Shows views to the operator while it is open."""
+
+    def show(self, view: View) -> None:
+        """Show what is known now.
+
+        Raises:
+            HangUp: Nobody can see it any more.
+        """
+        ...
+
+    def bell(self) -> None:
+        """Draw attention."""
+        ...
+
+
+class Screen:
+    """A full terminal screen; what was on it before is restored at the end."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._descriptor = console.file.fileno()
+        self._plain = not console.encoding.lower().startswith("utf")
+        self._lines: list[Text] = []
+        self._size = ConsoleDimensions(0, 0)
+
+    def __enter__(self) -> "Screen":
+        self._write(_ENTER)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        with suppress(HangUp):
+            self._write(_LEAVE)
+
+    def show(self, view: View) -> None:
+        """Draw a view."""
+        width, height = size = self._terminal_size()
+        text = ""
+        if size != self._size:
+            self._size = self._console.size = size
+            self._lines = []
+            text = "\x1b[2J"
+        lines = render(view, width, height, plain=self._plain)
+        known = [*map(_content, self._lines), *[None] * height]
+        changed = [row for row, line in enumerate(lines) if _content(line) != known[row]]
+        with self._console.capture() as capture:
+            self._console.print(Group(*(lines[row] for row in changed)))
+        for row, line in zip(changed, capture.get().split("\n"), strict=False):
+            text += f"\x1b[{row + 1};1H{line}\x1b[K"
+        self._lines = lines
+        self._write(text)
+
+    def bell(self) -> None:
+        """Ring the terminal's bell."""
+        self._write("\a")
+
+    def _terminal_size(self) -> ConsoleDimensions:
+        """Ask the terminal itself: what the shell exported in COLUMNS may be out of date."""
+        try:
+            columns, rows = os.get_terminal_size(self._descriptor)
+        except OSError:
+            raise HangUp from None
+        return ConsoleDimensions(columns or 80, rows or 24)  # a serial line does not know its size
+
+    def _write(self, text: str) -> None:
+        data = text.encode(self._console.encoding, errors="replace")
+        try:
+            while data:
+                data = data[os.write(self._descriptor, data) :]
+        except OSError:
+            raise HangUp from None
+
+
+def _content(line: Text) -> object:
+    return line.plain, line.style, line.spans
+
+
+class Lines:
+    """Messages as lines of text, for a pipe, a file, or a simple terminal.
+
+    Args:
+        console: Where they go.
+        brief: Whether to leave out all but alarms.
+    """
+
+    def __init__(self, console: Console, *, brief: bool = False) -> None:
+        self._console = console
+        self._brief = brief
+        self._last: object = None
+        self._words = ""
+        self._advice: object = None
+        self._helped = False
+
+    def __enter__(self) -> "Lines":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        return
+
+    def show(self, view: View) -> None:
+        """Print what is new: messages, advice, what to do now, the help when it is asked for."""
+        messages = view.session.messages
+        known = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
+        try:
+            for message in messages[known:]:
+                if self._brief and not message.alarm:
+                    continue
+                self._console.print(("! " if message.alarm else "") + message.text, markup=False)
+            if view.advice and view.advice is not self._advice:
+                for line in advice_lines(view, 200):
+                    self._console.print(line, markup=False)
+            if not view.scripted:
+                self._show_what_to_do(view)
+            if view.help and not self._helped:
+                self._console.print(HELP, markup=False)
+        except OSError:
+            raise HangUp from None
+        self._last = messages[-1] if messages else None
+        self._helped, self._advice = view.help, view.advice
+
+    def _show_what_to_do(self, view: View) -> None:
+        """Print the keys once, and what to do each time that it, or what is typed, changes."""
+        ready = view.ready
+        words = ready.text if ready.words == "WHICH?" else ready.words
+        if words == self._words:
+            return
+        if not self._words:
+            self._console.print(KEYS, markup=False)
+        self._words = words
+        text = f"socket {view.session.socket}  {ready.text}"
+        self._console.print("\n".join([*view.card, text]), markup=False)
+
+    def bell(self) -> None:
+        """Ring the bell of a simple terminal; a pipe has none."""
+        if self._console.is_terminal:
+            with suppress(OSError):
+                self._console.file.write("\a")
+                self._console.file.flush()

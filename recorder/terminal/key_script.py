@@ -1,0 +1,151 @@
+"""Keys from a file or a pipe, so that a session can be scripted.
+
+Words stand between blanks or line breaks; ``#`` begins a comment up to the end of its line.
+
+==========  ============================================================================
+word        what it does
+==========  ============================================================================
+a           waits until the arm has come to rest at a place that no sample has yet, and
+            has rested for a whole window; then captures
+!a          captures at once, whatever the arm does
+aad, s, q   any of the keys ``a d u r s 0 .. 9 ? q``, one after the other
+delete=12   takes sample 12 back; ``relabel=12:1`` gives it to socket 1
+a*30        the word thirty times
+wait=2.5    waits until the robot's clock has gone on by 2.5 s
+==========  ============================================================================
+
+What a script does depends on the stream alone, not on how busy the computer is. At its end the
+session is finished as by ``q``.
+"""
+
+import os
+import re
+import select
+from collections import deque
+from dataclasses import dataclass
+
+from ...errors import MukcaError
+
+PATIENCE = 30.0
+"""How long a step waits for the arm at most [s]."""
+_WORD = re.compile(r"(!?)([adurqs?0-9]+)(?:\*(\d{1,4}))?")
+_NUMBERED = re.compile(r"delete=\d{1,5}|relabel=\d{1,5}:\d")
+_WAIT = re.compile(r"wait=(\d+\.?\d*|\.\d+)")
+
+
+class ScriptError(MukcaError):
+    """A script cannot be read, or waited too long for the arm."""
+
+    def __init__(self, message: str, *, failed: bool = False) -> None:
+        super().__init__(message)
+        self.failed = failed
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One key press, or a pause."""
+
+    key: str = ""
+    at_once: bool = True
+    """Whether the key is pressed without waiting for a new rest."""
+    pause: float = 0.0
+    """[s]"""
+
+
+class Script:
+    """The steps of a key script, read as they come.
+
+    Args:
+        descriptor: A file's or a pipe's; closed by nobody here.
+        name: What messages call it.
+    """
+
+    def __init__(self, descriptor: int, name: str = "standard input") -> None:
+        self._descriptor = descriptor
+        self.name = name
+        self._steps: deque[Step] = deque()
+        self._rest = ""
+        self._read_all = False
+        self._empty = True
+        self._begun: tuple[float, float] | None = None
+
+    def fileno(self) -> int:
+        """The descriptor to wait on."""
+        return self._descriptor
+
+    @property
+    def hungry(self) -> bool:
+        """Whether more is to be read before the script can go on."""
+        return not self._steps and not self._read_all
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing is left to do."""
+        return not self._steps and self._read_all
+
+    def due(self, now: float, stamp: float, trouble: str | None) -> str | None:
+        """Return the next key if its time has come, and go on to the step after it.
+
+        Args:
+            now: The host's clock [s, monotonic].
+            stamp: The robot's clock [s].
+            trouble: Why the arm does not rest at a new place; None if it does.
+
+        Raises:
+            ScriptError: A step has waited for too long.
+        """
+        while self._steps:
+            self._begun = self._begun or (now, stamp)
+            step = self._steps[0]
+            paused = stamp - self._begun[1] >= step.pause
+            if not paused or (trouble and not step.at_once):
+                self._check_patience(now, step, trouble)
+                return None
+            self._begun = None
+            self._steps.popleft()
+            if step.key:
+                return step.key
+        return None
+
+    def _check_patience(self, now: float, step: Step, trouble: str | None) -> None:
+        if self._begun and now - self._begun[0] > PATIENCE + step.pause:
+            reason = f"the arm came to no new rest ({trouble})" if step.key else "no state came"
+            raise ScriptError(
+                f"{self.name}: waited {PATIENCE:g} s, but {reason}; what was captured is saved",
+                failed=True,
+            )
+
+    def read(self) -> None:
+        """Read all that there is; call it when the descriptor is ready.
+
+        Raises:
+            ScriptError: A word that means nothing.
+        """
+        while not self._read_all and select.select([self], [], [], 0)[0]:
+            data = os.read(self._descriptor, 65536)
+            self._read_all = not data
+            self._rest += data.decode(errors="replace")
+        *lines, self._rest = self._rest.split("\n")
+        if self._read_all:
+            lines.append(self._rest)
+            self._rest = ""
+        for line in lines:
+            for word in line.partition("#")[0].split():
+                self._steps.extend(self._parse(word))
+                self._empty = False
+        if self._read_all and self._empty:
+            raise ScriptError(
+                f"{self.name} holds no keys; run it in a terminal, or use --keys FILE"
+            )
+
+    def _parse(self, word: str) -> list[Step]:
+        if pause := _WAIT.fullmatch(word):
+            return [Step(pause=float(pause[1]))]
+        if _NUMBERED.fullmatch(word):
+            return [Step(word)]
+        if keys := _WORD.fullmatch(word):
+            steps = [Step(key, at_once=key != "a" or bool(keys[1])) for key in keys[2]]
+            return steps * int(keys[3] or 1)
+        raise ScriptError(
+            f"{self.name}: {word!r} is no word of a key script; see mukca record --help"
+        )

@@ -1,0 +1,112 @@
+"""Single key presses from a terminal, which is given back as it was whatever happens."""
+
+import os
+import re
+import sys
+import termios
+from contextlib import suppress
+from types import TracebackType
+from typing import Any
+
+from ...drivers import clock
+
+# Arrow keys, function keys, Alt with a letter: none of them may pass for a letter.
+_KEY = re.compile(rb"\x1b(\[\[?[0-?]*[ -/]*[@-~]|O[ -~]|[^\[O\x1b])|[^\x1b]|\x1b")
+_SEQUENCES = {
+    **dict(zip("ABCDHF", ("Up", "Down", "Right", "Left", "Home", "End"), strict=True)),
+    **dict(zip(("2~", "3~", "5~", "6~"), ("Insert", "Delete", "PageUp", "PageDown"), strict=True)),
+    **dict(zip(("1~", "4~", "7~", "8~"), ("Home", "End", "Home", "End"), strict=True)),
+    **dict(zip("PQRS", ("F1", "F2", "F3", "F4"), strict=True)),
+    **{f"{code}~": f"F{i}" for i, code in enumerate((11, 12, 13, 14, 15), start=1)},
+    **{f"{code}~": f"F{i}" for i, code in enumerate((17, 18, 19, 20, 21), start=6)},
+    "23~": "F11",
+    "24~": "F12",
+}
+"""What follows ``ESC [`` or ``ESC O``, by the key that sends it."""
+_SINGLE = {"\r": "Enter", "\n": "Enter", "\t": "Tab", "\x7f": "Backspace", "\b": "Backspace"}
+NAMES = frozenset({*_SEQUENCES.values(), *_SINGLE.values(), "space"})
+"""What the keys are called that are no printable character."""
+_UNFINISHED = re.compile(rb"\x1b(\[[0-?]*[ -/]*|O)?$")
+_ESCAPE_TIME = 0.1
+"""The rest of an escape sequence follows within this time [s]."""
+
+
+class HangUp(Exception):  # noqa: N818 - an event, not a fault
+    """The terminal is gone."""
+
+
+class Keyboard:
+    """Reads keys without waiting for Enter, and without showing them.
+
+    Ctrl-C and Ctrl-backslash still make signals. Ctrl-S and Ctrl-Z are switched off: they would
+    freeze the screen in front of somebody who has one hand on an arm.
+
+    Args:
+        descriptor: A terminal's file descriptor.
+    """
+
+    def __init__(self, descriptor: int | None = None) -> None:
+        self._descriptor = sys.stdin.fileno() if descriptor is None else descriptor
+        self._before: list[Any] | None = None
+        self._unfinished, self._unfinished_at = b"", 0.0
+
+    def fileno(self) -> int:
+        """The descriptor to wait on."""
+        return self._descriptor
+
+    def __enter__(self) -> "Keyboard":
+        self._before = termios.tcgetattr(self._descriptor)
+        mode = termios.tcgetattr(self._descriptor)
+        mode[0] &= ~(termios.IXON | termios.ICRNL)
+        mode[3] &= ~(termios.ICANON | termios.ECHO)
+        mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
+        disabled = os.fpathconf(self._descriptor, "PC_VDISABLE")
+        mode[6][termios.VSUSP] = bytes([disabled & 0xFF])
+        termios.tcsetattr(self._descriptor, termios.TCSANOW, mode)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._before is not None:
+            with suppress(termios.error):  # the terminal may be gone
+                termios.tcflush(self._descriptor, termios.TCIFLUSH)
+                termios.tcsetattr(self._descriptor, termios.TCSANOW, self._before)
+            self._before = None
+
+    def read(self) -> list[str]:
+        """Return the keys that were pressed; call it when the descriptor is ready.
+
+        A character stands for itself, in lower case; other keys have a name in :data:`NAMES`. Keys
+        without a name, and Alt with a letter, are left out.
+
+        Raises:
+            HangUp: The terminal is gone.
+        """
+        try:
+            pressed = os.read(self._descriptor, 1024)
+        except OSError:
+            pressed = b""
+        if not pressed:
+            raise HangUp
+        if clock.now() - self._unfinished_at < _ESCAPE_TIME:
+            pressed = self._unfinished + pressed
+        unfinished = _UNFINISHED.search(pressed)
+        self._unfinished = unfinished[0] if unfinished else b""
+        self._unfinished_at = clock.now()
+        text = _UNFINISHED.sub(b"", pressed)
+        names = [_name(match[0]) for match in _KEY.finditer(text)]
+        return [name for name in names if name]
+
+
+def _name(key: bytes) -> str:
+    """Return what a key is called; nothing for one without a name."""
+    if key[:1] == b"\x1b":
+        return _SEQUENCES.get(key[2:].decode("latin1"), "") if key[1:2] in (b"[", b"O") else ""
+    text = key.decode("latin1")
+    if text == " ":
+        return "space"
+    return _SINGLE.get(text, text.lower() if text.isascii() else "")

@@ -1,0 +1,282 @@
+"""The recorder's screen: from what is known at one moment to lines of text, and nothing else."""
+
+import math
+import textwrap
+import time
+from itertools import groupby
+from operator import itemgetter
+
+from rich.text import Text
+
+from .. import Sample
+from ..session import Session, View
+from ..stream import JointLimits
+from .large_text import banner
+
+KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
+HELP = """\
+space, a    capture; the arm must be still
+d, u        undo the last capture; its line stays, marked
+r           redo: bring again what was taken back last
+x, l        delete, or relabel, a sample by its number
+s           next socket; 0 to 9 go to that socket
+q           finish; everything is on the disk already
+n           new placement, if a sample shows a moved base
+?           this help; any key leaves it, and does its work
+
+Guide the arm with the ball in the socket, turn and tilt it as far as it goes,
+let go where the arm holds itself, and capture. Vary every joint: ticks on the
+bars show where it was, a diamond where it is best turned to next.
+
+Refused: an arm that moves; a stream that is silent, stale, frozen or broken;
+a configuration outside the limits, or within 1 degree of an earlier one on
+every joint. Ctrl-C ends the session too. The same --out continues it."""
+
+_PLAIN = str.maketrans(dict(zip("█▀▄▮╷─├┤┃◆▸°·…→", "##=i'-[]|<>d.~>", strict=True)))
+_WIDTH, _USUAL = 60, 80
+
+
+def rows_needed(joints: int) -> int:
+    """Return how many rows show all of an arm's joints, and all of a refusal."""
+    return joints + 7
+
+
+def render(view: View, width: int, height: int, *, plain: bool = False) -> list[Text]:
+    """Draw a view.
+
+    Args:
+        view: What is known.
+        width: Columns of the terminal.
+        height: Rows of the terminal; as many lines are drawn, unless it is too small.
+        plain: Draw with ASCII only.
+    """
+    least = rows_needed(len(view.session.joints))
+    if width < _WIDTH or height < least:
+        said = f"needs {_WIDTH} x {least}, has {width} x {height}: {view.ready.words}"
+        return [_shown(Text(said), width, plain=plain)]
+    return [_shown(line, width, plain=plain) for line in _lines(view, width, height)]
+
+
+def advice_lines(view: View, width: int) -> list[str]:
+    """Return what the advice says, for where there is no screen; nothing without advice."""
+    if view.advice is None or not view.advice.telling:
+        return []
+    return [line.plain.strip() for line in (_gauge(view, width), *_hint(view, width))]
+
+
+def _shown(line: Text, width: int, *, plain: bool) -> Text:
+    """Return a line that a terminal can show."""
+    line.no_wrap = True
+    if not line.plain.isprintable():  # what a driver said may hold anything
+        line.plain = "".join([c if c.isprintable() else "?" for c in line.plain])
+    if plain:
+        line.plain = line.plain.translate(_PLAIN)
+    line.truncate(width)
+    return line
+
+
+def _lines(view: View, width: int, height: int) -> list[Text]:
+    """Return all lines: the less room there is, the fewer of those that are least needed."""
+    spare = height - rows_needed(len(view.session.joints))
+    keys = [Text(_fit(KEYS, width), style="bold")][:spare]
+    title = [_title(view, width)][: max(0, spare - 1)]
+    facts = [_gauge(view, width)] if view.advice and view.advice.telling else []
+    facts = [*facts, _stream(view)][: 0 if view.help else max(0, spare - 2)]
+    large = banner(view.ready.words, view.ready.colour, width)
+    counts = _counts(view.session, width)
+    top = [*title, *large, _status(view, width), counts, *facts]
+    room = height - len(top) - len(keys)
+    middle = _help(width) if view.help else _middle(view, width, room)
+    return [*top, *(middle + [Text()] * room)[:room], *keys]
+
+
+def _title(view: View, width: int) -> Text:
+    words = f" mukca record  {view.title}{'  keys by script' if view.scripted else ''}"
+    return Text(_fit(words, width).ljust(width), style="reverse")
+
+
+def _status(view: View, width: int) -> Text:
+    """The banner's words again with the reason, and the socket that is active."""
+    start, text = f" SOCKET {view.session.socket}  ", view.ready.text
+    if width < _USUAL and len(start + text) > width:  # the words stand in the banner
+        text = view.ready.reason
+    return Text(start + text, style="bold")
+
+
+def _gauge(view: View, width: int) -> Text:
+    """The predicted error against the goal, and what the fit says."""
+    advice = view.advice
+    assert advice is not None
+    facts = [
+        None if advice.last_error is None else f"last {_mm(advice.last_error)}",
+        None if advice.mean_error is None else f"mean {_mm(advice.mean_error)}",
+        None if advice.scale is None else f"scale {100 * advice.scale:+.2f} %",
+        None if advice.distance is None else f"sockets {_mm(advice.distance)}",
+    ]
+    start = f" predicted {_mm(advice.predicted)} "
+    end = " ".join([f" goal {_mm(advice.goal)}", *(fact for fact in facts if fact)])
+    length = max(3, min(24, width - len(start + end)))
+    share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
+    bar = ("█" * round(share * length)).ljust(length, "·")
+    return Text(
+        _fit(start + bar + end, width), style="green" if advice.predicted <= advice.goal else ""
+    )
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.2f}"
+
+
+def _counts(session: Session, width: int) -> Text:
+    """Captures of every socket against the target."""
+    each = max(16, width // session.sockets)
+    line = Text()
+    for socket, count in enumerate(session.counts):
+        share = min(1.0, count / max(1, session.target))
+        length = max(4, each - 18)
+        bar = ("█" * round(share * length)).ljust(length, "·")
+        style = "bold" if socket == session.socket else ""
+        line.append(f" {socket}: {count:>2}/{session.target:<2} {bar}".ljust(each), style=style)
+    return line
+
+
+def _stream(view: View) -> Text:
+    age = f"{view.age * 1e3:.0f} ms" if view.age < 1 else f"{view.age:.1f} s"
+    came = f"last state {age} ago" if math.isfinite(view.age) else "no state yet"
+    lost = f"  discarded {view.discarded}" if view.discarded else ""
+    lost += f"  connection lost {view.drops}x" if view.drops else ""
+    line = Text(f" stream {view.rate:.0f} Hz  {came}  missed {view.missed}{lost}")
+    if view.age > 0.25:
+        line.stylize("bold red")
+    return line
+
+
+def _middle(view: View, width: int, room: int) -> list[Text]:
+    """Joints, last captures and messages, as many as there is room for."""
+    joints = _joints(view, width)
+    if view.card:
+        lines = [part for line in view.card for part in textwrap.wrap(line, width - 2)]
+        return [*(Text(f" {line}", style="bold") for line in lines), *joints]
+    room -= len(joints)
+    hint = _hint(view, width) if room > 2 else []
+    hint = hint[: max(0, room - 2)]
+    messages = _messages(view.session, width, max(2, min(room // 2, room - len(hint))))
+    captures = _captures(view.session, width, room - len(messages) - len(hint))
+    return [*joints, *hint, *captures, *messages]
+
+
+def _hint(view: View, width: int) -> list[Text]:
+    """The next pose in words, for the two joints that are farthest from it."""
+    target = view.advice.target if view.advice else None
+    if view.advice and view.advice.enough:
+        lines = [part for line in view.advice.closing for part in textwrap.wrap(line, width - 2)]
+        return [Text(f" {line}", style="bold cyan") for line in lines]
+    if target is None or view.position is None or (view.advice and view.advice.leave):
+        return []
+    away = zip(view.session.joints, target, view.position, strict=True)
+    far = sorted(((b - a, joint) for joint, b, a in away), key=lambda pair: -abs(pair[0]))[:2]
+    turns = ", ".join(
+        f"{joint.name} {'up' if by > 0 else 'down'} by {joint.shown(abs(by))}" for by, joint in far
+    )
+    return [Text(_fit(f" next best ◆: {turns}", width), style="bold cyan")]
+
+
+def _joints(view: View, width: int) -> list[Text]:
+    names = max(len(joint.name) for joint in view.session.joints)
+    names = min(names, max(10, width // 4))
+    session = view.session
+    nowhere = (math.nan,) * len(session.joints)
+    values = view.position or nowhere
+    target = (view.advice.target if view.advice else None) or nowhere
+    here = [s.position for s in session.live if s.socket == session.socket]
+    there = [s.position for s in session.live if s.socket != session.socket]
+    return [
+        _joint(
+            joint, values[i], target[i], [q[i] for q in here], [q[i] for q in there], names, width
+        )
+        for i, joint in enumerate(session.joints)
+    ]
+
+
+def _joint(
+    joint: JointLimits,
+    value: float,
+    target: float,
+    here: list[float],
+    there: list[float],
+    names: int,
+    width: int,
+) -> Text:
+    """One joint: its range from limit to limit, where it was captured, and where it is."""
+    lower, upper = _ends(joint)
+    length = width - names - 30
+    line = Text(f" {_fit(joint.name, names):<{names}} ")
+    line.append(f"{joint.shown(lower):>8}├", style="dim")
+    marks = [("─", "dim")] * length
+
+    def put(position: float, mark: str, style: str) -> None:
+        share = (position - lower) / (upper - lower)
+        marks[min(length - 1, max(0, round(share * (length - 1))))] = (mark, style)
+
+    for position in there:
+        put(position, "╷", "dim")
+    for position in here:
+        put(position, "▮", "cyan")
+    if math.isfinite(target):
+        put(target, "◆", "bold magenta")
+    if math.isfinite(value):
+        near = min(value - lower, upper - value) < 0.05 * (upper - lower)
+        put(value, "┃", "bold red" if near else "bold")
+    for style, run in groupby(marks, key=itemgetter(1)):
+        line.append("".join(mark for mark, _ in run), style=style)
+    line.append(f"┤{joint.shown(upper):<8}", style="dim")
+    line.append(f"{joint.shown(value):>8}" if math.isfinite(value) else "       -", style="bold")
+    return line
+
+
+def _ends(joint: JointLimits) -> tuple[float, float]:
+    """The ends of a joint's bar; one turn for a joint without limits."""
+    lower = joint.lower if math.isfinite(joint.lower) else -math.pi
+    upper = joint.upper if math.isfinite(joint.upper) else math.pi
+    return (lower, upper) if upper > lower else (lower - 0.5, lower + 0.5)
+
+
+def _captures(session: Session, width: int, room: int) -> list[Text]:
+    """The last samples that count, the newest first."""
+    newest = session.live[::-1][: max(0, room)]
+    lines = [Text(_fit(_capture(session, sample), width)) for sample in newest]
+    return lines or [Text(" no capture yet", style="dim")][: max(0, room)]
+
+
+def _capture(session: Session, sample: Sample) -> str:
+    clock = "" if sample.time is None else time.strftime("%H:%M:%S", time.localtime(sample.time))
+    text = f" sample {sample.number:>3}  socket {sample.socket}  {clock}  {sample.states} states"
+    if not sample.spread:
+        return text
+    worst = max(range(len(sample.spread)), key=sample.spread.__getitem__)
+    joint = session.joints[worst]
+    spread = sample.spread[worst]
+    size = f"{spread * 1e3:.3f} mm" if joint.prismatic else f"{math.degrees(spread):.4f}°"
+    return f"{text}  spread {size} ({joint.name})"
+
+
+def _messages(session: Session, width: int, room: int) -> list[Text]:
+    """The last messages, the newest at the end and in full."""
+    lines: list[Text] = []
+    for message in session.messages[: -room - 1 : -1]:
+        mark = "!" if message.alarm else ">"
+        if lines:
+            parts, style = [_fit(message.text, width - 4)], "dim"
+        else:
+            parts = textwrap.wrap(message.text, width - 4)[:room]
+            style = "bold red" if message.alarm else ""
+        lines = [*(Text(f" {mark} {part}", style=style) for part in parts), *lines]
+    return lines[-room:]
+
+
+def _help(width: int) -> list[Text]:
+    return [Text(_fit(" " + line, width)) for line in HELP.splitlines()]
+
+
+def _fit(text: str, width: int) -> str:
+    return text if len(text) <= width else text[: max(0, width - 1)] + "…"

@@ -1,0 +1,81 @@
+"""Numbers in words and round numbers, the same wherever a report speaks."""
+
+import math
+from collections.abc import Sequence
+
+
+def mm(metres: float, digits: int = 2) -> str:
+    """Return a length in millimetres."""
+    return f"{fixed(1e3 * metres, digits)} mm"
+
+
+def fixed(value: float, digits: int, sign: str = "") -> str:
+    """Return a number with so many decimals; zero has no minus."""
+    return f"{round(value, digits) + 0.0:{sign}.{digits}f}"
+
+
+def percent(fraction: float) -> str:
+    """Return a share in percent; 0 % and 100 % are written only where they are exact."""
+    whole = round(100 * fraction)
+    whole = 99 if whole == 100 and fraction < 1 else whole
+    return f"{1 if whole == 0 and fraction > 0 else whole} %"
+
+
+def plural(count: int, word: str) -> str:
+    """Return a count with its noun, as in "1 sample" and "2 samples"."""
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"
+
+
+def joined(words: Sequence[str]) -> str:
+    """Return a list in words, as in "front, left and right"."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Return placements' names without the folder that all of them share."""
+    folders = {name.rpartition("/")[0] for name in names}
+    if len(folders) > 1:
+        return list(names)
+    return [name.rpartition("/")[2] for name in names]
+
+
+def area(position: Sequence[float]) -> str:
+    """Return where a point lies as the robot sees it: its x is ahead, its y to the left."""
+    x, y, z = position
+    parts = ((x, "ahead", "behind"), (y, "to its left", "to its right"), (z, "up", "below"))
+    words = [
+        f"{abs(v):.2f} m {plus if v > 0 else minus}" for v, plus, minus in parts if _worth_saying(v)
+    ]
+    return ", ".join(words) or "at its base"
+
+
+def brief_area(position: Sequence[float]) -> str:
+    """Return where a point lies, as :func:`area` does, in fewer words for a table [m]."""
+    x, y, z = position
+    parts = ((x, "ahead", "behind"), (y, "left", "right"), (z, "up", "down"))
+    words = [
+        f"{abs(v):.2f} {plus if v > 0 else minus}" for v, plus, minus in parts if _worth_saying(v)
+    ]
+    return ", ".join(words) or "at the base"
+
+
+def _worth_saying(metres: float) -> bool:
+    return abs(metres) >= 5e-3
+
+
+def short_where(where: str) -> str:
+    """Return a file and line with no more folders than tell placements apart."""
+    return "/".join(where.split("/")[-3:])
+
+
+def nice_above(value: float, digits: Sequence[float] = (1, 2, 2.5, 5, 10)) -> float:
+    """Return the smallest round number that is not below a value, such as 2.5 for 2.1.
+
+    Args:
+        value: Above zero.
+        digits: What counts as round, times any power of ten.
+    """
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(d * power for d in digits if d * power >= value * (1 - 1e-9))

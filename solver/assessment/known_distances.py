@@ -1,0 +1,61 @@
+"""Distances between sockets that were measured from outside, against those the models predict."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..data import KnownDistance, KnownError
+from .predictions import PlacementPrediction, Predictions, norms
+from .types_report_errors import KnownDistanceErrors, ModelName
+
+
+def known_distance_errors(
+    predictions: Predictions, known: Sequence[KnownDistance]
+) -> tuple[KnownDistanceErrors, ...]:
+    """Return the errors of both models at each known distance.
+
+    Raises:
+        KnownError: One names a placement or socket that the calibration has no samples of.
+    """
+    return tuple(_errors(predictions, one) for one in known)
+
+
+def _errors(predictions: Predictions, known: KnownDistance) -> KnownDistanceErrors:
+    (a, socket_a), (b, socket_b) = (
+        (_placement(predictions, name), socket) for name, socket in (known.first, known.second)
+    )
+
+    def error(model: ModelName) -> float:
+        span = _centre(b, socket_b, model) - _centre(a, socket_a, model)
+        return float(norms(span)) - known.distance
+
+    # What the fit was told proves nothing; it can be told only of what it was trained on.
+    fitted = bool(predictions.document.settings.get("known"))
+    return KnownDistanceErrors(
+        a=f"{a.name}:{socket_a}",
+        b=f"{b.name}:{socket_b}",
+        distance=known.distance,
+        standard_deviation=known.deviation,
+        in_fit=fitted and a.role == b.role == "train",
+        nominal_error=error("nominal"),
+        calibrated_error=error("calibrated"),
+        geometric_error=None if a.points.geometric is None else error("geometric"),
+    )
+
+
+def _placement(predictions: Predictions, name: str) -> PlacementPrediction:
+    """Return the placement that a user means, by its whole name or the last part of it."""
+    for matches in (
+        [one for one in predictions.placements if one.name == name],
+        [one for one in predictions.placements if one.name.split("/")[-1] == name],
+    ):
+        if len(matches) == 1:
+            return matches[0]
+    names = ", ".join(one.name for one in predictions.placements)
+    raise KnownError(f"known distance: {name!r} names no one placement; there are: {names}")
+
+
+def _centre(placement: PlacementPrediction, socket: int, model: ModelName) -> np.ndarray:
+    if socket not in placement.measured.sockets:
+        raise KnownError(f"known distance: {placement.name} has no samples in socket {socket}")
+    return placement.centres(model)[placement.measured.sockets.index(socket)]

@@ -1,0 +1,208 @@
+"""Where both models put the ball in each recorded sample: what all figures of a report rest on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..data import (
+    Measurement,
+    Metrics,
+    Pose,
+    evaluate,
+    fit_frames,
+    measure,
+    socket_centres,
+    targets,
+)
+from ..results import (
+    CalibratedRobot,
+    CalibrationDocument,
+    DocumentError,
+    PlacementErrors,
+    PlacementSamples,
+    RecordedSample,
+    Role,
+    calibrated_robot,
+    misfit,
+)
+from ..robot import Robot
+from .types_report_errors import ByModel, ModelName
+
+MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
+_AGREE = 1e-6
+"""Figures in the file and those that follow from its samples differ by less than this [m]."""
+
+
+@dataclass(frozen=True)
+class PlacementPrediction:
+    """The ball's centre in each sample of one placement, by both models."""
+
+    measured: Measurement
+    role: Role
+    points: ByModel[np.ndarray]
+    """Predicted ball centres, socket after socket, shape (N, 3) [m]."""
+    samples: tuple[RecordedSample, ...]
+    """The samples in the order of the points."""
+    frames: dict[ModelName, dict[str, Pose]]
+    """Where each model has the instruments' frames."""
+
+    @property
+    def name(self) -> str:
+        """The placement's name."""
+        return self.measured.name
+
+    @cached_property
+    def deviations(self) -> ByModel[np.ndarray]:
+        """Each predicted centre less its socket's mean, or the measured point, shape (N, 3) [m]."""
+
+        def of(model: ModelName) -> np.ndarray:
+            points = self.points.of(model)
+            return points - targets(points, self.measured, self.frames.get(model))
+
+        geometric = None if self.points.geometric is None else of("geometric")
+        return ByModel(nominal=of("nominal"), calibrated=of("calibrated"), geometric=geometric)
+
+    def errors(self, model: ModelName) -> np.ndarray:
+        """Return the length of each deviation, shape (N,) [m]."""
+        return norms(self.deviations.of(model))
+
+    def centres(self, model: ModelName = "calibrated") -> np.ndarray:
+        """Return where a model puts the sockets, shape (sockets, 3) [m]."""
+        return socket_centres(self.points.of(model), self.measured)
+
+    @cached_property
+    def position(self) -> np.ndarray:
+        """The middle of the sockets in the base frame, by the calibrated model, shape (3,) [m]."""
+        return self.centres().mean(axis=0)
+
+
+@dataclass(frozen=True)
+class Predictions:
+    """A calibration, and what its two models predict for all its samples."""
+
+    document: CalibrationDocument
+    calibration: CalibratedRobot
+    placements: tuple[PlacementPrediction, ...]
+
+    @property
+    def robot(self) -> Robot:
+        """The nominal robot."""
+        return self.calibration.robot
+
+    def of_role(self, role: Role) -> list[PlacementPrediction]:
+        """Return the placements of a role."""
+        return [placement for placement in self.placements if placement.role == role]
+
+
+def norms(vectors: np.ndarray) -> np.ndarray:
+    """Return the length of each row, shape (N,)."""
+    return np.sqrt(np.sum(vectors**2, axis=-1))
+
+
+def predict(document: CalibrationDocument, source: str) -> Predictions:
+    """Return what the models of a calibration predict for the samples that it holds.
+
+    Args:
+        document: The calibration.
+        source: Its file, for messages.
+
+    Raises:
+        DocumentError: Parts of the document do not fit each other; the line names the key.
+        MeasurementError: Its samples cannot be used.
+    """
+    calibration = calibrated_robot(document, source)
+    measurements = measurements_of(document, calibration.robot, source)
+    rows = zip(document.data, measurements, strict=True)
+    placements = _with_frames([_prediction(row, m, calibration) for row, m in rows])
+    _check_parts(document, source)
+    for placement, errors in zip(placements, document.placements, strict=True):
+        _check_errors(placement, errors, source)
+    return Predictions(document, calibration, placements)
+
+
+def measurements_of(document: CalibrationDocument, robot: Robot, source: str) -> list[Measurement]:
+    """Return the placements whose samples a calibration holds.
+
+    Raises:
+        DocumentError: A sample has not one number a joint; the line names the key.
+        MeasurementError: A placement cannot be used.
+    """
+    return [_measurement(row, i, robot, source) for i, row in enumerate(document.data)]
+
+
+def _measurement(row: PlacementSamples, i: int, robot: Robot, source: str) -> Measurement:
+    joints = len(robot.joint_names)
+    for k, sample in enumerate(row.samples):
+        for key, values in (("position", sample.position), ("effort", sample.effort)):
+            if values is not None and len(values) != joints:
+                path = f"data[{i}].samples[{k}].{key}"
+                raise misfit(source, path, f"{len(values)} numbers for {joints} joints")
+    if not row.samples:
+        raise misfit(source, f"data[{i}].samples", "none; calibrate again")
+    return measure(row.placement(robot.joint_names), robot, sockets=1)
+
+
+def _prediction(
+    row: PlacementSamples, measured: Measurement, calibration: CalibratedRobot
+) -> PlacementPrediction:
+    points = ByModel(
+        nominal=calibration.nominal_ball(measured.positions),
+        calibrated=calibrated_points(calibration, measured),
+        geometric=None
+        if calibration.exported is None
+        else calibration.geometric_ball(measured.positions),
+    )
+    samples = sorted(row.samples, key=lambda sample: sample.socket)
+    return PlacementPrediction(measured, row.role, points, tuple(samples), {})
+
+
+def _with_frames(placements: Sequence[PlacementPrediction]) -> tuple[PlacementPrediction, ...]:
+    """Return predictions that know where the frames of points trained on are by each model."""
+    trained = [p for p in placements if p.role == "train" and p.measured.kind == "points"]
+    names: tuple[ModelName, ...] = (*MODELS, "geometric")
+    frames = {m: fit_frames([(p.points.of(m), p.measured) for p in trained]) for m in names}
+    return tuple(replace(p, frames=frames) for p in placements)
+
+
+def calibrated_points(calibration: CalibratedRobot, measured: Measurement) -> np.ndarray:
+    """Return where the calibrated robot puts the ball in each sample, shape (N, 3) [m]."""
+    return calibration.ball(measured.positions, measured.efforts)
+
+
+def _check_parts(document: CalibrationDocument, source: str) -> None:
+    """See that samples, errors and summaries are of the same placements."""
+    recorded = [(row.name, row.role) for row in document.data]
+    if not recorded:
+        raise misfit(source, "data", "no placement; calibrate again")
+    if recorded != [(row.name, row.role) for row in document.placements]:
+        raise misfit(source, "placements", "not the names and roles of `data`; calibrate again")
+    summaries: tuple[tuple[Role, object], ...] = (
+        ("train", document.summary.train),
+        ("test", document.summary.test),
+    )
+    for role, summary in summaries:
+        if summary is None and any(row.role == role for row in document.data):
+            raise misfit(source, f"summary.{role}", "missing, but `data` has such placements")
+    for i, row in enumerate(document.history):
+        if row.train is None and row.test is None:
+            raise misfit(source, f"history[{i}]", "neither `train` nor `test`")
+
+
+def _check_errors(placement: PlacementPrediction, errors: PlacementErrors, source: str) -> None:
+    """See that the errors in the file follow from its samples."""
+    stated_by: tuple[tuple[ModelName, Metrics], ...] = (
+        ("nominal", errors.nominal),
+        ("calibrated", errors.calibrated),
+        ("geometric", errors.loaded),
+    )
+    for model, stated in stated_by:
+        points, frames = placement.points.of(model), placement.frames.get(model)
+        computed = evaluate(points, placement.measured, frames).mean_absolute_error
+        if abs(computed - stated.mean_absolute_error) > _AGREE:
+            raise DocumentError(
+                f"{source}: {placement.name}: its samples give {1e3 * computed:.3f} mm by the "
+                f"{model} model, but `placements` says {1e3 * stated.mean_absolute_error:.3f} mm; "
+                "the file was edited or damaged, so calibrate again"
+            )

@@ -1,0 +1,233 @@
+"""Whether a calibration still holds, by a few poses in one socket, and how sure that is.
+
+Several explanations compete for the errors e of the new samples, each less the mean of its socket:
+
+* nothing changed: e is as large as when the calibration was made, times a factor near 1;
+* the ball was taken off and put on again, and sits elsewhere by b: e = B b + the same, with B the
+  derivative of the balls by that place. The arm is as it was, so the calibration still holds;
+* joint j has shifted by an offset d (a knock, a new mastering): e = a_j d + the same, with a_j the
+  derivative of the balls by the joint; with the ball where it was, or elsewhere as well;
+* something else changed: e is several times as large, in no such pattern.
+
+Each has a probability of the data, averaged over its unknown factor and offsets (its evidence), and
+so by Bayes' rule a probability after them. The errors of a calibrated arm are alike in poses that
+are alike, so only a share of them counts as independent. An offset of the last joint, and a ball
+elsewhere on its flange, look the same.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..data import Measurement, socket_centres
+from ..results import CalibratedRobot
+from ..robot import BallModel
+
+MEAN_OF_SIGMA = 2 * math.sqrt(2 / math.pi)
+"""Mean length of an error whose axes each have the standard deviation 1."""
+USUAL, CHANGED = (math.log(1.3), 0.5), (math.log(6.0), 0.7)
+"""Logarithm of the factor on the errors, mean and standard deviation: nothing, or all, changed."""
+OFFSET = math.radians(0.5)
+"""Standard deviation of a joint's offset, if it has shifted [rad], [m]."""
+BALL = 1e-3
+"""Standard deviation of where the ball sits, if it was put on again [m]."""
+PRIOR = {"unchanged": 0.5, "joint": 0.25, "else": 0.25}
+"""What is believed beforehand."""
+PUT_ON_AGAIN = 0.4
+"""How probable it is beforehand that the ball was, whatever else happened."""
+INDEPENDENT = 0.5
+"""Share of the errors that count as independent."""
+MATTERS = 2.0
+"""Errors below so many times those at the calibration itself are no drift that matters; nor are
+those below the limit for such an arm."""
+STEP = 1e-5
+"""Of the derivative by a joint position [rad], [m]."""
+
+
+@dataclass(frozen=True)
+class ValidityPosterior:
+    """What the new samples say of an old calibration."""
+
+    error: float
+    """Mean absolute error of the new samples [m]."""
+    before: float
+    """The same when the calibration was made [m]."""
+    limit: float
+    """What is allowed for such an arm [m]."""
+    unchanged: float
+    """Probability that the arm is as it was."""
+    joint: str | None
+    """The likeliest joint to have shifted; None where another cause is likelier."""
+    offset: float
+    """By how much it did [rad], [m]."""
+    ball: float | None = None
+    """How far the ball probably sits from where it was [m]; None where it sits there."""
+    last: str = ""
+    """The last joint, whose offset would look like a ball elsewhere."""
+
+    @property
+    def valid(self) -> bool:
+        """Whether the calibration still holds."""
+        return self.unchanged >= 0.5 or self.error <= max(self.limit, MATTERS * self.before)
+
+    @property
+    def text(self) -> str:
+        """The verdict in words."""
+        errors = f"{_mm(self.error)} mm now, {_mm(self.before)} mm when it was made"
+        if self.valid and self.unchanged >= 0.5:
+            elsewhere = ""
+            if self.ball is not None:
+                elsewhere = (
+                    f"; the ball sits {_mm(self.ball)} mm from where it was (or {self.last} "
+                )
+                elsewhere += "is off, which looks the same)"
+            wrong = _percent(1 - self.unchanged)
+            return f"Still valid: {errors}{elsewhere}; probability that this is wrong: {wrong}."
+        if self.valid:
+            return (
+                f"Still valid: {errors}; something may have changed, with a probability of "
+                f"{_percent(1 - self.unchanged)}, but by too little to matter."
+            )
+        cause = "no single joint explains it"
+        if self.joint is not None:
+            cause = f"likeliest cause: {self.joint}, off by {math.degrees(self.offset):+.2f} deg"
+        return (
+            f"Drifted: {errors}; {cause}. Probability that the arm is as it was: "
+            f"{_percent(self.unchanged)}. Calibrate again."
+        )
+
+
+def odds_of(
+    calibrated: CalibratedRobot, measured: Measurement, before: float, limit: float = 0.0
+) -> ValidityPosterior:
+    """Return what new samples say of a calibration.
+
+    Args:
+        calibrated: Its robot.
+        measured: The new samples.
+        before: Its mean absolute error when it was made, held out if it was [m].
+        limit: What is allowed for such an arm [m].
+    """
+    errors = _errors(calibrated, measured, 0.0, 0)
+    count = INDEPENDENT * 3 * (len(errors) - len(measured.sockets))
+    sigma = before / MEAN_OF_SIGMA
+    joints = calibrated.robot.joint_names
+    e = errors.ravel()
+    slopes = [
+        (_errors(calibrated, measured, STEP, j).ravel() - e) / STEP for j in range(len(joints))
+    ]
+    causes = _causes(slopes, _by_ball(calibrated, measured))
+    logs = [math.log(c.prior) + _evidence(e, c.A, count / e.size, sigma, c.factor) for c in causes]
+    odds: np.ndarray = np.exp(np.array(logs) - max(logs))
+    odds = odds / odds.sum()
+    held = max((0, 1), key=lambda i: odds[i])
+    shifted = max(range(2, len(causes)), key=lambda i: odds[i])
+    joint = causes[shifted].joint
+    ball = _offsets(e, causes[held].A, sigma)
+    return ValidityPosterior(
+        error=float(np.linalg.norm(errors, axis=1).mean()),
+        before=before,
+        limit=limit,
+        unchanged=float(odds[:2].sum()),
+        joint=None if joint is None else joints[joint],
+        offset=0.0 if joint is None else OFFSET * float(_offsets(e, causes[shifted].A, sigma)[0]),
+        ball=BALL * float(np.linalg.norm(ball)) if len(ball) else None,
+        last=joints[-1],
+    )
+
+
+@dataclass(frozen=True)
+class _Cause:
+    """One explanation of the errors."""
+
+    joint: int | None
+    """Which has shifted."""
+    factor: tuple[float, float]
+    """Logarithm of the factor on the errors, mean and standard deviation."""
+    prior: float
+    """How probable it is beforehand."""
+    A: np.ndarray
+    """Derivative of the errors by offsets that have the deviation 1 beforehand, a joint's first,
+    then the ball's, shape (3 N, offsets)."""
+
+
+def _causes(slopes: Sequence[np.ndarray], by_ball: np.ndarray) -> list[_Cause]:
+    """Return all explanations, in pairs: the ball where it was, and put on again.
+
+    Args:
+        slopes: Derivatives of the errors by each joint, each of shape (3 N,).
+        by_ball: Those by the ball's place, shape (3 N, 3).
+    """
+    nothing = np.zeros((len(by_ball), 0))
+    of_joint = PRIOR["joint"] / len(slopes)
+    alone = [(None, USUAL, PRIOR["unchanged"], nothing), (None, CHANGED, PRIOR["else"], nothing)]
+    alone += [(j, USUAL, of_joint, OFFSET * a[:, None]) for j, a in enumerate(slopes)]
+    return [
+        cause
+        for joint, factor, prior, A in alone
+        for cause in (
+            _Cause(joint, factor, prior * (1 - PUT_ON_AGAIN), A),
+            _Cause(joint, factor, prior * PUT_ON_AGAIN, np.hstack([A, BALL * by_ball])),
+        )
+    ]
+
+
+def _errors(
+    calibrated: CalibratedRobot, measured: Measurement, step: float, joint: int
+) -> np.ndarray:
+    """Return each ball less its socket's mean, one joint moved by a step, shape (N, 3) [m]."""
+    q = measured.positions.copy()
+    q[:, joint] += step
+    balls = calibrated.ball(q)
+    return balls - np.repeat(socket_centres(balls, measured), measured.counts, axis=0)
+
+
+def _by_ball(calibrated: CalibratedRobot, measured: Measurement) -> np.ndarray:
+    """Return the errors' derivative by the ball's place on the flange, shape (3 N, 3)."""
+    place = 6 * (len(calibrated.robot.joints) - 1) + np.arange(3)
+    model = BallModel(calibrated.robot, place.tolist())
+    slopes = model.linearise(model.nominal, measured.positions).by_parameters
+    for k in range(3):
+        centres = socket_centres(slopes[:, :, k], measured)
+        slopes[:, :, k] -= np.repeat(centres, measured.counts, axis=0)
+    return slopes.reshape(-1, 3)
+
+
+def _offsets(e: np.ndarray, A: np.ndarray, sigma: float) -> np.ndarray:
+    """Return the most probable offsets d of e = A d + noise, each of deviation 1 beforehand."""
+    return np.linalg.solve(A.T @ A + sigma**2 * np.eye(A.shape[1]), A.T @ e)
+
+
+def _evidence(
+    e: np.ndarray, A: np.ndarray, share: float, sigma: float, factor: tuple[float, float]
+) -> float:
+    """Return the logarithm of the probability of the errors, averaged over factor and offsets.
+
+    Args:
+        e: The errors [m].
+        A: Their derivative by offsets that have the deviation 1 beforehand, shape (3 N, offsets).
+        share: How much of the errors counts as independent.
+        sigma: Standard deviation of one, when the calibration was made [m].
+        factor: Mean and standard deviation of the logarithm of the factor on it.
+    """
+    u = np.linspace(-4, 4, 161)
+    variance = (sigma * np.exp(factor[0] + factor[1] * u)) ** 2
+    directions, sizes, _ = np.linalg.svd(A, full_matrices=False)
+    steep, along = share * sizes[:, None] ** 2, share * (directions.T @ e)[:, None] ** 2
+    left = share * float(e @ e) - np.sum(along * steep / (variance + steep), axis=0)
+    spread: np.ndarray = np.log1p(steep / variance).sum(axis=0)
+    log: np.ndarray = -0.5 * (
+        share * e.size * np.log(2 * np.pi * variance) + left / variance + spread + u**2
+    )
+    top = float(np.max(log))
+    return top + math.log(float(np.mean(np.exp(log - top))))
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.2f}"
+
+
+def _percent(share: float) -> str:
+    return "below 0.1 %" if share < 1e-3 else f"{100 * share:.1f} %"

@@ -1,0 +1,55 @@
+"""A Newton step for unknowns some of which are never negative."""
+
+import numpy as np
+
+from .arrowhead import ArrowheadMatrix, Inverse
+
+REFINEMENTS = 3
+"""How many times the step is corrected for rounding errors of the inverse. They are large where the
+data show nearly nothing of one unknown, and the others very well."""
+
+
+def bounded_step(
+    H: ArrowheadMatrix,
+    gradient: np.ndarray,
+    x: np.ndarray,
+    free: np.ndarray,
+    bounded: np.ndarray,
+    unheld: Inverse | None = None,
+) -> tuple[np.ndarray, Inverse]:
+    """Return the step to the minimum of a quadratic function within the bounds.
+
+    It minimises g^T d + d^T H d / 2 over the steps d for which x + d >= 0 where x is bounded. What
+    would turn negative is held at zero instead, and freed again if the slope then says that the
+    function falls with it (the active set method; Nocedal and Wright, Numerical Optimization,
+    chapter 16).
+
+    Args:
+        H: Curvature, positive definite where free.
+        gradient: Slope g, shape (n,).
+        x: Where the step begins, shape (n,).
+        free: Which of x may change at all, shape (n,); the sockets' centres all do.
+        bounded: Which of those are never negative, shape (n,).
+        unheld: Inverse of the curvature where all that is free may change, if it is known already.
+
+    Returns:
+        The step d, shape (n,), which leads to zero exactly where x is held; and the inverse of the
+        curvature, zero for what is held.
+    """
+    held = bounded & (x == 0) & (gradient > 0)
+    unheld = unheld or H.inverse(free[: len(H.beside)])
+    change, covariance = np.zeros(len(x)), unheld
+    for _ in range(3 * int(bounded.sum()) + 1):
+        covariance = H.inverse((free & ~held)[: len(H.beside)]) if held.any() else unheld
+        change = np.where(held, -x, 0.0)
+        for _ in range(REFINEMENTS):
+            change -= covariance.times(gradient + H.times(change))
+        below = bounded & ~held & (x + change < 0)
+        if below.any():
+            held |= below
+            continue
+        slope = np.where(held, gradient + H.times(change), 0.0)
+        if not (slope < 0).any():
+            break
+        held[np.argmin(slope)] = False
+    return change, covariance

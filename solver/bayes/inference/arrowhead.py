@@ -1,0 +1,120 @@
+"""The curvature of the objective, as its blocks that are not zero, and its inverse.
+
+A sample depends on x, on the frames, and on the centre of its own socket. So the centres know of
+each other only by x and the frames, and by what was measured between them:
+
+    H = [ Z + X_0^T D X_0    X_0^T D ]  +  B^T B         B = [ B_x  B_m ]
+        [ D X_0              D       ]
+
+D has a 3 x 3 block for each socket and is zero elsewhere; -X_0 says where the centres go as x and
+the frames change; Z is what the samples tell of these while the centres go along, and the priors; B
+has a row for each of K measured numbers. The centres are eliminated socket by socket, and what was
+measured by Woodbury's formula:
+
+    L L^T = I + B_m D^-1 B_m^T       V = D^-1 B_m^T L^-T       R = L^-1 (B_x - B_m X_0)
+    S = Z + R^T R (Schur complement)            X = X_0 + V R
+
+    H^-1 = [  S^-1      -S^-1 X^T                  ]
+           [ -X S^-1    D^-1 - V V^T + X S^-1 X^T  ]
+
+So a step takes time and memory in proportion to the number of sockets, not to its cube and square.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class ArrowheadMatrix:
+    """H, of d unknowns x and frames, then of S socket centres: n in all."""
+
+    beside: np.ndarray
+    """Z, shape (d, d)."""
+    centres: np.ndarray
+    """X_0, shape (3 S, d)."""
+    own: np.ndarray
+    """The blocks of D, shape (S, 3, 3)."""
+    known: np.ndarray
+    """B, shape (K, n)."""
+
+    def plus(self, dense: np.ndarray) -> "ArrowheadMatrix":
+        """Return the sum with a matrix of x and the frames alone, shape (d, d)."""
+        return replace(self, beside=self.beside + dense)
+
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """Return H v, shape (n,)."""
+        d = len(self.beside)
+        x, m = vector[:d], vector[d:]
+        of_m = _times(self.own, (m + self.centres @ x)[:, None])[:, 0]
+        of_x = self.beside @ x + self.centres.T @ of_m
+        return np.concatenate([of_x, of_m]) + self.known.T @ (self.known @ vector)
+
+    def inverse(self, free: np.ndarray) -> "Inverse":
+        """Return the inverse of a positive definite H whose rows have different units.
+
+        Args:
+            free: Which of x and the frames count, shape (d,); the others are zero in the inverse.
+        """
+        d = len(free)
+        B_x, B_m = self.known[:, :d], self.known[:, d:]
+        apart = np.linalg.inv(self.own)
+        G = _times(apart, B_m.T)
+        L = np.linalg.cholesky(np.eye(len(B_m)) + B_m @ G)
+        V, R = np.linalg.solve(L, G.T).T, np.linalg.solve(L, B_x - B_m @ self.centres)
+        some = np.ix_(free, free)
+        S = (self.beside + R.T @ R)[some]
+        scale = 1 / np.sqrt(np.diag(S))
+        units = scale[:, None] * scale
+        dense = np.zeros_like(self.beside)
+        dense[some] = np.linalg.inv(S * units) * units
+        logs = [
+            np.linalg.slogdet(S * units)[1],
+            2 * np.log(np.diag(L)).sum(),
+            -2 * np.log(scale).sum(),
+        ]
+        log_determinant = float(sum(logs) + np.linalg.slogdet(self.own)[1].sum())
+        return Inverse(dense, (self.centres + V @ R) * free, apart, V, log_determinant)
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """H^-1, as the parts that it is made of."""
+
+    dense: np.ndarray
+    """S^-1, the covariance of x and the frames, shape (d, d)."""
+    centres: np.ndarray
+    """X, shape (3 S, d)."""
+    apart: np.ndarray
+    """The blocks of D^-1, shape (S, 3, 3)."""
+    V: np.ndarray
+    """Shape (3 S, K)."""
+    log_determinant: float
+    """log |H| of what is free."""
+
+    @property
+    def own(self) -> np.ndarray:
+        """The blocks of D^-1 - V V^T, shape (S, 3, 3)."""
+        V = self.V.reshape(len(self.apart), 3, self.V.shape[1])
+        return self.apart - V @ V.swapaxes(1, 2)
+
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """Return H^-1 v, shape (n,)."""
+        d = len(self.dense)
+        x, m = vector[:d], vector[d:]
+        x = self.dense @ (x - self.centres.T @ m)
+        m = _times(self.apart, m[:, None])[:, 0] - self.V @ (self.V.T @ m)
+        return np.concatenate([x, m - self.centres @ x])
+
+    def whole(self) -> np.ndarray:
+        """Return all of it, shape (n, n)."""
+        across = -self.centres @ self.dense
+        own = -across @ self.centres.T - self.V @ self.V.T
+        for k, block in enumerate(self.apart):
+            own[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += block
+        return np.block([[self.dense, across.T], [across, own]])
+
+
+def _times(blocks: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return the product of a block diagonal matrix with columns, shape (3 S, columns)."""
+    return (blocks @ columns.reshape(len(blocks), 3, columns.shape[1])).reshape(columns.shape)

@@ -1,0 +1,130 @@
+"""The widths of the priors and the noise, which are estimated beside the unknowns.
+
+In Bayesian estimation they are called hyperparameters: docs/model.md introduces prior and evidence.
+"""
+
+from bisect import bisect
+from dataclasses import replace
+from math import log
+
+import numpy as np
+
+from ..model import EXTENSIONS, NEGLIGIBLE, PLAY, Noise, PriorGroup, degrees_of_freedom, play_group
+from .normal_equations import predicted_errors, weigh
+from .objective import Objective, State
+from .state import Step, moved
+
+MOST_HIDDEN = 0.9
+"""Share of an error that a fit can hide, for all that its tails are judged by."""
+
+
+def updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:
+    """Return the groups after a step of their widths (A4), and the largest relative change.
+
+    Widths whose effect is negligible do not count for the change.
+    """
+    groups: list[PriorGroup] = []
+    change = 0.0
+    for group in state.groups:
+        new = group
+        if group.learned:
+            free = ~state.at_zero[group.members]
+            members = group.members[free]
+            new = group.updated(
+                state.x[members] - group.mean[free],
+                step.covariance.dense[members[:, None], members],
+                free,
+            )
+            if _effect(state, new) > NEGLIGIBLE:
+                change = max(change, abs(log(new.width / group.width)))
+        groups.append(new)
+    return tuple(groups), change
+
+
+def updated_noises(
+    objective: Objective, state: State, there: State, step: Step
+) -> tuple[Noise, ...]:
+    """Return the noises after a step of their scales (A5), see :class:`Noise`."""
+    by_joints = state.linear.by_joints
+    errors = predicted_errors(objective, state, step.change)
+    noises: list[Noise] = []
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        squares = noise.fisher_step(
+            step.normal.inverse_scales[source],
+            step.normal.weights[source],
+            errors[source],
+            step.leverage[source],
+            by_joints[source],
+        )
+        effect = noise.joint_effect(there.linear.by_joints[source])
+        noises.append(noise.updated(squares, effect))
+    return tuple(noises)
+
+
+def with_tails(
+    objective: Objective, there: State, noises: tuple[Noise, ...], step: Step
+) -> tuple[Noise, ...]:
+    """Return the noises with tails as heavy as those of the errors, but for what the fit hides.
+
+    An error of which the share h was fitted away is smaller by the factor sqrt(1 - h).
+    """
+    hidden = np.einsum("nij,nji->n", step.normal.inverse_scales, step.leverage) / 3
+    squares = weigh(objective, there)[1] / (1 - np.minimum(hidden, MOST_HIDDEN))
+    return tuple(
+        replace(noise, nu=degrees_of_freedom(squares[source]))
+        for source, noise in zip(objective.rows.sources, noises, strict=True)
+    )
+
+
+def with_play(
+    objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
+) -> tuple[PriorGroup, ...]:
+    """Return the groups, the play of each robot believed to be what its joints' noise shows."""
+    rows, joint = objective.rows, np.zeros(len(objective.rows.sockets))
+    for source, noise in zip(rows.sources, noises, strict=True):
+        joint[source] = noise.joint
+    noisy = [float(joint[samples].max()) for samples in rows.own]
+    starts = [own.start for own in objective.model.own]
+    of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
+    return tuple(
+        play_group(group.members, noise) if group.name == PLAY and group.width and noise else group
+        for group, noise in zip(groups, of, strict=True)
+    )
+
+
+def _effect(state: State, group: PriorGroup) -> float:
+    """Return how far a group's width moves the ball, relative to the noise."""
+    members = group.members[~state.at_zero[group.members]]
+    least = min(noise.space for noise in state.noises)
+    return group.width * float(np.sum(state.linear.reach[members])) ** 0.5 / least
+
+
+def without_negligible(objective: Objective, state: State) -> State:
+    """Return the state without extensions and joint noise that do hardly anything.
+
+    The very same state where there are none.
+    """
+    gone = {  # by place: those of two arms may have one name
+        i: group
+        for i, group in enumerate(state.groups)
+        if group.name in EXTENSIONS and group.width and _effect(state, group) < NEGLIGIBLE
+    }
+    noises = tuple(
+        replace(noise, joint=0.0)
+        if noise.joint and noise.joint_effect(state.linear.by_joints[source]) < NEGLIGIBLE
+        else noise
+        for source, noise in zip(objective.rows.sources, state.noises, strict=True)
+    )
+    if not gone and noises == state.noises:
+        return state
+    x, at_zero = state.x.copy(), state.at_zero.copy()
+    for group in gone.values():
+        x[group.members], at_zero[group.members] = 0.0, True
+    groups = tuple(
+        replace(g, width=0.0, effective=0.0, learned=False) if i in gone else g
+        for i, g in enumerate(state.groups)
+    )
+    state = replace(state, at_zero=at_zero, groups=groups, noises=noises)
+    change = np.zeros(objective.size)
+    change[: len(x)] = x - state.x
+    return moved(objective, state, change) if change.any() else state

@@ -1,0 +1,205 @@
+"""Laplace's approximation: the posterior as a bell curve around the best unknowns.
+
+The curvature H of the objective at its minimum says how sharp the best fit is: its inverse is the
+covariance of the unknowns. The same curvature gives the evidence, the probability of the data
+averaged over all values that the prior allows. It grows with the fit and falls with every unknown
+that the fit does not need, so models of different size can be compared by it. docs/model.md
+introduces prior, posterior and evidence.
+"""
+
+from dataclasses import dataclass, replace
+from math import erfc, log, sqrt
+
+import numpy as np
+
+from ..model import ELASTICITY, TYPICAL_SPREAD, Noise, log_constant, log_prior
+from .arrowhead import ArrowheadMatrix
+from .normal_equations import NormalEquations, curvature, degrees, normal_equations, value, weigh
+from .objective import Objective, State, free_unknowns, prior_precision, priors, pull
+from .posterior import JointPosterior, Posterior
+from .state import moved
+from .truncated_gaussian import bounds
+
+TAIL_STEPS = 30
+"""Until errors are as large as their noise says."""
+
+
+def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> JointPosterior:
+    """Return the posterior at a state where the iteration has settled.
+
+    The unknowns are its mean, which differs from the most probable ones where some of them are
+    never negative. The widths of the priors are estimates, too; their own uncertainty makes the
+    covariance larger.
+
+    Args:
+        objective: What was minimised.
+        state: At its minimum.
+        iterates: x after each iteration.
+    """
+    curve = _curve(objective, state)
+    widened = prior_precision(objective, curve.state, widened=True) + np.diag(curve.bounds)
+    precision = _of_data(objective, curve.state, curve.normal).plus(widened)
+    free = free_unknowns(objective, curve.state)[: objective.dense]
+    covariance = precision.inverse(free).whole()
+    mean = curve.state
+    if curve.change.any():
+        mean = moved(objective, curve.state, curve.change)
+        iterates = [*iterates, mean.x]
+    nu = degrees(objective, mean)
+    weights = weigh(objective, mean)[2] * nu / (nu + 3)
+    arms = tuple(
+        _of_arm(objective, mean, i, covariance, weights, curve.log_evidence, iterates)
+        for i in range(len(objective.model.models))
+    )
+    poses = dict(zip(objective.rows.scene.arms[0].frames, mean.frames, strict=True))
+    scene = objective.rows.scene
+    return JointPosterior(arms, objective.model.own, scene, poses, covariance, curve.log_evidence)
+
+
+def _of_data(objective: Objective, state: State, normal: NormalEquations) -> ArrowheadMatrix:
+    """Return the data's curvature, without what it claims to know too much, by the errors' tails.
+
+    Errors that are more Gaussian than Student's distribution with their nu leave the best fit less
+    sure than the curvature says, since the robust weights pass over some of what they tell.
+    """
+    weights = normal.told.copy()
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        weights[source] *= _told(normal.squares[source], noise)
+    weighted = normal.inverse_scales * weights[:, None, None]
+    return curvature(objective, state, weighted, normal.information.known)
+
+
+def _told(squares: np.ndarray, noise: Noise) -> float:
+    """Return how much errors tell, relative to what the curvature says.
+
+    It is a^2 / (b k), with a and b the means of psi's slope and square, psi being the slope of t in
+    (A1): the variance of a robust fit is b / a^2 (Huber 1967). 1 for Student's errors, less for
+    Gaussian ones (0.89 if nu is 5). Only the errors' distribution counts, not how large they are.
+
+    Args:
+        squares: e_i^T C_i^-1 e_i, shape (N,).
+        noise: Their noise.
+    """
+    if not squares.any():
+        return 1.0
+    nu = noise.nu
+    for _ in range(TAIL_STEPS):
+        weights = (nu + 3) / (nu + squares)
+        squares = squares * 3 / np.mean(weights * squares)
+    weights = (nu + 3) / (nu + squares)
+    slope = np.mean(weights - 2 / 3 * weights**2 * squares / (nu + 3))
+    return float(slope**2 / (np.mean(weights**2 * squares) / 3 * noise.information))
+
+
+def _of_arm(
+    objective: Objective,
+    state: State,
+    robot: int,
+    covariance: np.ndarray,
+    weights: np.ndarray,
+    evidence: float,
+    iterates: list[np.ndarray],
+) -> Posterior:
+    """Return what is known of one of the robots."""
+    own, rows = objective.model.own[robot], objective.rows.own[robot]
+    picked = np.r_[own, objective.dense : objective.size]
+    mine = [g for g in state.groups if ((g.members >= own.start) & (g.members < own.stop)).all()]
+    noises = {
+        bool(objective.rows.sockets[source][0] < 0): noise
+        for source, noise in zip(objective.rows.sources, state.noises, strict=True)
+        if np.isin(np.arange(len(weights))[source][0], np.arange(len(weights))[rows])
+    }
+    base = objective.rows.base(robot, state.frames)
+    centres = state.centres if base is None else base.inverse().apply(state.centres)
+    return Posterior(
+        objective.model.models[robot],
+        objective.rows.scene.arms[robot],
+        state.x[own],
+        centres,
+        covariance[np.ix_(picked, picked)],
+        tuple(replace(g, members=g.members - own.start) for g in mine),
+        noises.get(False) or noises[True],
+        state.linear.points[rows],
+        weights[rows],
+        evidence,
+        tuple(x[own] for x in iterates),
+        noises.get(True),
+    )
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """The bell curve around a state at the minimum of L."""
+
+    state: State
+    """There, with nothing held at zero that may leave it."""
+    normal: NormalEquations
+    change: np.ndarray
+    """What leads from there to the curve's mean, shape (n,)."""
+    bounds: np.ndarray
+    """What stands for the bounds in the curve's precision, its diagonal, shape (dense,)."""
+    log_evidence: float
+
+
+def _curve(objective: Objective, state: State) -> _Curve:
+    """Return the bell curve and the logarithm of the evidence.
+
+    log p(data) = -L + g^T H^-1 g / 2 + sum_g log|P_g| / 2 - log|H| / 2                    (A6)
+                  + log p(widths) + log p(nu) + log(B / A)
+
+    L is the objective (A1) and g its slope, P_g the prior precision of group g, H the curvature
+    (A3), |.| the determinant, p(widths) the prior of the widths themselves. The slope is zero but
+    for unknowns that are held at zero. Of unknowns that are never negative, the share A of the
+    priors' bell curve counts, and the share B of that around the posterior.
+    """
+    held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
+    for group in state.groups:
+        if group.name in ELASTICITY and group.width:
+            held[group.members], limited[group.members] = False, True
+    state = replace(state, at_zero=held)
+    normal, prior = normal_equations(objective, state), prior_precision(objective, state)
+    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
+    slope = normal.gradient + pull(objective, state, prior) + state.linear.by_volume
+    free = free_unknowns(objective, state)[: objective.dense]
+    hessian = normal.information.plus(prior)
+    covariance = hessian.inverse(free)
+    mean = x - covariance.times(slope)
+    result = _log_evidence(objective, state) + 0.5 * float(slope @ (x - mean))
+    result -= 0.5 * covariance.log_determinant
+    b = np.flatnonzero(limited)
+    precision, pulled = np.zeros(objective.size), np.zeros(objective.size)
+    if not len(b):
+        return _Curve(state, normal, pulled, precision[: objective.dense], result)
+    bounded = bounds(mean[b], covariance.dense[np.ix_(b, b)])
+    precision[b], pulled[b] = bounded.precision, bounded.pull
+    result += bounded.log_share - _log_prior_share(state)
+    within = hessian.plus(np.diag(precision[: objective.dense])).inverse(free)
+    change = within.times(pulled - precision * x - slope)
+    return _Curve(state, normal, change, precision[: objective.dense], result)
+
+
+def _log_prior_share(state: State) -> float:
+    """Return log A: a half is within the bound for each unknown whose mean is zero."""
+    shares = [
+        erfc(-mean / variance**0.5 / sqrt(2)) / 2
+        for group in state.groups
+        if group.name in ELASTICITY and group.width
+        for mean, variance in zip(
+            group.mean.tolist(), np.diag(group.covariance(group.width)).tolist(), strict=True
+        )
+    ]
+    return float(np.sum(np.log(shares)))
+
+
+def _log_evidence(objective: Objective, state: State) -> float:
+    """Return the part of (A6) that needs no curvature."""
+    result = -value(objective, state)
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        count = len(state.linear.errors[source])
+        result += count * log_constant(noise.nu) + log_prior(noise.nu)
+    for group, free in priors(state):
+        P = group.precision(group.width, free)
+        result += 0.5 * float(np.linalg.slogdet(P)[1])
+        if group.typical:
+            result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
+    return result

@@ -1,0 +1,212 @@
+"""Finds the most probable unknowns, and how wide the priors are and how large the noise is.
+
+docs/model.md introduces prior, posterior and evidence. Each iteration does three things:
+
+1. a Gauss-Newton step (A2), (A3) of the unknowns down the objective L (A1), see
+   :mod:`mukca.solver.bayes.inference.objective`;
+2. a step (A4) of the widths of the priors, see :mod:`mukca.solver.bayes.model.priors`, as soon as
+   the
+   unknowns are within some standard deviations of their best values, and no longer far astray;
+3. a step (A5) of the noise, and the tails of its distribution, see
+   :mod:`mukca.solver.bayes.model.noise`.
+
+The last two lead to the maximum of the evidence (A6), see
+:mod:`mukca.solver.bayes.inference.laplace`. The
+width of a group that the data do not support falls to nearly zero; the group is then taken out.
+"""
+
+from dataclasses import replace
+from math import log
+
+import numpy as np
+
+from ...data import Observations, Scene
+from ...paper import NotConverged
+from ..model import (
+    ELASTICITY,
+    NEGLIGIBLE,
+    SMALLEST,
+    ExtendedModel,
+    MultiRobotModel,
+    as_arms,
+    as_scene,
+)
+from .active_set import bounded_step
+from .hyperparameters import (
+    updated_groups,
+    updated_noises,
+    with_play,
+    with_tails,
+    without_negligible,
+)
+from .laplace import posterior
+from .normal_equations import NormalEquations, leverage, normal_equations, value
+from .objective import Objective, State, build_objective, free_unknowns, prior_precision, pull
+from .posterior import JointPosterior, Posterior
+from .state import Step, moved, start
+
+MAX_ITERATIONS = 300
+SETTLED = 1e-2
+"""Relative change of the widths and the noise at which the iteration ends."""
+SETTLED_EXACT = 1e-4
+"""The same where the data are exact: steps along what they hardly show still count then."""
+FALL = 2.0
+"""Slope of L along a step, twice of what the step lowers it by, beyond which the iteration goes on:
+where widths and noise did not change by chance, the unknowns may still be on their way."""
+LEAVES = 2
+"""So often may a joint's elasticity leave zero. One that gains nothing could otherwise come and go
+forever."""
+SHORTER = 6
+RISE = 1e-9
+"""Relative rise of the objective in a step that is rounding alone."""
+
+
+def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
+    """Find the most plausible unknowns of a model, starting at the nominal robot.
+
+    Args:
+        model: What is unknown.
+        data: What was measured.
+        joint_noise: Whether the joint angles' noise may be other than zero.
+
+    Raises:
+        NotConverged: The widths and the noise did not settle.
+        FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
+    """
+    return estimate_all(as_arms(model), as_scene(data), joint_noise=joint_noise).arms[0]
+
+
+def estimate_all(
+    model: MultiRobotModel,
+    data: Scene,
+    *,
+    joint_noise: bool = True,
+    near: JointPosterior | None = None,
+) -> JointPosterior:
+    """Find the most plausible unknowns of several robots together; see :func:`estimate`.
+
+    ``near`` is a result for the same robots to start from, instead of the nominal ones.
+    """
+    objective = build_objective(model, data)
+    state: State = start(objective, joint_noise, near)
+    iterates: list[np.ndarray] = [state.x]
+    left = np.zeros(len(state.x), dtype=int)
+    try:
+        for _ in range(MAX_ITERATIONS):
+            held, step = state.at_zero, gauss_newton(objective, state, left < LEAVES)
+            state, change = _advance(objective, state, step)
+            left += held & ~state.at_zero
+            iterates.append(state.x)
+            noisy = any(noise.space > SMALLEST for noise in state.noises)
+            if change >= (SETTLED if noisy else SETTLED_EXACT) or step.slope < -FALL:
+                continue
+            pruned = without_negligible(objective, state)
+            if pruned is not state:
+                state = pruned
+            else:
+                return posterior(objective, state, iterates)
+    except np.linalg.LinAlgError:
+        raise NotConverged("auto diverged; see mukca check, or try --method paper") from None
+    raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
+
+
+def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | bool = True) -> Step:
+    """Return the step to the minimum of L's quadratic approximation.
+
+        H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (A3)
+
+    See :func:`~mukca.solver.bayes.inference.normal_equations.normal_equations` for the data's part.
+
+    Args:
+        objective: What is minimised.
+        state: Where.
+        may_leave: Which elasticity that is held at zero may leave it, shape (size,).
+    """
+    normal = normal_equations(objective, state)
+    prior = prior_precision(objective, state)
+    free = free_unknowns(objective, state)
+    covariance = normal.information.plus(prior).inverse(free[: objective.dense])
+    spread = leverage(objective, state, covariance)
+    spread = normal.told[:, None, None] * spread
+    volume = _volume_weight(objective, state, normal, spread)
+    bounded = np.zeros(objective.size, dtype=bool)
+    for group in state.groups:
+        bounded[group.members] = group.name in ELASTICITY and group.width > 0
+    held = state.at_zero & ~(may_leave & bounded[: objective.model.size])
+    released = replace(state, at_zero=held)
+    unheld = covariance
+    if (held != state.at_zero).any():
+        prior, unheld = prior_precision(objective, released), None
+    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
+    gradient = normal.gradient + pull(objective, state, prior) + volume * state.linear.by_volume
+    free = free_unknowns(objective, released)
+    H = normal.information.plus(prior)
+    change, covariance = bounded_step(H, gradient, x, free, bounded & free, unheld)
+    return Step(change, covariance, normal, spread, volume, float(gradient @ change))
+
+
+def _volume_weight(
+    objective: Objective, state: State, normal: NormalEquations, spread: np.ndarray
+) -> float:
+    """Return by how much to multiply the volume's slope in a step.
+
+    It balances what the errors gain by shrinking, so to the squares of the errors, relative to the
+    noise, belongs the same share of it: all of it where they sum to what a fit leaves of such
+    noise. While the noise is still too large or too small, the whole slope would change the
+    robot's size, and with thousands of samples faster than the noise follows: both would run away.
+    At the nominal robot the errors are no noise.
+    """
+    seated = objective.rows.seated
+    weights = normal.weights[seated]
+    if not state.x.any() or not len(weights):
+        return 0.0
+    squares = float(weights @ normal.squares[seated])
+    total = 3 * len(weights)
+    left = total - float(np.sum(normal.inverse_scales[seated] * spread[seated]))
+    return squares / left if left > 0.5 * total else 1.0
+
+
+def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
+    """Return the state after a step of everything, and the largest relative change of a scale."""
+    there, step = _downhill(objective, state, step)
+    linear = there.linear
+    groups, change = state.groups, 1.0
+    noises = updated_noises(objective, state, there, step)
+    # -slope is the step's length squared, in standard deviations of the unknowns
+    if -step.slope < objective.size:
+        groups, change = updated_groups(there, step)
+        noises = with_tails(objective, there, noises, step)
+    groups = with_play(objective, groups, noises)
+    for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
+        change = max(change, abs(log(noise.space / before.space)))
+        if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
+            change = max(change, abs(log(noise.joint / before.joint)))
+    return replace(there, groups=groups, noises=noises), change
+
+
+def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
+    """Return the state after a step, and the step taken: a part of it where L would rise.
+
+    The part leads to the minimum of the parabola through L at both ends and its slope at the
+    beginning (Nocedal and Wright, Numerical Optimization, section 3.5).
+    """
+    before = value(objective, state, step.volume, step.normal)
+    for _ in range(SHORTER):
+        there = _moved(objective, state, step.change)
+        rise = value(objective, there, step.volume) - before
+        if rise <= RISE * abs(before):
+            break
+        part = min(0.5, max(0.1, -0.5 * step.slope / (rise - step.slope)))
+        step = replace(step, change=part * step.change, slope=part * step.slope)
+    else:
+        there = _moved(objective, state, step.change)
+    return there, step
+
+
+def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
+    """Return the state after a change of all unknowns: a joint never gives way against its load."""
+    at_zero = state.at_zero.copy()
+    for group in state.groups:
+        if group.name in ELASTICITY:
+            at_zero[group.members] = (state.x + change[: len(state.x)])[group.members] <= 0
+    return replace(moved(objective, state, change), at_zero=at_zero)

@@ -1,0 +1,206 @@
+"""Weights, curvature and slope of the data's part of the objective, for a Gauss-Newton step.
+
+A sample's error e_i = Phi(x, q_i) - m_s(i) depends on x and the frames by J_i, shape (3, dense),
+and on the centre of its own socket alone, by -I. Nothing of the size of samples times sockets is
+ever built, so time and memory grow with the number of samples, however many sockets they are in;
+see :mod:`.arrow`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrowhead import ArrowheadMatrix, Inverse
+from .objective import Objective, State, knowledge
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """The quadratic approximation of the data's part of the objective L, in all n unknowns."""
+
+    information: ArrowheadMatrix
+    """Its curvature."""
+    gradient: np.ndarray
+    """Its slope, shape (n,)."""
+    inverse_scales: np.ndarray
+    """C_i^-1, shape (N, 3, 3) [1/m^2]."""
+    known: np.ndarray
+    """W (l - d) and the like, see :func:`~mukca.solver.bayes.inference.objective.knowledge`."""
+    squares: np.ndarray
+    """e_i^T C_i^-1 e_i, shape (N,)."""
+    weights: np.ndarray
+    """w_i, robust weight of each sample, shape (N,)."""
+    told: np.ndarray
+    """k w_i, what each sample tells, shape (N,)."""
+
+
+def weigh(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return C_i^-1, the squared errors relative to the noise, and the robust weights.
+
+        w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (A2)
+
+    A sample whose error is large beside its noise weighs little. With these weights, a weighted
+    sum of squares has the same slope as Student's distribution.
+
+    Returns:
+        C_i^-1, shape (N, 3, 3) [1/m^2]; e_i^T C_i^-1 e_i, shape (N,); w_i, shape (N,).
+    """
+    inverse, nu = np.linalg.inv(scales(objective, state)), degrees(objective, state)
+    e = state.linear.errors
+    squares = np.einsum("ni,ni->n", np.einsum("nij,nj->ni", inverse, e), e)
+    return inverse, squares, (nu + 3) / (nu + squares)
+
+
+def degrees(objective: Objective, state: State) -> np.ndarray:
+    """Return nu of each sample, by the noise of its source, shape (N,)."""
+    nu = np.empty(len(state.linear.errors))
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        nu[source] = noise.nu
+    return nu
+
+
+def scales(objective: Objective, state: State) -> np.ndarray:
+    """Return C_i of each sample, by the noise of its source, shape (N, 3, 3) [m^2]."""
+    by_joints = state.linear.by_joints
+    scales = np.empty((len(by_joints), 3, 3))
+    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
+        scales[source] = noise.scales(by_joints[source])
+    return scales
+
+
+def value(
+    objective: Objective,
+    state: State,
+    volume: float = 1.0,
+    normal: NormalEquations | None = None,
+) -> float:
+    """Return L of (A1) at a state, but for a constant.
+
+    Args:
+        objective: What is minimised.
+        state: Where.
+        volume: How much of the last term counts.
+        normal: The normal equations there, where they are known already.
+    """
+    if normal is None:
+        (inverse, squares, _), known = weigh(objective, state), knowledge(objective, state)[1]
+    else:
+        inverse, squares, known = normal.inverse_scales, normal.squares, normal.known
+    sizes, nu = -np.linalg.slogdet(inverse)[1], degrees(objective, state)
+    cost = 0.5 * float(np.sum(sizes + (nu + 3) * np.log1p(squares / nu)))
+    cost += 0.5 * float(np.sum(known**2))
+    for group in state.groups:
+        if group.width:
+            apart = state.x[group.members] - group.mean
+            cost += 0.5 * float(apart @ group.precision(group.width) @ apart)
+    return cost + volume * state.linear.volume
+
+
+def normal_equations(objective: Objective, state: State) -> NormalEquations:
+    """Return curvature and slope of the samples' and the measured distances' part of L.
+
+    curvature  sum_i k w_i [J_i, -I]^T C_i^-1 [J_i, -I]  +  B^T W^T W B
+    slope      sum_i w_i [J_i, -I]^T C_i^-1 e_i          +  B^T W^T W (l - d)
+
+    B is the derivative of the distances l by all unknowns, and k = (nu + 3) / (nu + 5) says how
+    much one sample with Student's noise tells, relative to one with Gaussian noise.
+    """
+    inverse, squares, weights = weigh(objective, state)
+    weighted = inverse * weights[:, None, None]
+    J, size = state.linear.by_unknowns, objective.dense
+    We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
+    gradient = np.zeros(objective.size)
+    gradient[:size] = J.reshape(-1, size).T @ We.ravel()
+    gradient[size:] = -objective.rows.by_socket(We).ravel()
+    gradient -= _by_turning(objective, state, We)
+    B, b = knowledge(objective, state)
+    nu = degrees(objective, state)
+    told = weights * (nu + 3) / (nu + 5)
+    information = curvature(objective, state, told[:, None, None] * inverse, B)
+    return NormalEquations(information, gradient + B.T @ b, inverse, b, squares, weights, told)
+
+
+def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.ndarray:
+    """Return the slope that errors would have if the noise did not turn along with the robot.
+
+    C_i counts as constant in a step. But as the robot turns as a whole by w, C_i turns, too, and
+    nothing has changed: sum over i of w_i (w x e_i)^T C_i^-1 e_i is no reason to turn. It is not
+    zero where the model cannot be right, and would turn the robot ever farther.
+
+    Args:
+        objective: The objective.
+        state: Where.
+        weighed: w_i C_i^-1 e_i, shape (N, 3).
+
+    Returns:
+        Shape (n,).
+    """
+    torques, slope = np.cross(state.linear.errors, weighed), np.zeros(objective.size)
+    models = zip(objective.model.own, objective.model.models, objective.rows.own, strict=True)
+    for i, (own, model, samples) in enumerate(models):
+        torque, base = torques[samples].sum(axis=0), objective.rows.base(i, state.frames)
+        if base is not None:
+            begin = objective.model.size + 6 * objective.rows.scene.bases[i]
+            slope[begin : begin + 3] += torque
+            torque = torque @ base.rotation
+        turning = model.ball.turns(model.values(state.x[own]))
+        slope[own.start : own.start + model.geometry] = torque @ turning
+    return slope
+
+
+def curvature(
+    objective: Objective, state: State, weighted: np.ndarray, known: np.ndarray
+) -> ArrowheadMatrix:
+    """Return sum_i [J_i, -I]^T V_i [J_i, -I] + B^T B.
+
+    Args:
+        objective: The objective.
+        state: Where J is taken.
+        weighted: V_i, shape (N, 3, 3).
+        known: B, shape (K, n).
+    """
+    size, rows = objective.dense, objective.rows
+    own = rows.by_socket(weighted)
+    centres = -np.linalg.inv(own) @ rows.by_socket(weighted @ state.linear.by_unknowns)
+    J = _beside(objective, state, centres)
+    information = J.reshape(-1, size).T @ (weighted @ J).reshape(-1, size)
+    return ArrowheadMatrix(information, centres.reshape(-1, size), own, known)
+
+
+def _beside(objective: Objective, state: State, centres: np.ndarray) -> np.ndarray:
+    """Return the errors' derivatives while the centres go along, shape (N, 3, dense).
+
+    Args:
+        objective: The objective.
+        state: Where.
+        centres: Minus the centres' derivatives by x and the frames, shape (S, 3, dense).
+    """
+    J, seated = state.linear.by_unknowns.copy(), objective.rows.seated
+    J[seated] += centres[objective.rows.sockets[seated]]
+    return J
+
+
+def leverage(objective: Objective, state: State, covariance: Inverse) -> np.ndarray:
+    """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T.
+
+    Args:
+        objective: The objective.
+        state: Where J is taken.
+        covariance: Sigma.
+
+    Returns:
+        Shape (N, 3, 3) [m^2].
+    """
+    own, seated = covariance.own, objective.rows.seated
+    J = _beside(objective, state, covariance.centres.reshape(len(own), 3, objective.dense))
+    spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)
+    spread[seated] += own[objective.rows.sockets[seated]]
+    return spread
+
+
+def predicted_errors(objective: Objective, state: State, change: np.ndarray) -> np.ndarray:
+    """Return the errors after a change of all unknowns, to first order, shape (N, 3) [m]."""
+    size, rows = objective.dense, objective.rows
+    errors = state.linear.errors + state.linear.by_unknowns @ change[:size]
+    errors[rows.seated] -= change[size:].reshape(-1, 3)[rows.sockets[rows.seated]]
+    return errors

@@ -1,0 +1,292 @@
+"""What the default method minimises (the objective), and where the search stands (the state).
+
+docs/model.md introduces prior, posterior and evidence.
+
+The unknowns are x, the geometry and the coefficients of the extensions, the socket centres m_s,
+and the poses F of frames, see :mod:`.arms`. Given the widths of the priors and the noise, the most
+plausible unknowns minimise
+
+    L =  sum over samples  t(e_i; C_i)              e_i = Phi(x, q_i) - m_s(i)             (A1)
+       + |W (l - d)|^2 / 2                          l_k = |m_b - m_a|, of measured distances d
+       + sum over k  |m_k - F y_k|^2 / (2 s_k^2)    of measured coordinates y_k in a frame
+       + sum over groups  (x_g - mu_g)^T P_g (x_g - mu_g) / 2    P_g = (s_g^2 I + t_g t_g^T)^-1
+       - (1 - S / N) sum over samples  log V_i          V_i = sqrt(det(Jq_i Jq_i^T))
+
+Line by line: the predicted balls should be at their sockets' centres, the sockets should be as far
+apart as they were measured to be, and where they were measured to be, the unknowns should be near
+their priors, and the robot should not shrink.
+
+- Phi(x, q_i) is the predicted ball of sample i, and s(i) the socket that it sat in.
+- t is minus the logarithm of Student's distribution of whole 3-vectors, so that a sample far from
+  its socket weighs little. C_i is its scale, see :mod:`mukca.solver.bayes.model.noise`.
+- l_k is the distance between sockets a and b by the model, d_k the measured one. W^T W is the
+  inverse covariance of the measured distances; placements of one base share the error of its
+  measurement.
+- P_g is the prior precision (inverse covariance) of a group of unknowns, mu_g its mean, s_g its
+  width, and t_g a common change that is allowed beside it, see
+  :mod:`mukca.solver.bayes.model.priors`.
+- The last term is there because a model that shrinks the robot shrinks all errors, too, and would
+  seem better for that alone. What is known are N joint positions; a small box of joint positions
+  about q_i leads to a body of ball positions whose volume is V_i times as large, and V_i grows with
+  the cube of the robot's scale. The S socket centres are unknown and shrink along with the robot,
+  so only N - S samples count. Where an instrument measured the ball there is no such term: what
+  shrinks does not shrink the measurement.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...data import WORLD, Observations, Pose, Scene
+from ..model import ExtendedModel, MultiRobotModel, Noise, PriorGroup, Rows, as_arms, as_scene
+
+Balls = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Balls, each in its own robot's base, and their derivatives by x and by the joints."""
+LOOSE = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+"""A weak prior, in 1/rad and 1/m, for frames that the data do not hold: one step then turns a frame
+by 1 rad at most, and shifts it by 10 m."""
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What stays the same in all iterations: the model, the data, and two constant terms of L."""
+
+    model: MultiRobotModel
+    rows: Rows
+    nominal_log_volumes: tuple[float, ...]
+    """Mean of log V_i of each nominal robot."""
+    whiten: np.ndarray
+    """W, for K measured distances, shape (K, K) [1/m]."""
+
+    @cached_property
+    def dense(self) -> int:
+        """Number of unknowns before the socket centres: x, and six for each frame."""
+        return self.model.size + 6 * self.rows.frame_count
+
+    @cached_property
+    def size(self) -> int:
+        """Number n of all unknowns."""
+        return self.dense + 3 * self.rows.socket_count
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The samples' errors at some unknowns, and their derivatives."""
+
+    points: np.ndarray
+    """Phi(x, q_i), each in its own robot's base, shape (N, 3) [m]."""
+    errors: np.ndarray
+    """e_i, shape (N, 3) [m]."""
+    by_unknowns: np.ndarray
+    """J_i, derivatives of the errors by x and the frames, shape (N, 3, dense)."""
+    by_joints: np.ndarray
+    """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m); of several
+    robots, m is the largest number of joints."""
+    volume: float
+    """The last term of L."""
+    by_volume: np.ndarray
+    """Its derivatives by all unknowns, shape (n,)."""
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """Mean square of how far each unknown moves the ball per axis, shape (dense,)."""
+        return np.einsum("nij,nij->j", self.by_unknowns, self.by_unknowns) / self.errors.size
+
+
+@dataclass(frozen=True)
+class State:
+    """Where the estimation stands between two iterations."""
+
+    x: np.ndarray
+    """Unknowns of the model, shape (size,)."""
+    centres: np.ndarray
+    """Centres of the sockets in the world, shape (S, 3) [m]."""
+    frames: tuple[Pose, ...]
+    """Poses of the frames in the world."""
+    groups: tuple[PriorGroup, ...]
+    """The priors, at their present widths."""
+    noises: tuple[Noise, ...]
+    """The noise of each source of samples, at its present size; see :attr:`.Rows.sources`."""
+    at_zero: np.ndarray
+    """Which of x are held at zero, shape (size,)."""
+    linear: Linear
+    """Errors and derivatives at x and the centres."""
+
+
+def build_objective(
+    model: ExtendedModel | MultiRobotModel, data: Observations | Scene
+) -> Objective:
+    """Return the objective of one robot or several, and what is known of them."""
+    model, scene = as_arms(model), as_scene(data)
+    log_volumes = tuple(
+        one.log_volume(np.zeros(one.size), arm.positions)[0]
+        for one, arm in zip(model.models, scene.arms, strict=True)
+    )
+    whiten = np.linalg.inv(np.linalg.cholesky(scene.arms[0].distance_covariance()))
+    return Objective(model, Rows(scene), log_volumes, whiten)
+
+
+def linearise(
+    objective: Objective,
+    x: np.ndarray,
+    centres: np.ndarray,
+    frames: tuple[Pose, ...] = (),
+    balls: Balls | None = None,
+) -> Linear:
+    """Return the samples' errors and their derivatives at some unknowns.
+
+    ``balls`` are the balls there, where they are known already.
+    """
+    model, rows = objective.model, objective.rows
+    points, by_x, by_joints = balls or predict_balls(objective, x)
+    errors, by_x, by_joints = _errors(objective, points, by_x, by_joints, centres, frames)
+    by_x, by_joints = np.ascontiguousarray(by_x), np.ascontiguousarray(by_joints)  # far faster
+    volume, by_volume = 0.0, np.zeros(objective.size)
+    for i, (own, one) in enumerate(zip(model.own, model.models, strict=True)):
+        count = rows.volumes[i]
+        if count:
+            positions = rows.scene.arms[i].positions
+            log_volume, slope = one.log_volume(x[own], positions)
+            by_volume[own] = -count * slope
+            volume -= count * (log_volume - objective.nominal_log_volumes[i])
+    return Linear(points, errors, by_x, by_joints, volume, by_volume)
+
+
+def predict_balls(objective: Objective, x: np.ndarray) -> Balls:
+    """Return all balls, each in its own robot's base, and derivatives by x and by the joints."""
+    model, scene = objective.model, objective.rows.scene
+    parts = [
+        one.linearise(x[own], arm.positions, arm.torques)
+        for own, one, arm in zip(model.own, model.models, scene.arms, strict=True)
+    ]
+    if len(parts) == 1:
+        return parts[0]
+    widest = max(by_joints.shape[2] for _, _, by_joints in parts)
+    by_x = [
+        np.pad(J, ((0, 0), (0, 0), (own.start, model.size - own.stop)))
+        for own, (_, J, _) in zip(model.own, parts, strict=True)
+    ]
+    by_joints = [np.pad(Jq, ((0, 0), (0, 0), (0, widest - Jq.shape[2]))) for _, _, Jq in parts]
+    points = np.concatenate([points for points, _, _ in parts])
+    return points, np.concatenate(by_x), np.concatenate(by_joints)
+
+
+def to_world(objective: Objective, frames: tuple[Pose, ...], points: np.ndarray) -> np.ndarray:
+    """Return balls in the world instead of each in its own robot's base, shape (N, 3) [m]."""
+    bases = [objective.rows.base(i, frames) for i in range(len(objective.model.models))]
+    parts = [
+        points[rows] if base is None else base.apply(points[rows])
+        for rows, base in zip(objective.rows.own, bases, strict=True)
+    ]
+    return np.concatenate(parts) if len(parts) > 1 else parts[0]
+
+
+def _errors(
+    objective: Objective,
+    points: np.ndarray,
+    by_x: np.ndarray,
+    by_joints: np.ndarray,
+    centres: np.ndarray,
+    frames: tuple[Pose, ...],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the errors e_i, and their derivatives by x and the frames, and by the joints."""
+    rows = objective.rows
+    errors = np.array(to_world(objective, frames, points))
+    errors[rows.seated] -= centres[rows.sockets[rows.seated]]
+    if not frames:
+        return errors, by_x, by_joints
+    by_frames = np.zeros((len(points), 3, 6 * len(frames)))
+    by_x, by_joints = by_x.copy(), by_joints.copy()
+    for i, own in enumerate(rows.own):
+        base = rows.base(i, frames)
+        if base is not None:
+            by_x[own], by_joints[own] = base.rotation @ by_x[own], base.rotation @ by_joints[own]
+            k = rows.scene.bases[i]
+            by_frames[own, :, 6 * k : 6 * k + 6] = base.slopes(points[own])
+    for k, frame in enumerate(frames):
+        measured = np.flatnonzero(rows.frames == k)
+        errors[measured] -= frame.apply(rows.points[measured])
+        by_frames[measured, :, 6 * k : 6 * k + 6] = -frame.slopes(rows.points[measured])
+    return errors, np.concatenate([by_x, by_frames], axis=2), by_joints
+
+
+def knowledge(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Return what is known of the sockets, as rows of the least-squares problem.
+
+    First the measured distances: W B, where B is the derivative of the distances by all unknowns,
+    and W (l - d), how far each is off, relative to its uncertainty. Then the measured coordinates,
+    three rows a socket, likewise.
+
+    Returns:
+        The derivatives, shape (K + 3 L, n), and the values, shape (K + 3 L,).
+    """
+    known, located = objective.rows.scene.arms[0].known, objective.rows.located
+    rows = np.zeros((len(known), objective.size))
+    values = np.zeros(len(known))
+    for i, k in enumerate(known):
+        offset = state.centres[k.second] - state.centres[k.first]
+        length = float(np.linalg.norm(offset))
+        for socket, sign in ((k.second, 1), (k.first, -1)):
+            begin = objective.dense + 3 * socket
+            rows[i, begin : begin + 3] = sign * offset / length
+        values[i] = length - k.distance
+    whitened = [(objective.whiten @ rows, objective.whiten @ values)]
+    for one in located:
+        row, place = np.zeros((3, objective.size)), np.array([one.coordinates])
+        begin = objective.dense + 3 * one.socket
+        row[:, begin : begin + 3] = np.eye(3)
+        if one.frame != WORLD:
+            begin = objective.model.size + 6 * one.frame
+            row[:, begin : begin + 6] = -state.frames[one.frame].slopes(place)[0]
+            place = state.frames[one.frame].apply(place)
+        off = state.centres[one.socket] - place[0]
+        whitened.append((row / one.deviation, off / one.deviation))
+    return np.concatenate([a for a, _ in whitened]), np.concatenate([b for _, b in whitened])
+
+
+def priors(state: State) -> list[tuple[PriorGroup, np.ndarray]]:
+    """Return the groups that have a width, and which members of each are not held."""
+    kept = [(g, ~state.at_zero[g.members]) for g in state.groups if g.width]
+    return [(group, free) for group, free in kept if free.any()]
+
+
+def free_unknowns(objective: Objective, state: State) -> np.ndarray:
+    """Return which of all unknowns are not held at zero, shape (n,)."""
+    free = np.ones(objective.size, dtype=bool)
+    free[: objective.model.size] = False
+    for group, kept in priors(state):
+        free[group.members[kept]] = True
+    return free
+
+
+def prior_precision(objective: Objective, state: State, *, widened: bool = False) -> np.ndarray:
+    """Return P of x and the frames, shape (dense, dense); zero for what is held.
+
+    For the frames it is small: it keeps steps finite where nothing holds them. Since it counts
+    from where they stand, it pulls at nothing.
+
+    Args:
+        objective: The objective.
+        state: Its groups.
+        widened: Whether to count that the widths are uncertain themselves.
+    """
+    P = np.zeros((objective.dense, objective.dense))
+    for group, free in priors(state):
+        width, members = group.deviation if widened else group.width, group.members[free]
+        P[members[:, None], members] = group.precision(width, free)
+    frames = np.arange(objective.model.size, objective.dense)
+    P[frames, frames] = np.tile(LOOSE**2, objective.rows.frame_count)
+    return P
+
+
+def pull(objective: Objective, state: State, precision: np.ndarray) -> np.ndarray:
+    """Return the slope of the priors' part of L, P (x - mu), shape (n,)."""
+    apart = np.zeros(objective.dense)
+    apart[: len(state.x)] = state.x
+    for group in state.groups:
+        if group.width:
+            apart[group.members] -= group.mean
+    slope = np.zeros(objective.size)
+    slope[: objective.dense] = precision @ apart
+    return slope

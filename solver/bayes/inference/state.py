@@ -1,0 +1,125 @@
+"""The states of the estimation: the first one, and that after a step of all unknowns."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..model import ExtendedModel, Noise, PriorGroup, Rows, prior_groups
+from .arrowhead import Inverse
+from .normal_equations import NormalEquations
+from .objective import Linear, Objective, State, linearise, predict_balls, to_world
+from .posterior import JointPosterior, Posterior
+
+
+@dataclass(frozen=True)
+class Step:
+    """A Gauss-Newton step, and what it was computed from."""
+
+    change: np.ndarray
+    """Of all unknowns, shape (n,); zero for those that are held."""
+    covariance: Inverse
+    """Inverse of the whole curvature, priors included; zero for what is held."""
+    normal: NormalEquations
+    leverage: np.ndarray
+    """L_i of (A5), shape (N, 3, 3) [m^2]."""
+    volume: float
+    """By how much the volume's slope was multiplied; 1 where the noise fits the errors."""
+    slope: float
+    """Slope of L along the change, per whole step."""
+
+
+def start(objective: Objective, joint_noise: bool, near: JointPosterior | None = None) -> State:
+    """Return the first state: nominal robots, each socket at the median of its balls.
+
+    Args:
+        objective: What will be minimised.
+        joint_noise: Whether the joint angles may be noisy.
+        near: A result that is much like the one sought, of fewer extensions or of somewhat
+            different data. The search then starts there, and is over sooner.
+
+    Raises:
+        FrameError: Nothing ties a frame to the robots, or its coordinates cannot be.
+    """
+    rows, model = objective.rows, objective.model
+    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    groups: list[PriorGroup] = []
+    for i, (own, one, arm) in enumerate(zip(model.own, model.models, rows.scene.arms, strict=True)):
+        mine = prior_groups(one, arm)
+        if near is not None:
+            x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
+        groups += [replace(g, members=g.members + own.start) for g in mine]
+    balls = predict_balls(objective, x)
+    points = balls[0]
+    frames = rows.place_frames(points)
+    in_world = to_world(objective, frames, points)
+    centres = np.array(
+        [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
+    ).reshape(-1, 3)
+    linear = linearise(objective, x, centres, frames, balls)
+    noises = tuple(
+        _first_noise(linear, source, joint_noise) if near is None else _noise(rows, source, near)
+        for source in rows.sources
+    )
+    return State(x, centres, frames, tuple(groups), noises, at_zero, linear)
+
+
+def _carried_over(
+    model: ExtendedModel, groups: tuple[PriorGroup, ...], near: Posterior
+) -> tuple[np.ndarray, np.ndarray, tuple[PriorGroup, ...]]:
+    """Return unknowns, which of them are held at zero, and priors, as far as a result has them."""
+    there = {name: i for i, name in enumerate(near.model.names)}
+    common = [i for i, name in enumerate(model.names) if name in there]
+    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    x[common] = near.x[[there[model.names[i]] for i in common]]
+    at_zero[common] = x[common] == 0
+    fitted = {group.name: group for group in near.groups}
+    return (
+        x,
+        at_zero,
+        tuple(
+            replace(fitted[group.name], members=group.members, trail=None)
+            if group.name in fitted and fitted[group.name].expected is group.expected
+            else group
+            for group in groups
+        ),
+    )
+
+
+def _noise(rows: Rows, source: np.ndarray | slice, near: JointPosterior) -> Noise:
+    """Return the noise of a source of samples by a result."""
+    first = int(np.arange(len(rows.sockets))[source][0])
+    arm = near.arms[[first < own.stop for own in rows.own].index(True)]
+    measured = arm.measured_noise if rows.sockets[first] < 0 else None
+    return measured or arm.noise
+
+
+def _first_noise(linear: Linear, source: np.ndarray | slice, joint_noise: bool) -> Noise:
+    """Return noise as large as the errors of the nominal robot."""
+    typical = float(np.median(np.linalg.norm(linear.errors[source], axis=1))) / 1.54
+    squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
+    reach = float(np.mean(squares)) ** 0.5
+    return Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
+
+
+def moved(objective: Objective, state: State, change: np.ndarray) -> State:
+    """Return the state after a change of all unknowns.
+
+    In a long step, as when it turns the whole robot, balls move on curves. A socket's centre goes
+    along with the balls in it, unless it was measured: left on the tangent, it would be a reason
+    not to turn.
+    """
+    size, dense = objective.model.size, objective.dense
+    x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
+    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
+    balls, rows = predict_balls(objective, x), objective.rows
+    centres = state.centres + change[dense:].reshape(-1, 3)
+    seated = rows.seated
+    tangent = (state.linear.errors + state.linear.by_unknowns @ change[:dense])[seated]
+    tangent += state.centres[rows.sockets[seated]]
+    off = np.zeros((len(rows.sockets), 3))
+    off[seated] = to_world(objective, frames, balls[0])[seated] - tangent
+    along = rows.by_socket(off) / np.bincount(rows.sockets[seated])[:, None]
+    along[[one.socket for one in rows.located]] = 0.0
+    centres += along
+    linear = linearise(objective, x, centres, frames, balls)
+    return replace(state, x=x, centres=centres, frames=frames, linear=linear)

@@ -1,0 +1,228 @@
+"""All robots of a fit as one model, and all their samples as rows of one table.
+
+The unknowns x are those of the first robot, then those of the second, and so on. After x come the
+poses of the frames, six numbers each, and the centres of the sockets, three each:
+
+    (x of robot 1, x of robot 2, ..., frames, centres)
+
+With B_r the pose of robot r's base in the world (the first robot's base is the world), sample i of
+robot r errs by
+
+    e_i = B_r Phi_r(x_r, q_i) - m_s(i)       for a ball in socket s(i)
+    e_i = B_r Phi_r(x_r, q_i) - F y_i        for a ball that an instrument, whose frame has the pose
+                                             F, measured at y_i
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from ...data import (
+    WORLD,
+    FrameObservations,
+    Located,
+    Observations,
+    Pose,
+    Scene,
+    check_base,
+    place_frames,
+)
+from .extended_model import ExtendedModel
+
+
+@dataclass(frozen=True)
+class MultiRobotModel:
+    """The models of all robots."""
+
+    models: tuple[ExtendedModel, ...]
+
+    @cached_property
+    def own(self) -> tuple[slice, ...]:
+        """For each robot, which of x are its unknowns."""
+        ends = np.cumsum([0, *(model.size for model in self.models)]).tolist()
+        return tuple(slice(a, b) for a, b in pairwise(ends))
+
+    @cached_property
+    def size(self) -> int:
+        """Number of unknowns of all robots."""
+        return sum(model.size for model in self.models)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The samples of all robots, robot after robot: N in all, in S sockets, with F frames."""
+
+    scene: Scene
+
+    @cached_property
+    def own(self) -> tuple[slice, ...]:
+        """For each robot, which samples are its own."""
+        ends = np.cumsum([0, *(len(arm.positions) for arm in self.scene.arms)]).tolist()
+        return tuple(slice(a, b) for a, b in pairwise(ends))
+
+    @cached_property
+    def sockets(self) -> np.ndarray:
+        """Index of each sample's socket, shape (N,); -1 for a ball that was measured."""
+        return np.concatenate([arm.sockets for arm in self.scene.arms])
+
+    @cached_property
+    def seated(self) -> slice | np.ndarray:
+        """Which samples are in a socket."""
+        return slice(None) if (self.sockets >= 0).all() else self.sockets >= 0
+
+    @cached_property
+    def frames(self) -> np.ndarray:
+        """Index of the frame in which each sample's ball was measured, shape (N,); -1 for none."""
+        return np.concatenate(
+            [
+                np.full(len(arm.positions), -1) if arm.instrument is None else arm.instrument.frames
+                for arm in self.scene.arms
+            ]
+        )
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Where, shape (N, 3) [m]."""
+        return np.concatenate(
+            [
+                np.zeros((len(arm.positions), 3))
+                if arm.instrument is None
+                else arm.instrument.points
+                for arm in self.scene.arms
+            ]
+        )
+
+    @cached_property
+    def sources(self) -> tuple[np.ndarray | slice, ...]:
+        """Samples that share one noise: those of a robot in sockets, and those measured."""
+        kinds = np.concatenate(
+            [2 * i + (arm.sockets < 0) for i, arm in enumerate(self.scene.arms)]
+        ).astype(np.int64)
+        distinct = np.unique(kinds).tolist()
+        if len(distinct) == 1:
+            return (slice(None),)
+        return tuple(np.flatnonzero(kinds == kind) for kind in distinct)
+
+    @cached_property
+    def order(self) -> np.ndarray | slice:
+        """The samples in sockets, sorted by socket."""
+        seated = np.flatnonzero(self.sockets >= 0)
+        if len(seated) == len(self.sockets) and (np.diff(self.sockets) >= 0).all():
+            return slice(None)
+        return seated[np.argsort(self.sockets[seated], kind="stable")]
+
+    def by_socket(self, values: np.ndarray) -> np.ndarray:
+        """Return the sums over the samples of each socket, shape (S, ...)."""
+        starts = np.searchsorted(self.sockets[self.order], np.arange(self.socket_count))
+        return np.add.reduceat(values[self.order], starts, axis=0)
+
+    @property
+    def socket_count(self) -> int:
+        """Number S of sockets."""
+        return self._first.socket_count
+
+    @property
+    def frame_count(self) -> int:
+        """Number F of frames whose pose is unknown."""
+        return len(self._first.frames)
+
+    @property
+    def located(self) -> tuple[Located, ...]:
+        """The measured coordinates of sockets."""
+        return self._first.located
+
+    @property
+    def _first(self) -> Observations:
+        return self.scene.arms[0]
+
+    @cached_property
+    def volumes(self) -> tuple[float, ...]:
+        """For each robot, the number of samples by which its volume counts in (A1).
+
+        One less for each socket, whose centre is unknown; robots share that by their samples.
+        A ball that was measured does not count.
+        """
+        seated = self.sockets >= 0
+        total = np.bincount(self.sockets[seated], minlength=self.socket_count)
+        counts: list[float] = []
+        for rows in self.own:
+            sockets = self.sockets[rows]
+            mine = np.bincount(sockets[sockets >= 0], minlength=self.socket_count)
+            counts.append(float(mine.sum() - (mine / np.maximum(total, 1)).sum()))
+        return tuple(counts)
+
+    def base(self, robot: int, poses: Sequence[Pose]) -> Pose | None:
+        """Return where a robot's base stands in the world; None for the world itself."""
+        frame = self.scene.bases[robot]
+        return None if frame == WORLD else poses[frame]
+
+    def place_frames(self, points: np.ndarray) -> tuple[Pose, ...]:
+        """Return where the frames stand, as well as the nominal robots tell.
+
+        Args:
+            points: The balls in each robot's own base, shape (N, 3) [m].
+
+        Raises:
+            FrameError: See :func:`mukca.solver.data.frames.place_frames`.
+        """
+        if not self.frame_count and not self.located:
+            return ()
+        visits = [self._seen(i, rows, points[rows]) for i, rows in enumerate(self.own)]
+        for base, visited in zip(self.scene.bases, visits, strict=True):
+            check_base(self._measured(base, visited.name), visited)
+        names = dict(enumerate(self._first.frames))
+        frames = {k: self._measured(k, name) for k, name in ((WORLD, ""), *names.items())}
+        for base, visited in zip(self.scene.bases, visits, strict=True):
+            frames[base] = visited.joined(frames[base])
+        return tuple(place_frames(list(frames.values()))[1:])
+
+    def _seen(self, robot: int, rows: slice, points: np.ndarray) -> FrameObservations:
+        """Return the places that a robot visited: sockets, then measured balls by their row."""
+        sockets, S = self.sockets[rows], self.socket_count
+        there = np.unique(sockets[sockets >= 0])
+        centres = [np.median(points[sockets == k], axis=0) for k in there.tolist()]
+        measured = np.flatnonzero(sockets < 0)
+        name = self.scene.names[robot]
+        labels = self._first.labels
+        wheres = [f"{name}: socket {labels[k][0]}:{labels[k][1]}" for k in there.tolist()]
+        return FrameObservations(
+            f"the base of {name or 'the robot'}",
+            np.concatenate([there, S + rows.start + measured]).astype(np.int64),
+            np.concatenate([np.reshape(centres, (-1, 3)), points[measured]]),
+            [*wheres, *self._wheres(rows.start + measured)],
+        )
+
+    def _measured(self, frame: int, name: str) -> FrameObservations:
+        """Return the places whose coordinates in a frame were measured."""
+        located = [one for one in self.located if one.frame == frame]
+        rows = np.flatnonzero(self.frames == frame) if frame != WORLD else np.zeros(0, np.int64)
+        coordinates = np.reshape([one.coordinates for one in located], (-1, 3))
+        return FrameObservations(
+            name,
+            np.concatenate([[one.socket for one in located], self.socket_count + rows]).astype(
+                np.int64
+            ),
+            np.concatenate([coordinates, self.points[rows]]),
+            [*(one.where for one in located), *self._wheres(rows)],
+        )
+
+    def _wheres(self, rows: np.ndarray) -> list[str]:
+        """Return where some measured balls were read."""
+        names: list[str] = []
+        for arm in self.scene.arms:
+            blank = ("",) * len(arm.positions)
+            names += blank if arm.instrument is None else arm.instrument.wheres
+        return [names[row] for row in rows.tolist()]
+
+
+def as_arms(model: ExtendedModel | MultiRobotModel) -> MultiRobotModel:
+    """Return the models of all robots; one robot stands for itself."""
+    return model if isinstance(model, MultiRobotModel) else MultiRobotModel((model,))
+
+
+def as_scene(data: Observations | Scene) -> Scene:
+    """Return the data of all robots; those of one stand for themselves."""
+    return data if isinstance(data, Scene) else Scene((data,))

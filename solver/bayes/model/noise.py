@@ -1,0 +1,163 @@
+"""The noise of a sample: how well the ball sits in its socket, and how well angles are read.
+
+The error e_i of sample i, a vector of shape (3,) [m], scatters by
+
+    C_i = s_x^2 I + s_q^2 Jq_i Jq_i^T
+
+    s_x    noise in space: of the ball's place in its socket, per axis [m]
+    s_q    noise of each joint angle [rad]
+    Jq_i   derivative of the ball's position by the joint positions, shape (3, m) [m/rad]
+
+so an arm that is stretched out, where a small angle moves the ball far, may err more. By Student's
+t distribution with nu degrees of freedom: unlike a Gaussian it expects a large error now and then,
+the more the smaller nu is, so that a ball that was badly seated hardly pulls at the fit.
+"""
+
+from dataclasses import dataclass, replace
+from math import lgamma, log, pi
+
+import numpy as np
+
+NU = 5.0
+"""nu before the errors have shown how heavy their tails are, and the least: heavier ones would
+explain away what is no noise, as play is, and leave it to chance which samples count."""
+TAILS = np.geomspace(NU, 60, 9)
+"""Values of nu that are tried; with the last, the distribution is nearly Gaussian."""
+LIGHT_TAILS = 10.0
+"""What is believed of nu: the density nu exp(-nu / 10) (Juarez and Steel 2010)."""
+SCALE_STEPS = 6
+"""Until errors are as large as their noise says, whatever nu is tried."""
+NEGLIGIBLE = 0.05
+"""Whatever moves the ball by less than this share of the noise is taken for zero."""
+SMALLEST = 1e-7
+"""Least value of s_x [m]."""
+LARGEST_FACTOR = 4
+"""s_x^2 and s_q^2 change by at most this factor in one step."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """How large the noise is."""
+
+    space: float
+    """s_x, of the ball's place in a socket [m]."""
+    joint: float
+    """s_q, of the joint angles [rad]; 0 where the data do not support it."""
+    nu: float = NU
+    """Degrees of freedom of Student's distribution of the errors."""
+
+    @property
+    def information(self) -> float:
+        """k: what a sample tells, as a share of what one with Gaussian noise of scale C_i would."""
+        return (self.nu + 3) / (self.nu + 5)
+
+    def as_gaussian(self, by_joints: np.ndarray) -> np.ndarray:
+        """Return C_i / k, the covariance of Gaussian noise of which a sample tells as much."""
+        return self.scales(by_joints) / self.information
+
+    def scales(self, by_joints: np.ndarray) -> np.ndarray:
+        """Return C_i for each sample's Jq_i, shape (N, 3, 3) [m^2]."""
+        spread = by_joints @ by_joints.transpose(0, 2, 1)
+        return self.space**2 * np.eye(3) + self.joint**2 * spread
+
+    def joint_effect(self, by_joints: np.ndarray) -> float:
+        """Return how far the joints' noise moves the ball, relative to the noise in space.
+
+        Args:
+            by_joints: Jq_i of each sample, shape (N, 3, m) [m/rad].
+        """
+        squares: np.ndarray = np.sum(by_joints**2, axis=(1, 2)) / 3
+        return self.joint * float(np.mean(squares)) ** 0.5 / self.space
+
+    def updated(self, step: np.ndarray, effect: float) -> "Noise":
+        """Return the noise after s_x^2 and s_q^2 changed by a step.
+
+        s_x is kept from zero, since no ball sits without any play.
+
+        Args:
+            step: Change of s_x^2 [m^2] and, unless it is zero, of s_q^2 [rad^2].
+            effect: What :meth:`joint_effect` returns for this noise.
+        """
+        squares = np.array([self.space, self.joint])[: len(step)] ** 2
+        moved = np.clip(squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares)
+        scales = np.sqrt(moved).tolist()
+        s_x, s_q = scales if len(scales) == 2 else (scales[0], 0.0)
+        reach = effect * self.space / self.joint if self.joint else 0.0
+        return replace(self, space=max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), joint=s_q)
+
+    def fisher_step(
+        self,
+        inverse: np.ndarray,
+        weights: np.ndarray,
+        errors: np.ndarray,
+        leverage: np.ndarray,
+        by_joints: np.ndarray,
+    ) -> np.ndarray:
+        """Return a step of s_x^2 and, unless it is zero, of s_q^2 towards their best values.
+
+        If the errors scatter more than the noise says, it grows; if less, it shrinks. What is
+        compared with the errors takes into account that a fit makes errors smaller than the noise
+        was: each unknown uses up some of them (restricted maximum likelihood, Harville 1977; the
+        step is Fisher scoring, Newton's method with the expected curvature). The slope for s_x^2,
+        where V_i = I, and for s_q^2, where V_i = Jq_i Jq_i^T, is
+
+            sum_i  w_i e_i^T C_i^-1 V_i C_i^-1 e_i  -  tr((C_i^-1 - C_i^-1 L_i C_i^-1) V_i)    (A5)
+
+        Args:
+            inverse: C_i^-1, shape (N, 3, 3).
+            weights: w_i, robust weight of each sample, shape (N,).
+            errors: e_i, shape (N, 3) [m].
+            leverage: L_i, how uncertain the errors are because the unknowns are, times k w_i,
+                shape (N, 3, 3) [m^2].
+            by_joints: Jq_i, shape (N, 3, m) [m/rad].
+
+        Returns:
+            The change of s_x^2 [m^2] and of s_q^2 [rad^2], shape (2,), or (1,) without the latter.
+        """
+        u = np.einsum("nij,nj->ni", inverse, errors)
+        left = inverse - inverse @ leverage @ inverse
+        kinds = [
+            np.broadcast_to(np.eye(3), inverse.shape),
+            by_joints @ by_joints.transpose(0, 2, 1),
+        ]
+        kinds = kinds if self.joint else kinds[:1]
+        score = [
+            float(np.sum(weights * np.einsum("ni,nij,nj->n", u, V, u)) - np.sum(left * V))
+            for V in kinds
+        ]
+        scaled = [inverse @ V for V in kinds]
+        fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
+        return np.linalg.solve(fisher, score).astype(np.float64)
+
+
+def degrees_of_freedom(squares: np.ndarray) -> float:
+    """Return the most plausible nu of errors, by their distribution, however large they are.
+
+    Args:
+        squares: e_i^T C_i^-1 e_i, shape (N,), or anything in proportion to them.
+    """
+    nu, grown, errors = TAILS[:, None], np.zeros(len(TAILS)), squares[None]
+    if not squares.any():
+        return NU
+    for _ in range(SCALE_STEPS):  # EM with one more parameter (Kent, Tyler and Vardi 1994)
+        weights = (nu + 3) / (nu + errors)
+        factor = 3 * weights.mean(axis=1) / np.mean(weights * errors, axis=1)
+        errors, grown = errors * factor[:, None], grown + np.log(factor)
+    sizes = 0.5 * (TAILS + 3) * np.log1p(errors / nu).sum(axis=1)
+    tried = [len(squares) * log_constant(one) + log_prior(one) for one in TAILS.tolist()]
+    plausible = 1.5 * len(squares) * grown - sizes + tried
+    best, aside = int(np.argmax(plausible)), 0.0
+    if 0 < best < len(TAILS) - 1:  # the top of the parabola through three
+        before, peak, after = plausible[best - 1 : best + 2].tolist()
+        aside = 0.5 * (before - after) / (before - 2 * peak + after)
+    return float(TAILS[best] * (TAILS[1] / TAILS[0]) ** aside)
+
+
+def log_constant(nu: float) -> float:
+    """Return the logarithm of Student's density of a 3-vector of size 0, for a scale of I."""
+    return lgamma((nu + 3) / 2) - lgamma(nu / 2) - 1.5 * log(nu * pi)
+
+
+def log_prior(nu: float) -> float:
+    """Return the logarithm of the density of log nu that is believed, but for a constant."""
+    return 2 * log(nu) - nu / LIGHT_TAILS

@@ -1,0 +1,15 @@
+from .geometric_projection import closest_rigid as closest_rigid
+from .identifiability import Direction as Direction
+from .identifiability import cannot_see as cannot_see
+from .identifiability import weak_directions as weak_directions
+from .joint_offsets import DECIDED as DECIDED
+from .joint_offsets import angles_near as angles_near
+from .joint_offsets import turns as turns
+from .joint_offsets import with_zeros as with_zeros
+from .joint_offsets import zeros_in_words as zeros_in_words
+from .relative_pose import UNSEEN as UNSEEN
+from .relative_pose import RelativeBasePose as RelativeBasePose
+from .relative_pose import between as between
+from .uncertainty import predicted_deviation as predicted_deviation
+from .uncertainty import scale as scale
+from .uncertainty import workspace_deviation as workspace_deviation

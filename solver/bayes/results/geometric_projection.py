@@ -1,0 +1,159 @@
+"""The best geometry for programs that correct nothing: what ``calibrated.urdf`` holds.
+
+A URDF knows neither elasticity nor transmission error. The geometry that comes nearest to the full
+model depends on the poses it is meant for: at all poses of the workspace alike it errs too much at
+each of them. So places near those recorded are imagined, some 0.2 m away, with the ball held there
+in postures like those recorded, and the full model says where the ball is.
+
+The full model may be wrong, too, most of all after few samples. So the geometry that the samples
+alone give, by the paper's cost, is left only in those directions in which the full model is sure
+that this is for the better; and it has a share in the result, a large one where both geometries
+differ by less than what either is off by.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...data import Load
+from ...robot import BallModel
+from ..inference import Posterior
+from .joint_offsets import with_zeros
+from .projection_poses import Poses, apart, imagined_poses, joined, recorded_poses, starts
+
+SEAT = 3e-4
+"""Standard deviation to which the geometry is to follow the full model [m]; prior against data."""
+SURE = 1.0
+"""By how many standard deviations a change has to be for the better."""
+CHANCE = 0.5
+"""By how much two geometries differ by chance, as a share of what the better one is off by."""
+
+
+def closest_rigid(full: Posterior, load: Load, alone: np.ndarray | None = None) -> np.ndarray:
+    """Return the best geometry for programs that correct nothing.
+
+    Args:
+        full: The full model.
+        load: What pulls at the joints.
+        alone: The geometry that the samples alone give, by the paper's cost, which the result is
+            not to be worse than; None where there is none, since more is known than its cost can
+            tell.
+
+    Returns:
+        The free numbers of the geometry, shape (geometry,) [m, rad].
+    """
+    rigid = not full.deflection.without_zeros.extensions
+    if rigid and alone is None:
+        return with_zeros(full)
+    imagined = imagined_poses(full, load)
+    if alone is not None and not len(imagined.places):
+        return alone
+    closest = with_zeros(full) if rigid else _closest(full, load, imagined, alone)
+    return closest if alone is None else _shared(full, load, imagined, closest, alone)
+
+
+def _closest(full: Posterior, load: Load, imagined: Poses, alone: np.ndarray | None) -> np.ndarray:
+    """Return the geometry whose balls are nearest to the full model's around the places recorded.
+
+    It is the samples' own, changed by the s that minimises, over places p, imagined ones and
+    sockets, and postures i at them,
+
+        sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / SEAT^2 + s^T P s + 2 SURE sqrt(s^T U s)
+
+    where e is where the changed geometry has the ball, less where the full model has it or, at a
+    recorded sample, less where the geometry had it before; w is 1 or, for a sample, RECORDED times
+    its robust weight; P is the prior precision of the geometry, and U how uncertain half the slope
+    of the first sum is, see :func:`_doubt`. A slope within SURE of its deviations changes nothing.
+
+    Without a geometry of the samples' own, the full model's is changed, however uncertain that is,
+    and samples are to be at their sockets.
+    """
+    model, n = full.model, full.model.geometry
+    start, recorded, doubt = with_zeros(full), recorded_poses(full), None
+    off_prior = full.values - model.ball.nominal  # how far from its mean the start is
+    if alone is not None:
+        start, off_prior = alone, np.zeros(n)
+        recorded = replace(recorded, targets=model.ball.points(alone, recorded.positions))
+        doubt = _doubt(full, load, imagined, alone)
+    prior = np.zeros((n, n))
+    for group in full.groups:
+        if group.members[0] < n:
+            prior[np.ix_(group.members, group.members)] = group.precision(group.width)
+    errors, J = _linear(model.ball, start, joined(imagined, recorded))
+    return start + _sure(J.T @ J + prior, -J.T @ errors - prior @ off_prior, doubt)
+
+
+def _linear(ball: BallModel, values: np.ndarray, poses: Poses) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weighted errors at some poses, shape (3 N,), and their derivatives."""
+    linear = ball.linearise(values, poses.positions)
+    root = np.sqrt(poses.weights) / SEAT
+    errors = apart(linear.points - poses.targets, poses.places) * root[:, None]
+    slopes = apart(linear.by_parameters, poses.places) * root[:, None, None]
+    return errors.ravel(), slopes.reshape(errors.size, -1)
+
+
+def _doubt(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.ndarray:
+    """Return how uncertain the slope of the squared errors at imagined poses is, a covariance.
+
+    The full model is uncertain by its posterior, and which places are imagined is chance.
+    """
+    model, q = full.model, poses.positions
+    errors, J = _linear(model.ball, start, poses)
+    _, slopes, _ = model.linearise(full.x, q, load.moments(model.robot, q, None))
+    across = J.T @ apart(slopes, poses.places).reshape(len(J), -1) / SEAT
+    by_place = np.add.reduceat(
+        (J * errors[:, None]).reshape(len(q), 3, -1).sum(axis=1), starts(poses.places)
+    )
+    by_place = by_place - by_place.mean(axis=0)
+    return across @ full.covariance[: model.size, : model.size] @ across.T + by_place.T @ by_place
+
+
+def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> np.ndarray:
+    """Return the s that minimises s^T H s - 2 s^T g + 2 SURE sqrt(s^T U s).
+
+    It solves (H + r U) s = g, where r is such that r sqrt(s^T U s) = SURE. Where even a large r
+    leaves less than that, s is zero.
+    """
+    unit = 1 / np.sqrt(np.diag(hessian))
+    root = np.linalg.inv(np.linalg.cholesky(hessian * unit[:, None] * unit)) * unit
+    if doubt is None or not doubt.any():
+        return root.T @ (root @ slope)
+    widths, axes = np.linalg.eigh(root @ doubt @ root.T)
+    widths = widths.clip(min=1e-9 * widths.max())
+    along = axes.T @ root @ slope
+    if np.sum(along**2 / widths) <= SURE**2:
+        return np.zeros_like(slope)
+    least, most = 1e-12 / widths.max(), 1e12 / widths.min()
+    for _ in range(60):
+        r = (least * most) ** 0.5
+        deviations = np.sum(widths * (r * along / (1 + r * widths)) ** 2) ** 0.5
+        least, most = (r, most) if deviations < SURE else (least, r)
+    return root.T @ axes @ (along / (1 + least * widths))
+
+
+def _shared(
+    full: Posterior, load: Load, poses: Poses, closest: np.ndarray, alone: np.ndarray
+) -> np.ndarray:
+    """Return the weighted mean of two geometries: the closest one, and the samples' own.
+
+    With r and r' what they are off by at imagined places, as deviations from the mean of all
+    postures at a place, the closest one has the weight
+
+        |r - r'|^2 / (|r - r'|^2 + CHANCE^2 (|r|^2 + variance))
+
+    It is Wiener's, for a difference of which so much is chance. The variance is that of a sample:
+    its noise and the full model's own uncertainty.
+    """
+    model, q = full.model, poses.positions
+    _, slopes, by_joints = model.linearise(full.x, q, load.moments(model.robot, q, None))
+    slopes = apart(slopes, poses.places, 0.0)
+    covariance = full.covariance[: model.size, : model.size]
+    variance = float(np.sum((slopes @ covariance) * slopes))
+    variance += float(np.trace(full.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
+    off, other = (
+        apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
+        for values in (closest, alone)
+    )
+    square = float(np.sum((off - other) ** 2))
+    weight = square / (square + CHANCE**2 * (float(np.sum(off**2)) + variance))
+    return alone + weight * (closest - alone) if np.isfinite(weight) else closest

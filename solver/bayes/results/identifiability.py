@@ -1,0 +1,191 @@
+"""What the data cannot tell about the geometry, in words.
+
+Some changes of the joint origins move no ball, or hardly: the whole base frame may shift, a joint
+may slide along its own axis if the next one slides back. Such a change is a *direction* in the
+space of all unknowns. Along it the data say nothing, and only the prior holds the model near
+nominal (see docs/model.md).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...robot import Joint, Robot, matrix_rpy
+from ..inference import Posterior
+from .uncertainty import UNDECIDED, prior_covariance
+
+CANNOT_SEE = (
+    "the base frame: the sockets' places in it are not measured, only their distances",
+    "the flange's orientation and the last joint's offset: another tool needs its own TCP "
+    "calibration",
+)
+"""What no recording of a ball in sockets can tell."""
+BASE_TURNS = (
+    "the base frame: the sockets measured in it leave it a turn; measure three or more that are "
+    "not on one line"
+)
+BASE_OF_POINTS = "the base frame: where the instrument stands in it was not measured"
+BASE = "the base frame"
+SCALE = "the scale of all lengths (a longer base, or known distances, would tell it)"
+
+
+@dataclass(frozen=True)
+class Direction:
+    """One change of the geometry that the data cannot tell."""
+
+    text: str
+    deviation: float
+    """Its standard deviation after the data (posterior), as a share of that before (prior):
+    1 where the data say nothing, near 0 where they say all."""
+
+
+def weak_directions(posterior: Posterior) -> list[Direction]:
+    """Return what the data cannot tell, in words.
+
+    First come the directions that no ball can show in any chain of joints like this one; then,
+    among what is left, those that these recordings do not show, named by the two parameters that
+    take part most.
+    """
+    model = posterior.model
+    n = model.geometry
+    prior = np.linalg.cholesky(
+        prior_covariance(posterior)[:n, :n]
+    )  # x = prior @ z, z standard normal
+    whiten = np.linalg.inv(prior)
+    whitened = whiten @ posterior.covariance[:n, :n] @ whiten.T
+    named = [
+        (text, whiten @ v / np.linalg.norm(whiten @ v))
+        for text, v in _structural(model.robot, posterior)
+    ]
+    if posterior.data.anchored:
+        named = _base_by_itself(named)
+    by_scale = prior.T @ model.by_scale()[:n]
+    if by_scale.any():
+        named.append((SCALE, by_scale / np.linalg.norm(by_scale)))
+    directions = [Direction(text, float(u @ whitened @ u) ** 0.5) for text, u in named]
+    basis = np.linalg.qr(np.array([u for _, u in named]).T)[0] if named else np.zeros((n, 0))
+    rest = np.eye(n) - basis @ basis.T
+    values, vectors = np.linalg.eigh(rest @ whitened @ rest)
+    names = model.names
+    for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
+        if value < UNDECIDED**2:
+            break
+        main: list[int] = np.argsort(-np.abs(prior @ vector) / np.linalg.norm(prior, axis=1))[
+            :2
+        ].tolist()
+        text = " against ".join(names[i] for i in main)
+        directions.append(Direction(f"mainly {text}", float(value) ** 0.5))
+    merged: dict[str, Direction] = {}
+    for direction in directions:
+        if direction.deviation > UNDECIDED:
+            merged.setdefault(direction.text, direction)
+    return list(merged.values())
+
+
+def _base_by_itself(named: list[tuple[str, np.ndarray]]) -> list[tuple[str, np.ndarray]]:
+    """Return the directions with those of the base frame orthogonal to all others.
+
+    A turn of the base about joint 1 is one thing with an offset of joint 1 against joint 2, which
+    no ball can show. What is left without it says where the base is.
+    """
+    others = [u for text, u in named if text != BASE]
+    basis = np.linalg.qr(np.array(others).T)[0] if others else np.zeros((len(named[0][1]), 0))
+    cleared = [(text, u - basis @ (basis.T @ u) if text == BASE else u) for text, u in named]
+    return [(text, u / np.linalg.norm(u)) for text, u in cleared]
+
+
+def cannot_see(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ...]:
+    """Return what recordings like these cannot tell.
+
+    Args:
+        posterior: The calibration.
+        weak: What these in particular do not tell, see :func:`weak_directions`.
+    """
+    base, flange = CANNOT_SEE
+    if posterior.data.anchored:
+        return (BASE_TURNS, flange) if any(one.text == BASE for one in weak) else (flange,)
+    return (base if posterior.data.labels else BASE_OF_POINTS, flange)
+
+
+def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarray]]:
+    """Return changes of the free geometry that no ball can show, with their names.
+
+    The base frame may move as a whole, the ball may turn in place, and each joint may slide along
+    its axis or turn about it, if the next free joint undoes that.
+
+    Returns:
+        Pairs of a text and a change of the geometric unknowns, shape (geometry,).
+    """
+    model = posterior.model
+    place = {p.index: i for i, p in enumerate(model.parameters)}
+    free = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
+    origins = model.ball.origins(posterior.values)
+    named: list[tuple[str, np.ndarray]] = []
+
+    def add(text: str, changes: dict[int, np.ndarray]) -> None:
+        vector = np.zeros(model.geometry)
+        for joint, change in changes.items():
+            vector[[place[6 * joint + k] for k in range(6)]] = change
+        named.append((text, vector))
+
+    if free and robot.joints[free[0]].actuated:
+        for k in range(6):
+            add(BASE, {free[0]: np.eye(6)[k]})
+    ball = len(robot.joints) - 1
+    if ball in free:
+        for k in (3, 4, 5):
+            add("the ball's orientation", {ball: np.eye(6)[k]})
+    for one, other in pairwise(free):
+        joint = robot.joints[one]
+        if not joint.actuated or any(j.actuated for j in robot.joints[one + 1 : other]):
+            continue
+        against = "the ball" if other == ball else robot.joints[other].name
+        R, p = _between(robot.joints, origins, one, other)
+        own, axis = _frame(origins[one])[0], np.array(joint.axis)
+        slide, back = np.zeros(6), np.zeros(6)
+        slide[:3], back[:3] = own @ axis, -R.T @ axis
+        add(f"sliding along {joint.name}'s axis", {one: slide, other: back})
+        if joint.type == "prismatic":
+            continue
+        turn = np.concatenate([np.zeros(3), _rates(origins[one], own @ axis)])
+        lever = origins[other, :3] + R.T @ p
+        back = np.concatenate([-np.cross(R.T @ axis, lever), _rates(origins[other], -R.T @ axis)])
+        add(f"{joint.name}'s offset against {against}", {one: turn, other: back})
+    return named
+
+
+def _frame(origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return rotation and translation of an origin."""
+    return matrix_rpy(origin[3:]), origin[:3]
+
+
+def _between(
+    joints: Sequence[Joint], origins: np.ndarray, one: int, other: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return rotation and translation from one joint's child link to another's parent link."""
+    transform = np.eye(4)
+    for j in range(one + 1, other):
+        assert not joints[j].actuated
+        step = np.eye(4)
+        step[:3, :3], step[:3, 3] = _frame(origins[j])
+        transform = transform @ step
+    return transform[:3, :3], transform[:3, 3]
+
+
+def _rates(origin: np.ndarray, spin: np.ndarray) -> np.ndarray:
+    """Return how fast roll, pitch and yaw change while a frame spins about a vector.
+
+    Args:
+        origin: x y z roll pitch yaw of the frame, shape (6,) [m, rad].
+        spin: Angular velocity in the parent's frame, shape (3,) [rad/s].
+
+    With R = Rz(yaw) Ry(pitch) Rx(roll), the spin is the sum of the rates times the axes as they
+    stand: x after pitch and yaw, y after yaw, and z.
+    """
+    _, pitch, yaw = origin[3:]
+    roll_axis, pitch_axis = matrix_rpy([0, pitch, yaw])[:, 0], matrix_rpy([0, 0, yaw])[:, 1]
+    axes = np.stack([roll_axis, pitch_axis, np.array([0, 0, 1])], axis=1)
+    rates: np.ndarray = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
+    return rates

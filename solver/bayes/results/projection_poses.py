@@ -1,0 +1,123 @@
+"""Configurations to which the exported geometry is fitted: imagined ones, and the samples.
+
+Places near those recorded are imagined, with the ball held there in postures like those recorded.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...data import Load
+from ...robot import BallModel
+from ..inference import Posterior
+
+PLACES, POSTURES = 40, 20
+"""How many places are imagined, and how many postures at each."""
+AWAY = 0.15
+"""Standard deviation of a place from the one recorded, per axis, as a share of the arm's length."""
+SWAY = 0.3
+"""Standard deviation of a posture from the one recorded [rad], before the ball is put back."""
+COMMON = 0.3
+"""How much of the error that all postures at a place have in common counts. What they differ by
+makes a tool miss a point that was taught in another posture; a common error shifts the place."""
+RECORDED = 10.0
+"""How much a recorded sample counts beside an imagined one."""
+ROUNDS = 4
+DAMPING = 1e-4
+"""Keeps steps short where the arm is stretched out and hardly reaches further."""
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Configurations with the ball at some places."""
+
+    positions: np.ndarray
+    """Shape (N, m) [rad]."""
+    places: np.ndarray
+    """Which place each is at, shape (N,)."""
+    targets: np.ndarray
+    """Where the ball is there, shape (N, 3) [m]."""
+    weights: np.ndarray
+    """How much each counts, shape (N,)."""
+
+
+def imagined_poses(full: Posterior, load: Load) -> Poses:
+    """Return configurations like those recorded, with the ball at places near those recorded.
+
+    The nominal robot puts it there, which is near enough: what counts is what each model says of
+    one configuration. Those out of the joints' limits or of reach are left out.
+    """
+    robot, recorded = full.model.robot, full.data.positions
+    generator = np.random.default_rng(0)
+    ball = BallModel(robot, [])
+    length = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+    around = recorded[generator.integers(len(recorded), size=PLACES)]
+    centres = ball.points(np.empty(0), around)
+    centres = centres + generator.normal(0, AWAY * length, centres.shape)
+    places = np.repeat(np.arange(PLACES), POSTURES)
+    q = recorded[generator.integers(len(recorded), size=len(places))]
+    q = q + generator.normal(0, SWAY, q.shape)
+    for _ in range(ROUNDS):
+        linear = ball.linearise(np.empty(0), q)
+        off = (centres[places] - linear.points)[:, :, None]
+        q = q + _back(linear.by_joints, off).clip(-SWAY, SWAY)
+    off = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
+    lower, upper = (np.array([getattr(j, k) for j in robot.actuated]) for k in ("lower", "upper"))
+    kept = (off < 0.01 * length) & np.all((q >= lower) & (q <= upper), axis=1)
+    q, places = q[kept], places[kept]
+    targets = full.predict(q, load.moments(robot, q, None))
+    return Poses(q, places, targets, np.ones(len(q)))
+
+
+def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
+    """Return damped steps of the joints that shift the balls, shape (N, m)."""
+    across = slopes.swapaxes(1, 2)
+    squares = slopes @ across
+    damping: np.ndarray = DAMPING * np.sum(slopes**2, axis=(1, 2))
+    forces = np.linalg.solve(squares + damping[:, None, None] * np.eye(3), off)
+    return (across @ forces).reshape(len(slopes), -1)
+
+
+def recorded_poses(full: Posterior) -> Poses:
+    """Return the samples, with the ball where the full model has the socket.
+
+    A ball that an instrument measured is at a place of its own, where the full model has it; what
+    it has in common with the others at that place is itself, so its weight makes up for that.
+    """
+    seated = full.data.sockets >= 0
+    measured = np.flatnonzero(~seated)
+    alone = Poses(
+        full.data.positions[measured],
+        np.arange(len(measured)),
+        full.points[measured],
+        RECORDED / COMMON**2 * full.weights[measured],
+    )
+    order = np.argsort(full.data.sockets[seated], kind="stable")
+    sockets = full.data.sockets[seated][order]
+    weights = RECORDED * full.weights[seated][order]
+    poses = Poses(full.data.positions[seated][order], sockets, full.centres[sockets], weights)
+    return joined(poses, alone)
+
+
+def joined(one: Poses, other: Poses) -> Poses:
+    """Return both one's and the other's poses; their places are different ones."""
+    return Poses(
+        np.concatenate([one.positions, other.positions]),
+        np.concatenate([one.places, other.places + 1 + one.places.max(initial=-1)]),
+        np.concatenate([one.targets, other.targets]),
+        np.concatenate([one.weights, other.weights]),
+    )
+
+
+def apart(values: np.ndarray, places: np.ndarray, common: float = COMMON) -> np.ndarray:
+    """Return values, of shape (N, ...), without most of what those at one place have in common."""
+    begins = starts(places)
+    counts = np.diff([*begins.tolist(), len(places)])
+    sums = np.add.reduceat(values, begins, axis=0)
+    means = sums / counts.reshape(-1, *[1] * (values.ndim - 1))
+    return values - (1 - common) * np.repeat(means, counts, axis=0)
+
+
+def starts(places: np.ndarray) -> np.ndarray:
+    """Return where the poses of each place begin."""
+    return np.flatnonzero(np.diff(places, prepend=-1))

@@ -1,0 +1,177 @@
+"""How well a calibration is known: standard deviations, correlations, predicted errors.
+
+All of it follows from the covariance of the posterior; see docs/model.md.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...data import IDENTITY, Load
+from ...robot import gravity_moments, workspace
+from ..inference import Posterior
+from ..model import PriorGroup
+
+UNDECIDED = 0.5
+"""The data did not decide a direction if its posterior is wider than this share of its prior."""
+STRONG = 0.9
+"""Correlations of two unknowns beyond this are reported."""
+
+
+def deviations(posterior: Posterior) -> np.ndarray:
+    """Return the posterior standard deviation of each of the model's unknowns, shape (size,)."""
+    return np.sqrt(np.diag(posterior.covariance)[: posterior.model.size])
+
+
+def prior_covariance(posterior: Posterior) -> np.ndarray:
+    """Return the prior covariance of the model's unknowns, shape (size, size)."""
+    covariance = np.zeros((posterior.model.size,) * 2)
+    for group in posterior.groups:
+        covariance[np.ix_(group.members, group.members)] = group.covariance(group.deviation)
+    return covariance
+
+
+def settled(posterior: Posterior, group: PriorGroup) -> float:
+    """Return how many of a group's unknowns the data decide; the rest stays where the prior has it.
+
+    A group whose width is not learned does not count them itself: each of its unknowns is decided
+    by as much as its variance is smaller than before the data.
+    """
+    if group.learned:
+        return group.effective
+    before = np.diag(group.covariance(group.deviation))
+    after = np.diag(posterior.covariance)[group.members]
+    there = before > 0
+    return max(float(np.sum(1 - after[there] / before[there])), 0.0)
+
+
+def prior_deviations(posterior: Posterior) -> np.ndarray:
+    """Return the prior standard deviation of each of the model's unknowns, shape (size,)."""
+    return np.sqrt(np.diag(prior_covariance(posterior)))
+
+
+def correlations(posterior: Posterior) -> list[tuple[str, str, float]]:
+    """Return pairs of unknowns that the data hardly tell apart, the closest pair first.
+
+    Returns:
+        The two names, and their correlation, beyond 0.9 or below -0.9.
+    """
+    size = posterior.model.size
+    deviation = deviations(posterior)
+    known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior_deviations(posterior)))
+    covariance = posterior.covariance[:size, :size][np.ix_(known, known)]
+    matrix = covariance / np.outer(deviation[known], deviation[known])
+    names = [posterior.model.names[i] for i in known.tolist()]
+    rows, columns = np.nonzero(np.triu(np.abs(matrix) > STRONG, k=1))
+    pairs = [
+        (names[i], names[j], float(matrix[i, j]))
+        for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
+    ]
+    return sorted(pairs, key=lambda pair: -abs(pair[2]))
+
+
+def observability_index(posterior: Posterior) -> float:
+    """Return how well the configurations show the geometry: O1 of Borm and Menq (1991).
+
+        O1 = (s_1 s_2 ... s_L)^(1/L) / sqrt(N)
+
+    s_1 >= s_2 >= ... are the singular values of the derivatives of the N ball positions by the
+    geometry, without what the places of sockets and frames explain, each parameter in units of its
+    prior's standard deviation; L of them are not zero
+    (s > 1e-6 s_1). Larger is better: configurations that differ more show more.
+    """
+    model, data = posterior.model, posterior.data
+    points, jacobian, _ = model.linearise(posterior.x, data.positions, data.torques)
+    scaled = jacobian[:, :, : model.geometry] * prior_deviations(posterior)[: model.geometry]
+    parts = [scaled[data.sockets == k] for k in range(data.socket_count)]
+    parts = [rows - rows.mean(axis=0) for rows in parts if len(rows)]
+    measured = data.sockets if data.instrument is None else data.instrument.frames
+    for k in range(len(data.frames)):
+        rows = (data.sockets < 0) & (measured == k)
+        slopes = IDENTITY.slopes(points[rows]).reshape(-1, 6)
+        shown = scaled[rows].reshape(-1, model.geometry)
+        parts.append(shown - slopes @ np.linalg.lstsq(slopes, shown, rcond=None)[0])
+    centred = np.concatenate([rows.reshape(-1, model.geometry) for rows in parts])
+    values = np.linalg.svd(centred, compute_uv=False)
+    values = values[values > 1e-6 * values[0]]
+    return float(np.exp(np.mean(np.log(values))) / np.sqrt(len(data.positions)))
+
+
+def distance_deviations(
+    posterior: Posterior, q: np.ndarray, torque: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return distances between pairs of ball positions, and their standard deviations.
+
+    Args:
+        posterior: The calibration.
+        q: Joint positions, shape (2 N, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs.
+        torque: What holds their joints, shape (2 N, 3 m) [N m].
+
+    Returns:
+        Each of shape (N,) [m].
+    """
+    points, jacobian, _ = posterior.model.linearise(posterior.x, q, torque)
+    offset = points[1::2] - points[::2]
+    distances = np.linalg.norm(offset, axis=1)
+    direction = offset / distances[:, None].clip(1e-12)
+    slopes = np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
+    size = posterior.model.size
+    variances = np.sum(slopes @ posterior.covariance[:size, :size] * slopes, axis=1)
+    return distances, np.sqrt(variances)
+
+
+def predicted_deviation(
+    posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]]
+) -> float:
+    """Return how far samples should lie from their socket's mean, noise included [m].
+
+    This is a root mean square; a placement that was held out shows whether it comes true.
+
+    Args:
+        posterior: The calibration.
+        by_socket: For each socket, joint positions [rad] and torques [N m] of its samples, of
+            shape (N_k, m).
+    """
+    size = posterior.model.size
+    covariance = posterior.covariance[:size, :size]
+    total, count = 0.0, 0
+    for q, torque in by_socket:
+        _, jacobian, by_joints = posterior.model.linearise(posterior.x, q, torque)
+        centred = jacobian - jacobian.mean(axis=0)
+        total += float(np.einsum("nij,jk,nik->", centred, covariance, centred))
+        noise = np.trace(posterior.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum()
+        total += float(noise) * (1 - 1 / len(q))
+        count += len(q)
+    return (total / count) ** 0.5
+
+
+def scale(posterior: Posterior) -> tuple[float, float]:
+    """Return by how much the arm came out larger than its model, and the deviation of that.
+
+    0.02 stands for an arm that is 2 % longer than nominal. A real arm is within some 0.003 of its
+    model; one that came out beyond had most likely a wrong distance between its sockets.
+    """
+    by_scale = posterior.model.by_scale()
+    size = posterior.model.size
+    variance = float(by_scale @ posterior.covariance[:size, :size] @ by_scale)
+    return float(by_scale @ posterior.x), variance**0.5
+
+
+def workspace_deviation(
+    posterior: Posterior, load: Load, pairs: int = 200
+) -> tuple[float, float, float]:
+    """Return the predicted error of distances between random poses.
+
+    Args:
+        posterior: The calibration.
+        load: What pulls at the joints.
+        pairs: How many pairs of poses.
+
+    Returns:
+        The median and the maximum of it, and the median of the distances [m].
+    """
+    robot = posterior.model.robot
+    q = workspace(robot, 2 * pairs)
+    torque = gravity_moments(robot, q, load.gravity, load.payload)
+    distances, deviation = distance_deviations(posterior, q, torque)
+    return float(np.median(deviation)), float(deviation.max()), float(np.median(distances))

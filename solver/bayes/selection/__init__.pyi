@@ -1,0 +1,3 @@
+from .model_selection import STAGES as STAGES
+from .model_selection import Selected as Selected
+from .model_selection import select_all as select_all

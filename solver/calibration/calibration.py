@@ -1,0 +1,250 @@
+"""A calibration as people use it: look, predict, save, load again, validate."""
+
+import textwrap
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, overload
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import MukcaError
+from ...recorder.dataset import Placement
+from ..assessment import Assessment, Verdict, distance_text, judged
+from ..assessment import Options as AssessmentOptions
+from ..data import Measurement, measure
+from ..diagnostics import OF_JOINTS
+from ..results import (
+    CalibratedRobot,
+    CalibrationDocument,
+    Result,
+    calibrated_robot,
+    encode,
+    read_calibration,
+    refuse_existing,
+    write_files,
+)
+from ..results.calibration import PlacementErrors, Role, Summaries
+from ..robot import Robot
+from .errors import placement_errors, summarise
+from .errors_text import errors_text
+from .models import models_of
+from .prepare import as_list
+from .usage import UsageError
+
+MOST_FINDINGS = 5
+"""Findings that are printed; all are in the document."""
+
+
+class DistortedError(MukcaError):
+    """A model does not reproduce the distance of the sockets, so it is not to be used."""
+
+    failed = True
+
+
+@dataclass(frozen=True, repr=False)
+class Errors(Sequence[PlacementErrors]):
+    """How far off the models are, placement by placement; prints as a table in mm."""
+
+    placements: tuple[PlacementErrors, ...]
+    summary: Summaries
+    """The means over the placements trained on, and over those held out."""
+
+    @overload
+    def __getitem__(self, index: int) -> PlacementErrors: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[PlacementErrors, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> PlacementErrors | tuple[PlacementErrors, ...]:
+        return self.placements[index]
+
+    def __len__(self) -> int:
+        return len(self.placements)
+
+    def __iter__(self) -> Iterator[PlacementErrors]:
+        return iter(self.placements)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the errors by name, as the command line's JSON has them [m]."""
+        return msgspec.to_builtins({"placements": self.placements, "summary": self.summary})
+
+    def __repr__(self) -> str:
+        return errors_text(self.placements, self.summary)
+
+
+class Calibration:
+    """A robot as its recordings say it is, with everything that is known of it.
+
+    Args:
+        document: All that ``calibration.json`` holds.
+        calibrated: The calibrated robot; None to build it from the document.
+        source: The document's file, for messages.
+    """
+
+    def __init__(
+        self,
+        document: CalibrationDocument,
+        calibrated: CalibratedRobot | None = None,
+        source: str = "calibration",
+    ) -> None:
+        self.document = document
+        """Everything, as ``calibration.json`` holds it."""
+        self.calibrated = calibrated or calibrated_robot(document, source)
+        """The calibrated robot: predictions and URDFs."""
+        self.source = source
+        """Its file, for messages."""
+
+    @property
+    def robot(self) -> Robot:
+        """The nominal robot."""
+        return self.calibrated.robot
+
+    @cached_property
+    def errors(self) -> Errors:
+        """Per placement: its role, and its errors by each model [m]."""
+        return Errors(self.document.placements, self.document.summary)
+
+    @property
+    def result(self) -> Result:
+        """What the calibration says of itself, without the samples and the models."""
+        fields = Result.__struct_fields__
+        return Result(**{name: getattr(self.document, name) for name in fields})
+
+    @property
+    def distortion(self) -> str:
+        """Why a model that does not reproduce the sockets' distance is not to be used."""
+        mend = "Check --distance, that sockets are not mixed up, and the data"
+        if any(finding.code in OF_JOINTS for finding in self.document.checks or ()):
+            mend = "Mend first what the checks say of the joints"
+        return (
+            "refused: the calibrated model does not reproduce the sockets' distance at "
+            f"{', '.join(self.document.distorted)}; it has shrunk or bent to bring the samples "
+            f"together. {mend}; --accept-distorted exports it"
+        )
+
+    @cached_property
+    def assessment(self) -> Assessment:
+        """The calibration held against the limits that fit the arm; no page is made for it."""
+        return judged(self.document, self.source, AssessmentOptions())
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether the calibration is to be used, and what that rests on."""
+        return self.assessment.verdict
+
+    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
+        """Return where the calibrated robot has the ball's centre, in its base frame [m].
+
+        Args:
+            q: Joint positions in chain order, shape (m,) or (N, m) [rad].
+            effort: What the joints exert to hold the arm, of the same shape [N m]; None for the
+                gravity torques of the model's masses.
+
+        Returns:
+            Shape (3,) or (N, 3).
+
+        Raises:
+            JointsError: Another number of joints than the robot's, or a number that is no position.
+        """
+        return self.calibrated.ball(q, effort)
+
+    def save(
+        self,
+        folder: str | Path,
+        *,
+        force: bool = False,
+        accept_distorted: bool = False,
+        pages: "Callable[[Calibration], Mapping[str, bytes]] | None" = None,
+    ) -> dict[str, str]:
+        """Write the calibrated URDF and ``calibration.json``.
+
+        :func:`mukca.write_report` writes the page that shows them.
+
+        Args:
+            folder: Made where missing. Files of other names in it stay as they are.
+            force: Overwrite what is there.
+            accept_distorted: Write even a model that does not reproduce the sockets' distance.
+            pages: Makes further files to write with them, by name, as ``report.html``.
+
+        Returns:
+            The paths written, by kind.
+
+        Raises:
+            OutputError: The folder is there already, or cannot be written.
+            DistortedError: See ``accept_distorted``.
+        """
+        folder = Path(folder)
+        refuse_existing(folder, force=force)
+        if self.document.distorted and not accept_distorted:
+            raise DistortedError(self.distortion)
+        contents = {"calibrated.urdf": self.calibrated.urdf(folder)}
+        outputs = {"urdf": str(folder / "calibrated.urdf")}
+        if self.calibrated.exported is not None:
+            contents["compensated.urdf"] = self.calibrated.urdf(folder, compensated=True)
+            outputs["compensated_urdf"] = str(folder / "compensated.urdf")
+        outputs["calibration"] = str(folder / "calibration.json")
+        further: Mapping[str, bytes] = pages(self) if pages is not None else {}
+        if "report.html" in further:
+            outputs["report"] = str(folder / "report.html")
+        settings = {**self.document.settings, "accept_distorted": accept_distorted}
+        document = msgspec.structs.replace(self.document, outputs=outputs, settings=settings)
+        contents["calibration.json"] = encode(document, indent=1)
+        write_files(folder, {**contents, **further})
+        return outputs
+
+    def validate(self, placements: Placement | Sequence[Placement]) -> Errors:
+        """Measure the calibration on other recordings.
+
+        Args:
+            placements: See :func:`mukca.read_placements`. Those that the calibration was fitted
+                to have the role ``train`` in the result: their errors prove little.
+
+        Raises:
+            UsageError: No placement is given.
+            MeasurementError: A placement is not of this robot.
+        """
+        given = as_list(placements)
+        if not given:
+            raise UsageError("no placement to validate on; read some by mukca.read_placements")
+        return self.errors_of([measure(p, self.robot, sockets=1) for p in given])
+
+    def errors_of(self, data: Sequence[Measurement]) -> Errors:
+        """Return the errors of checked placements, those trained on first."""
+        roles: list[tuple[Role, Measurement]] = [
+            ("train" if self.was_trained_on(m) else "test", m) for m in data
+        ]
+        models = models_of(self.calibrated)
+        rows = tuple(
+            placement_errors(models, role, m)
+            for role, m in sorted(roles, key=lambda row: row[0] == "test")
+        )
+        return Errors(rows, summarise(rows))
+
+    def was_trained_on(self, measured: Measurement) -> bool:
+        """Tell whether the robot was fitted to these very samples, wherever they lie now."""
+        positions = [sample.position for sample in measured.placement.samples]
+        return any(
+            row.role == "train" and [s.position for s in row.samples] == positions
+            for row in self.document.data
+        )
+
+    def __repr__(self) -> str:
+        doc = self.document
+        distance = distance_text(doc.placements)
+        lines = [f"{doc.robot}, calibrated by method {doc.method}", distance]
+        lines += [f"{finding.level}: {finding}" for finding in doc.checks or ()][:MOST_FINDINGS]
+        verdict = f"Verdict: {self.verdict.title}. {self.verdict.text}"
+        return "\n".join([*lines, repr(self.errors), "", *textwrap.wrap(verdict, 100)])
+
+
+def load_calibration(file: str | Path) -> Calibration:
+    """Read a ``calibration.json``.
+
+    Raises:
+        DocumentError: Missing, of another format, or damaged; the line names the key.
+    """
+    return Calibration(read_calibration(Path(file)), source=str(file))

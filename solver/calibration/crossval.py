@@ -1,0 +1,122 @@
+"""Cross-validation: leave each placement out of the fit once, and train on each alone.
+
+What was left out shows how the calibration does at a new place (paper, Fig. 6).
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ...recorder.dataset import Sample
+from ..bayes.model import Expected
+from ..data import CALIPER_DEVIATION, KnownDistance, Load, Measurement, Metrics, evaluate
+from ..paper import NotConverged
+from ..results import CalibratedRobot
+from ..robot import Parameter, Robot
+from .fit import fit_by_auto, fit_by_paper
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is the same in every fit of a cross-validation."""
+
+    robot: Robot
+    parameters: tuple[Parameter, ...]
+    measurements: tuple[Measurement, ...]
+    method: str
+    """``auto`` or ``paper``."""
+    load: Load
+    known: tuple[KnownDistance, ...] = ()
+    """auto: distances measured beside those between each placement's sockets, whose placements
+    are named in full."""
+    deviation: float = CALIPER_DEVIATION
+    """auto: standard deviation of the latter [m]."""
+    zeros: bool = False
+    """auto: whether the joints' zeros may be off by degrees, as on arms made of servos."""
+    of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
+    """auto: elasticity of other arms of the type."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One fit of a cross-validation. Its errors are then measured at all placements."""
+
+    kind: str
+    """``left_out``: trained on all placements but one; ``alone``: on one; ``bootstrap``: on all,
+    with samples drawn anew from them."""
+    trained: tuple[int, ...]
+    """Indices of the placements that it is trained on."""
+    seed: int | None = None
+    """Of the random draw, for a bootstrap."""
+
+
+def jobs(count: int, bootstrap: int = 0) -> list[Job]:
+    """Return all fits for a number of placements, with ``bootstrap`` fits to resampled data."""
+    everything = tuple(range(count))
+    left_out = [Job("left_out", everything[:i] + everything[i + 1 :]) for i in everything]
+    alone = [Job("alone", (i,)) for i in everything]
+    again = [Job("bootstrap", everything, seed) for seed in range(bootstrap)]
+    return [*(left_out if count > 1 else []), *alone, *again]
+
+
+@dataclass(frozen=True)
+class HeldOutErrors:
+    """How far off a calibration is at every placement."""
+
+    full: tuple[Metrics, ...]
+    """By the full model."""
+    loaded: tuple[Metrics, ...]
+    """By its URDF alone, which is what most programs load."""
+
+
+def run_job(plan: Plan, job: Job) -> HeldOutErrors | None:
+    """Fit, and return the errors at every placement; None if the fit did not settle."""
+    try:
+        robot = _fit(plan, job)
+    except NotConverged:
+        return None
+    data = plan.measurements
+    return HeldOutErrors(
+        tuple(evaluate(robot.ball(m.positions, m.efforts), m) for m in data),
+        tuple(evaluate(robot.geometric_ball(m.positions), m) for m in data),
+    )
+
+
+def _fit(plan: Plan, job: Job) -> CalibratedRobot:
+    train = [plan.measurements[i] for i in job.trained]
+    if job.seed is not None:
+        generator = np.random.default_rng(job.seed)
+        train = [resampled(measured, generator) for measured in train]
+    if plan.method == "paper":
+        return fit_by_paper(plan.robot, plan.parameters, train).calibrated
+    names = {measured.name for measured in train}
+    return fit_by_auto(
+        plan.robot,
+        plan.parameters,
+        train,
+        known=[k for k in plan.known if {k.first[0], k.second[0]} <= names],
+        distance_deviation=plan.deviation,
+        load=plan.load,
+        zeros=plan.zeros,
+        of_type=plan.of_type,
+        tied=False,
+    ).calibrated
+
+
+def resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
+    """Return a placement with as many samples drawn at random from its own, with repetition.
+
+    This is the bootstrap: how results differ between such draws shows how certain they are.
+    """
+    drawn: list[Sample] = []
+    for socket in measured.sockets:
+        samples = [s for s in measured.placement.samples if s.socket == socket]
+        picks = generator.integers(len(samples), size=len(samples))
+        drawn += [samples[i] for i in picks.tolist()]
+    return replace(measured, placement=replace(measured.placement, samples=tuple(drawn)))
+
+
+def spread(values: Iterable[Sequence[float]]) -> list[float]:
+    """Return, for each placement, the standard deviation of a figure over several fits."""
+    return np.std(np.array(list(values)), axis=0, ddof=1).tolist()

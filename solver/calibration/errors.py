@@ -1,0 +1,116 @@
+"""The errors of a calibration: per placement, in summary, and over the iterations."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..bayes.inference import Posterior
+from ..bayes.results import predicted_deviation
+from ..data import Measurement, Metrics, Pose, cost_terms, evaluate, found_deviation, mean_metrics
+from ..results import (
+    CalibratedRobot,
+    CostTerms,
+    Iteration,
+    PlacementErrors,
+    Role,
+    Summaries,
+    Summary,
+)
+from .fit import Predict
+
+
+def placement_errors(
+    models: Mapping[str, Predict],
+    role: Role,
+    measured: Measurement,
+    posterior: Posterior | None = None,
+    calibrated: CalibratedRobot | None = None,
+    frames: Mapping[str, Mapping[str, Pose]] | None = None,
+) -> PlacementErrors:
+    """Return how far off a placement is by each model.
+
+    Args:
+        models: What to compare, by the names of :class:`PlacementErrors`.
+        role: ``train`` or ``test``.
+        measured: The placement.
+        posterior: How well the calibrated model is known, where that is known.
+        calibrated: That model.
+        frames: Where each model has the instruments' frames, see :func:`frames_of`.
+    """
+    predicted = actual = None
+    if posterior is not None and calibrated is not None:
+        predicted, actual = _deviations(calibrated, posterior, measured)
+    metrics = {
+        name: evaluate(predict(measured), measured, (frames or {}).get(name))
+        for name, predict in models.items()
+    }
+    return PlacementErrors(
+        name=measured.name,
+        role=role,
+        kind=measured.kind,
+        samples=measured.counts,
+        distance=measured.distance if measured.kind == "sockets" else None,
+        distance_source=measured.distance_source if measured.kind == "sockets" else None,
+        nominal=metrics["nominal"],
+        calibrated=metrics["calibrated"],
+        geometric=metrics.get("geometric"),
+        ball_refitted=metrics.get("ball_refitted"),
+        predicted_deviation=predicted,
+        found_deviation=actual,
+    )
+
+
+def _deviations(
+    calibrated: CalibratedRobot, posterior: Posterior, measured: Measurement
+) -> tuple[float, float]:
+    """Return the predicted and the found rms distance of samples from their socket's mean [m]."""
+    torques = calibrated.load.torques(calibrated.robot, measured)
+    by_socket = [(measured.positions[rows], torques[rows]) for rows in measured.slices]
+    points = calibrated.ball(measured.positions, measured.efforts)
+    if measured.kind == "points" and posterior.measured_noise is not None:
+        posterior = replace(posterior, noise=posterior.measured_noise)
+    return predicted_deviation(posterior, by_socket), found_deviation(points, measured)
+
+
+def summarise(placements: Sequence[PlacementErrors]) -> Summaries:
+    """Return the means over the placements of each role."""
+    by_role = {r: [p for p in placements if p.role == r] for r in ("train", "test")}
+    train, test = (_summary(rows) if rows else None for rows in by_role.values())
+    return Summaries(train=train, test=test)
+
+
+def _summary(rows: Sequence[PlacementErrors]) -> Summary:
+    nominal = mean_metrics([row.nominal for row in rows])
+    calibrated = mean_metrics([row.calibrated for row in rows])
+    before, after = nominal.mean_absolute_error, calibrated.mean_absolute_error
+    return Summary(
+        nominal=nominal,
+        calibrated=calibrated,
+        geometric=_mean([row.geometric for row in rows]),
+        ball_refitted=_mean([row.ball_refitted for row in rows]),
+        removed_error=1 - after / before if before > 0 else 0.0,
+    )
+
+
+def _mean(metrics: Sequence[Metrics | None]) -> Metrics | None:
+    there = [m for m in metrics if m is not None]
+    return mean_metrics(there) if there else None
+
+
+def history(
+    iterates: Sequence[Predict], train: Sequence[Measurement], test: Sequence[Measurement]
+) -> tuple[Iteration, ...]:
+    """Return inconsistency and distortion [m^2] after each iteration, the nominal model first."""
+    return tuple(
+        Iteration(iteration=i, train=_cost(predict, train), test=_cost(predict, test))
+        for i, predict in enumerate(iterates)
+    )
+
+
+def _cost(predict: Predict, placements: Sequence[Measurement]) -> CostTerms | None:
+    if not placements:
+        return None
+    pairs = [cost_terms(predict(m), m) for m in placements]
+    inconsistency, distortion = np.mean(pairs, axis=0).tolist()
+    return CostTerms(inconsistency=inconsistency, distortion=distortion)

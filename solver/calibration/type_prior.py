@@ -1,0 +1,139 @@
+"""What calibrations of other arms of a type tell of an arm's elasticity.
+
+Each arm's geometry is its own, but how far joints and links of a type give way is much the same in
+all of its arms.
+"""
+
+from collections.abc import Iterable, Sequence
+from importlib.resources import files as resources
+from pathlib import Path
+
+import numpy as np
+
+from ..bayes.model import ELASTICITY, Expected, coefficient_names
+from ..results import (
+    DocumentError,
+    ElasticityDocument,
+    TypeElasticity,
+    format_of,
+    read,
+    read_calibration,
+)
+from ..results.calibration import Coefficient
+from ..results.elasticity import FORMAT
+from ..robot import Robot
+from .options import SHIPPED
+from .usage import UsageError
+
+_SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
+LEAST = 1e-9
+"""No deviation is less [rad/(N m)], so that it can be divided by."""
+
+
+def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
+    """Return what is known of the elasticity of each robot's type, by extension.
+
+    Where several files tell of one robot, a coefficient is their mean, weighted by its precision.
+
+    Args:
+        files: Each a ``calibration.json`` of another arm, or an ``elasticity.json`` of several;
+            or the word ``shipped``, for what was measured of the types of shipped robots; or
+            ``none``, for nothing.
+        robots: A file tells of those that have the same joints.
+
+    Raises:
+        UsageError: A file tells of none of the robots, or has no elasticity.
+        DocumentError: A file is missing, of another format, or damaged.
+    """
+    own = {tuple(robot.joint_names) for robot in robots}
+    told: list[TypeElasticity] = []
+    for file in [files] if isinstance(files, str) else files:
+        if file in ("none", SHIPPED):
+            told += _types(_SHIPPED) if file == SHIPPED else ()
+            continue
+        types = _types(Path(file))
+        if not own & {one.joint_names for one in types}:
+            known, others = (
+                "; ".join(", ".join(joints) for joints in each)
+                for each in (own, [one.joint_names for one in types])
+            )
+            raise UsageError(
+                f"--type-prior {file}: of an arm with the joints {others}, while this has {known}"
+            )
+        if not any(one.coefficients for one in types):
+            raise UsageError(
+                f"--type-prior {file}: no elasticity was found in that arm; give calibrations "
+                "that list `compliance` or `tilt` under `deflection`"
+            )
+        told += types
+    pooled = {one.joint_names: one for one in _pooled(told)}
+    return [_expected(pooled.get(tuple(robot.joint_names))) for robot in robots]
+
+
+def learn_types(files: Iterable[Path]) -> ElasticityDocument:
+    """Return the elasticity of each type of arm that some calibrations are of.
+
+    Args:
+        files: Each a ``calibration.json``; those in which no elasticity was found tell nothing.
+
+    Raises:
+        DocumentError: A file is missing, of another format, or damaged.
+    """
+    types = _pooled([one for file in files for one in _types(file) if one.coefficients])
+    return ElasticityDocument(format=FORMAT, types=tuple(types))
+
+
+def _types(file: Path) -> tuple[TypeElasticity, ...]:
+    if format_of(file) == FORMAT:
+        return read(file, ElasticityDocument, FORMAT).types
+    try:
+        document = read_calibration(file)
+    except DocumentError as error:
+        either = str(error).replace("a calibration.json", "a calibration.json or elasticity.json")
+        raise DocumentError(either) from None
+    joints = document.model.joint_names
+    kept = [name for name in ELASTICITY if name in document.deflection]
+    names = {name for extension in kept for name in coefficient_names(extension, joints)}
+    found = tuple(one for one in document.coefficients or () if one.name in names)
+    return (TypeElasticity(joint_names=joints, arms=1, coefficients=found),)
+
+
+def _pooled(types: Sequence[TypeElasticity]) -> list[TypeElasticity]:
+    """Return one for each type: the means of its coefficients."""
+    pooled: list[TypeElasticity] = []
+    for joints in dict.fromkeys(one.joint_names for one in types):
+        own = [one for one in types if one.joint_names == joints]
+        by_name: dict[str, list[Coefficient]] = {}
+        for coefficient in (c for one in own for c in one.coefficients):
+            by_name.setdefault(coefficient.name, []).append(coefficient)
+        pooled.append(
+            TypeElasticity(
+                joint_names=joints,
+                arms=sum(one.arms for one in own),
+                coefficients=tuple(map(_mean, by_name.values())),
+            )
+        )
+    return pooled
+
+
+def _mean(each: Sequence[Coefficient]) -> Coefficient:
+    weights = np.array([max(one.standard_deviation, LEAST) for one in each]) ** -2
+    mean = float(weights @ [one.value for one in each] / weights.sum())
+    deviation = float(weights.sum() ** -0.5)
+    return Coefficient(
+        name=each[0].name, unit=each[0].unit, value=mean, standard_deviation=deviation
+    )
+
+
+def _expected(known: TypeElasticity | None) -> dict[str, Expected]:
+    """Return what is known of a type, by extension."""
+    if known is None:
+        return {}
+    by_name = {one.name: (one.value, one.standard_deviation) for one in known.coefficients}
+    expected: dict[str, Expected] = {}
+    for extension in ELASTICITY:
+        names = coefficient_names(extension, known.joint_names)
+        if all(name in by_name for name in names):
+            values, deviations = np.array([by_name[name] for name in names]).T
+            expected[extension] = values, deviations
+    return expected

@@ -1,0 +1,17 @@
+from .base_placement import closing_words as closing_words
+from .expected_accuracy import ErrorMap as ErrorMap
+from .expected_accuracy import JointEffect as JointEffect
+from .expected_accuracy import after_recording as after_recording
+from .expected_accuracy import error_map as error_map
+from .expected_accuracy import everywhere as everywhere
+from .expected_accuracy import joint_effects as joint_effects
+from .knowledge import ParameterCovariance as ParameterCovariance
+from .knowledge import Workspace as Workspace
+from .knowledge import from_fit as from_fit
+from .knowledge import from_prior as from_prior
+from .knowledge import workspace_of as workspace_of
+from .plan import expected_groups as expected_groups
+from .plan_placements import Plan as Plan
+from .plan_placements import picture as picture
+from .reachability import Reach as Reach
+from .reachability import skeleton as skeleton

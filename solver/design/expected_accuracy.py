@@ -1,0 +1,162 @@
+"""What a calibration will be worth: after more recordings, at each place, and joint by joint.
+
+All of it follows from the posterior's covariance, to first order; docs/model.md introduces it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..bayes.inference import Posterior
+from ..bayes.model import ExtendedModel
+from ..data import SEAT_DEVIATION, Load
+from ..robot import gravity_moments, workspace
+
+POSES = 2000
+"""Random poses of the workspace."""
+ANYWHERE = 1.0
+"""Standard deviation of where a socket may be, before it is recorded [m]."""
+CELLS = 10
+"""Of the map, from the robot's base to the farthest of the balls."""
+
+
+def after_recording(
+    posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]]
+) -> Posterior:
+    """Return what would be known of the model after recording the same base at another place.
+
+    Each sample tells where the ball is in its socket, by the noise that was found. The sockets are
+    as far apart as before, but for how the base bends: an error of their distance is the same one,
+    and recording more does not make it smaller. What the new errors will be, nobody knows; only how
+    well they tell.
+
+    Args:
+        posterior: What is known.
+        by_socket: For each socket, joint positions, shape (N_k, m) [rad], and moments that hold
+            the joints, shape (N_k, 3 m) [N m].
+    """
+    size, old, new = posterior.model.size, len(posterior.covariance), 3 * len(by_socket)
+    prior = np.zeros((old + new, old + new))
+    prior[:old, :old] = posterior.covariance
+    prior[old:, old:] = np.eye(new) * ANYWHERE**2
+    rows: list[np.ndarray] = []
+    centres: list[np.ndarray] = []
+    for k, (q, moments) in enumerate(by_socket):
+        points, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
+        row = np.zeros((len(q), 3, old + new))
+        row[:, :, :size] = J
+        row[:, :, old + 3 * k : old + 3 * k + 3] = -np.eye(3)
+        scales = posterior.noise.as_gaussian(by_joints)
+        rows.append((np.linalg.inv(np.linalg.cholesky(scales)) @ row).reshape(-1, old + new))
+        centres.append(points.mean(axis=0))
+    before = next((known for known in posterior.data.known if known.on_base), None)
+    if before is not None and len(centres) > 1:
+        row = np.zeros((1, old + new))
+        there = posterior.centres[before.second] - posterior.centres[before.first]
+        here = centres[1] - centres[0]
+        ends = ((size + 3 * before.first, size + 3 * before.second), (old, old + 3))
+        for (a, b), offset in zip(ends, (-there, here), strict=True):
+            row[0, b : b + 3] = offset / np.linalg.norm(offset)
+            row[0, a : a + 3] = -row[0, b : b + 3]
+        rows.append(row / (2**0.5 * SEAT_DEVIATION))
+    A = np.concatenate(rows)
+    gain = np.linalg.solve(np.eye(len(A)) + A @ prior @ A.T, A @ prior)
+    return replace(posterior, covariance=(prior - (A @ prior).T @ gain)[:old, :old])
+
+
+@dataclass(frozen=True)
+class WorkspaceSamples:
+    """The ball in random poses of the workspace."""
+
+    points: np.ndarray
+    """Ball centres, shape (N, 3) [m]."""
+    slopes: np.ndarray
+    """Their derivatives by the unknowns, shape (N, 3, size)."""
+
+
+def everywhere(model: ExtendedModel, x: np.ndarray, load: Load) -> WorkspaceSamples:
+    """Return the ball in random poses of the workspace.
+
+    Args:
+        model: The calibrated model.
+        x: Its unknowns, shape (size,).
+        load: What pulls at the joints.
+    """
+    q = workspace(model.robot, POSES)
+    moments = gravity_moments(model.robot, q, load.gravity, load.payload)
+    return WorkspaceSamples(*model.linearise(x, q, moments)[:2])
+
+
+@dataclass(frozen=True)
+class ErrorMap:
+    """How well places are known, seen from where the calibration was recorded."""
+
+    width: float
+    """Of a square cell [m]."""
+    cells: tuple[tuple[float, float, float], ...]
+    """For each cell that random poses reach, from above: x and y of its middle in the base frame,
+    and the standard deviation of its distance from what was trained on [m]."""
+
+
+def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
+    """Return the predicted error of places over the workspace, from above.
+
+    The base frame itself cannot be seen by a ball, so that a place is known by its distance from
+    the middle of all that was trained on.
+    """
+    model, size, points = posterior.model, posterior.model.size, poses.points
+    _, trained, _ = model.linearise(posterior.x, posterior.data.positions, posterior.data.torques)
+    offset = points - posterior.points.mean(axis=0)
+    direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-9)
+    slopes = np.einsum("ni,nij->nj", direction, poses.slopes - trained.mean(axis=0))
+    variances = np.sum(slopes @ posterior.covariance[:size, :size] * slopes, axis=1)
+    width = float(np.linalg.norm(points[:, :2], axis=1).max()) / CELLS
+    by_cell: dict[tuple[float, float], list[float]] = {}
+    middles = (np.floor(points[:, :2] / width) + 0.5) * width
+    for middle, variance in zip(middles.tolist(), variances.tolist(), strict=True):
+        by_cell.setdefault((middle[0], middle[1]), []).append(variance)
+    cells = ((x, y, float(np.median(own)) ** 0.5) for (x, y), own in sorted(by_cell.items()))
+    return ErrorMap(width, tuple(cells))
+
+
+@dataclass(frozen=True)
+class JointEffect:
+    """How far the calibrated numbers of a joint move the ball: root mean square over poses [m]."""
+
+    joint: str
+    recorded: float
+    """Over the samples that were trained on."""
+    workspace: float
+    """Over random poses of the workspace."""
+
+
+def joint_effects(
+    model: ExtendedModel,
+    x: np.ndarray,
+    poses: WorkspaceSamples,
+    by_socket: Sequence[tuple[np.ndarray, np.ndarray]],
+) -> tuple[JointEffect, ...]:
+    """Return how far the numbers of each joint, and of the ball, move the ball.
+
+    It is the error that would come back if the calibration left this joint alone: the ball's
+    displacement, less its mean in each socket, or over all random poses.
+
+    Args:
+        model: The calibrated model.
+        x: Its unknowns, shape (size,).
+        poses: The same model in random poses.
+        by_socket: As for :func:`after_recording`.
+    """
+    owners = [name.rpartition(".")[0] for name in model.names]
+    joints = list(dict.fromkeys(owners))
+    share = np.array([[owner == joint for owner in owners] for joint in joints]) * x
+
+    def squares(J: np.ndarray) -> np.ndarray:
+        return np.sum(((J - J.mean(axis=0)) @ share.T) ** 2, axis=1)
+
+    there = np.concatenate([squares(model.linearise(x, *one)[1]) for one in by_socket])
+    recorded, over_workspace = (
+        np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (there, squares(poses.slopes))
+    )
+    return tuple(map(JointEffect, joints, recorded, over_workspace))

@@ -1,0 +1,265 @@
+"""A quick, robust fit of a rigid arm to samples, which always ends, and believes no distance.
+
+It is a look at the data, not a calibration: Gauss-Newton steps for the joint origins, held near
+nominal by priors of fixed width, with Student's noise, so that samples far from their socket weigh
+little. The sockets' centres are the weighted means of the samples in them. The arm's scale is held
+at nominal: what the sockets' distances come out as is then what the model says they should be.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import log
+
+import numpy as np
+
+from ..bayes.model import NU, ZERO_WIDTH, extend
+from ..bayes.results import turns
+from ..data import Measurement
+from ..robot import BallModel, Parameter, Robot, all_parameters
+
+TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
+"""Widths of the priors [m], [rad]: as far as arms are from their models."""
+SCALE = 1e-5
+"""Standard deviation of the prior that holds the arm's scale at nominal."""
+ITERATIONS = 40
+FAR_ZERO = np.deg2rad(30)
+"""So far may a joint's zero be off that is sought [rad]."""
+GLANCES = 6
+"""Iterations for the ball's place, and zeros."""
+SETTLED = 1e-2
+"""Relative change of the noise, and change of the unknowns in widths, at which a fit ends."""
+LARGEST_STEP = 0.2
+"""Of any unknown in an iteration [m], [rad]."""
+SMALLEST = 1e-7
+"""Noise is never taken for less [m]."""
+WANDER = 1.9e-3
+"""The same for arms made of servos [m]: their play moves whole sockets."""
+ENOUGH, LEAST = 4000, 20
+"""A fit uses about the first number of samples in all, and at least the second of each socket; more
+would hardly change it."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Joint positions, and the socket of each."""
+
+    positions: np.ndarray
+    """Shape (N, m)."""
+    sockets: np.ndarray
+    """Index of each sample's socket, shape (N,)."""
+
+    @cached_property
+    def count(self) -> int:
+        """Number of sockets."""
+        return int(self.sockets.max()) + 1
+
+    @cached_property
+    def rows(self) -> list[np.ndarray]:
+        """Which samples are in each socket."""
+        return [np.flatnonzero(self.sockets == k) for k in range(self.count)]
+
+    @cached_property
+    def order(self) -> np.ndarray | slice:
+        """Socket after socket, as they mostly come."""
+        ascending = bool((np.diff(self.sockets) >= 0).all())
+        return slice(None) if ascending else np.argsort(self.sockets, kind="stable")
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """Where each socket begins in that order."""
+        return np.searchsorted(self.sockets[self.order], np.arange(self.count))
+
+    def tell(self, unknowns: int) -> bool:
+        """Whether they are enough: twice as many numbers as unknowns beside the sockets'."""
+        return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
+
+    def thinned(self, enough: int) -> "Samples":
+        """Return some of the samples, evenly from each socket."""
+        kept = [r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in self.rows]
+        few = np.concatenate(kept)
+        return Samples(self.positions[few], self.sockets[few])
+
+
+def samples_of(measurements: Sequence[Measurement]) -> Samples:
+    """Return the samples of placements, socket after socket."""
+    counts = [count for m in measurements for count in m.counts]
+    return Samples(
+        np.concatenate([m.positions for m in measurements]),
+        np.repeat(np.arange(len(counts)), counts),
+    )
+
+
+@dataclass(frozen=True)
+class RigidFit:
+    """Where a fit arrived."""
+
+    samples: Samples
+    points: np.ndarray
+    """Ball centres of the samples, shape (N, 3) [m]."""
+    centres: np.ndarray
+    """Those of the sockets, shape (S, 3) [m]."""
+    weights: np.ndarray
+    """Of each sample, shape (N,): near 1, and towards 0 far from its socket."""
+    noise: float
+    """Scale of the noise per axis [m], what the fit absorbed of it put back."""
+    x: np.ndarray
+    """Change of the parameters from nominal, shape (n,) [m, rad]."""
+    covariance: np.ndarray
+    """Of x, shape (n, n)."""
+    jacobian: np.ndarray
+    """Derivatives of the sockets' centres by x, shape (S, 3, n)."""
+    spread: np.ndarray
+    """Variance of the sockets' centres by the samples' noise alone, per axis, shape (S,) [m^2]."""
+
+    @cached_property
+    def errors(self) -> np.ndarray:
+        """How far each sample is from its socket's centre, shape (N,) [m]."""
+        return np.linalg.norm(self.points - self.centres[self.samples.sockets], axis=1)
+
+    @property
+    def error(self) -> float:
+        """Their mean, each by its weight [m]."""
+        return float(np.average(self.errors, weights=self.weights))
+
+
+class RigidModel:
+    """An arm whose joint origins are free.
+
+    Args:
+        robot: The nominal robot.
+        parameters: What of its geometry is free.
+        zeros: Whether the joints' zeros may be off by degrees.
+    """
+
+    def __init__(
+        self, robot: Robot, parameters: Sequence[Parameter], *, zeros: bool = False
+    ) -> None:
+        model = extend(robot, parameters)
+        self.robot, self.zeros = robot, zeros
+        self._least = WANDER if zeros else SMALLEST
+        self.ball: BallModel = model.ball
+        self.widths = np.array(
+            [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
+        )
+        of_place = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
+        self._place = BallModel(robot, of_place)
+        by_scale = model.by_scale()
+        usual = np.diag(self.widths**2)
+        if zeros:
+            turned = turns(robot, parameters)
+            usual += ZERO_WIDTH**2 * turned @ turned.T
+        self._prior = np.linalg.inv(usual) + np.outer(by_scale, by_scale) / SCALE**2
+
+    def nominal_error(self, samples: Samples) -> float:
+        """Return the error [m] of the model as it is, with the best place of the ball.
+
+        Zeros that may be off by degrees are the best ones, too. It is the mean distance of samples
+        from their socket, each by its weight.
+        """
+        joints = range(samples.positions.shape[1]) if self.zeros else ()
+        return self._glance(samples, joints, ZERO_WIDTH)[1]
+
+    def nominal_zeros(self, samples: Samples, joints: Sequence[int]) -> np.ndarray:
+        """Return how far off zeros of some joints are by the model as it is, to first order.
+
+        A joint is truly at q less that where it reads q. Of all sets of zeros, it is the one with
+        the best place of the ball.
+        """
+        return self._glance(samples, joints, FAR_ZERO)[0][3:]
+
+    def _glance(
+        self, samples: Samples, joints: Sequence[int], width: float
+    ) -> tuple[np.ndarray, float]:
+        """Return by how much the ball's place and some zeros are off, and the error without.
+
+        Args:
+            samples: The samples.
+            joints: Those whose zeros may be off.
+            width: By about so much [rad].
+        """
+        linear = self._place.linearise(self._place.nominal, samples.positions)
+        points, by_joints = linear.points, linear.by_joints[:, :, list(joints)]
+        values = np.concatenate([points[:, :, None], linear.by_parameters, by_joints], axis=2)
+        widths = np.array([BALL] * 3 + [width] * len(joints))
+        off = np.zeros(len(widths))
+        e = points - _medians(points, samples)[samples.sockets]
+        noise = _typical(e)
+        for _ in range(GLANCES):
+            noise = _typical(e)
+            weights = _weights(e, noise)
+            centred = values - _means(values, samples, weights)[samples.sockets]
+            e, slopes = centred[:, :, 0], centred[:, :, 1:].reshape(-1, len(widths))
+            A = slopes * np.repeat(weights, 3)[:, None]
+            H = A.T @ slopes + np.diag((noise / widths) ** 2)
+            off = np.linalg.solve(H, A.T @ e.ravel())
+            e = e - (slopes @ off).reshape(e.shape)
+        errors = np.linalg.norm(e, axis=1)
+        return off, float(np.average(errors, weights=_weights(e, noise)))
+
+    def fit(self, samples: Samples) -> RigidFit:
+        """Return the fit to some samples, at least one in each socket."""
+        few = samples.thinned(max(ENOUGH // samples.count, LEAST))
+        P, widths = self._prior, self.widths
+        x = np.zeros(len(widths))
+        points = self.ball.points(self.ball.nominal, few.positions)
+        centres = _medians(points, few)
+        noise = _typical(points - centres[few.sockets])
+        covariance, slopes = np.linalg.inv(P), np.zeros((few.count, 3, len(widths)))
+        for _ in range(ITERATIONS):
+            linear = self.ball.linearise(self.ball.nominal + x, few.positions)
+            weights = _weights(linear.points - centres[few.sockets], noise)
+            centres = _means(linear.points, few, weights)
+            e = linear.points - centres[few.sockets]
+            slopes = _means(linear.by_parameters, few, weights)
+            D = linear.by_parameters - slopes[few.sockets]
+            A = (D * weights[:, None, None] / noise**2).reshape(-1, len(widths))
+            H = A.T @ D.reshape(-1, len(widths)) + P
+            covariance = np.linalg.inv(H)
+            step = -covariance @ (A.T @ e.ravel() + P @ x)
+            step *= min(1.0, LARGEST_STEP / float(np.abs(step).max()))
+            x += step
+            centres = centres + slopes @ step
+            left: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
+            fitted = 3 * few.count + len(widths) - float(np.sum(covariance * P))
+            variance = float(weights @ left) / max(3 * len(e) - fitted, 1.0)
+            before, noise = noise, max(variance**0.5, self._least)
+            change = max(abs(log(noise / before)), float(np.abs(step / widths).max()))
+            if change < SETTLED:
+                break
+        points = self.ball.points(self.ball.nominal + x, samples.positions)
+        centres = _means(points, samples, _weights(points - centres[samples.sockets], noise))
+        weights = _weights(points - centres[samples.sockets], noise)
+        spread = noise**2 / np.bincount(samples.sockets, weights, samples.count)
+        return RigidFit(
+            samples, points, centres, weights * NU / (NU + 3), noise, x, covariance, slopes, spread
+        )
+
+
+def _medians(points: np.ndarray, samples: Samples) -> np.ndarray:
+    return np.array([median(points[rows]) for rows in samples.rows])
+
+
+def _means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
+    """Return the weighted mean in each socket of values of shape (N, ...)."""
+    flat, weights = values.reshape(len(values), -1)[samples.order], weights[samples.order]
+    sums = np.add.reduceat(weights[:, None] * flat, samples.starts, axis=0)
+    means = sums / np.add.reduceat(weights, samples.starts)[:, None]
+    return means.reshape(-1, *values.shape[1:])
+
+
+def median(values: np.ndarray) -> np.ndarray:
+    """Return the median over the first axis; for few values NumPy's own takes ten times as long."""
+    values, n = np.sort(values, axis=0), len(values)
+    return (values[(n - 1) // 2] + values[n // 2]) / 2
+
+
+def _typical(errors: np.ndarray) -> float:
+    """Return the scale of errors per axis by their median [m]."""
+    square = float(median(np.einsum("ni,ni->n", errors, errors)))
+    return max(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
+
+
+def _weights(errors: np.ndarray, noise: float) -> np.ndarray:
+    """Return the robust weight of each error, (nu + 3) / (nu + e^2 / s^2)."""
+    return (NU + 3) / (NU + np.einsum("ni,ni->n", errors, errors) / noise**2)

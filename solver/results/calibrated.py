@@ -1,0 +1,154 @@
+"""A calibrated robot: where its ball truly is, and the URDF that says so."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import MukcaError
+from ..bayes.model import Deflection
+from ..data import Load
+from ..robot import BallModel, Origin, Parameter, Robot, relocate_meshes, scan, set_origins
+
+_FARTHEST = 8 * np.pi
+"""Beyond all joints, endless ones too [rad]."""
+
+
+class JointsError(MukcaError):
+    """Joint positions or efforts that are not those of the robot."""
+
+
+@dataclass(frozen=True, repr=False)
+class CalibratedRobot:
+    """A robot with calibrated joint origins and, where the data support it, joint deflections.
+
+    It predicts the ball's centre as Phi(Theta, q'): the forward kinematics Phi with the calibrated
+    origins Theta, at joint positions q' that are corrected for elasticity and transmission error,
+    see :mod:`mukca.solver.bayes.model.deflection`.
+    """
+
+    robot: Robot
+    """The nominal robot."""
+    parameters: tuple[Parameter, ...]
+    """Which numbers of its geometry were calibrated."""
+    values: np.ndarray
+    """The calibrated parameters, shape (n,) [m, rad]."""
+    deflection: Deflection = field(default_factory=Deflection)
+    """Elasticity and transmission error, by which joint positions are corrected first."""
+    load: Load = field(default_factory=Load)
+    """Gravity and payload, for joint torques where no effort is measured."""
+    exported: np.ndarray | None = None
+    """The best parameters for a program that does not correct joint positions, such as one that
+    reads a URDF alone, shape (n,) [m, rad]. None: nothing is to be corrected, so :attr:`values`."""
+
+    @cached_property
+    def model(self) -> BallModel:
+        """The ball's position as a function of :attr:`parameters` and joint positions."""
+        return BallModel(self.robot, [p.index for p in self.parameters])
+
+    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
+        """Return the ball's centre in the base frame [m].
+
+        Args:
+            q: Joint positions in chain order, shape (m,) or (N, m) [rad].
+            effort: What the joints exert on the arm, of the same shape [N m]; None for the
+                gravity torques of the model's masses.
+
+        Returns:
+            Shape (3,) or (N, 3).
+
+        Raises:
+            JointsError: Another number of joints than the robot's, or a number that is no position.
+        """
+        return self._points(self.values, self._corrected(q, effort), q)
+
+    def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
+        """Return where the joints truly are while their encoders read q [rad].
+
+        Args, units and errors are those of :meth:`ball`.
+
+        Returns:
+            Shape (m,) or (N, m). Tilts of the joints are no positions, and not in it.
+        """
+        rows = self._corrected(q, effort)[:, : len(self.robot.joint_names)]
+        return rows[0] if np.ndim(q) == 1 else rows
+
+    def _corrected(self, q: ArrayLike, effort: ArrayLike | None) -> np.ndarray:
+        """Return the true joint positions, and the tilts where there are any."""
+        positions = self._positions(q)
+        if not self.deflection.extensions:
+            return positions
+        efforts = None if effort is None else self._rows(effort, "joint efforts")
+        moments = self.load.moments(self.robot, positions, efforts)
+        return self.deflection.true_positions(positions, moments)
+
+    def geometric_ball(self, q: ArrayLike) -> np.ndarray:
+        """Return the ball's centre by the exported URDF alone, without any correction of q.
+
+        Shapes, units and errors are those of :meth:`ball`.
+        """
+        values = self.values if self.exported is None else self.exported
+        return self._points(values, self._positions(q), q)
+
+    def nominal_ball(self, q: ArrayLike) -> np.ndarray:
+        """Return the ball's centre by the nominal URDF.
+
+        Shapes, units and errors are those of :meth:`ball`.
+        """
+        return self._points(self.model.nominal, self._positions(q), q)
+
+    def _positions(self, q: ArrayLike) -> np.ndarray:
+        rows = self._rows(q, "joint positions")
+        if (abs(rows) > _FARTHEST).any():
+            row, column = np.argwhere(abs(rows) > _FARTHEST)[0].tolist()
+            raise JointsError(
+                f"joint positions: row {row}, {self.robot.joint_names[column]!r} is "
+                f"{rows[row, column]:.4g}; angles are radians (are these degrees?)"
+            )
+        return rows
+
+    def _rows(self, values: ArrayLike, what: str) -> np.ndarray:
+        try:
+            rows = np.atleast_2d(np.asarray(values, dtype=float))
+        except (TypeError, ValueError):
+            raise JointsError(f"{what}: {values!r:.60} are no numbers") from None
+        names = self.robot.joint_names
+        if rows.ndim != 2 or rows.shape[1] != len(names):
+            raise JointsError(
+                f"{what} of shape {np.shape(values)}: {self.robot.name} has {len(names)} joints, "
+                f"so shape ({len(names)},) or (N, {len(names)}) is needed; in order: "
+                f"{', '.join(names)}"
+            )
+        if not np.isfinite(rows).all():
+            row, column = np.argwhere(~np.isfinite(rows))[0].tolist()
+            raise JointsError(f"{what}: row {row}, {names[column]!r} is {rows[row, column]}")
+        return rows
+
+    def _points(self, parameters: np.ndarray, positions: np.ndarray, q: ArrayLike) -> np.ndarray:
+        points = self.model.points(parameters, positions)
+        return points[0] if np.ndim(q) == 1 else points
+
+    def urdf(self, folder: Path | None = None, *, compensated: bool = False) -> bytes:
+        """Return the calibrated URDF: joint origins replaced, all else as it was.
+
+        Args:
+            folder: Where it will stand; relative mesh paths are rewritten to be found from
+                there. None leaves them.
+            compensated: Return the URDF for programs that correct the joint positions first,
+                instead of the best one for programs that do not.
+        """
+        values = self.values if compensated or self.exported is None else self.exported
+        origins = self.model.origins(values)
+        changed = {joint.name: _origin(origins[i]) for i, joint in enumerate(self.robot.joints)}
+        text = set_origins(self.robot.text, changed)
+        source = Path(self.robot.source)
+        if folder is None or not source.is_file():
+            return text
+        return relocate_meshes(scan(text, self.robot.source), source.parent, folder)
+
+
+def _origin(numbers: np.ndarray) -> Origin:
+    x, y, z, roll, pitch, yaw = numbers.tolist()
+    return Origin((x, y, z), (roll, pitch, yaw))

@@ -1,0 +1,198 @@
+"""What ``calibration.json`` holds: the robot before and after, every sample, all figures.
+
+Lengths are metres, angles radians, masses kilograms. The file needs no other to be used: it holds
+the text of the nominal and of the calibrated URDF.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import MukcaError
+from ..bayes.model import EXTENSIONS, Deflection, coefficient_names
+from ..data import Load
+from ..diagnostics.inspection import Diagnostic
+from ..robot import all_parameters, parse_robot, scan
+from .arms import ArmsDocument, FramePose
+from .calibrated import CalibratedRobot
+from .errors import CostTerms, Iteration, PlacementErrors, Role, Summaries, Summary
+from .estimates import (
+    Coefficient,
+    Correlation,
+    NoiseScale,
+    ParameterValue,
+    PriorWidth,
+    Scale,
+    Uncertainty,
+)
+from .files import Document, DocumentError, read
+from .outlook import Outlook
+from .recorded import CarriedLoad, PlacementSamples
+
+__all__ = [
+    "FORMAT",
+    "CalibrationDocument",
+    "CarriedLoad",
+    "Coefficient",
+    "Correlation",
+    "CostTerms",
+    "Iteration",
+    "Model",
+    "PlacementErrors",
+    "PlacementSamples",
+    "Result",
+    "Role",
+    "Scale",
+    "Summaries",
+    "Summary",
+    "Uncertainty",
+    "calibrated_robot",
+    "misfit",
+    "read_calibration",
+]
+
+FORMAT = "mukca-calibration-1"
+
+
+class NextPlacement(Document, kw_only=True, frozen=True):
+    """Where to record next, in words."""
+
+    text: str
+
+
+class Provenance(Document, kw_only=True, frozen=True):
+    """What a result was made from and with."""
+
+    created: str
+    model_sha256: str
+    data_sha256: dict[str, str]
+    versions: dict[str, str]
+
+
+class Result(Document, kw_only=True, frozen=True):
+    """What a calibration says of itself: the object that ``mukca solve --json`` prints."""
+
+    robot: str
+    method: str
+    optimizer: str
+    iterations: int
+    converged: bool
+    solve_seconds: float
+    placements: tuple[PlacementErrors, ...]
+    summary: Summaries
+    distorted: tuple[str, ...]
+    """Training placements whose distance between sockets the model does not reproduce."""
+    parameters: tuple[ParameterValue, ...]
+    coefficients: tuple[Coefficient, ...] | None = None
+    groups: tuple[PriorWidth, ...] | None = None
+    noise: NoiseScale | None = None
+    log_evidence: float | None = None
+    uncertainty: Uncertainty | None = None
+    scale: Scale | None = None
+    frames: tuple[FramePose, ...] | None = None
+    """Where the frames stand in which positions were measured; None where there is none."""
+    choices: tuple[str, ...] | None = None
+    """What became of each extension, and why."""
+    history: tuple[Iteration, ...]
+    settings: dict[str, Any]
+    """The options of ``mukca solve`` that make this result again."""
+    provenance: Provenance
+    checks: tuple[Diagnostic, ...] | None = None
+    """What was found in the recordings; None where they could not be checked."""
+    next_placement: NextPlacement | None = None
+    warnings: tuple[str, ...]
+    outputs: dict[str, str]
+    """The files written, by kind."""
+
+
+class Model(Document, kw_only=True, frozen=True):
+    """The robot's model, before and after."""
+
+    name: str
+    source: str
+    sha256: str
+    base: str
+    tip: str
+    joint_names: tuple[str, ...]
+    nominal_urdf: str
+    calibrated_urdf: str
+
+
+class CalibrationDocument(Result, kw_only=True, frozen=True):
+    """All of ``calibration.json``."""
+
+    format: str
+    model: Model
+    deflection: dict[str, tuple[float, ...]]
+    """Coefficients of each extension of the geometry."""
+    load: CarriedLoad
+    data: tuple[PlacementSamples, ...]
+    outlook: Outlook | None = None
+    """None where it was not worked out."""
+    arm_name: str = ""
+    """Where several robots were calibrated together, the name of this one."""
+    arms: ArmsDocument | None = None
+    """What it has in common with the others."""
+
+
+def read_calibration(file: Path) -> CalibrationDocument:
+    """Read a ``calibration.json``.
+
+    Raises:
+        DocumentError: Missing, of another format, or damaged; the line names the key.
+    """
+    return read(file, CalibrationDocument, FORMAT)
+
+
+def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
+    """Return the robot that a calibration describes.
+
+    Args:
+        document: The calibration.
+        source: Its file, for messages.
+
+    Raises:
+        DocumentError: The document's parts do not fit each other; the line names the key.
+    """
+    model = document.model
+    try:
+        robot = parse_robot(
+            scan(model.nominal_urdf.encode(), "nominal_urdf"),
+            source=model.source,
+            base=model.base,
+            tip=model.tip,
+        )
+    except MukcaError as error:
+        raise misfit(source, "model", str(error)) from None
+    values = {value.name: value for value in document.parameters}
+    parameters = tuple(p for p in all_parameters(robot) if p.name in values)
+    if not len(parameters) == len(values) == len(document.parameters):
+        raise misfit(source, "parameters", "not those of the joints of model.nominal_urdf")
+    for extension, coefficients in document.deflection.items():
+        if extension not in EXTENSIONS:
+            raise misfit(source, f"deflection.{extension}", "no extension of this version")
+        expected = len(coefficient_names(extension, robot.joint_names))
+        if len(coefficients) != expected:
+            words = f"{len(coefficients)} coefficients, but the joints need {expected}"
+            raise misfit(source, f"deflection.{extension}", words)
+    calibrated, exported = (
+        np.array([getattr(values[p.name], key) for p in parameters], dtype=float)
+        for key in ("calibrated", "exported")
+    )
+    deflection = Deflection(
+        tuple(document.deflection), tuple(map(np.array, document.deflection.values()))
+    )
+    return CalibratedRobot(
+        robot,
+        parameters,
+        calibrated,
+        deflection,
+        Load(document.load.gravity, document.load.payload),
+        exported if document.deflection else None,
+    )
+
+
+def misfit(source: str, key: str, words: str) -> DocumentError:
+    """Return the error for a part that does not fit the others."""
+    return DocumentError(f"{source}: damaged calibration.json: `{key}`: {words}")

@@ -1,0 +1,95 @@
+"""What a fit found, and how well it is known, in ``calibration.json``.
+
+Lengths are metres, angles radians.
+"""
+
+from ..bayes.results import Direction
+from .files import Document
+
+
+class ParameterValue(Document, kw_only=True, frozen=True):
+    """One number of a joint's origin, in metres or radians."""
+
+    name: str
+    joint: str
+    component: str
+    unit: str
+    nominal: float
+    calibrated: float
+    change: float
+    exported: float
+    """As the exported URDF has it."""
+    standard_deviation: float | None = None
+
+
+class Coefficient(Document, kw_only=True, frozen=True):
+    """One coefficient beyond the geometry: a joint's elasticity or transmission error."""
+
+    name: str
+    unit: str
+    value: float
+    standard_deviation: float
+
+
+class PriorWidth(Document, kw_only=True, frozen=True):
+    """A group of parameters that share a prior, and how wide the data made that prior."""
+
+    name: str
+    unit: str
+    count: int
+    width: float
+    """Standard deviation of the prior."""
+    effective: float
+    """How many of its parameters the data decide; the others stay where the prior has them."""
+    active: bool
+
+
+class NoiseScale(Document, kw_only=True, frozen=True):
+    """How noisy the recordings are, as the fit estimates it."""
+
+    space: float
+    """Of the ball's place in a socket [m]."""
+    joint: float
+    """Of the joint angles [rad]."""
+    nu: float
+    """Degrees of freedom of Student's distribution."""
+    measured_space: float | None = None
+    """Of balls that an instrument measured [m]; None, here and below, where none was."""
+    measured_joint: float | None = None
+    """Of the joint angles there [rad]."""
+
+
+class Scale(Document, kw_only=True, frozen=True):
+    """By how much the arm's lengths came out larger than nominal."""
+
+    value: float
+    """0.01 stands for an arm 1 % longer than its model."""
+    deviation: float | None = None
+    """Its standard deviation; None where it could not be computed, and in older files."""
+
+
+class Correlation(Document, kw_only=True, frozen=True):
+    """Two parameters that the data decide only together."""
+
+    a: str
+    b: str
+    value: float
+
+
+class DistanceDeviation(Document, kw_only=True, frozen=True):
+    """Predicted error, one standard deviation, of distances between random poses [m]."""
+
+    median: float
+    worst: float
+    length: float | None = None
+    """The median of those distances; None in older files."""
+
+
+class Uncertainty(Document, kw_only=True, frozen=True):
+    """How well the calibration is known."""
+
+    weak_directions: tuple[Direction, ...]
+    correlations: tuple[Correlation, ...]
+    observability_index: float
+    distance_deviation: DistanceDeviation
+    cannot_see: tuple[str, ...]

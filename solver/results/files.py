@@ -1,0 +1,112 @@
+"""Typed values to JSON files and back, with one clear line for a file that is damaged or foreign.
+
+A key that this version does not know is passed over, so files of later versions that only add
+keys can still be read. A value that is left at its default is not written.
+"""
+
+import json
+import math
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from ...errors import MukcaError
+
+
+class DocumentError(MukcaError):
+    """A file that a command is to read is missing, damaged, or of another kind."""
+
+
+class Document(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Base of all values that stand in a file."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the value by name, as it stands in the file."""
+        return msgspec.to_builtins(self)
+
+
+class _Head(msgspec.Struct):
+    """What tells one kind of file from another."""
+
+    format: str
+
+
+Typed = TypeVar("Typed", bound=Document)
+
+
+def fields_of(document: Document) -> dict[str, Any]:
+    """Return a document's values by name, to make another one that holds the same and more."""
+    return {name: getattr(document, name) for name in document.__struct_fields__}
+
+
+def encode(document: Document, indent: int | None = None, *, compact: bool = False) -> bytes:
+    """Return a document as JSON.
+
+    Args:
+        document: What to write.
+        indent: Spaces for each level; None for one line.
+        compact: Without spaces between the parts.
+
+    Raises:
+        ValueError: A number is not finite; JSON has no word for that.
+    """
+    value = msgspec.to_builtins(document)
+    separators = (",", ":") if compact else None
+    return json.dumps(value, indent=indent, separators=separators, allow_nan=False).encode()
+
+
+def read(file: Path, kind: type[Typed], format_: str) -> Typed:
+    """Read a document.
+
+    Args:
+        file: Where it lies.
+        kind: What it must hold.
+        format_: What it must say of its own format.
+
+    Raises:
+        DocumentError: Missing, not JSON, of another format, or damaged; the line names the key.
+    """
+    name = format_.split("-")[1] + ".json"
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise DocumentError(f"{file}: {error.strerror}; expected a {name}") from None
+    return decode(data, kind, format_, str(file))
+
+
+def decode(data: bytes, kind: type[Typed], format_: str, source: str) -> Typed:
+    """Return the document in a file's bytes; see :func:`read`."""
+    name = format_.split("-")[1] + ".json"
+    # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
+    try:
+        value = json.loads(data, parse_constant=_refuse, parse_float=_finite)
+    except (ValueError, RecursionError) as error:
+        raise DocumentError(f"{source}: not a {name}: {error}") from None
+    try:
+        head = msgspec.convert(value, _Head)
+    except msgspec.ValidationError as error:
+        raise DocumentError(f"{source}: not a {name}: {error}") from None
+    if head.format != format_:
+        raise DocumentError(f"{source}: not a {name} of this version ({format_})")
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        raise DocumentError(f"{source}: damaged {name}: {error}") from None
+
+
+def format_of(file: Path) -> str:
+    """Return what a file says of its own format; empty where it says nothing."""
+    try:
+        return msgspec.convert(json.loads(file.read_bytes()), _Head).format
+    except (OSError, ValueError, RecursionError, msgspec.ValidationError):
+        return ""
+
+
+def _refuse(word: str) -> float:
+    raise ValueError(f"it holds {word}, which is no number")
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    return number if math.isfinite(number) else _refuse(text)

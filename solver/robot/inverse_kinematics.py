@@ -1,0 +1,175 @@
+"""Finds joint positions that put the ball where it should be, with its neck near the vertical.
+
+This is the inverse kinematics of a person's hand that guides the arm into a socket. Many random
+starts go side by side, so that the answers are spread over all that the arm can do.
+"""
+
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from ...errors import MukcaError
+from .kinematics import link_frames
+from .row_function import RowFunction
+from .urdf import Joint, Robot
+
+BATCH = 256
+"""Random starts that are drawn at once."""
+FEW = 64
+"""So many of them are followed first, and then all others."""
+ROWS = 16
+"""Poses are computed for a multiple of so many configurations."""
+MARGIN = 0.1
+"""Whoever is this far outside of the limits at the target stays outside [rad, m]."""
+LONGEST = 0.5
+"""The longest step of a joint on its way to the target [rad, m]."""
+MAX_TILT = np.deg2rad(50)
+"""How far the neck of the ball leans from the vertical [rad]; the printed socket allows 60 deg."""
+
+
+class SimulationError(MukcaError):
+    """An arm that cannot do what is asked of it."""
+
+
+class InverseKinematics:
+    """Finds configurations that put the ball at points: what the user's hand does."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self._pose = _pose(robot.joints)
+        # Arms with endless or very wide joints are guided through one turn only.
+        # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
+        self._leans_freely = len(robot.actuated) >= 6
+        self.lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
+        self.upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
+        slides = [max(abs(j.lower), abs(j.upper)) for j in robot.actuated if j.type == "prismatic"]
+        self.longest = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum() + sum(slides))
+        """No point farther from the base is in reach [m]."""
+
+    def reach(
+        self, points: np.ndarray, generator: np.random.Generator, rounds: int = 40
+    ) -> np.ndarray:
+        """Return one random configuration within the limits for each point.
+
+        Args:
+            points: Where the ball is to be, shape (N, 3) [m].
+            generator: Source of randomness.
+            rounds: How many batches of random starts may bring nothing.
+
+        Returns:
+            Joint positions, shape (N, m).
+
+        Raises:
+            SimulationError: A point is out of reach.
+        """
+        too_far = np.linalg.norm(points, axis=1) > self.longest
+        if too_far.any():
+            raise self._out_of_reach(points[too_far][0])
+        reached = np.full((len(points), len(self.lower)), np.nan)
+        failures = 0
+        while (missing := np.flatnonzero(np.isnan(reached[:, 0]))).size:
+            if failures == rounds:
+                raise self._out_of_reach(points[missing[0]])
+            arrived = self._round(points, reached, missing, generator)
+            failures = 0 if arrived else failures + 1
+        return reached
+
+    def _out_of_reach(self, point: np.ndarray) -> SimulationError:
+        return SimulationError(f"{self.robot.name}: cannot reach {np.round(point, 3).tolist()}")
+
+    def _round(
+        self,
+        points: np.ndarray,
+        reached: np.ndarray,
+        missing: np.ndarray,
+        generator: np.random.Generator,
+    ) -> bool:
+        """Try a batch of random starts, and fill in what they reached; return whether any did.
+
+        The last few are followed first: where a point is reached, the other starts for it are left
+        alone.
+        """
+        starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
+        necks = _random_necks(generator)
+        rows = np.resize(missing, BATCH)
+        for some in np.split(np.arange(BATCH), [BATCH - FEW])[::-1]:
+            some = some[np.isnan(reached[rows[some], 0])]
+            if some.size:
+                targets = np.concatenate([points[rows[some]], necks[some]], axis=1)
+                q, arrived = self._follow(starts[some], targets)
+                reached[rows[some[arrived]]] = q[arrived]
+        return not np.isnan(reached[missing, 0]).all()
+
+    def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return damped Newton solutions from some starts, and which of them arrived."""
+        q = q.copy()
+        moving = self._walk(q, targets, np.arange(len(q)), near=False)
+        # Most arrive outside the limits, and stay there: the others are worth the last steps.
+        beyond = np.maximum(self.lower - q, q - self.upper).max(axis=1)
+        rest = np.union1d(moving, np.flatnonzero(beyond < MARGIN))
+        self._walk(q, targets, rest, near=True)
+        pose = self._linear(q[rest])[0]
+        error = targets[rest] - pose
+        exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
+        tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
+        if not self._leans_freely:
+            tilted = pose[:, 5] < -np.cos(MAX_TILT)
+        inside = np.all((self.lower < q[rest]) & (q[rest] < self.upper), axis=1)
+        arrived = np.zeros(len(q), dtype=bool)
+        arrived[rest] = exact & tilted & inside
+        return q, arrived
+
+    def _walk(
+        self, q: np.ndarray, targets: np.ndarray, moving: np.ndarray, *, near: bool
+    ) -> np.ndarray:
+        """Take steps in some rows of q until they arrive; return which rows still move."""
+        for _ in range(12 if near else 18):
+            if not moving.size:
+                break
+            dq = self._newton_step(q[moving], targets[moving], near)
+            q[moving] += dq
+            moving = moving[np.abs(dq).max(axis=1) > (1e-7 if near else 1e-5)]
+        return moving
+
+    def _newton_step(self, q: np.ndarray, targets: np.ndarray, near: bool) -> np.ndarray:
+        """Return the change of each row of q; far from the target it is damped."""
+        rows = 3 if near and not self._leans_freely else 6
+        pose, J = self._linear(q)
+        error, slope = (targets - pose)[:, :rows], J[:, :rows]
+        JJ = slope @ slope.transpose(0, 2, 1) + (1e-10 if near else 1e-4) * np.eye(rows)
+        dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
+        return dq * np.minimum(1.0, LONGEST / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
+
+    def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
+        N, m = q.shape
+        # CasADi prepares a function for each number of rows: some rows twice cost less
+        pose, by_q = self._pose(np.resize(q, (-(-N // ROWS) * ROWS, m)))
+        return pose[:N], by_q[:N].reshape(N, 6, m)
+
+
+@lru_cache(maxsize=16)
+def _pose(joints: tuple[Joint, ...]) -> RowFunction:
+    """Return ball, neck and their derivatives as a function of joint positions."""
+    q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
+    origins = ca.DM([value for j in joints for value in (*j.origin.xyz, *j.origin.rpy)])
+    frames = link_frames(joints, origins, q)
+    neck, ball = ca.SX(frames[-1][0])[:, 2], frames[-1][1]
+    columns: list[Any] = []  # by hand, in a third of the operations that ca.jacobian takes
+    for joint, (R, p) in zip(joints, frames, strict=True):
+        axis = R @ ca.DM(joint.axis)
+        if joint.actuated and joint.type == "prismatic":
+            columns.append(ca.vertcat(axis, ca.DM.zeros(3)))
+        elif joint.actuated:
+            columns.append(ca.vertcat(ca.cross(axis, ball - p), ca.cross(axis, neck)))
+    return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
+
+
+def _random_necks(generator: np.random.Generator) -> np.ndarray:
+    """Return directions within the allowed tilt of straight down, even over the cap."""
+    height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
+    angle = generator.uniform(-np.pi, np.pi, BATCH)
+    radius = np.sqrt(1 - height**2)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), -height], axis=1)

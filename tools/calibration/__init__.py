@@ -1,1 +1,0 @@
-"""The Python face: calibrate, look at the errors, save, load again, validate."""

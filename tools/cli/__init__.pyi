@@ -1,0 +1,27 @@
+# keep: VERBS, build_parser, main
+from .command import Command as Command
+from .commands.main import VERBS as VERBS
+from .commands.main import build_parser as build_parser
+from .commands.main import main as main
+from .console import Terminal as Terminal
+from .multi_robot_arguments import placements_by_robot as placements_by_robot
+from .multi_robot_arguments import robots_of as robots_of
+from .multi_robot_arguments import split_by_robot as split_by_robot
+from .robot_arguments import add_load as add_load
+from .robot_arguments import add_measured as add_measured
+from .robot_arguments import add_repeatability as add_repeatability
+from .robot_arguments import add_robot as add_robot
+from .robot_arguments import add_type_prior as add_type_prior
+from .robot_arguments import known_of as known_of
+from .robot_arguments import load_of as load_of
+from .robot_arguments import measure_all as measure_all
+from .robot_arguments import placements_of as placements_of
+from .robot_arguments import robot_of as robot_of
+from .robot_arguments import settings_of as settings_of
+from .robot_arguments import split_test as split_test
+from .solve_options import add_options as add_options
+from .tables import frame_lines as frame_lines
+from .tables import left_out_table as left_out_table
+from .tables import matrix_table as matrix_table
+from .tables import metrics_table as metrics_table
+from .tables import parameters_table as parameters_table

@@ -1,0 +1,132 @@
+"""``mukca check``: look at recordings before they are fitted."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import Terminal, add_load, add_measured, add_robot, measure_all, robot_of, settings_of
+
+if TYPE_CHECKING:
+    from ....solver.data import Measurement
+    from ....solver.diagnostics import Inspection, Survey
+    from ....solver.diagnostics.inspection import Diagnostic
+
+_SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
+EXAMPLE = """example:
+  mukca check recordings --robot panda --distance 0.0501
+
+Exit status 1 if something should be mended before training on it."""
+
+
+POINTS_HINT = (
+    "Measured points need no socket: spread the next ones over the workspace, and hold some out."
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.epilog = EXAMPLE
+    parser.add_argument("data", nargs="+", type=Path, metavar="DATA", help="placements")
+    add_robot(parser)
+    parser.add_argument(
+        "--distance", type=float, metavar="M", help="distance of the sockets' centres in metres"
+    )
+    add_measured(parser)
+    add_load(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
+
+
+def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+    """Print one line for each thing seen, and which placement to record next."""
+    from ....solver.data import check_distinct
+    from ....solver.diagnostics import inspect_all, lone_findings, next_placement, predicted_error
+    from ....solver.robot import choose_parameters
+
+    robot, settings = robot_of(arguments), settings_of(arguments)
+    data = measure_all(arguments.data, robot, arguments.distance, sockets=1)
+    check_distinct(data)
+    warnings = [line for measured in data for line in measured.warnings]
+    for line in warnings:
+        terminal.warn(line)
+    known, deviation = settings.distances, settings.deviation
+    parameters = choose_parameters(robot)
+    zeros = bool(settings.zeros)
+    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation, zeros=zeros)
+    lone = lone_findings(data, known)
+    shared, findings = (*survey.shared, *lone), (*survey.findings, *lone)
+    broken = any(finding.level == "error" for finding in findings)
+    predicted = None
+    if not broken:
+        predicted = predicted_error(
+            robot, parameters, data, settings.load, known, deviation, zeros=zeros
+        )
+    hint = next_placement(robot, survey) if survey.placements else POINTS_HINT
+    points = [
+        f"{m.name}: {sum(m.counts)} points that an instrument measured"
+        for m in data
+        if m.kind == "points"
+    ]
+    for line in [*_seen(survey, shared), *points, _amount(data, predicted, broken=broken), hint]:
+        terminal.say(line)
+    if not findings:
+        terminal.say("Nothing wrong was seen.")
+    if arguments.json:
+        terminal.emit(
+            {
+                "robot": arguments.robot,
+                "findings": [finding.as_dict() for finding in shared],
+                "placements": [_row(one) for one in survey.placements],
+                "scale": None if survey.scale is None else asdict(survey.scale),
+                "predicted_distance_deviation": predicted,
+                "next_placement": {"text": hint},
+                "warnings": warnings,
+            }
+        )
+    return 1 if broken else 0
+
+
+def _row(one: "Inspection") -> dict[str, Any]:
+    """Return what one placement shows, for JSON."""
+    return {
+        "name": one.measured.name,
+        "samples": list(one.measured.counts),
+        "distance": one.measured.distance if one.measured.has_distance else None,
+        "distance_source": one.measured.distance_source,
+        "floor": one.floor,
+        "findings": [finding.as_dict() for finding in one.findings],
+    }
+
+
+def _seen(survey: "Survey", shared: "Sequence[Diagnostic]") -> list[str]:
+    """Return what was seen, a line each."""
+    lines = [f"{finding.level}: {finding}" for finding in shared]
+    for one in survey.placements:
+        measured = one.measured
+        counts = "+".join(map(str, measured.counts))
+        distance = (
+            f"; sockets {1e3 * measured.distance:g} mm apart ({_SOURCES[measured.distance_source]})"
+            if measured.has_distance
+            else ""
+        )
+        lines.append(
+            f"{measured.name}: {counts} samples{distance}; fitted alone it leaves "
+            f"{1e3 * one.floor:.3f} mm"
+        )
+        lines += [f"  {finding.level}: {finding}" for finding in one.findings]
+    return lines
+
+
+def _amount(data: "Sequence[Measurement]", predicted: float | None, *, broken: bool) -> str:
+    """Return how much there is, and what a calibration would know by it."""
+    total = sum(sum(measured.counts) for measured in data)
+    places = f"{len(data)} placement{'s' * (len(data) > 1)}"
+    text = f"In all {total} samples in {places}"
+    if predicted is not None:
+        return (
+            f"{text}: calibrated on them, distances in the workspace would be known to "
+            f"{1e3 * predicted:.2f} mm (1 sigma, median)."
+        )
+    why = "mend the errors first" if broken else "a fit to them does not settle"
+    return f"{text}; what a calibration would know by them cannot be told: {why}."

@@ -1,0 +1,61 @@
+"""``mukca drivers``: the arms that can be read."""
+
+import argparse
+
+from ....drivers import DriverInfo, is_installed, list_drivers, try_plugin
+from .. import Terminal
+
+_EXAMPLE = """example:
+  mukca drivers
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.epilog = _EXAMPLE
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+    """List all drivers."""
+    drivers = [try_plugin(info) for info in list_drivers()]
+    for info in drivers:
+        if info.broken:
+            terminal.warn(info.broken)
+    if arguments.json:
+        terminal.emit({"drivers": [_as_json(info) for info in drivers]})
+        return 0
+    width = max(len(info.name) for info in drivers)
+    for info in drivers:
+        terminal.say(f"{info.name:{width}}  {info.arms} ({info.source}); {_state(info)}")
+    return 0
+
+
+def _state(info: DriverInfo) -> str:
+    """Say what a driver needs, and whether it is there."""
+    if info.broken:
+        return "BROKEN"
+    if info.missing:
+        return f"NOT READY: needs {', '.join(info.missing)}, not installed"
+    ready = f"ready, with {', '.join(info.needs)}" if info.needs else "ready"
+    return "; ".join([ready, *(_option(*option) for option in info.optional)])
+
+
+def _option(module: str, address: str) -> str:
+    """Say what an address of some kind needs besides."""
+    return f"{address} with {module}{'' if is_installed(module) else ', NOT installed'}"
+
+
+def _as_json(info: DriverInfo) -> dict[str, object]:
+    return {
+        "name": info.name,
+        "arms": info.arms,
+        "needs": list(info.needs),
+        "missing": list(info.missing),
+        "optional": [
+            {"module": module, "address": address, "installed": is_installed(module)}
+            for module, address in info.optional
+        ],
+        "broken": info.broken or None,
+        "source": info.source,
+    }

@@ -1,0 +1,101 @@
+"""The command line: from arguments to a verb, and from errors to exit statuses.
+
+Exit status: 0 done; 1 it ran and the result fails its limits; 2 bad usage or bad input;
+130 interrupted. Verbs are imported only when they are used, so that ``mukca --help`` is instant.
+"""
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from ...._version import __version__
+from ....errors import MukcaError
+from .. import Command, Terminal
+
+# The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
+VERBS: dict[str, str] = {
+    "demo": "record, calibrate and validate a simulated arm, from start to end",
+    "print-parts": "write the socket base and the ball as files for a 3D printer",
+    "robots": "list the robot models that come with the package",
+    "drivers": "list the arms that can be read, and what each needs",
+    "stream": "show a robot's live joint angles, rate and gaps",
+    "plan": "say what bases, placements and samples would bring, before recording",
+    "record": "record at the robot, in the terminal",
+    "extract": "find the rests of an arm in a bag or log, and make a recording of them",
+    "info": "show what is in recordings",
+    "convert": "write recordings in the other form",
+    "check": "look at recordings before they are fitted",
+    "solve": "calibrate a robot from recordings",
+    "validate": "measure a calibration on other recordings",
+    "crossval": "leave each placement out once, and train on each alone",
+    "fleet": "calibrate many arms, and compare them on one page",
+    "report": "write the report of a calibration, and say its verdict",
+    "compare": "hold calibrations of one robot against each other on the same data",
+    "export": "write a calibration as other programs read it",
+    "simulate": "insert a peg, or draw, with the nominal and the calibrated model in simulation",
+    "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    # The matrices here are small: threads of the linear algebra cost more than they bring.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    words = list(sys.argv[1:] if argv is None else argv)
+    parser = build_parser(words[0] if words else None)
+    arguments = parser.parse_args(words)
+    terminal = Terminal(json=bool(getattr(arguments, "json", False)))
+    try:
+        return _command(arguments.verb).run(arguments, terminal)
+    except MukcaError as error:
+        sys.stderr.write(f"mukca {arguments.verb}: {_one_line(error)}\n")
+        return 1 if error.failed else 2
+    except KeyboardInterrupt:
+        sys.stderr.write(f"mukca {arguments.verb}: interrupted\n")
+        return 130
+    except BrokenPipeError:  # the reader went away, as with `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+
+
+def build_parser(verb: str | None) -> argparse.ArgumentParser:
+    """Return the parser; only the given verb's own arguments are filled in."""
+    parser = argparse.ArgumentParser(
+        prog="mukca",
+        description="Calibrate a robot arm with a printed ball and socket base.",
+        epilog="mukca VERB --help shows a verb's options and an example.",
+    )
+    parser.add_argument("--version", action=_ShowVersion, nargs=0, help="show the version and exit")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for name, line in VERBS.items():
+        sub = verbs.add_parser(
+            name,
+            help=line,
+            description=line[0].upper() + line[1:] + ".",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        if name == verb:
+            _command(name).add_arguments(sub)
+    return parser
+
+
+class _ShowVersion(argparse.Action):
+    """Print the version."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        sys.stdout.write(f"mukca {__version__}\n")
+        parser.exit()
+
+
+def _command(verb: str) -> Command:
+    module: Command = importlib.import_module(  # pyright: ignore[reportAssignmentType]
+        f".{verb.replace('-', '_')}", __package__
+    )
+    return module
+
+
+def _one_line(error: MukcaError) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,256 @@
+"""``mukca print-parts``: the socket base and the ball as files for a 3D printer."""
+
+import argparse
+import math
+from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ....solver.results import refuse_existing, write_files
+from ...printables import (
+    ARMS,
+    BEND_LIMIT,
+    FORCE,
+    FORMATS,
+    MOUNTS,
+    SCREWS,
+    AnchoredBase,
+    BallPart,
+    BoltCircle,
+    Grip,
+    Part,
+    PrintableError,
+    SocketBase,
+    build_parts,
+    encode,
+    part_names,
+)
+from .. import Terminal
+
+_EPILOG = """mounts:
+  franka-hand     a block between the fingers of the Franka hand
+  franka-flange   four M6 on the Franka arms' flange
+  iso-50-4-m6     any flange with the pattern ISO 9409-1-50-4-M6: UR, Kinova Gen3, ...
+  iiwa14          the KUKA iiwa's flange and media flanges, any four of their seven M6
+  xarm            six M5 on the flange of an xArm 5, 6 or 7
+  so101           a block with grooves for the jaws of an SO-101
+  interbotix      a block between the fingers of a ViperX or WidowX
+  gen3-lite       slotted holes for M3 to M5 on circles of 32 to 52 mm: measure your flange
+  none            the socket base alone
+
+examples:
+  mukca print-parts --out parts --mount franka-hand
+  mukca print-parts --out parts --mount iso-50-4-m6 --distance 0.12 --bought-ball
+  mukca print-parts --out parts --bolt-circle-mm 31.5 --bolts 4 --screw M5
+  mukca print-parts --out parts --mount so101 --anchor so101 --plate-mm 80 45
+"""
+_MOUNT_HELP = "what holds the ball at the arm, see below (default: all of them)"
+_FORMAT_HELP = "of the files (default: stl 3mf); step needs mukca[step]"
+_DISTANCE_HELP = "between the sockets' centres, in metres (default: 0.05)"
+_PLATE_HELP = (
+    "of the arm's plate, measured: its width at its front edge, and how far that edge is from the "
+    "first joint's axis"
+)
+_GRIP_HELP = (
+    "a block for a gripper: between its fingers, along their width, along their length; "
+    "the ball's place then counts from the fingertips"
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.epilog = _EPILOG
+    add = parser.add_argument
+    add("--out", type=Path, required=True, metavar="DIR", help="where to write")
+    add("--mount", nargs="+", choices=[*MOUNTS, "none"], metavar="NAME", help=_MOUNT_HELP)
+    add("--format", nargs="+", choices=FORMATS, default=["stl", "3mf"], help=_FORMAT_HELP)
+    add("--json", action="store_true", help="print one JSON object")
+    add("--force", action="store_true", help="overwrite files")
+    add = parser.add_argument_group("socket base").add_argument
+    add("--sockets", type=int, default=2, metavar="N", help="2, or 3 in a triangle (default: 2)")
+    add("--distance", type=float, default=0.05, metavar="D", help=_DISTANCE_HELP)
+    _add_length(add, "--height", 30.0, "of the sockets' centres above the table")
+    _add_length(add, "--clearance", 0.5, "gap between ball and seat beside its pads")
+    add("--anchor", choices=ARMS, help="with a clip for this arm's own base plate")
+    add("--plate-mm", type=float, nargs=2, metavar=("WIDTH", "FRONT"), help=_PLATE_HELP)
+    add = parser.add_argument_group("ball").add_argument
+    _add_length(add, "--ball-diameter", 20.0, "of the ball, in all parts")
+    add("--bought-ball", action="store_true", help="a cup, to glue a bearing ball into")
+    _add_length(add, "--neck", None, "the neck's diameter at the ball; default: 0.45 of the ball's")
+    _add_length(add, "--reach", None, "from the flange to the ball's centre, for one mount")
+    add = parser.add_argument_group("a mount of your own").add_argument
+    _add_length(add, "--bolt-circle", None, "a plate with holes on a circle of this diameter")
+    add("--bolts", type=int, metavar="N", help="holes in it (default: 4)")
+    add("--screw", choices=SCREWS, help="their screws (default: M6)")
+    add("--grip-mm", type=float, nargs=3, metavar=("WIDTH", "DEPTH", "LENGTH"), help=_GRIP_HELP)
+
+
+def _add_length(
+    add: Callable[..., argparse.Action], name: str, default: float | None, text: str
+) -> None:
+    note = "" if default is None else f" (default: {default:g})"
+    add(f"{name}-mm", type=float, default=default, metavar="MM", help=text + note)
+
+
+def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+    """Build, check and write the parts."""
+    base = _base(arguments)
+    balls = _balls(arguments)
+    if find_spec("manifold3d") is None:
+        raise PrintableError(
+            "the parts are cut by manifold3d, which is not installed: pip install 'mukca[print]'"
+        )
+    suffixes = list(dict.fromkeys(arguments.format))
+    tables: dict[str, bytes] = {}
+    if isinstance(base, AnchoredBase):
+        tables[f"sockets-at-{base.arm}.csv"] = base.sockets_at().encode()
+    names = [f"{part}.{suffix}" for part in (*part_names(base), *balls) for suffix in suffixes]
+    names += tables
+    refuse_existing(arguments.out, names, force=arguments.force)
+    with terminal.console.status("building and checking the parts"):
+        parts = list(build_parts(base, balls))
+        contents = [encode(suffix, part) for part in parts for suffix in suffixes]
+    write_files(arguments.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
+    _describe(terminal, arguments, parts)
+    if arguments.json:
+        terminal.emit(
+            {
+                "parts": [dict(part.facts) for part in parts],
+                "outputs": [str(arguments.out / name) for name in names],
+            }
+        )
+    return 0
+
+
+def _base(arguments: argparse.Namespace) -> SocketBase:
+    if (arguments.anchor is None) != (arguments.plate_mm is None):
+        raise PrintableError(
+            "--anchor goes with --plate-mm WIDTH FRONT: the plate's size is not published"
+        )
+    lengths = {
+        "distance": 1000 * arguments.distance,
+        "sockets": arguments.sockets,
+        "ball": arguments.ball_diameter_mm,
+        "clearance": arguments.clearance_mm,
+        "height": arguments.height_mm,
+    }
+    if arguments.anchor is None:
+        return SocketBase(**lengths)
+    width, front = arguments.plate_mm
+    return AnchoredBase(arm=arguments.anchor, width=width, front=front, **lengths)
+
+
+def _balls(arguments: argparse.Namespace) -> Mapping[str, BallPart]:
+    mounts = _mounts(arguments)
+    if arguments.reach_mm is not None and len(mounts) != 1:
+        raise PrintableError("--reach-mm goes with one mount: name it with --mount")
+    return {f"ball-{name}": _ball(name, mount, arguments) for name, mount in mounts.items()}
+
+
+def _ball(name: str, mount: BoltCircle | Grip, arguments: argparse.Namespace) -> BallPart:
+    try:
+        return BallPart(
+            mount.mount(),
+            ball=arguments.ball_diameter_mm,
+            neck=arguments.neck_mm,
+            reach=arguments.reach_mm,
+            bought=arguments.bought_ball,
+        )
+    except PrintableError as error:
+        raise PrintableError(f"ball-{name}: {error}") from None
+
+
+def _mounts(arguments: argparse.Namespace) -> dict[str, BoltCircle | Grip]:
+    """Return the mounts that were asked for: named ones, the user's own, or else all."""
+    own: dict[str, BoltCircle | Grip] = {}
+    if arguments.bolt_circle_mm is not None:
+        own["bolt-circle"] = BoltCircle(
+            arguments.bolt_circle_mm,
+            4 if arguments.bolts is None else arguments.bolts,
+            arguments.screw or "M6",
+        )
+    elif arguments.bolts is not None or arguments.screw is not None:
+        raise PrintableError("--bolts and --screw go with --bolt-circle-mm")
+    if arguments.grip_mm is not None:
+        own["gripper"] = Grip.of(*arguments.grip_mm)
+    if arguments.mount is None:
+        return own or dict(MOUNTS)
+    if "none" in arguments.mount and (own or len(arguments.mount) > 1):
+        raise PrintableError("--mount none stands alone")
+    return {name: MOUNTS[name] for name in arguments.mount if name != "none"} | own
+
+
+def _describe(terminal: Terminal, arguments: argparse.Namespace, parts: list[Part]) -> None:
+    for part in parts:
+        facts = part.facts
+        size = " x ".join(f"{1000 * edge:.0f}" for edge in facts["size"])
+        suffixes = ", ".join(f".{suffix}" for suffix in arguments.format)
+        terminal.say(
+            f"{arguments.out / part.name} ({suffixes})   {size} mm, {facts['volume'] * 1e6:.0f} cm3"
+        )
+        for line in _lines(facts):
+            terminal.say(f"  {line}")
+
+
+def _lines(facts: Mapping[str, Any]) -> list[str]:
+    if "caliper" in facts:
+        anchored = _anchor_lines(facts) if "sockets_in_base" in facts else []
+        return [*_base_lines(facts), *anchored]
+    if "ball" in facts:
+        return _ball_lines(facts)
+    return ["a slice of the clip: print it first, and see that it sits on the arm's plate"]
+
+
+def _anchor_lines(facts: Mapping[str, Any]) -> list[str]:
+    places = "  ".join(
+        "(" + ", ".join(f"{1000 * x:.1f}" for x in place) + ")"
+        for place in facts["sockets_in_base"]
+    )
+    return [
+        f"sockets at {places} mm in the arm's base frame: record as `anchored`, and solve with "
+        "--sockets-at and the CSV file",
+        "z counts from the arm's base frame: the second joint's axis should be "
+        f"{1000 * facts['second_axis_height']:.1f} mm above the table; add what yours is lower",
+    ]
+
+
+def _base_lines(facts: Mapping[str, Any]) -> list[str]:
+    caliper = facts["caliper"]
+    height = 1000 * facts["sockets"][0][2]
+    holes = "  ".join(f"({1000 * x:g}, {1000 * y:g})" for x, y in facts["holes"])
+    return [
+        f"{len(facts['sockets'])} sockets, {1000 * facts['distance']:g} mm apart, for a ball of "
+        f"{1000 * facts['ball_diameter']:g} mm, {height:g} mm above the table",
+        f"a caliper reads {1000 * caliper['outside']:.2f} mm around two waists and "
+        f"{1000 * caliper['inside']:.2f} mm between them; the distance is the mean of the two",
+        f"M6 holes at {holes} mm from the sockets' middle",
+    ]
+
+
+def _ball_lines(facts: Mapping[str, Any]) -> list[str]:
+    return [
+        *_places(facts["ball"], facts["flanges"]),
+        f"bends {1000 * facts['bend']:.3f} mm under {FORCE:g} N sideways at the ball "
+        f"(limit {BEND_LIMIT:g} mm)",
+        f"leans {math.degrees(facts['tilt']):.0f} degrees to all sides in all sockets of this base",
+        *([facts["note"]] if facts["note"] else []),
+        *(f"overhang beyond 45 degrees: {where}" for where in facts["overhangs"]),
+    ]
+
+
+def _places(ball: Sequence[float], flanges: Mapping[str, str]) -> list[str]:
+    """Return the options of ``mukca solve`` that put the ball onto a robot, a line for each link.
+
+    The shipped models hold a ball already, so this one gets a name of its own.
+    """
+    where = "--ball " + " ".join(f"{x:g}" for x in ball)
+    if not flanges:
+        return [f"place: --flange LINK {where}"]
+    robots: dict[str, list[str]] = {}
+    for robot, link in flanges.items():
+        robots.setdefault(link, []).append(robot)
+    return [
+        f"place: --robot {'|'.join(names)} --flange {link} {where} --tip printed_ball"
+        for link, names in robots.items()
+    ]

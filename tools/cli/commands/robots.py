@@ -1,0 +1,118 @@
+"""``mukca robots``: the robot models that come with the package."""
+
+import argparse
+import re
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from ....solver.assessment import ARMS
+from ....solver.robot import BallModel, Robot, link_frames, load_robot, shipped_robots, workspace
+from .. import Terminal
+
+_EXAMPLE = """example:
+  mukca robots
+
+The reach is how far the ball comes from the second joint, about. Without a repeatability the report
+asks for it: --repeatability-mm, from the arm's data sheet.
+"""
+DRIVERS = {
+    **dict.fromkeys(("panda", "fr3"), "franka:HOST"),
+    "iiwa14": "kuka:HOST",
+    **dict.fromkeys(("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur20"), "ur:HOST"),
+    **dict.fromkeys(("gen3", "gen3_lite"), "kinova:kortex://HOST"),
+    "piper": "piper:can0",
+    "openarm": "damiao:can0",
+    **dict.fromkeys(("xarm6", "xarm7", "lite6", "uf850"), "xarm:HOST"),
+    **{name: f"feetech:PORT?arm={name}" for name in ("so101", "so100")},
+    **{name: f"dynamixel:PORT?arm={name}" for name in ("vx300s", "wx250s", "koch")},
+}
+"""What reads each robot; any can be read by way of ROS."""
+CONFIGURATIONS = 256
+ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class RobotInfo:
+    """One line of the list."""
+
+    name: str
+    title: str
+    joints: int
+    reach: float
+    """[m]."""
+    driver: str
+    repeatability: float | None
+    """[m]."""
+    source: str
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.epilog = _EXAMPLE
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+    """List all shipped robots."""
+    robots = [describe(name) for name in shipped_robots()]
+    if arguments.json:
+        terminal.emit({"robots": [asdict(info) for info in robots]})
+        return 0
+    width = max(len(info.name) for info in robots)
+    for info in robots:
+        known = f", repeats to {1e3 * info.repeatability:g} mm" if info.repeatability else ""
+        terminal.say(f"{info.name:{width}}  {info.title}")
+        terminal.say(
+            f"{'':{width}}  {info.joints} joints, reach {info.reach:.2f} m{known}; {info.driver}"
+        )
+        terminal.say(f"{'':{width}}  from {info.source}")
+    return 0
+
+
+def describe(name: str) -> RobotInfo:
+    """Return what is worth knowing of a shipped robot; its file's comment says what it is."""
+    robot = load_robot(name)
+    comment = robot.text.data.decode().partition("<!--")[2].partition("-->")[0]
+    title, _, rest = " ".join(comment.split()).partition(". Lengths in metres")
+    source = re.search(r"Source of [^:]*: (.*?)(?:\. [A-Z]|\.$|$)", rest)
+    arm = ARMS.get(name)
+    return RobotInfo(
+        name=name,
+        title=title.partition(" with a ball")[0].partition(" with its")[0].rstrip(","),
+        joints=len(robot.actuated),
+        reach=reach(robot),
+        driver=DRIVERS.get(name, "ros:HOST"),
+        repeatability=arm.repeatability if arm else None,
+        source=source[1] if source else "",
+    )
+
+
+def reach(robot: Robot) -> float:
+    """Return how far the ball comes from the second joint [m], about: the best of a search."""
+    model = BallModel(robot, [])
+    lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
+    upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
+    positions = workspace(robot, CONFIGURATIONS)
+    positions[:, 0] = 0.0 if lower[0] < 0 < upper[0] else lower[0]
+    centre = _second_joint(robot, positions[0, 0])
+
+    def distances(q: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(model.points(np.empty(0), q) - centre, axis=1)
+
+    best = positions[np.argmax(distances(positions))]
+    for _ in range(ROUNDS):
+        for joint in range(1, len(best)):
+            tries = np.tile(best, (CONFIGURATIONS, 1))
+            tries[:, joint] = np.linspace(lower[joint], upper[joint], CONFIGURATIONS)
+            best = tries[np.argmax(distances(tries))]
+    return float(distances(np.tile(best, (CONFIGURATIONS, 1)))[0])
+
+
+def _second_joint(robot: Robot, first: float) -> np.ndarray:
+    """Return where the second joint is in the base frame, at an angle of the first [m]."""
+    q = np.zeros(len(robot.actuated))
+    q[0] = first
+    frames = link_frames(robot.joints, robot.origins.ravel(), q)
+    second = robot.joints.index(robot.actuated[1])
+    return np.asarray(frames[second][1]).ravel()

@@ -1,0 +1,185 @@
+"""``mukca stream``: a robot's live joint angles, to check a connection before recording."""
+
+import argparse
+import logging
+import math
+import sys
+import textwrap
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+from ....drivers import DriverError, JointState, Reason, Reconnecting, clock, open_driver
+from ....errors import MukcaError
+from .. import Terminal
+from .stream_rate import Meter
+
+if TYPE_CHECKING:
+    from rich.console import Group
+    from rich.table import Table
+
+READ_SECONDS = 0.2
+WAITED_SECONDS = 5e-5  # a read that took less found its state waiting
+SCREEN_SECONDS = 0.1
+LINE_SECONDS = 1.0
+_EXAMPLE = """examples:
+  mukca stream --driver franka:172.16.0.2
+  mukca stream --driver 'kinova:serial:///dev/ttyUSB0?baud=115200'
+  mukca stream --driver ur:192.168.1.10 --json --count 1000 > states.jsonl
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.epilog = _EXAMPLE
+    parser.add_argument(
+        "--driver", required=True, metavar="NAME[:ADDRESS]", help="see mukca drivers"
+    )
+    parser.add_argument("--count", type=int, metavar="N", help="end after so many states")
+    parser.add_argument("--seconds", type=float, metavar="S", help="end after so long")
+    parser.add_argument("--json", action="store_true", help="print one JSON object a state")
+
+
+def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+    """Show states until the end that was asked for, or Ctrl-C."""
+    logging.getLogger("mukca").addHandler(logging.NullHandler())  # drops are told here
+    name, _, address = arguments.driver.partition(":")
+    with ExitStack() as stack:
+        driver = Reconnecting(lambda: open_driver(name, address))
+        stack.callback(driver.close)
+        monitor = Monitor(driver, arguments.count, arguments.seconds)
+        if arguments.json:
+            monitor.write_json(terminal)
+        elif sys.stdout.isatty():
+            monitor.show_screen(terminal)
+        else:
+            monitor.write_lines(terminal)
+    return 0
+
+
+class Monitor:
+    """Reads states and counts them, until an end.
+
+    Args:
+        driver: What is read.
+        count: How many states to read; None for no limit.
+        seconds: How long to read [s]; None for no limit.
+    """
+
+    def __init__(self, driver: Reconnecting, count: int | None, seconds: float | None) -> None:
+        if (count is not None and count < 1) or (seconds is not None and not seconds > 0):
+            raise MukcaError("--count and --seconds are positive")
+        self._driver = driver
+        self._left = math.inf if count is None else count
+        self._end = math.inf if seconds is None else clock.now() + seconds
+        self._meter = Meter()
+        self._state: JointState | None = None
+        self._arrival = clock.now()
+
+    def write_json(self, terminal: Terminal) -> None:
+        """Write one JSON object a state."""
+        last: str | None = None
+        while not self._ended():
+            state = self._read()
+            if self._driver.trouble != last:
+                last = self._driver.trouble
+                terminal.warn(last or "states come again")
+            if state is not None:
+                terminal.emit(self._as_json(state))
+
+    def write_lines(self, terminal: Terminal) -> None:
+        """Write one line a second, where there is no terminal."""
+        due = clock.now() + LINE_SECONDS
+        while not self._ended():
+            self._read()
+            if clock.now() >= due:
+                due += LINE_SECONDS
+                terminal.say(f"{self._angles()}  {'; '.join(self._figures())}")
+        terminal.say(f"{self._angles()}  {'; '.join(self._figures())}")
+
+    def show_screen(self, terminal: Terminal) -> None:
+        """Draw the states ten times a second."""
+        from rich.live import Live
+
+        due = 0.0
+        with Live(console=terminal.console, auto_refresh=False, transient=False) as live:
+            while not self._ended():
+                self._read()
+                if clock.now() >= due:
+                    live.update(self._view(terminal.console.width), refresh=True)
+                    due = clock.now() + SCREEN_SECONDS
+            live.update(self._view(terminal.console.width), refresh=True)
+
+    def _read(self) -> JointState | None:
+        """Read one state; None if none came soon."""
+        asked = clock.now()
+        try:
+            state = self._driver.read(READ_SECONDS)
+        except DriverError as error:
+            if error.reason is not Reason.SILENT:
+                raise
+            return None
+        self._arrival = clock.now()
+        self._meter.add(self._arrival, waited=self._arrival - asked > WAITED_SECONDS)
+        self._left -= 1
+        self._state = state
+        return state
+
+    def _ended(self) -> bool:
+        return self._left <= 0 or clock.now() >= self._end
+
+    def _as_json(self, state: JointState) -> dict[str, Any]:
+        return {
+            "stamp": state.stamp,
+            "position": [_finite(angle) for angle in state.position],
+            "effort": state.effort and [_finite(effort) for effort in state.effort],
+            "missed": self._driver.missed,
+            "rejected": self._driver.rejected,
+            "drops": self._driver.drops,
+            "status": self._driver.status,
+        }
+
+    def _angles(self) -> str:
+        position = self._state.position if self._state else ()
+        return " ".join(f"{math.degrees(angle):9.3f}" for angle in position) + " deg"
+
+    def _figures(self) -> list[str]:
+        """Rate, gaps and losses; what the robot says of itself; why no state comes."""
+        reading = self._meter.read()
+        age = clock.now() - self._arrival
+        rate = reading.rate if age < 1 else 0.0
+        figures = (
+            f"{rate:.0f} Hz, every {1e3 * reading.interval:.2f} ms "
+            f"(99 %: {1e3 * reading.worst_interval:.2f}), missed {self._driver.missed}, "
+            f"rejected {self._driver.rejected}, drops {self._driver.drops}"
+        )
+        trouble = self._driver.trouble or (f"silent for {age:.1f} s" if age > 1 else "")
+        return [part for part in (figures, self._driver.status, trouble) if part]
+
+    def _view(self, width: int) -> "Group":
+        """The table, and below it all of the figures, however long and narrow."""
+        from rich.console import Group
+        from rich.text import Text
+
+        lines = [line for part in self._figures() for line in textwrap.wrap(part, width)]
+        return Group(self._table(), *map(Text, lines))
+
+    def _table(self) -> "Table":
+        from rich.table import Table
+
+        table = Table()
+        table.add_column("joint")
+        for unit in ("deg", "rad", "N m"):
+            table.add_column(unit, justify="right", min_width=10)
+        state = self._state
+        for index, name in enumerate(self._driver.joint_names):
+            if state is None:
+                table.add_row(name)
+                continue
+            angle = state.position[index]
+            effort = f"{state.effort[index]:.2f}" if state.effort else ""
+            table.add_row(name, f"{math.degrees(angle):.3f}", f"{angle:.5f}", effort)
+        return table
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,89 @@
+"""Where verbs write: people's text and one JSON object, each to its stream.
+
+With ``--json`` standard output carries JSON alone and everything for people goes to standard
+error; without it, people read standard output.
+"""
+
+import json as _json
+import os
+import sys
+from contextlib import contextmanager
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from rich.console import Console
+
+    from ...solver.results import Document
+
+PIPED_WIDTH = 120
+"""Of a table that goes to a file or another program, where no line has to be broken."""
+
+
+class Terminal:
+    """The two streams of a command.
+
+    Args:
+        json: Whether standard output carries JSON alone.
+        brief: Whether a verb, as part of another one, says no more than what came of it.
+    """
+
+    def __init__(self, *, json: bool = False, brief: bool = False) -> None:
+        self.json, self.brief = json, brief
+
+    @cached_property
+    def console(self) -> "Console":
+        """A rich console on the people's stream; plain text where that is no terminal."""
+        from rich.console import Console
+
+        console = Console(stderr=self.json, highlight=False, soft_wrap=True)
+        if not console.is_terminal and "COLUMNS" not in os.environ:
+            console.width = PIPED_WIDTH
+        return console
+
+    @contextmanager
+    def progress(self, total: int | None = None) -> "Generator[Callable[[str], None]]":
+        """Show what long work is at, on a terminal only.
+
+        Args:
+            total: Number of steps, where it is known.
+
+        Yields:
+            To be told the name of each step as it begins.
+        """
+        if not sys.stderr.isatty():
+            yield lambda _: None
+            return
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with Progress(console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("", total=total)
+            yield lambda step: bar.update(task, description=step, advance=1)
+
+    def say(self, text: str) -> None:
+        """Write a line for people, as it is."""
+        sys.stdout.flush()
+        stream = sys.stderr if self.json else sys.stdout
+        stream.write(text + "\n")
+
+    def warn(self, text: str, level: str = "warning") -> None:
+        """Write a line about something that may be wrong, or is, to standard error."""
+        sys.stderr.write(f"{level}: {' '.join(text.split())}\n")
+
+    def emit(self, value: "dict[str, Any] | Document") -> None:
+        """Write one JSON object on one line of standard output.
+
+        Raises:
+            ValueError: The object holds a NaN or an infinity, which JSON has no word for.
+        """
+        if isinstance(value, dict):
+            text = _json.dumps(value, allow_nan=False)
+        else:
+            from ...solver.results import encode
+
+            text = encode(value).decode()
+        sys.stdout.write(text + "\n")
+        sys.stdout.flush()

@@ -1,0 +1,95 @@
+"""What ``mukca simulate --json`` prints: what came of a simulated experiment, in SI units."""
+
+from ...solver.results import Document
+
+
+class Statistics(Document, kw_only=True, frozen=True):
+    """Of some trials' values."""
+
+    mean: float
+    min: float
+    max: float
+
+
+class Trials(Document, kw_only=True, frozen=True):
+    """All trials with one model at one place."""
+
+    tracking_error: float
+    """Mean distance of the tool from where it should be [m]."""
+    max_tracking_error: float
+    force: Statistics
+    """Mean force of each trial [N]."""
+    peak_force: Statistics
+
+
+class Insertion(Document, kw_only=True, frozen=True):
+    """One peg put into a hole, or beside it."""
+
+    hole: tuple[float, ...]
+    """Where it is [m]."""
+    elbow: float
+    inserted: bool
+    depth: float
+    """That the peg reached [m]."""
+    miss: tuple[float, float, float]
+    """Where the peg was above the hole, just before it went down [m]."""
+    force: float
+    peak_force: float
+
+
+class Insertions(Trials, kw_only=True, frozen=True):
+    """Pegs put into holes."""
+
+    inserted: int
+    trials: int
+    each: tuple[Insertion, ...]
+
+
+class Retracing(Document, kw_only=True, frozen=True):
+    """One line drawn."""
+
+    elbow: float
+    tracking_error: float
+    touching: float
+    """Share of the time in which the pen touched the paper."""
+    force: float
+    peak_force: float
+    line: tuple[tuple[float, float], ...]
+    """The pen's true path over the paper [m]."""
+
+
+class Drawing(Trials, kw_only=True, frozen=True):
+    """Lines drawn one over the other."""
+
+    retracings: int
+    spread: float
+    """Largest distance between any two lines at one moment, mean over time [m]."""
+    max_spread: float
+    each: tuple[Retracing, ...]
+
+
+class ModelTrials(Document, kw_only=True, frozen=True):
+    """All that was tried with one model."""
+
+    model: str
+    centre: Insertions | None = None
+    """Where it was taught."""
+    cross: Insertions | None = None
+    """At other places."""
+    drawing: Drawing | None = None
+
+
+class SimulationDocument(ModelTrials, kw_only=True, frozen=True):
+    """The whole experiment."""
+
+    experiment: str
+    """``insertion`` or ``drawing``."""
+    arm: int
+    """Seed of the true arm."""
+    seed: int
+    hole: float | None = None
+    """Its diameter, for insertions [m]."""
+    beside: ModelTrials | None = None
+    """The other model, where two were compared."""
+    outputs: dict[str, str] | None = None
+    """The files written, by kind."""

@@ -1,0 +1,89 @@
+"""What ``fleet.json`` holds: many arms, each calibrated by its own recordings; in SI units."""
+
+from typing import Literal
+
+from ...solver.assessment import Outcome, Step
+from ...solver.results import Document
+
+FORMAT = "mukca-fleet-1"
+
+
+class FleetChange(Document, kw_only=True, frozen=True):
+    """By how much one number of one arm differs from its nominal model."""
+
+    name: str
+    unit: str
+    change: float
+    standard_deviation: float | None
+
+
+class FleetDrift(Document, kw_only=True, frozen=True):
+    """How the calibration of the session before does on the recordings of this one."""
+
+    since: str
+    """Name of the session before."""
+    mean_absolute_error: float
+    status: str
+    """``valid``, ``invalid`` or ``unknown``, as ``mukca validate`` says it."""
+    text: str
+
+
+class FleetSession(Document, kw_only=True, frozen=True):
+    """One arm's recordings of one date, and the calibration by them."""
+
+    name: str
+    """Of the folder; empty where the placements lie in the arm's own folder."""
+    placements: int
+    samples: int
+    held_out: bool
+    """Whether a placement was held out; else the errors are those of the fit itself."""
+    nominal: float
+    """Mean absolute error of the nominal model [m]."""
+    calibrated: float
+    """Mean absolute error of ``calibrated.urdf`` [m]."""
+    distance_error: float | None
+    """Mean of the absolute values [m]."""
+    status: Outcome | Literal["refused"]
+    text: str
+    todo: Step | None = None
+    drift: FleetDrift | None = None
+    parameters: tuple[FleetChange, ...] = ()
+    outputs: dict[str, str]
+
+
+class FleetArm(Document, kw_only=True, frozen=True):
+    """One arm."""
+
+    name: str
+    robot: str
+    sessions: tuple[FleetSession, ...]
+    """By name, which begins with the date where there are several."""
+    error: str | None = None
+    """Why there is no calibration, or none of the last sessions."""
+    again: str | None = None
+    """What to record again, or to do; None where all is well."""
+
+
+class FleetParameter(Document, kw_only=True, frozen=True):
+    """One number over all arms of one model, by their last calibrations."""
+
+    robot: str
+    name: str
+    unit: str
+    arms: int
+    mean: float
+    """Mean change from nominal: what the model itself has wrong."""
+    spread: float | None
+    """Standard deviation over the arms: what is each arm's own; None for a single arm."""
+    farthest: str
+    """The arm that is farthest from the mean."""
+    change: float
+    """Its change from nominal."""
+
+
+class FleetDocument(Document, kw_only=True, frozen=True):
+    """All of ``fleet.json``."""
+
+    format: str
+    arms: tuple[FleetArm, ...]
+    parameters: tuple[FleetParameter, ...]

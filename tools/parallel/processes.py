@@ -1,0 +1,166 @@
+"""Independent pieces of work, done by the processes of this computer or by a Dask cluster.
+
+The result of a piece of work depends on what it is given alone, seeds included, so it is the same
+wherever it was done. A worker that is lost costs what it was doing, which another one does again.
+"""
+
+import argparse
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from multiprocessing.connection import wait
+from typing import TypeVar
+
+from ...solver.calibration import UsageError
+from .dask_cluster import WorkersLostError, map_on_cluster
+
+__all__ = ["Workers", "WorkersLostError", "add_workers", "workers_of"]
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+MOST_LOSSES = 3
+"""So often in a row may processes be lost without any piece of work done in between."""
+
+
+def _ignore(_: int) -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who does the work.
+
+    Attributes:
+        processes: How many processes of this computer.
+        cluster: Address of a Dask scheduler, as in ``tcp://10.0.0.7:8786``, whose workers do it
+            instead.
+    """
+
+    processes: int = 1
+    cluster: str | None = None
+
+    def map(
+        self,
+        work: Callable[[Item], Result],
+        items: Sequence[Item],
+        done: Callable[[int], None] = _ignore,
+    ) -> list[Result]:
+        """Do a piece of work for each item, and return the results in the items' order.
+
+        Args:
+            work: A function at the top of a module, or a ``functools.partial`` of one. What it
+                raises ends all the work, and is raised here.
+            items: What it is given, one by one.
+            done: Told the index of each item as it is done, in whatever order.
+
+        Raises:
+            WorkersLostError: Workers were lost again and again, or all of them.
+            UsageError: No such cluster, or it has other versions of what computes.
+        """
+        if self.cluster is not None:
+            return map_on_cluster(self.cluster, work, items, done)
+        if self.processes == 1 or len(items) < 2:
+            return list(_here(work, items, done))
+        return _by_processes(min(self.processes, len(items)), work, items, done)
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Add ``--processes`` and ``--cluster``."""
+    group = parser.add_argument_group("workers")
+    group.add_argument(
+        "--processes", type=int, default=os.cpu_count(), metavar="N", help="(default: all cores)"
+    )
+    group.add_argument(
+        "--cluster",
+        metavar="ADDRESS",
+        help="of a Dask scheduler, whose workers do the work; needs mukca[cluster]",
+    )
+
+
+def workers_of(arguments: argparse.Namespace) -> Workers:
+    """Return the workers that the arguments of :func:`add_workers` name.
+
+    Raises:
+        UsageError: Less than one process.
+    """
+    if arguments.processes < 1:
+        raise UsageError(f"--processes {arguments.processes}: expected 1 or more")
+    return Workers(arguments.processes, arguments.cluster)
+
+
+def _here(
+    work: Callable[[Item], Result], items: Sequence[Item], done: Callable[[int], None]
+) -> Iterator[Result]:
+    for i, item in enumerate(items):
+        yield work(item)
+        done(i)
+
+
+def _by_processes(
+    processes: int,
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    done: Callable[[int], None],
+) -> list[Result]:
+    """Give the items to processes; where one is lost, begin anew with what is not done yet."""
+    results: dict[int, Result] = {}
+    losses = 0
+    while len(results) < len(items):
+        missing = [i for i in range(len(items)) if i not in results]
+        try:
+            for i, result in _one_pool(processes, work, items, missing):
+                results[i] = result
+                losses = 0
+                done(i)
+        except BrokenProcessPool:
+            losses += 1
+            if losses == MOST_LOSSES:
+                raise WorkersLostError(
+                    f"processes ended {losses} times without doing anything, with "
+                    f"{len(items) - len(results)} of {len(items)} left to do: is the memory full? "
+                    "Try fewer by --processes"
+                ) from None
+    return [results[i] for i in range(len(items))]
+
+
+def _one_pool(
+    processes: int,
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    missing: Sequence[int],
+) -> Iterator[tuple[int, Result]]:
+    """Yield results as they come. Whatever ends it, no process is left behind."""
+    others = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(
+        processes, multiprocessing.get_context("spawn"), _prepare, (os.getpid(),)
+    )
+    try:
+        futures = {pool.submit(work, items[i]): i for i in missing}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+    except BaseException:
+        for child in set(multiprocessing.active_children()) - others:
+            child.kill()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _prepare(parent: int) -> None:
+    """Leave Ctrl-C to the parent, and end when it ends, however it does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, args=(parent,), daemon=True).start()
+
+
+def _end_with_parent(parent: int) -> None:
+    process = multiprocessing.parent_process()
+    if process is not None and process.pid == parent:
+        wait([process.sentinel])
+        sys.stderr.close()
+        os._exit(1)

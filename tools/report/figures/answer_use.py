@@ -1,0 +1,155 @@
+"""May I use this arm for my task? The answer, placement by placement."""
+
+from collections.abc import Sequence
+
+from ....solver.assessment import (
+    Answer,
+    Limits,
+    PlacementReport,
+    RoleSummaries,
+    UseAnswer,
+    UseAtPlacement,
+    Verdict,
+    brief_area,
+    joined,
+    mm,
+    short_names,
+)
+from ....solver.results.calibration import Uncertainty
+
+_ANSWERS: dict[Answer, str] = {"yes": "yes", "mostly": "mostly (19 of 20 samples)", "no": "no"}
+_BUT = {
+    "fail": " But the verdict is FAIL, so mend that first.",
+    "incomplete": " But the verdict is open, so see first what it lacks.",
+}
+SIDE = 0.05
+"""A place nearer than this to the robot's x axis is neither left nor right [m]."""
+_CANNOT_SEE = (
+    "the flange's orientation and another tool's centre point: calibrate that tool by itself",
+    "where the robot's base stands in the room, or what a camera sees",
+    "loads other than the one carried while recording",
+)
+
+
+def use_answer(
+    placements: Sequence[PlacementReport],
+    summary: RoleSummaries,
+    verdict: Verdict,
+    limits: Limits,
+    uncertainty: Uncertainty | None,
+    tolerance: float,
+) -> UseAnswer:
+    """Return whether a task with the given tolerance may be done, placement by placement.
+
+    Args:
+        placements: All of them.
+        summary: The errors of each role.
+        verdict: Whether the limits are kept.
+        limits: What the arm is held against.
+        uncertainty: How well the calibration is known; None where the method does not say.
+        tolerance: The error that the task allows [m].
+    """
+    names = short_names([row.name for row in placements])
+    rows = tuple(
+        UseAtPlacement(
+            name=name,
+            called=f"{name}{_side(row.position)}",
+            where=brief_area(row.position),
+            answer=answer_at(row, tolerance),
+        )
+        for name, row in zip(names, placements, strict=True)
+    )
+    return UseAnswer(
+        rows=rows,
+        text=use_text(
+            [row.called for row in rows],
+            [row.answer for row in rows],
+            f"{1e3 * tolerance:g}",
+            verdict.status,
+        ),
+        meaning=_meaning_text(limits.repeatability),
+        alone=_alone_text(summary),
+        between=_between_text(verdict, uncertainty),
+        cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
+    )
+
+
+def answer_at(row: PlacementReport, tolerance: float) -> Answer:
+    """Return the answer by the URDF; ``trained on`` where errors prove nothing."""
+    if row.role == "train":
+        return "trained on"
+    errors = row.quantiles.loaded
+    if abs(row.loaded.distance_error or 0.0) > tolerance or errors.p95 > tolerance:
+        return "no"
+    return "yes" if errors.max <= tolerance else "mostly"
+
+
+def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str) -> str:
+    """Return the answer in words.
+
+    Args:
+        called: What the placements are called.
+        answers: The answer at each.
+        allowed: The error that the task allows, in words.
+        status: Of the verdict.
+    """
+    at = {
+        answer: joined(
+            [name for name, given in zip(called, answers, strict=True) if given == answer]
+        )
+        for answer in _ANSWERS
+    }
+    parts = [f"{words} at {at[answer]}" for answer, words in _ANSWERS.items() if at[answer]]
+    if not parts:
+        return "Not known: no placement was held out, and errors on what was fitted prove nothing."
+    text = f"For a task that allows an error of {allowed} mm: {'; '.join(parts)}."
+    return text + _BUT.get(status, "")
+
+
+def _side(position: Sequence[float]) -> str:
+    """Return on which of the robot's sides a place lies; its name may be given from the other."""
+    if abs(position[1]) < SIDE:
+        return ""
+    return f" (to the robot's {'left' if position[1] > 0 else 'right'})"
+
+
+def _meaning_text(repeatability: float | None) -> str:
+    """Return what is meant by error, and that no calibration brings it below the repeatability."""
+    text = (
+        "The error is the distance in space of the ball's centre: for a peg, enter half of what "
+        "its diameter leaves free. Tilt is not in it."
+    )
+    if repeatability is None:
+        return text
+    return f"{text} The arm itself repeats to {1e3 * repeatability:g} mm; nothing brings it below."
+
+
+def _alone_text(summary: RoleSummaries) -> str | None:
+    """Return which model is meant where there are two; None where the URDF is all of it."""
+    _, judged = summary.judged
+    if judged.geometric is None:
+        return None
+    return (
+        f"The exported URDF alone stands at {mm(judged.geometric.mean_absolute_error, 3)} on "
+        "average, and that is what is answered for. With the joint positions corrected first, as "
+        f"mukca export --to c does it, it is {mm(judged.calibrated.mean_absolute_error, 3)}."
+    )
+
+
+def _between_text(verdict: Verdict, uncertainty: Uncertainty | None) -> str:
+    """Return how accurate points are that were computed, as from a drawing, and not taught."""
+    row = next(row for row in verdict.limits if row.name == "between_placements")
+    start = (
+        "This is about a point taught at the place itself and reached again in another "
+        "configuration. A point computed from another place (a drawing, a pallet) also carries "
+        "the error of the distance between the two: "
+    )
+    if row.found is not None:
+        return f"{start}{mm(row.found)} on average here."
+    text = f"{start}not evaluated, since no such distance is known."
+    if uncertainty is None:
+        return text
+    return (
+        f"{text} The calibration itself expects {mm(uncertainty.distance_deviation.median)} (one "
+        "standard deviation, half of the distances in the workspace less)."
+    )

@@ -1,0 +1,189 @@
+"""What to do where the verdict is not PASS: steps, the most useful first, each with a command."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ....errors import MukcaError
+from ....solver.assessment import (
+    PlacementReport,
+    Predictions,
+    Step,
+    Verdict,
+    joined,
+    joints_wrong,
+    likely_distance,
+    mm,
+    norms,
+    short_names,
+)
+from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
+from ....solver.paper import build_problem, solve
+from ....solver.results import CalibrationDocument, Outlook
+from ....solver.results.calibration import Scale
+from .answer_data import placements_with_errors
+from .commands import check_command, record_command, solve_command
+
+_SPAN = 0.5
+"""A distance in the workspace [m]."""
+
+
+def steps(
+    predictions: Predictions, placements: Sequence[PlacementReport], verdict: Verdict
+) -> tuple[Step, ...]:
+    """Return what to do next, best first; nothing where the verdict is PASS.
+
+    Args:
+        predictions: The calibration.
+        placements: All of its placements.
+        verdict: On the calibration.
+    """
+    if verdict.status == "pass":
+        return ()
+    document = predictions.document
+    status = {row.name: row.status for row in verdict.limits}
+    steps: list[Step] = []
+    if status["data_checks"] != "pass":
+        steps += [_mend(check_command(document)), *_leave_out(predictions, placements)]
+    if document.scale is not None and status.get("scale") == "fail":
+        steps += _measure(document, document.scale, placements)
+    if "fail" in status.values() or "not enough" in status.values():
+        steps += _train_more(document, placements)
+    if any(row.status == "not evaluated" and row.found is not None for row in verdict.limits[:2]):
+        text = "Say how well the arm repeats, from its data sheet"
+        again = solve_command(document, given={"repeatability_mm": "MM"})
+        steps.append(Step(text=text, command=again, expected="a verdict, not a smaller error"))
+    if all(row.kind == "points" for row in placements):
+        return (*steps, _measure_more(document))
+    text = "Record another placement far from the others, 30 samples in each socket, all varied"
+    if document.arms is not None:
+        text += ", with each of the arms, into folders of one name"
+    if any(row.role == "test" for row in placements):
+        text += ", and train on it too"
+    else:
+        text += ", and hold it out by --test"
+    steps.append(_forecast(document, None, text, record_command(document)))
+    return tuple(steps)
+
+
+def _measure_more(document: CalibrationDocument) -> Step:
+    text = "Measure more points, in poses as varied as can be, and hold some of them out by --test"
+    command = solve_command(document)
+    return Step(text=text, command=command, expected="an error that nothing was fitted to")
+
+
+def _mend(command: str) -> Step:
+    text = "See what is wrong in the recordings; record anew, or leave out, what it names"
+    return Step(text=text, command=command, expected="figures that can be believed")
+
+
+def _measure(
+    document: CalibrationDocument, scale: Scale, placements: Sequence[PlacementReport]
+) -> list[Step]:
+    """Return the step to mend the sockets' distance, unless it is not known or joints are wrong."""
+    likely = likely_distance(scale, placements)
+    if not likely or joints_wrong(document.checks):
+        return []
+    deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
+    before, after = (value * _SPAN for value in (abs(scale.value), deviation))
+    step = Step(
+        text="Measure the sockets' distance, and give it; this one would fit the arm",
+        command=solve_command(document, given={"distance": f"{likely:.5f}"}),
+        expected=f"the error of a distance of {_SPAN:g} m falls from {mm(before)} to {mm(after)}",
+        before=before,
+        after=after,
+    )
+    return [step]
+
+
+def _forecast(document: CalibrationDocument, name: str | None, text: str, command: str) -> Step:
+    """Return a step with what the posterior forecasts of it, where it does."""
+    forecasts = {} if document.outlook is None else _forecasts(document.outlook)
+    if document.uncertainty is None or name not in forecasts:
+        expected = "not told by this method: only --method auto forecasts"
+        if document.method == "auto":
+            expected = "not told: the place is out of the arm's reach"
+        return Step(text=text, command=command, expected=expected)
+    before, after = document.uncertainty.distance_deviation.median, forecasts[name]
+    return Step(
+        text=text,
+        command=command,
+        expected=f"the predicted error of {_whose(document)}, trained on it too, falls from "
+        f"{mm(before)} to {mm(after)}",
+        before=before,
+        after=after,
+    )
+
+
+def _whose(document: CalibrationDocument) -> str:
+    """Return which distances a forecast is about: each of several arms has its own workspace."""
+    name = document.arm_name
+    return f"distances in {name}'s own workspace" if name else "distances"
+
+
+def _forecasts(outlook: Outlook) -> dict[str | None, float]:
+    return {row.placement: row.distance_deviation for row in outlook.forecasts}
+
+
+def _train_more(document: CalibrationDocument, placements: Sequence[PlacementReport]) -> list[Step]:
+    """Return the step to train on what is held out and farthest, where another stays held out."""
+    positions = np.array([row.position for row in placements])
+    trained = np.array([row.role == "train" for row in placements])
+    names = short_names([row.name for row in placements])
+    wrong = placements_with_errors(placements, document.checks)
+    free = ~trained & [name not in wrong for name in names]
+    if np.sum(~trained) < 2 or not trained.any() or not free.any():
+        return []
+    gaps = norms(positions[:, None] - positions[trained]).min(axis=1)
+    best = int(np.argmax(np.where(free, gaps, -1.0)))
+    name = names[best]
+    text = (
+        f"Train on {name} too: recorded already, {gaps[best]:.2f} m from the nearest trained on; "
+        "a second placement is what lowers the errors most"
+    )
+    name = placements[best].name
+    return [_forecast(document, name, text, solve_command(document, moved={name: "train"}))]
+
+
+def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) -> list[Step]:
+    """Return the step to leave out placements with errors, where others can be trained on.
+
+    The figures are those of Eq. (5), fitted with them and without.
+    """
+    document = predictions.document
+    names = short_names([row.name for row in placements])
+    wrong = {
+        row.name
+        for name, row in zip(names, placements, strict=True)
+        if name in placements_with_errors(placements, document.checks)
+    }
+    paired = [p for p in predictions.placements if p.measured.has_distance]
+    trained = [p.measured for p in paired if p.role == "train"]
+    kept = [m for m in trained if m.name not in wrong]
+    judges = [p.measured for p in paired if p.role == "test" and p.name not in wrong]
+    if not kept or not judges or len(kept) == len(trained):
+        return []
+    try:
+        before, after = (_held_out(predictions, train, judges) for train in (trained, kept))
+    except MukcaError:
+        return []
+    out = [name for name, row in zip(names, placements, strict=True) if row.name in wrong]
+    return [
+        Step(
+            text=f"Leave out {joined(out)}",
+            command=solve_command(document, moved=dict.fromkeys(sorted(wrong))),
+            expected=f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}",
+            before=before,
+            after=after,
+        )
+    ]
+
+
+def _held_out(
+    predictions: Predictions, train: Sequence[Measurement], test: Sequence[Measurement]
+) -> float:
+    """Return the mean absolute error at some placements after training on others by Eq. (5)."""
+    problem = build_problem(predictions.robot, train)
+    x = solve(problem).x
+    errors = [evaluate(problem.model.points(x, m.positions), m).mean_absolute_error for m in test]
+    return sum(errors) / len(errors)

@@ -1,0 +1,98 @@
+"""Simulated instruments, tables and cells of two arms, whose truth is known."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...recorder.dataset import Placement, Sample
+from ...solver.data import Pose, SocketAt, turn
+from ...solver.robot import BallModel, Robot, workspace
+from .simulated_arms import Base, record
+
+
+def random_pose(generator: np.random.Generator, spread: float = 2.0) -> Pose:
+    """Return a pose turned at random, and shifted by some metres."""
+    return Pose(turn(generator.uniform(-2, 2, 3)), generator.normal(0, spread, 3))
+
+
+def measured_points(
+    arm: Robot,
+    frame: Pose,
+    generator: np.random.Generator,
+    *,
+    samples: int = 60,
+    noise: float = 0.0,
+    name: str = "points",
+) -> Placement:
+    """Return points that an instrument measured while the arm stood here and there.
+
+    Args:
+        arm: With its true kinematics.
+        frame: Where the instrument stands in the arm's base.
+        generator: Source of randomness.
+        samples: How many.
+        noise: Standard deviation of each coordinate [m].
+        name: Of the placement.
+    """
+    q = workspace(arm, samples, int(generator.integers(2**31)))
+    balls = BallModel(arm, []).points(np.empty(0), q)
+    points = frame.inverse().apply(balls) + generator.normal(0, 1, balls.shape) * noise
+    rows = zip(q.tolist(), points.tolist(), strict=True)
+    recorded = tuple(Sample(tuple(row), 0, point=(x, y, z)) for row, (x, y, z) in rows)
+    return Placement(name, recorded, arm.joint_names)
+
+
+def sockets_seen(
+    bases: Sequence[Base],
+    frame: Pose,
+    generator: np.random.Generator,
+    *,
+    noise: float = 0.0,
+    deviation: float = 5e-5,
+    name: str = "table",
+) -> list[SocketAt]:
+    """Return coordinates of sockets in a frame that stands somewhere in the robot's base."""
+    sockets: list[SocketAt] = []
+    for base in bases:
+        for socket, place in enumerate(frame.inverse().apply(np.array(base.sockets))):
+            x, y, z = (place + generator.normal(0, 1, 3) * noise).tolist()
+            sockets.append(SocketAt(name, (base.name, socket), (x, y, z), deviation))
+    return sockets
+
+
+def recorded_by_both(
+    arms: Sequence[Robot],
+    poses: Sequence[Pose],
+    bases: Sequence[Base],
+    generator: np.random.Generator,
+    *,
+    samples: int = 12,
+    noise: float = 0.0,
+) -> list[list[Placement]]:
+    """Return what several arms recorded at the same bases.
+
+    Args:
+        arms: With their true kinematics.
+        poses: Where the base of each stands in the world.
+        bases: Where the sockets stand in the world.
+        generator: Source of randomness.
+        samples: Of each arm in each socket.
+        noise: Standard deviation of the ball's seat, per axis [m].
+
+    Returns:
+        For each arm, a placement for each base; those of one base have the same name.
+    """
+    return [
+        [
+            record(arm, _seen_from(pose, base), generator, samples=samples, noise=noise)
+            for base in bases
+        ]
+        for arm, pose in zip(arms, poses, strict=True)
+    ]
+
+
+def _seen_from(pose: Pose, base: Base) -> Base:
+    """Return a base as it stands seen from an arm's own base."""
+    centre = pose.inverse().apply(base.centre[None])[0]
+    return replace(base, centre=centre, direction=pose.rotation.T @ base.direction)
