@@ -30,4 +30,5 @@ calibration = mukca.calibrate(robot, train, test=test, distance=0.05)
 
 print(calibration)
 outputs = calibration.save("calibrated", force=True)  # over what an earlier run wrote
-print("Use", outputs["urdf"], "in place of the nominal URDF; read", outputs["report"], "first.")
+page = mukca.write_report(calibration, "calibrated", force=True)["report"]
+print("Use", outputs["urdf"], "in place of the nominal URDF; read", page, "first.")

@@ -103,7 +103,7 @@ def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path, screens):
 @pytest.mark.parametrize("columns", [80, 50])
 def test_the_screen_tells_all_of_a_trouble(tmp_path, columns, screens):
     """However long it is, and that no state comes any more."""
-    told = ("\n0 Hz", "no state", "SessionActions", "programming", "silent")
+    told = ("\n0 Hz", "no state", "Desk", "programming", "silent")
     with emulated("franka", tmp_path, "--fault", "silent@1") as emulation:
         driver = ("--driver", f"franka:{emulation.address}")
         shown = screens(*driver, "--seconds", "4", columns=columns)
