@@ -1,4 +1,4 @@
-"""drivers.arms."""
+"""One family of arms a file (or folder): their wire protocols, read only."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""drivers.transport."""
+"""Byte streams below the protocols: addresses, TCP, UDP, serial lines, CAN buses."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""recorder.session."""
+"""One recording session as a value, the operator's actions on it, and its file."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""recorder.stream."""
+"""The live stream of joint states: read in a thread, checked, watched for a still arm."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""recorder.terminal."""
+"""The session at a terminal: keys, screen, sounds, and the loop that joins them."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""solver.assessment."""
+"""The one judge: prediction errors, limits, what a verdict rests on, and the verdict."""
 
 import lazy_loader
 

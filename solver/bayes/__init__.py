@@ -1,4 +1,8 @@
-"""solver.bayes."""
+"""The default method (``--method auto``): MAP estimation with priors set by the evidence.
+
+docs/model.md is its introduction; its equations are the order in which to read ``model``,
+``inference``, ``selection`` and ``results``.
+"""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""solver.calibration."""
+"""The library's face: options, ``calibrate``, ``Calibration``, saving and loading."""
 
 import lazy_loader
 

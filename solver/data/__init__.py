@@ -1,4 +1,4 @@
-"""What was measured: checked placements, known distances, and the errors of a model."""
+"""Measurements: checked placements, known distances, frames, and the error metrics."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Which samples to take next: what each would teach, before it is taken."""
+"""Experimental design: how much each further sample or placement would teach."""
 
 import lazy_loader
 

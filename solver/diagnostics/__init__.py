@@ -1,4 +1,4 @@
-"""solver.diagnostics."""
+"""Diagnostics of recordings: one check a file, each with its evidence and its words."""
 
 import lazy_loader
 

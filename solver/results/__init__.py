@@ -1,4 +1,4 @@
-"""solver.results."""
+"""The types of ``calibration.json``, and reading and writing files."""
 
 import lazy_loader
 

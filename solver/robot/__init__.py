@@ -1,4 +1,4 @@
-"""What a robot is: its chain of joints as a URDF describes it, its kinematics, its parameters."""
+"""Robots: the kinematic chain of a URDF, its kinematics and its free parameters."""
 
 import lazy_loader
 

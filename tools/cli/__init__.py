@@ -1,4 +1,4 @@
-"""tools.cli."""
+"""The command line: arguments, console, tables; one verb a file in ``commands``."""
 
 import lazy_loader
 

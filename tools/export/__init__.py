@@ -1,4 +1,4 @@
-"""What a calibration is written as for other programs: one module a format."""
+"""Exports of a calibration for other programs, one format a file."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""tools.parallel."""
+"""Independent work spread over processes or a Dask cluster."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""What stands behind ``mukca record``: the session opened, and what guides the operator."""
+"""Support of ``mukca record``: set-up of the session, pose guidance, outlier checks."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""tools.simulation."""
+"""Simulated arms with known truth, and their recordings."""
 
 import lazy_loader
 

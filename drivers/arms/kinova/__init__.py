@@ -1,4 +1,4 @@
-"""drivers.arms.kinova."""
+"""Kinova's arms: polled actuators over RS-485 and CAN, and Gen3 over Kortex."""
 
 import lazy_loader
 

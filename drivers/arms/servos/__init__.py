@@ -1,4 +1,4 @@
-"""drivers.arms.servos."""
+"""Arms built of serial-bus servos: Dynamixel and Feetech."""
 
 import lazy_loader
 

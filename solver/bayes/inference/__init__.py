@@ -1,4 +1,4 @@
-"""solver.bayes.inference."""
+"""Maximum a posteriori estimate and its covariance, hyperparameters by the evidence."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""solver.bayes.model."""
+"""The extended model: geometry, one file a physical effect, priors and noise."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""solver.bayes.results."""
+"""Consequences of a posterior: uncertainties, identifiability, the best plain geometry."""
 
 import lazy_loader
 

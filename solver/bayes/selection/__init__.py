@@ -1,4 +1,4 @@
-"""solver.bayes.selection."""
+"""Model selection and averaging by the evidence: which effects to keep."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""tools.cli.commands."""
+"""The verbs, one a file, and ``main``."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The numbers of a report: what follows from a calibration's file, and nothing about its looks."""
+"""Figures of a report: all that follows from a calibration, nothing about its looks."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""tools.report.plots."""
+"""Plots of a report, one kind a file: data in, figure out."""
 
 import lazy_loader
 
