@@ -1,12 +1,14 @@
 """The host's time, and waiting for it to pass: whatever waits does it here.
 
-Call these by the module's name, as in ``clock.now()``: tests put a clock in their place on which
-minutes pass in milliseconds.
+Call these functions by the module's name, as in ``clock.now()``: :func:`use` puts another clock in
+the place of the host's, as one on which minutes pass in milliseconds.
 """
 
 import select
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
 
@@ -17,14 +19,47 @@ class _Readable(Protocol):
 _Source = TypeVar("_Source", bound="int | _Readable")
 
 
+class Clock:
+    """The host's monotonic clock; each method is the work of the module's function of that name."""
+
+    def now(self) -> float:
+        return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        time.sleep(seconds)
+
+    def wait(self, sources: Sequence[_Source], seconds: float) -> list[_Source]:
+        return select.select(sources, [], [], seconds)[0]
+
+    def repeat(self, step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], None]:
+        stopped = threading.Event()
+
+        def run() -> None:
+            while not stopped.is_set() and step():
+                pass
+            end()
+
+        thread = threading.Thread(target=run, daemon=True)
+        thread.start()
+
+        def stop() -> None:
+            stopped.set()
+            thread.join(timeout=5.0)
+
+        return stop
+
+
+_clock = Clock()
+
+
 def now() -> float:
     """Return the host's monotonic time [s]."""
-    return time.monotonic()
+    return _clock.now()
 
 
 def sleep(seconds: float) -> None:
     """Wait."""
-    time.sleep(seconds)
+    _clock.sleep(seconds)
 
 
 def wait(sources: Sequence[_Source], seconds: float) -> list[_Source]:
@@ -32,9 +67,33 @@ def wait(sources: Sequence[_Source], seconds: float) -> list[_Source]:
 
     Args:
         sources: File descriptors, or objects with one.
-        seconds: How long to wait at most [s].
+        seconds: Longest wait [s].
 
     Raises:
         OSError: A source is closed; so does ValueError.
     """
-    return select.select(sources, [], [], seconds)[0]
+    return _clock.wait(sources, seconds)
+
+
+def repeat(step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], None]:
+    """Call a function again and again in a thread of its own, until it returns False.
+
+    Args:
+        step: The function; it should take no longer than a fraction of a second.
+        end: Called once in the same thread, at the end.
+
+    Returns:
+        A function that ends the thread and waits for it; safe to call twice.
+    """
+    return _clock.repeat(step, end)
+
+
+@contextmanager
+def use(clock: Clock) -> Generator[None, None, None]:
+    """Let another clock stand in for the host's within a ``with`` block."""
+    global _clock
+    before, _clock = _clock, clock
+    try:
+        yield
+    finally:
+        _clock = before

@@ -19,7 +19,6 @@ import pytest
 from virtual_time import VirtualTime
 
 from mukca.drivers import clock
-from mukca.drivers.transport import can_bus as canbus
 from mukca.tools.cli.commands import emulate
 
 START_SECONDS = 60
@@ -85,8 +84,8 @@ def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
     parser = argparse.ArgumentParser()
     emulate.add_arguments(parser)
     with VirtualTime().running() as time, pytest.MonkeyPatch.context() as patch:
-        for module in ("piper", "damiao", "kinova.polled_bus"):
-            patch.setattr(f"mukca.drivers.arms.{module}.open_bus", _VirtualBus)
+        patch.setattr(can, "Bus", VirtualBus)
+        VirtualBus.network_is_down = False
         running = _Peer(parser.parse_args(words), time)
         try:
             address = running.emulator.driver_address.partition(":")[2]
@@ -122,19 +121,29 @@ class _Peer:
         os.close(self._writer)
 
 
-class _VirtualBus:
+_REAL_BUS = can.Bus
+
+
+class VirtualBus:
     """A CAN bus whose frames come in virtual time."""
 
-    def __init__(self, address: canbus.CanAddress, identifiers: tuple[int, ...] = ()) -> None:
-        self._bus = canbus.open_bus(address, identifiers)
+    network_is_down = False
+
+    def __init__(self, **settings: Any) -> None:
+        self._bus = _REAL_BUS(**settings)
+
+    def fileno(self) -> int:
+        return self._bus.fileno()
 
     def recv(self, wait: float) -> can.Message | None:
+        if self.network_is_down:
+            raise OSError("Network is down")
         end = clock.now() + wait
-        while clock.wait([self._bus], max(0.0, end - clock.now())):
-            if frame := self._bus.recv(0):
-                frame.timestamp = clock.now()
-                return frame
-        return None
+        while not (frame := self._bus.recv(0)):
+            if wait <= 0 or not clock.wait([self._bus], max(0.0, end - clock.now())):
+                return None
+        frame.timestamp = clock.now()
+        return frame
 
     def send(self, message: can.Message) -> None:
         self._bus.send(message)

@@ -11,9 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-import pytest
-
-from mukca.recorder.stream import Stream
+from mukca.drivers import clock
 
 CARRIED = 0.05
 """How long a byte may be under way in the kernel of a busy computer [s, real]."""
@@ -51,14 +49,14 @@ class Every:
         self._act()
 
 
-class VirtualTime:
-    """Stands in for :mod:`mukca.drivers.clock`, and for the recorder's reading thread."""
+class VirtualTime(clock.Clock):
+    """Stands in for the host's clock, and for the threads that do something again and again."""
 
     def __init__(self) -> None:
         self.peers: list[Peer] = []
         self._now = 1000.0
-        self._streams: list[Stream] = []
-        self._reading = False
+        self._threads: list[tuple[Callable[[], bool], Callable[[], None]]] = []
+        self._stepping = False
 
     def now(self) -> float:
         return self._now
@@ -72,8 +70,8 @@ class VirtualTime:
             ready = self._ready(sources, 0.0)
             if ready or self._now >= end:
                 return ready
-            if self._streams and not self._reading:
-                self._read()
+            if self._threads and not self._stepping:
+                self._step()
                 continue
             peer = min(self.peers, key=lambda peer: peer.due(), default=None)
             if peer is not None and peer.due() <= end:
@@ -98,26 +96,30 @@ class VirtualTime:
             for peer in asked:
                 peer.heed([file for file in readable if file in peer.watched])
 
-    def _read(self) -> None:
-        """Do what the threads of all streams do meanwhile."""
-        self._reading = True
-        for stream in list(self._streams):
-            stream._step()
-            if stream.ended:
-                self._end(stream)
-        self._reading = False
+    def repeat(self, step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], None]:
+        thread = step, end
+        self._threads.append(thread)
+        return lambda: self._end(thread)
 
-    def _end(self, stream: Stream) -> None:
-        if stream in self._streams:
-            self._streams.remove(stream)
-            stream._driver.close()
+    def _step(self) -> None:
+        """Do what all threads do meanwhile."""
+        self._stepping = True
+        for thread in list(self._threads):
+            if not thread[0]():
+                self._end(thread)
+        self._stepping = False
+
+    def _end(self, thread: tuple[Callable[[], bool], Callable[[], None]]) -> None:
+        if thread in self._threads:
+            self._threads.remove(thread)
+            thread[1]()
+
+    def jump(self, moment: float) -> None:
+        """Let it be another moment at once [s]; nobody acts meanwhile."""
+        self._now = moment
 
     @contextmanager
     def running(self) -> Iterator["VirtualTime"]:
         """Put it in the place of the host's clock."""
-        with pytest.MonkeyPatch.context() as patch:
-            for name in ("now", "sleep", "wait"):
-                patch.setattr(f"mukca.drivers.clock.{name}", getattr(self, name))
-            patch.setattr(Stream, "_begin", lambda stream: self._streams.append(stream))
-            patch.setattr(Stream, "close", lambda stream: self._end(stream))
+        with clock.use(self):
             yield self

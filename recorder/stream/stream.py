@@ -1,7 +1,6 @@
 """Reads a driver in a thread of its own, so that no state waits for a slow disk or screen."""
 
 import math
-import threading
 from collections import deque
 from collections.abc import Callable
 
@@ -24,7 +23,6 @@ class Stream:
         self._driver = driver
         self._waiting: deque[tuple[float, JointState, int]] = deque()
         self._capacity = capacity
-        self._stop = threading.Event()
         self.arrival = -math.inf
         """When the newest state came [s, monotonic]."""
         self.dropped = 0
@@ -35,8 +33,7 @@ class Stream:
         """Given every state that is taken, and how many connections had been lost by then."""
         self.ended = False
         """Whether the driver gave up for good; :attr:`trouble` says why."""
-        self._thread = threading.Thread(target=self._read, name="joint states", daemon=True)
-        self._begin()
+        self._stop = clock.repeat(self._step, driver.close)
 
     @property
     def missed(self) -> int:
@@ -77,24 +74,17 @@ class Stream:
 
     def close(self) -> None:
         """End the thread and the connection; safe to call twice."""
-        self._stop.set()
-        self._thread.join(timeout=5.0)
+        self._stop()
 
-    def _begin(self) -> None:
-        self._thread.start()
-
-    def _read(self) -> None:
-        while not (self.ended or self._stop.is_set()):
-            self._step()
-        self._driver.close()
-
-    def _step(self) -> None:
+    def _step(self) -> bool:
+        """Read one state; return False once no more will come."""
         try:
             self._read_one()
         except DriverError as error:
             self.trouble, self.ended = str(error), True
         except Exception as error:  # a plug-in may fail in any way; the session goes on to be saved
             self.trouble, self.ended = f"the driver failed: {error!r}", True
+        return not self.ended
 
     def _read_one(self) -> None:
         try:

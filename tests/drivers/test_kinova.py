@@ -7,7 +7,7 @@ import tty
 
 import pytest
 import serial
-from emulation import emulated
+from emulation import VirtualBus, emulated
 from kortex_stand_in import TORQUES, kortex_arm
 
 from mukca.drivers import DriverError, Reason, clock, open_driver
@@ -177,14 +177,11 @@ def test_kortex_numbers_that_are_none_are_asked_for_again():
     assert caught.value.reason is Reason.SILENT
 
 
-def test_a_lost_bus_is_told(tmp_path, monkeypatch):
-    def lost(*_):
-        raise OSError("Network is down")
-
+def test_a_lost_bus_is_told(tmp_path):
     with emulated("kinova", tmp_path, "--version", "can") as emulation:
         driver = open_driver("kinova", emulation.address)
         driver.read(1)
-        monkeypatch.setattr("emulation._VirtualBus.recv", lost)
+        VirtualBus.network_is_down = True
         with driver, pytest.raises(DriverError, match="bus is lost: Network is down") as caught:
             driver.read(1)
     assert caught.value.reason is Reason.UNREACHABLE
