@@ -20,18 +20,22 @@ _Source = TypeVar("_Source", bound="int | _Readable")
 
 
 class Clock:
-    """The host's monotonic clock; each method is the work of the module's function of that name."""
+    """The host's monotonic clock."""
 
     def now(self) -> float:
+        """Do the work of :func:`now`."""
         return time.monotonic()
 
     def sleep(self, seconds: float) -> None:
+        """Do the work of :func:`sleep`."""
         time.sleep(seconds)
 
     def wait(self, sources: Sequence[_Source], seconds: float) -> list[_Source]:
+        """Do the work of :func:`wait`."""
         return select.select(sources, [], [], seconds)[0]
 
     def repeat(self, step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], None]:
+        """Do the work of :func:`repeat`."""
         stopped = threading.Event()
 
         def run() -> None:
