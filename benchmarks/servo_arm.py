@@ -26,7 +26,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
 from mukca.solver.bayes.results import DECIDED, angles_near
-from mukca.solver.bayes.results import with_zeros as zeros_in
+from mukca.solver.bayes.results import with_joint_offsets as zeros_in
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import Load, SocketAt, measure
 from mukca.solver.data.observe import observe
@@ -42,7 +42,7 @@ ANCHORED = Base("anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0
 BASE_KNOWN = 3e-4  # m: a base clipped to the arm's own
 
 
-def with_zeros(arm: Robot, zeros: np.ndarray) -> Robot:
+def with_joint_offsets(arm: Robot, zeros: np.ndarray) -> Robot:
     """Return the arm whose joints stand at q + zero where they read q."""
     left = iter(zeros)
     joints = []
@@ -90,7 +90,7 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     generator = np.random.default_rng(seed)
     nominal = load_robot(arguments.robot)
     zeros = generator.uniform(-LARGEST, LARGEST, len(nominal.actuated))
-    arm = with_zeros(perturb(nominal, generator, 3e-4, arguments.angles), zeros)
+    arm = with_joint_offsets(perturb(nominal, generator, 3e-4, arguments.angles), zeros)
     how = Imperfection(noise=3e-4, play=math.radians(arguments.play), resolution=TICK)
     bases = [ANCHORED, *reachable_bases(arm, generator, 1)]
     placements = [
@@ -108,7 +108,7 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     seconds = time.perf_counter() - begin
     full, urdf = chosen.full, zeros_in(chosen.geometric)
     found = CalibratedRobot(
-        nominal, parameters, zeros_in(full), full.deflection.without_zeros, Load(), urdf
+        nominal, parameters, zeros_in(full), full.deflection.without_joint_offsets, Load(), urdf
     )
     models = (found.nominal_ball, found.geometric_ball, found.ball)
     where = np.repeat(bases[1].sockets, arguments.samples, axis=0)

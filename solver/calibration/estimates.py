@@ -2,7 +2,7 @@
 
 from ..bayes.inference import Posterior
 from ..bayes.model import ELASTICITY, extend
-from ..bayes.results import cannot_see, uncertainty, weak_directions
+from ..bayes.results import uncertainty, unobservable, weakly_identifiable_directions
 from ..data import Load
 from ..results import (
     CalibratedRobot,
@@ -72,7 +72,7 @@ def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:
             unit=group.unit,
             count=len(group.members),
             width=group.width,
-            effective=uncertainty.settled(posterior, group),
+            effective=uncertainty.effective_parameters(posterior, group),
             active=group.width > 0,
         )
         for group in posterior.groups
@@ -94,7 +94,7 @@ def noise_scale(posterior: Posterior) -> NoiseScale:
 def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
     """Return how well the calibration is known, and what the data cannot tell."""
     median, worst, length = uncertainty.workspace_deviation(posterior, load)
-    weak = tuple(weak_directions(posterior))
+    weak = tuple(weakly_identifiable_directions(posterior))
     return Uncertainty(
         weak_directions=weak,
         correlations=tuple(
@@ -102,7 +102,7 @@ def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
         ),
         observability_index=uncertainty.observability_index(posterior),
         distance_deviation=DistanceDeviation(median=median, worst=worst, length=length),
-        cannot_see=cannot_see(posterior, weak),
+        cannot_see=unobservable(posterior, weak),
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..bayes.inference import JointPosterior, Posterior
 from ..bayes.model import Expected
-from ..bayes.results import closest_rigid, with_zeros
+from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import STAGES, Selected, select_all
 from ..data import (
     CALIPER_DEVIATION,
@@ -109,7 +109,7 @@ def fit_by_auto(
 ) -> Fit:
     """Fit geometry, elasticity and transmission error, as far as the data support them.
 
-    docs/model.md introduces the method; :mod:`mukca.solver.auto` is it.
+    docs/model.md introduces the method; :mod:`mukca.solver.bayes` is it.
 
     Args:
         robot: The nominal robot.
@@ -189,11 +189,11 @@ def _fit_of(
     arm: RobotRecordings, parameters: Sequence[Parameter], chosen: Selected, i: int, seconds: float
 ) -> Fit:
     full = chosen.full.arms[i]
-    deflection, exported = full.deflection.without_zeros, _exported(arm, full)
+    deflection, exported = full.deflection.without_joint_offsets, _exported(arm, full)
     calibrated = CalibratedRobot(
         arm.robot,
         tuple(parameters),
-        with_zeros(full) if deflection.extensions else exported,
+        with_joint_offsets(full) if deflection.extensions else exported,
         deflection,
         arm.load,
         exported if deflection.extensions else None,
@@ -214,7 +214,7 @@ def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:
         # else the paper's cost does not know all that is known
         with suppress(NotConverged):
             alone = fit_by_paper(arm.robot, full.model.parameters, train).calibrated.values
-    return closest_rigid(full, arm.load, alone)
+    return project_to_geometry(full, arm.load, alone)
 
 
 def _extended(full: Posterior, load: Load, x: np.ndarray, measured: Measurement) -> np.ndarray:

@@ -9,7 +9,7 @@ REFINEMENTS = 3
 data show nearly nothing of one unknown, and the others very well."""
 
 
-def bounded_step(
+def active_set_step(
     H: ArrowheadMatrix,
     gradient: np.ndarray,
     x: np.ndarray,

@@ -9,8 +9,16 @@ from math import log
 
 import numpy as np
 
-from ..model import EXTENSIONS, NEGLIGIBLE, PLAY, Noise, PriorGroup, degrees_of_freedom, play_group
-from .normal_equations import predicted_errors, weigh
+from ..model import (
+    EXTENSIONS,
+    NEGLIGIBLE,
+    PLAY,
+    Noise,
+    PriorGroup,
+    backlash_group,
+    degrees_of_freedom,
+)
+from .normal_equations import predicted_errors, robust_weights
 from .objective import Objective, State
 from .state import Step, moved
 
@@ -61,7 +69,7 @@ def updated_noises(
     return tuple(noises)
 
 
-def with_tails(
+def with_degrees_of_freedom(
     objective: Objective, there: State, noises: tuple[Noise, ...], step: Step
 ) -> tuple[Noise, ...]:
     """Return the noises with tails as heavy as those of the errors, but for what the fit hides.
@@ -69,14 +77,14 @@ def with_tails(
     An error of which the share h was fitted away is smaller by the factor sqrt(1 - h).
     """
     hidden = np.einsum("nij,nji->n", step.normal.inverse_scales, step.leverage) / 3
-    squares = weigh(objective, there)[1] / (1 - np.minimum(hidden, MOST_HIDDEN))
+    squares = robust_weights(objective, there)[1] / (1 - np.minimum(hidden, MOST_HIDDEN))
     return tuple(
         replace(noise, nu=degrees_of_freedom(squares[source]))
         for source, noise in zip(objective.rows.sources, noises, strict=True)
     )
 
 
-def with_play(
+def with_backlash(
     objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
 ) -> tuple[PriorGroup, ...]:
     """Return the groups, the play of each robot believed to be what its joints' noise shows."""
@@ -87,7 +95,9 @@ def with_play(
     starts = [own.start for own in objective.model.own]
     of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
     return tuple(
-        play_group(group.members, noise) if group.name == PLAY and group.width and noise else group
+        backlash_group(group.members, noise)
+        if group.name == PLAY and group.width and noise
+        else group
         for group, noise in zip(groups, of, strict=True)
     )
 
@@ -99,7 +109,7 @@ def _effect(state: State, group: PriorGroup) -> float:
     return group.width * float(np.sum(state.linear.reach[members])) ** 0.5 / least
 
 
-def without_negligible(objective: Objective, state: State) -> State:
+def prune_groups(objective: Objective, state: State) -> State:
     """Return the state without extensions and joint noise that do hardly anything.
 
     The very same state where there are none.

@@ -1,4 +1,4 @@
-"""Laplace's approximation: the posterior as a bell curve around the best unknowns.
+"""Laplace's approximation: the posterior as a bell gaussian around the best unknowns.
 
 The curvature H of the objective at its minimum says how sharp the best fit is: its inverse is the
 covariance of the unknowns. The same curvature gives the evidence, the probability of the data
@@ -14,11 +14,18 @@ import numpy as np
 
 from ..model import ELASTICITY, TYPICAL_SPREAD, Noise, log_constant, log_prior
 from .arrowhead import ArrowheadMatrix
-from .normal_equations import NormalEquations, curvature, degrees, normal_equations, value, weigh
-from .objective import Objective, State, free_unknowns, prior_precision, priors, pull
+from .normal_equations import (
+    NormalEquations,
+    curvature,
+    degrees,
+    normal_equations,
+    robust_weights,
+    value,
+)
+from .objective import Objective, State, free_unknowns, prior_gradient, prior_precision, priors
 from .posterior import JointPosterior, Posterior
 from .state import moved
-from .truncated_gaussian import bounds
+from .truncated_gaussian import expectation_propagation
 
 TAIL_STEPS = 30
 """Until errors are as large as their noise says."""
@@ -36,24 +43,26 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
         state: At its minimum.
         iterates: x after each iteration.
     """
-    curve = _curve(objective, state)
-    widened = prior_precision(objective, curve.state, widened=True) + np.diag(curve.bounds)
-    precision = _of_data(objective, curve.state, curve.normal).plus(widened)
-    free = free_unknowns(objective, curve.state)[: objective.dense]
+    gaussian = _gaussian(objective, state)
+    widened = prior_precision(objective, gaussian.state, widened=True) + np.diag(gaussian.bounds)
+    precision = _of_data(objective, gaussian.state, gaussian.normal).plus(widened)
+    free = free_unknowns(objective, gaussian.state)[: objective.dense]
     covariance = precision.inverse(free).whole()
-    mean = curve.state
-    if curve.change.any():
-        mean = moved(objective, curve.state, curve.change)
+    mean = gaussian.state
+    if gaussian.change.any():
+        mean = moved(objective, gaussian.state, gaussian.change)
         iterates = [*iterates, mean.x]
     nu = degrees(objective, mean)
-    weights = weigh(objective, mean)[2] * nu / (nu + 3)
+    weights = robust_weights(objective, mean)[2] * nu / (nu + 3)
     arms = tuple(
-        _of_arm(objective, mean, i, covariance, weights, curve.log_evidence, iterates)
+        _of_arm(objective, mean, i, covariance, weights, gaussian.log_evidence, iterates)
         for i in range(len(objective.model.models))
     )
     poses = dict(zip(objective.rows.scene.arms[0].frames, mean.frames, strict=True))
     scene = objective.rows.scene
-    return JointPosterior(arms, objective.model.own, scene, poses, covariance, curve.log_evidence)
+    return JointPosterior(
+        arms, objective.model.own, scene, poses, covariance, gaussian.log_evidence
+    )
 
 
 def _of_data(objective: Objective, state: State, normal: NormalEquations) -> ArrowheadMatrix:
@@ -64,12 +73,12 @@ def _of_data(objective: Objective, state: State, normal: NormalEquations) -> Arr
     """
     weights = normal.told.copy()
     for source, noise in zip(objective.rows.sources, state.noises, strict=True):
-        weights[source] *= _told(normal.squares[source], noise)
+        weights[source] *= _efficiency(normal.squares[source], noise)
     weighted = normal.inverse_scales * weights[:, None, None]
     return curvature(objective, state, weighted, normal.information.known)
 
 
-def _told(squares: np.ndarray, noise: Noise) -> float:
+def _efficiency(squares: np.ndarray, noise: Noise) -> float:
     """Return how much errors tell, relative to what the curvature says.
 
     It is a^2 / (b k), with a and b the means of psi's slope and square, psi being the slope of t in
@@ -128,8 +137,8 @@ def _of_arm(
 
 
 @dataclass(frozen=True)
-class _Curve:
-    """The bell curve around a state at the minimum of L."""
+class _Gaussian:
+    """The bell gaussian around a state at the minimum of L."""
 
     state: State
     """There, with nothing held at zero that may leave it."""
@@ -141,8 +150,8 @@ class _Curve:
     log_evidence: float
 
 
-def _curve(objective: Objective, state: State) -> _Curve:
-    """Return the bell curve and the logarithm of the evidence.
+def _gaussian(objective: Objective, state: State) -> _Gaussian:
+    """Return the bell gaussian and the logarithm of the evidence.
 
     log p(data) = -L + g^T H^-1 g / 2 + sum_g log|P_g| / 2 - log|H| / 2                    (A6)
                   + log p(widths) + log p(nu) + log(B / A)
@@ -150,7 +159,7 @@ def _curve(objective: Objective, state: State) -> _Curve:
     L is the objective (A1) and g its slope, P_g the prior precision of group g, H the curvature
     (A3), |.| the determinant, p(widths) the prior of the widths themselves. The slope is zero but
     for unknowns that are held at zero. Of unknowns that are never negative, the share A of the
-    priors' bell curve counts, and the share B of that around the posterior.
+    priors' bell gaussian counts, and the share B of that around the posterior.
     """
     held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
     for group in state.groups:
@@ -159,7 +168,7 @@ def _curve(objective: Objective, state: State) -> _Curve:
     state = replace(state, at_zero=held)
     normal, prior = normal_equations(objective, state), prior_precision(objective, state)
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    slope = normal.gradient + pull(objective, state, prior) + state.linear.by_volume
+    slope = normal.gradient + prior_gradient(objective, state, prior) + state.linear.by_volume
     free = free_unknowns(objective, state)[: objective.dense]
     hessian = normal.information.plus(prior)
     covariance = hessian.inverse(free)
@@ -169,13 +178,13 @@ def _curve(objective: Objective, state: State) -> _Curve:
     b = np.flatnonzero(limited)
     precision, pulled = np.zeros(objective.size), np.zeros(objective.size)
     if not len(b):
-        return _Curve(state, normal, pulled, precision[: objective.dense], result)
-    bounded = bounds(mean[b], covariance.dense[np.ix_(b, b)])
+        return _Gaussian(state, normal, pulled, precision[: objective.dense], result)
+    bounded = expectation_propagation(mean[b], covariance.dense[np.ix_(b, b)])
     precision[b], pulled[b] = bounded.precision, bounded.pull
     result += bounded.log_share - _log_prior_share(state)
     within = hessian.plus(np.diag(precision[: objective.dense])).inverse(free)
     change = within.times(pulled - precision * x - slope)
-    return _Curve(state, normal, change, precision[: objective.dense], result)
+    return _Gaussian(state, normal, change, precision[: objective.dense], result)
 
 
 def _log_prior_share(state: State) -> float:

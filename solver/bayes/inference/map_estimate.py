@@ -31,17 +31,24 @@ from ..model import (
     as_arms,
     as_scene,
 )
-from .active_set import bounded_step
+from .active_set import active_set_step
 from .hyperparameters import (
+    prune_groups,
     updated_groups,
     updated_noises,
-    with_play,
-    with_tails,
-    without_negligible,
+    with_backlash,
+    with_degrees_of_freedom,
 )
 from .laplace import posterior
 from .normal_equations import NormalEquations, leverage, normal_equations, value
-from .objective import Objective, State, build_objective, free_unknowns, prior_precision, pull
+from .objective import (
+    Objective,
+    State,
+    build_objective,
+    free_unknowns,
+    prior_gradient,
+    prior_precision,
+)
 from .posterior import JointPosterior, Posterior
 from .state import Step, moved, start
 
@@ -100,7 +107,7 @@ def estimate_all(
             noisy = any(noise.space > SMALLEST for noise in state.noises)
             if change >= (SETTLED if noisy else SETTLED_EXACT) or step.slope < -FALL:
                 continue
-            pruned = without_negligible(objective, state)
+            pruned = prune_groups(objective, state)
             if pruned is not state:
                 state = pruned
             else:
@@ -138,10 +145,12 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
     if (held != state.at_zero).any():
         prior, unheld = prior_precision(objective, released), None
     x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    gradient = normal.gradient + pull(objective, state, prior) + volume * state.linear.by_volume
+    gradient = (
+        normal.gradient + prior_gradient(objective, state, prior) + volume * state.linear.by_volume
+    )
     free = free_unknowns(objective, released)
     H = normal.information.plus(prior)
-    change, covariance = bounded_step(H, gradient, x, free, bounded & free, unheld)
+    change, covariance = active_set_step(H, gradient, x, free, bounded & free, unheld)
     return Step(change, covariance, normal, spread, volume, float(gradient @ change))
 
 
@@ -175,8 +184,8 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     # -slope is the step's length squared, in standard deviations of the unknowns
     if -step.slope < objective.size:
         groups, change = updated_groups(there, step)
-        noises = with_tails(objective, there, noises, step)
-    groups = with_play(objective, groups, noises)
+        noises = with_degrees_of_freedom(objective, there, noises, step)
+    groups = with_backlash(objective, groups, noises)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:

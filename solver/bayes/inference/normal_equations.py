@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrowhead import ArrowheadMatrix, Inverse
-from .objective import Objective, State, knowledge
+from .objective import Objective, State, constraint_residuals
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class NormalEquations:
     inverse_scales: np.ndarray
     """C_i^-1, shape (N, 3, 3) [1/m^2]."""
     known: np.ndarray
-    """W (l - d) and the like, see :func:`~mukca.solver.bayes.inference.objective.knowledge`."""
+    """Residuals of the measured distances and coordinates, shape (K,)."""
     squares: np.ndarray
     """e_i^T C_i^-1 e_i, shape (N,)."""
     weights: np.ndarray
@@ -34,7 +34,7 @@ class NormalEquations:
     """k w_i, what each sample tells, shape (N,)."""
 
 
-def weigh(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def robust_weights(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return C_i^-1, the squared errors relative to the noise, and the robust weights.
 
         w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (A2)
@@ -83,7 +83,10 @@ def value(
         normal: The normal equations there, where they are known already.
     """
     if normal is None:
-        (inverse, squares, _), known = weigh(objective, state), knowledge(objective, state)[1]
+        (inverse, squares, _), known = (
+            robust_weights(objective, state),
+            constraint_residuals(objective, state)[1],
+        )
     else:
         inverse, squares, known = normal.inverse_scales, normal.squares, normal.known
     sizes, nu = -np.linalg.slogdet(inverse)[1], degrees(objective, state)
@@ -105,7 +108,7 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     B is the derivative of the distances l by all unknowns, and k = (nu + 3) / (nu + 5) says how
     much one sample with Student's noise tells, relative to one with Gaussian noise.
     """
-    inverse, squares, weights = weigh(objective, state)
+    inverse, squares, weights = robust_weights(objective, state)
     weighted = inverse * weights[:, None, None]
     J, size = state.linear.by_unknowns, objective.dense
     We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
@@ -113,7 +116,7 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
     gradient[:size] = J.reshape(-1, size).T @ We.ravel()
     gradient[size:] = -objective.rows.by_socket(We).ravel()
     gradient -= _by_turning(objective, state, We)
-    B, b = knowledge(objective, state)
+    B, b = constraint_residuals(objective, state)
     nu = degrees(objective, state)
     told = weights * (nu + 3) / (nu + 5)
     information = curvature(objective, state, told[:, None, None] * inverse, B)

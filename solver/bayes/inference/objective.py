@@ -39,11 +39,11 @@ from functools import cached_property
 import numpy as np
 
 from ...data import WORLD, Observations, Pose, Scene
-from ..model import ExtendedModel, MultiRobotModel, Noise, PriorGroup, Rows, as_arms, as_scene
+from ..model import ExtendedModel, MultiRobotModel, Noise, PriorGroup, SampleRows, as_arms, as_scene
 
 Balls = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Balls, each in its own robot's base, and their derivatives by x and by the joints."""
-LOOSE = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+FRAME_PRIOR_PRECISION = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
 """A weak prior, in 1/rad and 1/m, for frames that the data do not hold: one step then turns a frame
 by 1 rad at most, and shifts it by 10 m."""
 
@@ -53,7 +53,7 @@ class Objective:
     """What stays the same in all iterations: the model, the data, and two constant terms of L."""
 
     model: MultiRobotModel
-    rows: Rows
+    rows: SampleRows
     nominal_log_volumes: tuple[float, ...]
     """Mean of log V_i of each nominal robot."""
     whiten: np.ndarray
@@ -71,7 +71,7 @@ class Objective:
 
 
 @dataclass(frozen=True)
-class Linear:
+class Linearization:
     """The samples' errors at some unknowns, and their derivatives."""
 
     points: np.ndarray
@@ -107,10 +107,10 @@ class State:
     groups: tuple[PriorGroup, ...]
     """The priors, at their present widths."""
     noises: tuple[Noise, ...]
-    """The noise of each source of samples, at its present size; see :attr:`.Rows.sources`."""
+    """The noise of each source of samples, at its present size; see :attr:`.SampleRows.sources`."""
     at_zero: np.ndarray
     """Which of x are held at zero, shape (size,)."""
-    linear: Linear
+    linear: Linearization
     """Errors and derivatives at x and the centres."""
 
 
@@ -124,7 +124,7 @@ def build_objective(
         for one, arm in zip(model.models, scene.arms, strict=True)
     )
     whiten = np.linalg.inv(np.linalg.cholesky(scene.arms[0].distance_covariance()))
-    return Objective(model, Rows(scene), log_volumes, whiten)
+    return Objective(model, SampleRows(scene), log_volumes, whiten)
 
 
 def linearise(
@@ -133,7 +133,7 @@ def linearise(
     centres: np.ndarray,
     frames: tuple[Pose, ...] = (),
     balls: Balls | None = None,
-) -> Linear:
+) -> Linearization:
     """Return the samples' errors and their derivatives at some unknowns.
 
     ``balls`` are the balls there, where they are known already.
@@ -150,7 +150,7 @@ def linearise(
             log_volume, slope = one.log_volume(x[own], positions)
             by_volume[own] = -count * slope
             volume -= count * (log_volume - objective.nominal_log_volumes[i])
-    return Linear(points, errors, by_x, by_joints, volume, by_volume)
+    return Linearization(points, errors, by_x, by_joints, volume, by_volume)
 
 
 def predict_balls(objective: Objective, x: np.ndarray) -> Balls:
@@ -211,7 +211,7 @@ def _errors(
     return errors, np.concatenate([by_x, by_frames], axis=2), by_joints
 
 
-def knowledge(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
+def constraint_residuals(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
     """Return what is known of the sockets, as rows of the least-squares problem.
 
     First the measured distances: W B, where B is the derivative of the distances by all unknowns,
@@ -276,11 +276,11 @@ def prior_precision(objective: Objective, state: State, *, widened: bool = False
         width, members = group.deviation if widened else group.width, group.members[free]
         P[members[:, None], members] = group.precision(width, free)
     frames = np.arange(objective.model.size, objective.dense)
-    P[frames, frames] = np.tile(LOOSE**2, objective.rows.frame_count)
+    P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, objective.rows.frame_count)
     return P
 
 
-def pull(objective: Objective, state: State, precision: np.ndarray) -> np.ndarray:
+def prior_gradient(objective: Objective, state: State, precision: np.ndarray) -> np.ndarray:
     """Return the slope of the priors' part of L, P (x - mu), shape (n,)."""
     apart = np.zeros(objective.dense)
     apart[: len(state.x)] = state.x

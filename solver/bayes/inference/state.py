@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import ExtendedModel, Noise, PriorGroup, Rows, prior_groups
+from ..model import ExtendedModel, Noise, PriorGroup, SampleRows, prior_groups
 from .arrowhead import Inverse
 from .normal_equations import NormalEquations
-from .objective import Linear, Objective, State, linearise, predict_balls, to_world
+from .objective import Linearization, Objective, State, linearise, predict_balls, to_world
 from .posterior import JointPosterior, Posterior
 
 
@@ -85,7 +85,7 @@ def _carried_over(
     )
 
 
-def _noise(rows: Rows, source: np.ndarray | slice, near: JointPosterior) -> Noise:
+def _noise(rows: SampleRows, source: np.ndarray | slice, near: JointPosterior) -> Noise:
     """Return the noise of a source of samples by a result."""
     first = int(np.arange(len(rows.sockets))[source][0])
     arm = near.arms[[first < own.stop for own in rows.own].index(True)]
@@ -93,7 +93,7 @@ def _noise(rows: Rows, source: np.ndarray | slice, near: JointPosterior) -> Nois
     return measured or arm.noise
 
 
-def _first_noise(linear: Linear, source: np.ndarray | slice, joint_noise: bool) -> Noise:
+def _first_noise(linear: Linearization, source: np.ndarray | slice, joint_noise: bool) -> Noise:
     """Return noise as large as the errors of the nominal robot."""
     typical = float(np.median(np.linalg.norm(linear.errors[source], axis=1))) / 1.54
     squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3

@@ -26,7 +26,7 @@ class TruncatedGaussian:
         """Logarithm of the share of the bell curve that is within all bounds."""
 
 
-def bounds(mean: np.ndarray, covariance: np.ndarray) -> TruncatedGaussian:
+def expectation_propagation(mean: np.ndarray, covariance: np.ndarray) -> TruncatedGaussian:
     """Return factors that stand for x >= 0.
 
     Args:

@@ -11,7 +11,7 @@ from .extended_model import Expected as Expected
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import extend as extend
 from .multi_robot import MultiRobotModel as MultiRobotModel
-from .multi_robot import Rows as Rows
+from .multi_robot import SampleRows as SampleRows
 from .multi_robot import as_arms as as_arms
 from .multi_robot import as_scene as as_scene
 from .noise import NEGLIGIBLE as NEGLIGIBLE
@@ -21,8 +21,8 @@ from .noise import Noise as Noise
 from .noise import degrees_of_freedom as degrees_of_freedom
 from .noise import log_constant as log_constant
 from .noise import log_prior as log_prior
+from .priors import JOINT_OFFSET_WIDTH as JOINT_OFFSET_WIDTH
 from .priors import TYPICAL_SPREAD as TYPICAL_SPREAD
-from .priors import ZERO_WIDTH as ZERO_WIDTH
 from .priors import PriorGroup as PriorGroup
-from .priors import play_group as play_group
+from .priors import backlash_group as backlash_group
 from .priors import prior_groups as prior_groups

@@ -17,7 +17,7 @@ Here
     c      compliance, >= 0: how far the joint twists under load [rad/(N m)]
     tau    torque that the joint exerts to hold the arm, at rest the gravity torque [N m]
     p      half the play of the gears: the joint rests where gravity turns it to [rad]
-    tau_0  0.02 N m: under less, the joint may rest on either side, see :func:`looseness`
+    tau_0  0.02 N m: under less, the joint may rest on either side, see :func:`backlash`
     d, e   the same about the two axes across the joint's own, b and c of
            :func:`mukca.solver.robot.kinematics.across`
     M_b    moment that holds the arm about that axis, from the model's masses [N m]
@@ -86,7 +86,7 @@ def design(
     return np.concatenate(shifted), np.concatenate(parts, axis=1)
 
 
-def bent(
+def deflected(
     q: np.ndarray, shifted: np.ndarray, shifts: np.ndarray, coefficients: np.ndarray
 ) -> np.ndarray:
     """Return the true joint positions, followed by the tilts where there are any.
@@ -104,7 +104,7 @@ def bent(
     return true
 
 
-def looseness(torque: np.ndarray) -> np.ndarray:
+def backlash(torque: np.ndarray) -> np.ndarray:
     """Return how uncertain play makes each joint's position, as a share of a joint's without load.
 
     The angle of such a joint is noisy by half its play; one that carries a load lies on one side.
@@ -147,7 +147,7 @@ class Deflection:
         return dict(zip(self.extensions, self.coefficients, strict=True)).get(ZERO)
 
     @property
-    def without_zeros(self) -> "Deflection":
+    def without_joint_offsets(self) -> "Deflection":
         """The rest, for a geometry that holds the zeros in its origins."""
         if ZERO not in self.extensions:
             return self
@@ -164,4 +164,4 @@ class Deflection:
             Shape (N, m), or with tilts (N, 3 m) [rad].
         """
         coefficients = np.concatenate([np.zeros(0), *self.coefficients])
-        return bent(q, *design(self.extensions, q, moments), coefficients)
+        return deflected(q, *design(self.extensions, q, moments), coefficients)

@@ -19,10 +19,10 @@ from .deflection import (
     PLAY,
     ZERO,
     Deflection,
-    bent,
+    backlash,
     coefficient_names,
+    deflected,
     design,
-    looseness,
 )
 
 Expected = tuple[np.ndarray, np.ndarray]
@@ -101,13 +101,13 @@ class ExtendedModel:
             and by the joint positions, shape (N, 3, m): with play, by as much as each is noisy.
         """
         shifted, shifts = design(self.extensions, q, torque)
-        true = bent(q, shifted, shifts, x[self.geometry :])
+        true = deflected(q, shifted, shifts, x[self.geometry :])
         linear = self.ball.linearise(self.values(x), true)
         by_coefficients = linear.by_joints[:, :, shifted] * shifts[:, None]
         by_unknowns = np.concatenate([linear.by_parameters, by_coefficients], axis=2)
         by_joints = linear.by_joints[:, :, : q.shape[1]]
         if PLAY in self.extensions:
-            by_joints = by_joints * looseness(torque[:, : q.shape[1]])[:, None]
+            by_joints = by_joints * backlash(torque[:, : q.shape[1]])[:, None]
         return linear.points, by_unknowns, by_joints
 
     def log_volume(self, x: np.ndarray, q: np.ndarray) -> tuple[float, np.ndarray]:

@@ -52,7 +52,7 @@ class MultiRobotModel:
 
 
 @dataclass(frozen=True)
-class Rows:
+class SampleRows:
     """The samples of all robots, robot after robot: N in all, in S sockets, with F frames."""
 
     scene: Scene

@@ -29,19 +29,19 @@ DEFLECTION = 5e-4
 TRANSMISSION_WIDTH = 1e-4
 """Typical width of the coefficients of a harmonic [rad]. Makers of harmonic drives state one arc
 minute from peak to peak: an amplitude of 0.15 mrad, shared by a sine and a cosine."""
-ZERO_WIDTH = float(np.deg2rad(3))
+JOINT_OFFSET_WIDTH = float(np.deg2rad(3))
 """Width of the joints' zeros, where they may be off: as they are set by eye [rad]."""
 PRINTED = {"translation": 2e-4, "rotation": 7e-4}
 """Typical widths of lengths [m] and angles [rad] where the zeros are free, too: what printed parts
 are off by. The zeros are then the larger part of what is wrong with the angles."""
-HALF_PLAY = float(np.deg2rad(0.3))
+HALF_BACKLASH = float(np.deg2rad(0.3))
 """Of a servo, as it is believed to be until the noise of its joints shows it [rad]."""
 TYPICAL_SPREAD = 1.0
 """Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
-SHYEST, BOLDEST = 0.3, 10.0
+MIN_WIDTH, MAX_WIDTH = 0.3, 10.0
 """A width's step is the one of (A4) times a factor between these two, by how well earlier steps
 went."""
-ALIKE = 0.3
+SHARED_DEVIATION = 0.3
 """By what share of itself the elasticity of one arm differs from that of its type; and half the
 play of a joint from that of the others, and that of all from what their noise shows."""
 FALLING = 0.05
@@ -161,7 +161,7 @@ class PriorGroup:
             return change
         slope = (change - self.trail[1]) / (now - self.trail[0])
         if slope < 0:
-            return float(np.clip(-1 / slope, SHYEST, BOLDEST)) * change
+            return float(np.clip(-1 / slope, MIN_WIDTH, MAX_WIDTH)) * change
         return min(change, -log(2)) if max(change, self.trail[1]) < -FALLING else change
 
 
@@ -196,14 +196,14 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         members_here = np.arange(begin, begin + size)
         if extension == ZERO:
             groups = [_printed(group) for group in groups]
-            groups.append(PriorGroup(ZERO, "rad", members_here, ZERO_WIDTH, learned=False))
+            groups.append(PriorGroup(ZERO, "rad", members_here, JOINT_OFFSET_WIDTH, learned=False))
         elif extension in ELASTICITY:
             m = data.positions.shape[1]
             own = data.torques[:, :m] if extension == COMPLIANCE else data.torques[:, m:]
             typical = DEFLECTION / max(float(np.sqrt(np.mean(own**2))), 1e-6)
             expected = model.of_type.get(extension)
             if expected is not None:
-                typical = ALIKE * float(np.sqrt(np.mean(expected[0] ** 2)))
+                typical = SHARED_DEVIATION * float(np.sqrt(np.mean(expected[0] ** 2)))
             groups.append(
                 PriorGroup(
                     extension,
@@ -215,7 +215,7 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
                 )
             )
         elif extension == PLAY:
-            groups.append(play_group(members_here, HALF_PLAY))
+            groups.append(backlash_group(members_here, HALF_BACKLASH))
         else:
             typical = TRANSMISSION_WIDTH
             groups.append(PriorGroup(extension, "rad", members_here, typical, typical=typical))
@@ -223,7 +223,7 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
     return tuple(groups)
 
 
-def play_group(members: np.ndarray, noise: float) -> PriorGroup:
+def backlash_group(members: np.ndarray, noise: float) -> PriorGroup:
     """Return the prior of half the play of a robot's joints.
 
     A joint without load rests anywhere in its play, and its angle is as noisy as half of that. A
@@ -234,7 +234,7 @@ def play_group(members: np.ndarray, noise: float) -> PriorGroup:
         members: The unknowns.
         noise: Standard deviation of the angles of joints without load [rad].
     """
-    alike, around = np.ones(len(members)), max(ALIKE * noise, SMALLEST_WIDTH)
+    alike, around = np.ones(len(members)), max(SHARED_DEVIATION * noise, SMALLEST_WIDTH)
     expected = noise * alike, 0 * alike
     common = around * alike
     return PriorGroup(PLAY, "rad", members, around, learned=False, common=common, expected=expected)

@@ -18,18 +18,18 @@ import numpy as np
 from ...data import Load
 from ...robot import BallModel
 from ..inference import Posterior
-from .joint_offsets import with_zeros
-from .projection_poses import Poses, apart, imagined_poses, joined, recorded_poses, starts
+from .joint_offsets import with_joint_offsets
+from .projection_poses import Poses, apart, joined, recorded_poses, simulated_poses, starts
 
-SEAT = 3e-4
+SEATING_DEVIATION = 3e-4
 """Standard deviation to which the geometry is to follow the full model [m]; prior against data."""
-SURE = 1.0
+CONFIDENCE = 1.0
 """By how many standard deviations a change has to be for the better."""
-CHANCE = 0.5
+CHANCE_SHARE = 0.5
 """By how much two geometries differ by chance, as a share of what the better one is off by."""
 
 
-def closest_rigid(full: Posterior, load: Load, alone: np.ndarray | None = None) -> np.ndarray:
+def project_to_geometry(full: Posterior, load: Load, alone: np.ndarray | None = None) -> np.ndarray:
     """Return the best geometry for programs that correct nothing.
 
     Args:
@@ -42,13 +42,13 @@ def closest_rigid(full: Posterior, load: Load, alone: np.ndarray | None = None) 
     Returns:
         The free numbers of the geometry, shape (geometry,) [m, rad].
     """
-    rigid = not full.deflection.without_zeros.extensions
+    rigid = not full.deflection.without_joint_offsets.extensions
     if rigid and alone is None:
-        return with_zeros(full)
-    imagined = imagined_poses(full, load)
+        return with_joint_offsets(full)
+    imagined = simulated_poses(full, load)
     if alone is not None and not len(imagined.places):
         return alone
-    closest = with_zeros(full) if rigid else _closest(full, load, imagined, alone)
+    closest = with_joint_offsets(full) if rigid else _closest(full, load, imagined, alone)
     return closest if alone is None else _shared(full, load, imagined, closest, alone)
 
 
@@ -58,18 +58,19 @@ def _closest(full: Posterior, load: Load, imagined: Poses, alone: np.ndarray | N
     It is the samples' own, changed by the s that minimises, over places p, imagined ones and
     sockets, and postures i at them,
 
-        sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / SEAT^2 + s^T P s + 2 SURE sqrt(s^T U s)
+        sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / d^2 + s^T P s + 2 k sqrt(s^T U s)
 
     where e is where the changed geometry has the ball, less where the full model has it or, at a
     recorded sample, less where the geometry had it before; w is 1 or, for a sample, RECORDED times
     its robust weight; P is the prior precision of the geometry, and U how uncertain half the slope
-    of the first sum is, see :func:`_doubt`. A slope within SURE of its deviations changes nothing.
+    of the first sum is, see :func:`_doubt`; d is SEATING_DEVIATION and k CONFIDENCE. A slope
+    within k of its deviations changes nothing.
 
     Without a geometry of the samples' own, the full model's is changed, however uncertain that is,
     and samples are to be at their sockets.
     """
     model, n = full.model, full.model.geometry
-    start, recorded, doubt = with_zeros(full), recorded_poses(full), None
+    start, recorded, doubt = with_joint_offsets(full), recorded_poses(full), None
     off_prior = full.values - model.ball.nominal  # how far from its mean the start is
     if alone is not None:
         start, off_prior = alone, np.zeros(n)
@@ -86,7 +87,7 @@ def _closest(full: Posterior, load: Load, imagined: Poses, alone: np.ndarray | N
 def _linear(ball: BallModel, values: np.ndarray, poses: Poses) -> tuple[np.ndarray, np.ndarray]:
     """Return the weighted errors at some poses, shape (3 N,), and their derivatives."""
     linear = ball.linearise(values, poses.positions)
-    root = np.sqrt(poses.weights) / SEAT
+    root = np.sqrt(poses.weights) / SEATING_DEVIATION
     errors = apart(linear.points - poses.targets, poses.places) * root[:, None]
     slopes = apart(linear.by_parameters, poses.places) * root[:, None, None]
     return errors.ravel(), slopes.reshape(errors.size, -1)
@@ -100,7 +101,7 @@ def _doubt(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.n
     model, q = full.model, poses.positions
     errors, J = _linear(model.ball, start, poses)
     _, slopes, _ = model.linearise(full.x, q, load.moments(model.robot, q, None))
-    across = J.T @ apart(slopes, poses.places).reshape(len(J), -1) / SEAT
+    across = J.T @ apart(slopes, poses.places).reshape(len(J), -1) / SEATING_DEVIATION
     by_place = np.add.reduceat(
         (J * errors[:, None]).reshape(len(q), 3, -1).sum(axis=1), starts(poses.places)
     )
@@ -109,10 +110,10 @@ def _doubt(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.n
 
 
 def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> np.ndarray:
-    """Return the s that minimises s^T H s - 2 s^T g + 2 SURE sqrt(s^T U s).
+    """Return the s that minimises s^T H s - 2 s^T g + 2 CONFIDENCE sqrt(s^T U s).
 
-    It solves (H + r U) s = g, where r is such that r sqrt(s^T U s) = SURE. Where even a large r
-    leaves less than that, s is zero.
+    It solves (H + r U) s = g, where r is such that r sqrt(s^T U s) = CONFIDENCE. Where even a
+    large r leaves less than that, s is zero.
     """
     unit = 1 / np.sqrt(np.diag(hessian))
     root = np.linalg.inv(np.linalg.cholesky(hessian * unit[:, None] * unit)) * unit
@@ -121,13 +122,13 @@ def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> n
     widths, axes = np.linalg.eigh(root @ doubt @ root.T)
     widths = widths.clip(min=1e-9 * widths.max())
     along = axes.T @ root @ slope
-    if np.sum(along**2 / widths) <= SURE**2:
+    if np.sum(along**2 / widths) <= CONFIDENCE**2:
         return np.zeros_like(slope)
     least, most = 1e-12 / widths.max(), 1e12 / widths.min()
     for _ in range(60):
         r = (least * most) ** 0.5
         deviations = np.sum(widths * (r * along / (1 + r * widths)) ** 2) ** 0.5
-        least, most = (r, most) if deviations < SURE else (least, r)
+        least, most = (r, most) if deviations < CONFIDENCE else (least, r)
     return root.T @ axes @ (along / (1 + least * widths))
 
 
@@ -139,7 +140,7 @@ def _shared(
     With r and r' what they are off by at imagined places, as deviations from the mean of all
     postures at a place, the closest one has the weight
 
-        |r - r'|^2 / (|r - r'|^2 + CHANCE^2 (|r|^2 + variance))
+        |r - r'|^2 / (|r - r'|^2 + CHANCE_SHARE^2 (|r|^2 + variance))
 
     It is Wiener's, for a difference of which so much is chance. The variance is that of a sample:
     its noise and the full model's own uncertainty.
@@ -155,5 +156,5 @@ def _shared(
         for values in (closest, alone)
     )
     square = float(np.sum((off - other) ** 2))
-    weight = square / (square + CHANCE**2 * (float(np.sum(off**2)) + variance))
+    weight = square / (square + CHANCE_SHARE**2 * (float(np.sum(off**2)) + variance))
     return alone + weight * (closest - alone) if np.isfinite(weight) else closest

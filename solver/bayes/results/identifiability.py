@@ -16,7 +16,7 @@ from ...robot import Joint, Robot, matrix_rpy
 from ..inference import Posterior
 from .uncertainty import UNDECIDED, prior_covariance
 
-CANNOT_SEE = (
+UNOBSERVABLE = (
     "the base frame: the sockets' places in it are not measured, only their distances",
     "the flange's orientation and the last joint's offset: another tool needs its own TCP "
     "calibration",
@@ -41,7 +41,7 @@ class Direction:
     1 where the data say nothing, near 0 where they say all."""
 
 
-def weak_directions(posterior: Posterior) -> list[Direction]:
+def weakly_identifiable_directions(posterior: Posterior) -> list[Direction]:
     """Return what the data cannot tell, in words.
 
     First come the directions that no ball can show in any chain of joints like this one; then,
@@ -96,14 +96,14 @@ def _base_by_itself(named: list[tuple[str, np.ndarray]]) -> list[tuple[str, np.n
     return [(text, u / np.linalg.norm(u)) for text, u in cleared]
 
 
-def cannot_see(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ...]:
+def unobservable(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ...]:
     """Return what recordings like these cannot tell.
 
     Args:
         posterior: The calibration.
-        weak: What these in particular do not tell, see :func:`weak_directions`.
+        weak: What these in particular do not tell, see :func:`weakly_identifiable_directions`.
     """
-    base, flange = CANNOT_SEE
+    base, flange = UNOBSERVABLE
     if posterior.data.anchored:
         return (BASE_TURNS, flange) if any(one.text == BASE for one in weak) else (flange,)
     return (base if posterior.data.labels else BASE_OF_POINTS, flange)

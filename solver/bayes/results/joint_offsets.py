@@ -20,10 +20,10 @@ DECIDED = math.radians(0.2)
 """The data decide a zero if its standard deviation is no larger: it is then within 0.4 degrees, by
 95 %. On simulated arms with play, whose deviations come true, more would promise too much."""
 STEP = 1e-4
-"""By which :func:`turns` differentiates [rad]."""
+"""By which :func:`joint_offset_derivatives` differentiates [rad]."""
 
 
-def zeros_in_words(posterior: Posterior) -> str:
+def joint_offsets_in_words(posterior: Posterior) -> str:
     """Return what was found of each joint's zero, and which the data do not decide.
 
     Args:
@@ -41,7 +41,7 @@ def zeros_in_words(posterior: Posterior) -> str:
     return f"zeros: {', '.join(words)}"
 
 
-def with_zeros(posterior: Posterior) -> np.ndarray:
+def with_joint_offsets(posterior: Posterior) -> np.ndarray:
     """Return the geometric parameters of a model, its zeros put into them, shape (geometry,)."""
     zeros, model = posterior.deflection.zeros, posterior.model
     if zeros is None:
@@ -56,7 +56,7 @@ def with_zeros(posterior: Posterior) -> np.ndarray:
     return values
 
 
-def turns(robot: Robot, parameters: Sequence[Parameter]) -> np.ndarray:
+def joint_offset_derivatives(robot: Robot, parameters: Sequence[Parameter]) -> np.ndarray:
     """Return the derivatives of geometric parameters by the zeros of the joints that turn.
 
     Shape (parameters, zeros); a zero of which not all angles are free is nothing but what is.

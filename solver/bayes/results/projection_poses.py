@@ -41,7 +41,7 @@ class Poses:
     """How much each counts, shape (N,)."""
 
 
-def imagined_poses(full: Posterior, load: Load) -> Poses:
+def simulated_poses(full: Posterior, load: Load) -> Poses:
     """Return configurations like those recorded, with the ball at places near those recorded.
 
     The nominal robot puts it there, which is near enough: what counts is what each model says of

@@ -31,7 +31,7 @@ def prior_covariance(posterior: Posterior) -> np.ndarray:
     return covariance
 
 
-def settled(posterior: Posterior, group: PriorGroup) -> float:
+def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
     """Return how many of a group's unknowns the data decide; the rest stays where the prior has it.
 
     A group whose width is not learned does not count them itself: each of its unknowns is decided

@@ -32,7 +32,7 @@ from ..model import (
     as_scene,
     extend,
 )
-from ..results import zeros_in_words
+from ..results import joint_offsets_in_words
 from .model_averaging import averaged, probabilities
 
 STAGES: dict[str, tuple[str, ...]] = {
@@ -42,7 +42,7 @@ STAGES: dict[str, tuple[str, ...]] = {
     "transmission": TRANSMISSION,
 }
 """What is tried, in this order: name, and its extensions."""
-GAIN = log(150)
+LOG_BAYES_FACTOR = log(150)
 """By how much extensions must raise the logarithm of the evidence together: what is called very
 strong (Kass and Raftery 1995). Of 216 simulated arms without any, one raised it by as much; six by
 log(20), for which errors of 48 that bend would be 2 % smaller after 10 + 10 samples."""
@@ -162,7 +162,7 @@ def select_all(
     full = averaged(models, shares) if len(models) > 1 else models[0]
     if zeros:
         for own, arm in zip(notes, full.arms, strict=True):
-            own.append(zeros_in_words(arm))
+            own.append(joint_offsets_in_words(arm))
     return Selected(geometric, full, tuple(map(tuple, notes)))
 
 
@@ -251,7 +251,7 @@ def _judged(fit: Fit, models: list[JointPosterior]) -> tuple[list[JointPosterior
         models: What was tried, the geometry alone first.
     """
     geometric, best = models[0], max(models, key=lambda model: model.log_evidence)
-    if best.log_evidence - geometric.log_evidence < GAIN:
+    if best.log_evidence - geometric.log_evidence < LOG_BAYES_FACTOR:
         return [geometric], ""
     words = ""
     if len(best.scene.placements) >= ENOUGH_PLACEMENTS:

@@ -5,17 +5,17 @@ import pytest
 
 from mukca.recorder import read_placement
 from mukca.solver.bayes.inference import estimate
-from mukca.solver.bayes.inference.laplace import _told
+from mukca.solver.bayes.inference.laplace import _efficiency
 from mukca.solver.bayes.model import Noise, degrees_of_freedom, extend
-from mukca.solver.bayes.results import predicted_deviation, weak_directions
+from mukca.solver.bayes.results import predicted_deviation, weakly_identifiable_directions
 from mukca.solver.bayes.results.identifiability import _structural
 from mukca.solver.bayes.results.uncertainty import (
     correlations,
     deviations,
     distance_deviations,
+    effective_parameters,
     observability_index,
     prior_deviations,
-    settled,
 )
 from mukca.solver.data import measure
 from mukca.solver.data.observe import observe
@@ -60,11 +60,13 @@ def test_structural_directions_leave_every_ball_in_place(found, panda) -> None:
 
 
 def test_what_cannot_be_identified_is_named(found) -> None:
-    texts = [direction.text for direction in weak_directions(found)]
+    texts = [direction.text for direction in weakly_identifiable_directions(found)]
     assert "the base frame" in texts
     assert "the ball's orientation" in texts
     assert "sliding along panda_joint3's axis" in texts
-    assert all(0.5 < direction.deviation <= 1.001 for direction in weak_directions(found))
+    assert all(
+        0.5 < direction.deviation <= 1.001 for direction in weakly_identifiable_directions(found)
+    )
 
 
 def test_the_posterior_is_never_wider_than_the_prior(found) -> None:
@@ -106,8 +108,10 @@ def test_how_much_errors_tell_follows_from_their_tails_not_their_size(
     """By Huber's formula, with its means as integrals over Student's distribution."""
     generator = np.random.default_rng(0)
     squares = generator.chisquare(3, 40_000) / (generator.chisquare(nu, 40_000) / nu)
-    assert _told(squares, Noise(1.0, 0.0)) == pytest.approx(told, abs=0.02)
-    assert _told(9 * squares, Noise(1.0, 0.0)) == pytest.approx(_told(squares, Noise(1.0, 0.0)))
+    assert _efficiency(squares, Noise(1.0, 0.0)) == pytest.approx(told, abs=0.02)
+    assert _efficiency(9 * squares, Noise(1.0, 0.0)) == pytest.approx(
+        _efficiency(squares, Noise(1.0, 0.0))
+    )
 
 
 @pytest.mark.parametrize("nu", [3.0, 7.0, 12.0, 1e6])
@@ -128,6 +132,6 @@ def test_one_ball_beside_its_socket_makes_heavy_tails() -> None:
 
 def test_the_place_of_the_ball_is_settled_and_its_turn_is_not(found) -> None:
     (ball,) = [group for group in found.groups if group.name == "ball"]
-    assert len(ball.members) == 6 and settled(found, ball) == pytest.approx(3, abs=0.1)
+    assert len(ball.members) == 6 and effective_parameters(found, ball) == pytest.approx(3, abs=0.1)
     for group in found.groups:
-        assert 0 <= settled(found, group) <= len(group.members)
+        assert 0 <= effective_parameters(found, group) <= len(group.members)

@@ -7,9 +7,9 @@ import pytest
 
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import Deflection, extend
-from mukca.solver.bayes.results import closest_rigid
-from mukca.solver.bayes.results.geometric_projection import SURE, _doubt, _sure
-from mukca.solver.bayes.results.projection_poses import imagined_poses
+from mukca.solver.bayes.results import project_to_geometry
+from mukca.solver.bayes.results.geometric_projection import CONFIDENCE, _doubt, _sure
+from mukca.solver.bayes.results.projection_poses import simulated_poses
 from mukca.solver.calibration import fit_by_auto
 from mukca.solver.calibration.fit import fit_by_paper
 from mukca.solver.data import Load, evaluate, measure
@@ -52,7 +52,8 @@ def test_a_rigid_arm_is_its_own_closest(panda: Robot, true_panda: Robot) -> None
     full = estimate(extend(panda, choose_parameters(panda), ("compliance",)), data)
     q = workspace(panda, 30)
     points = [
-        full.model.ball.points(values, q) for values in (full.values, closest_rigid(full, Load()))
+        full.model.ball.points(values, q)
+        for values in (full.values, project_to_geometry(full, Load()))
     ]
     apart = [np.linalg.norm(p[:, None] - p, axis=2) for p in points]
     assert np.abs(apart[0] - apart[1]).max() < 1e-4
@@ -75,7 +76,7 @@ def turned(full: Posterior, size: float) -> np.ndarray:
 def test_what_the_full_model_is_not_sure_of_stays_the_samples_own(full: Posterior) -> None:
     alone = turned(full, 3e-4)
     unsure = replace(full, covariance=1e4 * full.covariance)
-    steps = [np.linalg.norm(closest_rigid(f, Load(), alone) - alone) for f in (unsure, full)]
+    steps = [np.linalg.norm(project_to_geometry(f, Load(), alone) - alone) for f in (unsure, full)]
     assert steps[0] < 0.01 * steps[1]
 
 
@@ -83,7 +84,7 @@ def test_the_samples_own_has_the_larger_share_where_both_hardly_differ(full: Pos
     """For then the difference is mostly chance, however sure the full model is of itself."""
     sure = replace(full, covariance=1e-6 * full.covariance)
     shares = [
-        np.linalg.norm(closest_rigid(sure, Load(), alone) - alone)
+        np.linalg.norm(project_to_geometry(sure, Load(), alone) - alone)
         / np.linalg.norm(full.values - alone)
         for alone in (turned(full, size) for size in (1e-5, 1e-4, 1e-2))
     ]
@@ -93,7 +94,7 @@ def test_the_samples_own_has_the_larger_share_where_both_hardly_differ(full: Pos
 def test_which_places_are_imagined_is_a_doubt_too(full: Posterior) -> None:
     alone, nothing = turned(full, 1e-3), 0 * full.covariance
     certain = replace(full, covariance=nothing)
-    doubts = [_doubt(one, Load(), imagined_poses(one, Load()), alone) for one in (certain, full)]
+    doubts = [_doubt(one, Load(), simulated_poses(one, Load()), alone) for one in (certain, full)]
     assert 0 < np.trace(doubts[0]) < np.trace(doubts[1])
 
 
@@ -105,7 +106,7 @@ def test_the_surer_the_full_model_the_further_it_is_followed(full: Posterior) ->
         q = workspace(full.model.robot, 50)
         points = [
             full.model.ball.points(values, q)
-            for values in (alone, closest_rigid(more, Load(), alone), full.values)
+            for values in (alone, project_to_geometry(more, Load(), alone), full.values)
         ]
         nearness.append(
             float(np.linalg.norm(points[1] - points[2]) / np.linalg.norm(points[0] - points[2]))
@@ -114,7 +115,7 @@ def test_the_surer_the_full_model_the_further_it_is_followed(full: Posterior) ->
 
 
 def test_a_sure_step_is_the_best_one() -> None:
-    """No change near it makes s^T H s - 2 s^T g + 2 SURE sqrt(s^T U s) less."""
+    """No change near it makes s^T H s - 2 s^T g + 2 CONFIDENCE sqrt(s^T U s) less."""
     generator = np.random.default_rng(0)
     moved = 0
     for _ in range(30):
@@ -123,7 +124,7 @@ def test_a_sure_step_is_the_best_one() -> None:
         g = generator.normal(0, 3, 6)
 
         def cost(s: np.ndarray, H: np.ndarray = H, g: np.ndarray = g, U: np.ndarray = U) -> float:
-            return float(s @ H @ s - 2 * s @ g + 2 * SURE * np.sqrt(s @ U @ s))
+            return float(s @ H @ s - 2 * s @ g + 2 * CONFIDENCE * np.sqrt(s @ U @ s))
 
         step = _sure(H, g, U)
         others = step + generator.normal(0, 1, (200, 6)) * generator.choice([1e-4, 0.1], (200, 1))
@@ -141,13 +142,13 @@ def test_where_an_arm_bends_each_direction_goes_as_far_as_is_sure(panda: Robot, 
     full = estimate(extend(panda, parameters, ("compliance", "tilt")), data)
     alone = fit_by_paper(panda, parameters, recorded[:1]).calibrated.values
     steps = [
-        np.linalg.norm(closest_rigid(more, Load(), alone) - alone)
+        np.linalg.norm(project_to_geometry(more, Load(), alone) - alone)
         for more in (replace(full, covariance=k * full.covariance) for k in (0.01, 1, 1e6))
     ]
     assert steps[0] > steps[1] > steps[2] == 0
     nowhere = replace(panda, joints=tuple(replace(j, upper=j.lower) for j in panda.joints))
     unmoved = replace(full, model=extend(nowhere, parameters, ("compliance", "tilt")))
-    assert np.array_equal(closest_rigid(unmoved, Load(), alone), alone)
+    assert np.array_equal(project_to_geometry(unmoved, Load(), alone), alone)
 
 
 @pytest.mark.slow

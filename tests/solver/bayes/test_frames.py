@@ -8,8 +8,8 @@ import pytest
 from mukca.recorder.dataset import Placement
 from mukca.solver.bayes.inference import JointPosterior, Posterior, estimate_all
 from mukca.solver.bayes.model import as_arms, as_scene, extend
-from mukca.solver.bayes.results import cannot_see, weak_directions
-from mukca.solver.bayes.results.identifiability import CANNOT_SEE
+from mukca.solver.bayes.results import unobservable, weakly_identifiable_directions
+from mukca.solver.bayes.results.identifiability import UNOBSERVABLE
 from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.data import FrameError, Pose, SocketAt, measure
 from mukca.solver.data.observe import observe
@@ -74,9 +74,9 @@ def test_an_anchored_base_is_known_within_its_interval(
     free, tied = fit(panda, noisy, []).arms[0], fit(panda, noisy, at).arms[0]
 
     def seen(found: Posterior) -> tuple[str, ...]:
-        return cannot_see(found, weak_directions(found))
+        return unobservable(found, weakly_identifiable_directions(found))
 
-    assert seen(free) == CANNOT_SEE and seen(tied) == CANNOT_SEE[1:]
+    assert seen(free) == UNOBSERVABLE and seen(tied) == UNOBSERVABLE[1:]
     q = workspace(panda, 40, 1)
     truth = BallModel(true_panda, []).points(np.empty(0), q)
     off = np.abs(tied.predict(q, np.zeros_like(q)) - truth)
@@ -104,7 +104,7 @@ def test_coordinates_in_the_wrong_base_frame_are_refused(
 def test_two_sockets_in_the_base_leave_it_a_turn(panda: Robot, noisy: list[Placement]) -> None:
     at = sockets_seen(BASES[:1], HOME, np.random.default_rng(2), name="base")
     found = fit(panda, noisy, at).arms[0]
-    assert "leave it a turn" in cannot_see(found, weak_directions(found))[0]
+    assert "leave it a turn" in unobservable(found, weakly_identifiable_directions(found))[0]
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix
-from mukca.solver.bayes.inference.hyperparameters import without_negligible
+from mukca.solver.bayes.inference.hyperparameters import prune_groups
 from mukca.solver.bayes.inference.normal_equations import normal_equations
 from mukca.solver.bayes.inference.objective import Objective, State, build_objective
 from mukca.solver.bayes.inference.state import moved, start
@@ -120,7 +120,7 @@ def test_what_is_pruned_leaves_no_trace_in_the_errors(nominal) -> None:
     state = moved(objective, start(objective, joint_noise=False), change)
     *kept, group = state.groups
     state = replace(state, groups=(*kept, replace(group, width=1e-9)))
-    pruned = without_negligible(objective, state)
+    pruned = prune_groups(objective, state)
     assert pruned.groups[-1].width == 0 and not pruned.x[model.geometry :].any()
     again = model.predict(pruned.x, data.positions, data.torques)
     assert pruned.linear.points == pytest.approx(again, abs=1e-12)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.inference.truncated_gaussian import bounds
+from mukca.solver.bayes.inference.truncated_gaussian import expectation_propagation
 
 
 @pytest.mark.parametrize("seed", [0, 2, 3])
@@ -13,7 +13,7 @@ def test_mean_spread_and_share_are_those_of_draws_within_the_bounds(seed: int) -
     covariance = A @ A.T
     draws = generator.multivariate_normal(mean, covariance, 400_000)
     inside = draws[(draws >= 0).all(axis=1)]
-    found = bounds(mean, covariance)
+    found = expectation_propagation(mean, covariance)
     precision = np.linalg.inv(covariance)
     spread = np.linalg.inv(precision + np.diag(found.precision))
     centre = spread @ (precision @ mean + found.pull)
@@ -25,7 +25,7 @@ def test_mean_spread_and_share_are_those_of_draws_within_the_bounds(seed: int) -
 
 def test_what_is_far_beyond_its_bound_decays_exponentially() -> None:
     """Where the curve is steep at the bound, only exp(-slope x) is left of it."""
-    found = bounds(np.array([-1000.0]), np.eye(1))
+    found = expectation_propagation(np.array([-1000.0]), np.eye(1))
     spread = 1 / (1 + found.precision)
     assert spread**0.5 == pytest.approx(1e-3, rel=1e-3)
     assert spread * (found.pull - 1000) == pytest.approx(1e-3, rel=1e-3)
@@ -33,5 +33,5 @@ def test_what_is_far_beyond_its_bound_decays_exponentially() -> None:
 
 
 def test_what_is_far_within_is_left_alone() -> None:
-    found = bounds(np.array([8.0, 9.0]), np.array([[1.0, 0.5], [0.5, 1.0]]))
+    found = expectation_propagation(np.array([8.0, 9.0]), np.array([[1.0, 0.5], [0.5, 1.0]]))
     assert np.abs([*found.precision, *found.pull, found.log_share]).max() < 1e-9

@@ -8,8 +8,8 @@ import pytest
 import mukca
 from mukca.recorder.dataset import Placement
 from mukca.solver.bayes.model import PLAY, ZERO, Deflection, extend
-from mukca.solver.bayes.model.deflection import LEAST_TORQUE, looseness
-from mukca.solver.bayes.results import DECIDED, angles_near, scale, with_zeros
+from mukca.solver.bayes.model.deflection import LEAST_TORQUE, backlash
+from mukca.solver.bayes.results import DECIDED, angles_near, scale, with_joint_offsets
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.calibration import UsageError, crossval
 from mukca.solver.calibration.calibrate import calibrate
@@ -93,7 +93,7 @@ def test_play_widens_what_is_said_of_zeros(robot, seed):
 
 
 def test_a_joint_without_load_may_rest_anywhere_in_its_play():
-    free, loaded = looseness(np.array([[0.0, 1.0], [LEAST_TORQUE, -1.0]])).T
+    free, loaded = backlash(np.array([[0.0, 1.0], [LEAST_TORQUE, -1.0]])).T
     assert free == pytest.approx([1.0, 0.5**0.5])
     assert (loaded < 0.2).all()
 
@@ -108,9 +108,9 @@ def test_a_zero_makes_no_arm_longer(found):
 @pytest.mark.slow
 def test_a_urdf_holds_the_zeros(found, placement):
     positions = placement.positions
-    by_origins = found.model.ball.points(with_zeros(found), positions)
+    by_origins = found.model.ball.points(with_joint_offsets(found), positions)
     assert by_origins == pytest.approx(found.predict(positions, 0 * positions), abs=1e-12)
-    assert found.deflection.without_zeros.extensions == ()
+    assert found.deflection.without_joint_offsets.extensions == ()
 
 
 @pytest.mark.parametrize("angles", [(0.3, -0.2, 2.9), (1.5708, 1.5707963267948966, -1.5708)])

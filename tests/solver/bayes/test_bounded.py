@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.inference.active_set import bounded_step
+from mukca.solver.bayes.inference.active_set import active_set_step
 from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix
 
 
@@ -34,7 +34,7 @@ def test_it_is_the_best_of_all_steps_within_the_bounds(seed: int) -> None:
         d[some] = -np.linalg.solve(H[np.ix_(some, some)], (gradient + H @ d)[some])
         if ((x + d)[bounded] >= -1e-12).all():
             values.append(value(d))
-    change, covariance = bounded_step(without_sockets(H), gradient, x, free, bounded)
+    change, covariance = active_set_step(without_sockets(H), gradient, x, free, bounded)
     assert value(change) == pytest.approx(min(values), abs=1e-9)
     assert ((x + change)[bounded] >= 0).all() and change[5] == 0
     zero = bounded & (x + change == 0)
@@ -49,5 +49,5 @@ def test_it_is_exact_where_some_of_it_is_hardly_seen() -> None:
     H = (H + H.T) / 2
     gradient = -H @ generator.normal(0, 1, 40)
     none = np.zeros(40, dtype=bool)
-    change, _ = bounded_step(without_sockets(H), gradient, np.zeros(40), ~none, none)
+    change, _ = active_set_step(without_sockets(H), gradient, np.zeros(40), ~none, none)
     assert np.abs(H @ change + gradient).max() < 1e-13
