@@ -100,7 +100,7 @@ def _fit(plan: Plan, job: Job) -> CalibratedRobot:
         load=plan.load,
         zeros=plan.zeros,
         of_type=plan.of_type,
-        tied=False,
+        require_scale=False,
     ).calibrated
 
 

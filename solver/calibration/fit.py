@@ -104,7 +104,7 @@ def fit_by_auto(
     without: Sequence[str] = (),
     zeros: bool = False,
     of_type: Mapping[str, Expected] | None = None,
-    tied: bool = True,
+    require_scale: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fit:
     """Fit geometry, elasticity and transmission error, as far as the data support them.
@@ -124,7 +124,7 @@ def fit_by_auto(
         zeros: Whether the joints' zeros may be off by degrees, as on arms made of servos.
         of_type: Elasticity of other arms of the type, see
             :attr:`mukca.solver.bayes.model.extended_model.ExtendedModel.of_type`.
-        tied: Refuse a placement none of whose sockets has a known distance to another.
+        require_scale: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -142,7 +142,7 @@ def fit_by_auto(
         without=without,
         zeros=zeros,
         types=[of_type] if of_type else [],
-        tied=tied,
+        require_scale=require_scale,
         progress=progress,
     )[0]
 
@@ -157,7 +157,7 @@ def fit_arms(
     without: Sequence[str] = (),
     zeros: bool = False,
     types: Sequence[Mapping[str, Expected]] = (),
-    tied: bool = True,
+    require_scale: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:
     """Fit several robots together; arguments as for :func:`fit_by_auto`, parameters robot by robot.
@@ -167,7 +167,11 @@ def fit_arms(
     """
     begin = time.perf_counter()
     scene = observe_all(
-        arms, known=known, sockets_at=sockets_at, deviation=distance_deviation, tied=tied
+        arms,
+        known=known,
+        sockets_at=sockets_at,
+        deviation=distance_deviation,
+        require_scale=require_scale,
     )
     chosen = select_all(
         [(arm.robot, free) for arm, free in zip(arms, parameters, strict=True)],

@@ -6,7 +6,7 @@ from ..bayes.inference import Posterior
 from ..bayes.model import extend
 from ..bayes.results import workspace_deviation
 from ..data import Load, Measurement
-from ..design import after_recording, error_map, everywhere, joint_effects
+from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics.inspection import farthest_place
 from ..results import Forecast, Outlook
 from ..robot import InverseKinematics, Robot, SimulationError
@@ -33,7 +33,7 @@ def outlook_of(task: CalibrationProblem, fit: Fit) -> Outlook | None:
     if posterior is None:
         model = extend(task.robot, calibrated.parameters)
         x = calibrated.values - calibrated.model.nominal
-        return Outlook(joints=joint_effects(model, x, everywhere(model, x, load), recorded))
+        return Outlook(joints=joint_effects(model, x, workspace_samples(model, x, load), recorded))
     test = [m for m in task.test if m.kind == "sockets"]
     centres = np.array([calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test])
     forecasts = [
@@ -46,7 +46,7 @@ def outlook_of(task: CalibrationProblem, fit: Fit) -> Outlook | None:
     new = _imagined(task.robot, farthest_place(centres), train[0].distance, load)
     if new:
         forecasts.append(Forecast(placement=None, distance_deviation=_after(posterior, load, new)))
-    poses = everywhere(posterior.model, posterior.x, load)
+    poses = workspace_samples(posterior.model, posterior.x, load)
     return Outlook(
         joints=joint_effects(posterior.model, posterior.x, poses, recorded),
         map=error_map(posterior, poses),
@@ -60,7 +60,7 @@ def _samples(robot: Robot, measured: Measurement, load: Load) -> Samples:
 
 
 def _after(posterior: Posterior, load: Load, samples: Samples) -> float:
-    return workspace_deviation(after_recording(posterior, samples), load)[0]
+    return workspace_deviation(predicted_posterior(posterior, samples), load)[0]
 
 
 def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> Samples:

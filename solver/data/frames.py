@@ -79,26 +79,56 @@ def turn(vector: np.ndarray) -> np.ndarray:
     return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K @ K
 
 
+def kabsch_rotation(
+    inner: np.ndarray,
+    outer: np.ndarray,
+    weights: np.ndarray | None = None,
+    *,
+    mirrored: bool = False,
+) -> np.ndarray:
+    """Return the rotation that turns vectors closest to others, shape (3, 3) (Kabsch, 1976).
+
+    Args:
+        inner: Vectors, shape (N, 3).
+        outer: What each is to be turned into, shape (N, 3).
+        weights: Of each, shape (N,); None for all the same.
+        mirrored: Return the best reflection instead, which no rigid motion can be.
+    """
+    w = np.ones(len(inner)) if weights is None else weights
+    U, _, Vt = np.linalg.svd((w[:, None] * inner).T @ outer)
+    sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt)) * (-1 if mirrored else 1)
+    return Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T
+
+
+def kabsch(
+    inner: np.ndarray,
+    outer: np.ndarray,
+    weights: np.ndarray | None = None,
+    *,
+    mirrored: bool = False,
+) -> Pose:
+    """Return the pose that brings points closest to others; see :func:`kabsch_rotation`."""
+    share = np.full(len(inner), 1 / len(inner)) if weights is None else weights / weights.sum()
+    middle, target = share @ inner, share @ outer
+    R = kabsch_rotation(inner - middle, outer - target, share, mirrored=mirrored)
+    return Pose(R, target - R @ middle)
+
+
 def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) -> Pose:
     """Return the pose that brings points closest to others, robustly.
 
-    Each round is the closed form of Kabsch (1976), with weights that fall with the distance left:
-    a point that is far off hardly counts.
+    Each round is :func:`kabsch`, with weights that fall with the distance left: a point that is far
+    off hardly counts.
 
     Args:
         inner: Points in the frame, shape (N, 3) [m].
         outer: The same points outside of it, shape (N, 3) [m].
-        mirrored: Return the best reflection instead, which no rigid motion can be.
+        mirrored: Return the best reflection instead.
     """
     weights = np.ones(len(inner))
     pose = IDENTITY
     for _ in range(REWEIGHTINGS):
-        share = (weights / weights.sum())[:, None]
-        middle, target = (share * inner).sum(axis=0), (share * outer).sum(axis=0)
-        U, _, Vt = np.linalg.svd((share * (inner - middle)).T @ (outer - target))
-        sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt)) * (-1 if mirrored else 1)
-        R = Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T
-        pose = Pose(R, target - R @ middle)
+        pose = kabsch(inner, outer, weights, mirrored=mirrored)
         squares = np.sum((pose.apply(inner) - outer) ** 2, axis=1)
         scale = max(float(np.median(squares)), 1e-24)
         weights = 1 / (1 + squares / (5 * scale))

@@ -1,10 +1,10 @@
 from .base_placement import closing_words as closing_words
 from .expected_accuracy import ErrorMap as ErrorMap
 from .expected_accuracy import JointEffect as JointEffect
-from .expected_accuracy import after_recording as after_recording
 from .expected_accuracy import error_map as error_map
-from .expected_accuracy import everywhere as everywhere
 from .expected_accuracy import joint_effects as joint_effects
+from .expected_accuracy import predicted_posterior as predicted_posterior
+from .expected_accuracy import workspace_samples as workspace_samples
 from .knowledge import ParameterCovariance as ParameterCovariance
 from .knowledge import Workspace as Workspace
 from .knowledge import from_fit as from_fit

@@ -21,7 +21,7 @@ CELLS = 10
 """Of the map, from the robot's base to the farthest of the balls."""
 
 
-def after_recording(
+def predicted_posterior(
     posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]]
 ) -> Posterior:
     """Return what would be known of the model after recording the same base at another place.
@@ -75,7 +75,7 @@ class WorkspaceSamples:
     """Their derivatives by the unknowns, shape (N, 3, size)."""
 
 
-def everywhere(model: ExtendedModel, x: np.ndarray, load: Load) -> WorkspaceSamples:
+def workspace_samples(model: ExtendedModel, x: np.ndarray, load: Load) -> WorkspaceSamples:
     """Return the ball in random poses of the workspace.
 
     Args:
@@ -146,7 +146,7 @@ def joint_effects(
         model: The calibrated model.
         x: Its unknowns, shape (size,).
         poses: The same model in random poses.
-        by_socket: As for :func:`after_recording`.
+        by_socket: As for :func:`predicted_posterior`.
     """
     owners = [name.rpartition(".")[0] for name in model.names]
     joints = list(dict.fromkeys(owners))

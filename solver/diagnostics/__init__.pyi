@@ -1,7 +1,7 @@
 from .change_points import split_at as split_at
+from .diagnostic import Diagnostic as Diagnostic
 from .diagnostic import EVERYWHERE as EVERYWHERE
 from .diagnostic import OF_JOINTS as OF_JOINTS
-from .diagnostic import Diagnostic as Diagnostic
 from .distances import named as named
 from .distances import size_level as size_level
 from .inspection import Inspection as Inspection
@@ -10,5 +10,5 @@ from .inspection import fitted_alone as fitted_alone
 from .inspection import inspect_all as inspect_all
 from .inspection import next_placement as next_placement
 from .inspection import standing_out as standing_out
-from .sample_count import lone_findings as lone_findings
 from .sample_count import predicted_error as predicted_error
+from .sample_count import single_placement_diagnostics as single_placement_diagnostics

@@ -63,7 +63,7 @@ class ColumnHypothesis:
         return f"{_names(self.robot, joints)} {how or f'off by {off} deg'}"
 
 
-def as_they_are(robot: Robot) -> ColumnHypothesis:
+def unchanged(robot: Robot) -> ColumnHypothesis:
     """Return the guess that nothing is wrong."""
     m = len(robot.actuated)
     return ColumnHypothesis(robot, np.arange(m), np.ones(m), np.zeros(m))
@@ -71,7 +71,7 @@ def as_they_are(robot: Robot) -> ColumnHypothesis:
 
 def signs(robot: Robot, count: int) -> Iterator[ColumnHypothesis]:
     """Return the guesses that so many joints have the other sign."""
-    right = as_they_are(robot)
+    right = unchanged(robot)
     for joints in combinations(range(len(robot.actuated)), count):
         flipped = right.signs.copy()
         flipped[list(joints)] = -1
@@ -80,7 +80,7 @@ def signs(robot: Robot, count: int) -> Iterator[ColumnHypothesis]:
 
 def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
     """Return the guesses that two columns are exchanged."""
-    right = as_they_are(robot)
+    right = unchanged(robot)
     for i, j in combinations(range(len(robot.actuated)), 2):
         order = right.order.copy()
         order[[i, j]] = j, i

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..data import Measurement
 from ..robot import Robot
-from .column_hypotheses import ColumnHypothesis, as_they_are, signs, swaps, with_zero
+from .column_hypotheses import ColumnHypothesis, signs, swaps, unchanged, with_zero
 from .diagnostic import Diagnostic, where_of
 from .offsets import USUAL, several
 from .robust_fit import RigidFit, RigidModel, Samples, samples_of
@@ -145,7 +145,7 @@ def _best(model: RigidModel, samples: Samples) -> ColumnHypothesis:
             best = _clearly(best, _least(map(judged, signs(robot, count))))
     if best[0] > FAR_OFF and not model.zeros and samples.tell(3 + len(turning)):
         far = [guess for _, guess in zeros]
-        starts = [as_they_are(robot), *signs(robot, 1), *swaps(robot), *far]
+        starts = [unchanged(robot), *signs(robot, 1), *swaps(robot), *far]
         found = several(model, samples, starts, turning)
         if found is not None and judged(found)[0] < TOLERANCE:
             best = _clearly(best, judged(found))
@@ -166,7 +166,7 @@ def _best_zero(robot: Robot, joint: int, judged: Callable[[ColumnHypothesis], Ju
 
     Near a wrist, one that is half a turn off may look almost right.
     """
-    right = as_they_are(robot)
+    right = unchanged(robot)
     tried = [judged(with_zero(right, joint, zero)) for zero in ZEROS.tolist()]
     small = _least(one for one in tried if abs(one[1].zeros[joint]) < SMALL)
     any_size = _least(tried)

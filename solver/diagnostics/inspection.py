@@ -21,18 +21,7 @@ from .diagnostic import Diagnostic, where_of
 from .distances import Scale, judge_distances, named
 from .robust_fit import RigidModel, samples_of
 from .sample_count import few_findings
-from .socket_outliers import Sockets, elsewhere, far_samples, may_be_play
-
-__all__ = [
-    "Diagnostic",
-    "Inspection",
-    "Survey",
-    "farthest_place",
-    "fitted_alone",
-    "inspect_all",
-    "next_placement",
-    "standing_out",
-]
+from .socket_outliers import Sockets, elsewhere, explained_by_backlash, far_samples
 
 BAD_FLOOR = 2.5
 """A placement is not to be trusted if the fit to it alone leaves this many times the error that is
@@ -147,7 +136,7 @@ def inspect_all(
         centre = np.mean([np.median(points[rows], axis=0) for rows in measured.slices], axis=0)
         inspections.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
     moves = [move for _, own in placed.values() for move in own]
-    loose = not zeros and any(may_be_play(sockets, move) for move in moves)
+    loose = not zeros and any(explained_by_backlash(sockets, move) for move in moves)
     # Play makes an arm seem longer or shorter: it is told first, and then what is left.
     sizes = [f for f in distances.shared if not (loose and f.code == "scale")]
     shared = columns if explained else [*columns, *sizes]

@@ -25,7 +25,7 @@ SCALE = 1e-5
 ITERATIONS = 40
 FAR_ZERO = np.deg2rad(30)
 """So far may a joint's zero be off that is sought [rad]."""
-GLANCES = 6
+SEED_ITERATIONS = 6
 """Iterations for the ball's place, and zeros."""
 SETTLED = 1e-2
 """Relative change of the noise, and change of the unknowns in widths, at which a fit ends."""
@@ -33,7 +33,7 @@ LARGEST_STEP = 0.2
 """Of any unknown in an iteration [m], [rad]."""
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
-WANDER = 1.9e-3
+BACKLASH_NOISE = 1.9e-3
 """The same for arms made of servos [m]: their play moves whole sockets."""
 ENOUGH, LEAST = 4000, 20
 """A fit uses about the first number of samples in all, and at least the second of each socket; more
@@ -137,7 +137,7 @@ class RigidModel:
     ) -> None:
         model = extend(robot, parameters)
         self.robot, self.zeros = robot, zeros
-        self._least = WANDER if zeros else SMALLEST
+        self._least = BACKLASH_NOISE if zeros else SMALLEST
         self.ball: BallModel = model.ball
         self.widths = np.array(
             [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
@@ -185,7 +185,7 @@ class RigidModel:
         off = np.zeros(len(widths))
         e = points - _medians(points, samples)[samples.sockets]
         noise = _typical(e)
-        for _ in range(GLANCES):
+        for _ in range(SEED_ITERATIONS):
             noise = _typical(e)
             weights = _weights(e, noise)
             centred = values - _means(values, samples, weights)[samples.sockets]

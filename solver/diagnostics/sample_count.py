@@ -8,13 +8,11 @@ from ..bayes.inference import estimate
 from ..bayes.model import ZERO, extend
 from ..bayes.results import workspace_deviation
 from ..data import CALIPER_DEVIATION, KnownDistance, KnownError, Load, Measurement
-from ..data.observe import observe
+from ..data import (observe)
 from ..paper import NotConverged
 from ..robot import Parameter, Robot
 from .diagnostic import Diagnostic, where_of
 from .distances import named
-
-__all__ = ["ADVISED", "few_findings", "lone_findings", "predicted_error"]
 
 FEWEST, ADVISED = 10, 30
 """Samples in a socket below which it tells little, and that are advised."""
@@ -35,7 +33,7 @@ def few_findings(measured: Measurement) -> list[Diagnostic]:
     ]
 
 
-def lone_findings(
+def single_placement_diagnostics(
     measurements: Sequence[Measurement], known: Sequence[KnownDistance] = ()
 ) -> list[Diagnostic]:
     """Return placements with one socket, which no known distance ties to a length."""

@@ -76,12 +76,12 @@ def elsewhere(
         before = part.end <= parts[part.socket].begin
         change = Change(socket, part.end if before else part.begin, jump)
         changes.append(change)
-        play = not zeros and may_be_play(sockets, change)
+        play = not zeros and explained_by_backlash(sockets, change)
         findings.append(_moved(measured, change, play=play))
     return findings, tuple(sorted(changes, key=lambda change: (change.socket, change.sample)))
 
 
-def may_be_play(sockets: Sockets, change: Change) -> bool:
+def explained_by_backlash(sockets: Sockets, change: Change) -> bool:
     """Tell whether gears with play would look like this move of the base, too."""
     return sockets.noise > LOOSE and change.jump < PLAYED
 

@@ -12,6 +12,7 @@ import numpy as np
 from ..._version import __version__
 from ...errors import MukcaError
 from ...solver.calibration import Calibration
+from ...solver.data import kabsch
 
 
 class ExportError(MukcaError):
@@ -146,7 +147,9 @@ def losses_without(request: Request, uncarried: Collection[str]) -> tuple[Loss, 
     losses: list[Loss] = []
     if calibrated.deflection.extensions:
         words = "corrections of the joints (" + ", ".join(calibrated.deflection.extensions) + ")"
-        losses.append(_loss(words, _laid_on(geometric, calibrated.ball(q)) - calibrated.ball(q)))
+        # Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
+        ball = calibrated.ball(q)
+        losses.append(_loss(words, kabsch(geometric, ball).apply(geometric) - ball))
     exported = calibrated.values if calibrated.exported is None else calibrated.exported
     nominal = calibrated.model.nominal
     for name in dict.fromkeys(p.joint for p in calibrated.parameters if p.joint in uncarried):
@@ -154,18 +157,6 @@ def losses_without(request: Request, uncarried: Collection[str]) -> tuple[Loss, 
         loss = _loss(_named(request, name), calibrated.model.points(without, q) - geometric)
         losses += [loss] if loss.largest > 0 else []
     return tuple(losses)
-
-
-def _laid_on(points: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return points moved as one rigid body onto others, as near as they come.
-
-    Where an arm's base frame stands is not measured, so a shift or turn of all points is no loss.
-    The turn is Kabsch's.
-    """
-    centre, middle = points.mean(axis=0), others.mean(axis=0)
-    U, _, V = np.linalg.svd((points - centre).T @ (others - middle))
-    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ V))])
-    return (points - centre) @ (U @ mirror @ V) + middle
 
 
 def _named(request: Request, joint: str) -> str:

@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 
 from ...solver.calibration import joints_named
+from ...solver.data import kabsch_rotation
 from ...solver.robot import rotation
 from .export import Exported, ExportError, Request, losses_without
 from .folding import behind
@@ -249,8 +250,7 @@ def _laid(
     Where the models differ, the axes next to the base count most: it stands still with them.
     """
     weights = WEIGHT ** np.arange(len(axes))
-    U, _, V = np.linalg.svd((others * weights[:, None]).T @ axes)
-    R = (U @ np.diag([1.0, 1.0, np.linalg.det(U @ V)]) @ V).T
+    R = kabsch_rotation(others, axes, weights)
     each = list(zip(weights, axes, bodies, links, strict=True))
     rows = [w * (np.eye(3) - np.outer(a, a)) for w, a, _, _ in each]
     gaps = [B[:3, 3] - R @ L[:3, 3] for _, _, B, L in each]

@@ -11,7 +11,7 @@ from ...solver.bayes.inference import Posterior, estimate
 from ...solver.bayes.model import Noise, extend
 from ...solver.bayes.results import scale
 from ...solver.data import CALIPER_DEVIATION, measure
-from ...solver.data.observe import observe
+from ...solver.data import (observe)
 from ...solver.design import (
     ParameterCovariance,
     Reach,

@@ -20,7 +20,7 @@ from math import log
 
 import numpy as np
 
-from ...data import Observations, Scene
+from ...data import MultiRobotObservations, Observations
 from ...paper import NotConverged
 from ..model import (
     ELASTICITY,
@@ -85,7 +85,7 @@ def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = Tr
 
 def estimate_all(
     model: MultiRobotModel,
-    data: Scene,
+    data: MultiRobotObservations,
     *,
     joint_noise: bool = True,
     near: JointPosterior | None = None,

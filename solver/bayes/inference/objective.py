@@ -38,7 +38,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...data import WORLD, Observations, Pose, Scene
+from ...data import WORLD, MultiRobotObservations, Observations, Pose
 from ..model import ExtendedModel, MultiRobotModel, Noise, PriorGroup, SampleRows, as_arms, as_scene
 
 Balls = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -115,7 +115,7 @@ class State:
 
 
 def build_objective(
-    model: ExtendedModel | MultiRobotModel, data: Observations | Scene
+    model: ExtendedModel | MultiRobotModel, data: Observations | MultiRobotObservations
 ) -> Objective:
     """Return the objective of one robot or several, and what is known of them."""
     model, scene = as_arms(model), as_scene(data)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...data import Observations, Pose, Scene
+from ...data import MultiRobotObservations, Observations, Pose
 from ..model import Deflection, ExtendedModel, Noise, PriorGroup
 
 
@@ -74,7 +74,7 @@ class JointPosterior:
     """Each robot, in its own base."""
     own: tuple[slice, ...]
     """For each robot, which unknowns are its own."""
-    scene: Scene
+    scene: MultiRobotObservations
     """What was measured."""
     frames: dict[str, Pose]
     """Where each frame stands in the base of the first robot."""

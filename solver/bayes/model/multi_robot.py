@@ -24,9 +24,9 @@ from ...data import (
     WORLD,
     FrameObservations,
     Located,
+    MultiRobotObservations,
     Observations,
     Pose,
-    Scene,
     check_base,
     place_frames,
 )
@@ -55,7 +55,7 @@ class MultiRobotModel:
 class SampleRows:
     """The samples of all robots, robot after robot: N in all, in S sockets, with F frames."""
 
-    scene: Scene
+    scene: MultiRobotObservations
 
     @cached_property
     def own(self) -> tuple[slice, ...]:
@@ -223,6 +223,6 @@ def as_arms(model: ExtendedModel | MultiRobotModel) -> MultiRobotModel:
     return model if isinstance(model, MultiRobotModel) else MultiRobotModel((model,))
 
 
-def as_scene(data: Observations | Scene) -> Scene:
+def as_scene(data: Observations | MultiRobotObservations) -> MultiRobotObservations:
     """Return the data of all robots; those of one stand for themselves."""
-    return data if isinstance(data, Scene) else Scene((data,))
+    return data if isinstance(data, MultiRobotObservations) else MultiRobotObservations((data,))

@@ -17,7 +17,7 @@ from math import log
 
 import numpy as np
 
-from ...data import FrameError, Observations, Scene, fit_pose
+from ...data import FrameError, MultiRobotObservations, Observations, fit_pose
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
 from ..inference import JointPosterior, Posterior, estimate_all
@@ -120,7 +120,7 @@ def select_model(
 
 def select_all(
     robots: Sequence[Free],
-    data: Scene,
+    data: MultiRobotObservations,
     *,
     stages: Sequence[str] = tuple(STAGES),
     joint_noise: bool = True,
@@ -134,7 +134,9 @@ def select_all(
     :attr:`.ExtendedModel.of_type`. What was tried is then tried with that, too.
     """
 
-    def fit(near: JointPosterior | None, extensions: Extensions, observed: Scene) -> JointPosterior:
+    def fit(
+        near: JointPosterior | None, extensions: Extensions, observed: MultiRobotObservations
+    ) -> JointPosterior:
         models = [extend(*free, own) for free, own in zip(robots, extensions, strict=True)]
         if near is not None:
             known = [arm.model.of_type for arm in near.arms]
@@ -168,7 +170,7 @@ def select_all(
 
 Extensions = Sequence[tuple[str, ...]]
 """For each robot, its extensions."""
-Fit = Callable[[JointPosterior | None, Extensions, Scene], JointPosterior]
+Fit = Callable[[JointPosterior | None, Extensions, MultiRobotObservations], JointPosterior]
 """Fits models of such extensions to data, starting near a result."""
 
 
@@ -310,7 +312,7 @@ def _left_out(fit: Fit, whole: JointPosterior) -> np.ndarray:
     return errors
 
 
-def held_out_error(world: JointPosterior, data: Scene, placement: str) -> float:
+def held_out_error(world: JointPosterior, data: MultiRobotObservations, placement: str) -> float:
     """Return the mean absolute error of a model in one placement [m].
 
     Each robot's balls are compared with their mean in a socket, and those that an instrument

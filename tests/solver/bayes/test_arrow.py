@@ -12,7 +12,7 @@ from mukca.solver.bayes.inference.objective import Objective, State, build_objec
 from mukca.solver.bayes.inference.state import moved, start
 from mukca.solver.bayes.model import extend
 from mukca.solver.data import measure
-from mukca.solver.data.observe import observe
+from mukca.solver.data import (observe)
 from mukca.solver.robot import BallModel, Robot, choose_parameters
 from mukca.tools.simulation import record
 from mukca.tools.simulation.simulated_arms import reachable_bases

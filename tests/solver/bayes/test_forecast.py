@@ -7,8 +7,8 @@ from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import workspace_deviation
 from mukca.solver.data import Load, Measurement, measure
-from mukca.solver.data.observe import observe
-from mukca.solver.design import after_recording, error_map, everywhere, joint_effects
+from mukca.solver.data import (observe)
+from mukca.solver.design import error_map, joint_effects, predicted_posterior, workspace_samples
 from mukca.solver.robot import Robot, choose_parameters
 from mukca.tools.simulation import record
 from mukca.tools.simulation.simulated_arms import reachable_bases
@@ -37,7 +37,7 @@ def samples(panda: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.nd
 @pytest.mark.slow
 def test_a_second_placement_brings_what_was_forecast(panda, recorded, first) -> None:
     both = estimate(first.model, observe(recorded, panda))
-    forecast = after_recording(first, samples(panda, recorded[1]))
+    forecast = predicted_posterior(first, samples(panda, recorded[1]))
     before, expected, found = (workspace_deviation(p, LOAD)[0] for p in (first, forecast, both))
     assert expected < 0.95 * before
     assert found == pytest.approx(expected, rel=0.15)
@@ -45,9 +45,9 @@ def test_a_second_placement_brings_what_was_forecast(panda, recorded, first) -> 
 
 def test_recording_the_same_base_again_does_not_tell_its_distance(panda, recorded, first) -> None:
     """However often: the caliper's 0.06 % of scale stays."""
-    sure = after_recording(first, samples(panda, recorded[1]) * 1)
+    sure = predicted_posterior(first, samples(panda, recorded[1]) * 1)
     for _ in range(20):
-        sure = after_recording(sure, samples(panda, recorded[1]))
+        sure = predicted_posterior(sure, samples(panda, recorded[1]))
     by_scale = first.model.by_scale()
     size = first.model.size
     scale = float(by_scale @ sure.covariance[:size, :size] @ by_scale) ** 0.5
@@ -59,7 +59,9 @@ def test_what_a_joint_moves_the_ball_by_is_what_its_correction_does(panda, recor
     x = np.zeros(model.size)
     x[model.names.index("panda_joint4.yaw")] = 1e-3
     pairs = samples(panda, recorded[0])
-    found = {row.joint: row for row in joint_effects(model, x, everywhere(model, x, LOAD), pairs)}
+    found = {
+        row.joint: row for row in joint_effects(model, x, workspace_samples(model, x, LOAD), pairs)
+    }
     moved = [model.predict(x, q, m) - model.predict(0 * x, q, m) for q, m in pairs]
     offsets = np.concatenate([shift - shift.mean(axis=0) for shift in moved])
     expected = float(np.mean(np.sum(offsets**2, axis=1))) ** 0.5
@@ -69,7 +71,7 @@ def test_what_a_joint_moves_the_ball_by_is_what_its_correction_does(panda, recor
 
 
 def test_places_are_known_best_where_it_was_recorded(first) -> None:
-    found = error_map(first, everywhere(first.model, first.x, LOAD))
+    found = error_map(first, workspace_samples(first.model, first.x, LOAD))
     centre = first.points.mean(axis=0)
     cells = np.array(found.cells)
     away = np.linalg.norm(cells[:, :2] - centre[:2], axis=1)

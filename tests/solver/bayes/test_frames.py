@@ -12,7 +12,7 @@ from mukca.solver.bayes.results import unobservable, weakly_identifiable_directi
 from mukca.solver.bayes.results.identifiability import UNOBSERVABLE
 from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.data import FrameError, Pose, SocketAt, measure
-from mukca.solver.data.observe import observe
+from mukca.solver.data import (observe)
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot, workspace
 from mukca.tools.simulation import Base, perturb, record
 from mukca.tools.simulation.simulated_arms import reachable_bases

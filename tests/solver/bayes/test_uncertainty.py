@@ -18,7 +18,7 @@ from mukca.solver.bayes.results.uncertainty import (
     prior_deviations,
 )
 from mukca.solver.data import measure
-from mukca.solver.data.observe import observe
+from mukca.solver.data import (observe)
 from mukca.solver.robot import choose_parameters, gravity_torques, workspace
 
 

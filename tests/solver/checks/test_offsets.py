@@ -7,7 +7,7 @@ import pytest
 
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
-from mukca.solver.diagnostics.column_hypotheses import as_they_are, signs, swaps
+from mukca.solver.diagnostics.column_hypotheses import signs, swaps, unchanged
 from mukca.solver.diagnostics.offsets import several
 from mukca.solver.diagnostics.robust_fit import RigidModel, Samples, samples_of
 from mukca.solver.robot import choose_parameters
@@ -40,7 +40,7 @@ def test_two_mistakes_are_told_together(
     model, samples, order, flips, zeros, mistakes, words
 ) -> None:
     spoilt = replace(samples, positions=((samples.positions + zeros) * flips)[:, order])
-    starts = [as_they_are(model.robot), [*signs(model.robot, 1)][2], [*swaps(model.robot)][12]]
+    starts = [unchanged(model.robot), [*signs(model.robot, 1)][2], [*swaps(model.robot)][12]]
     guess = several(model, spoilt, starts, range(1, 6))
     assert guess is not None and guess.mistakes == mistakes
     assert guess.zeros == pytest.approx(zeros, abs=0.015)
@@ -48,14 +48,14 @@ def test_two_mistakes_are_told_together(
 
 
 def test_where_nothing_is_wrong_nothing_is_found(model, samples) -> None:
-    assert several(model, samples, [as_they_are(model.robot)], range(1, 6)) is None
+    assert several(model, samples, [unchanged(model.robot)], range(1, 6)) is None
 
 
 @pytest.mark.slow
 def test_another_robot_s_model_is_no_set_of_zeros(model, samples) -> None:
     wild = np.random.default_rng(0).normal(0, 0.3, samples.positions.shape)
     shuffled = replace(samples, positions=samples.positions + wild)
-    starts = [as_they_are(model.robot), *signs(model.robot, 1)]
+    starts = [unchanged(model.robot), *signs(model.robot, 1)]
     guess = several(model, shuffled, starts, range(1, 6))
     assert guess is None or model.nominal_error(guess.of(shuffled)) > 0.02
 

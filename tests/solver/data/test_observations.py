@@ -7,7 +7,7 @@ import pytest
 
 from mukca.recorder import read_placement
 from mukca.solver.data import KnownError, Load, measure, parse_known
-from mukca.solver.data.observe import observe
+from mukca.solver.data import (observe)
 from mukca.solver.robot import gravity_moments
 
 

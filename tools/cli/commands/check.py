@@ -41,7 +41,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     from ....solver.data import check_distinct
-    from ....solver.diagnostics import inspect_all, lone_findings, next_placement, predicted_error
+    from ....solver.diagnostics import (
+        inspect_all,
+        next_placement,
+        predicted_error,
+        single_placement_diagnostics,
+    )
     from ....solver.robot import choose_parameters
 
     robot, settings = robot_of(arguments), settings_of(arguments)
@@ -54,7 +59,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     parameters = choose_parameters(robot)
     zeros = bool(settings.zeros)
     survey = inspect_all(robot, parameters, data, known=known, deviation=deviation, zeros=zeros)
-    lone = lone_findings(data, known)
+    lone = single_placement_diagnostics(data, known)
     shared, findings = (*survey.shared, *lone), (*survey.findings, *lone)
     broken = any(finding.level == "error" for finding in findings)
     predicted = None

@@ -8,7 +8,7 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....solver.assessment import Displacement, calibrated_points, measurements_of, norms, quantiles
-from ....solver.data import Measurement, evaluate, mean_metrics, socket_centres
+from ....solver.data import Measurement, evaluate, kabsch, mean_metrics, socket_centres
 from ....solver.results import (
     CalibratedRobot,
     CalibrationDocument,
@@ -236,8 +236,5 @@ def apart(one: Sequence[np.ndarray], other: Sequence[np.ndarray]) -> Displacemen
         other: Those of the same samples by the other model.
     """
     A, B = np.concatenate(one), np.concatenate(other)
-    a, b = A - A.mean(axis=0), B - B.mean(axis=0)
-    U, _, V = np.linalg.svd(b.T @ a)
-    U[:, 2] *= np.sign(np.linalg.det(U @ V))
-    gaps = norms(b @ U @ V - a)
+    gaps = norms(kabsch(B, A).apply(B) - A)
     return Displacement(mean=float(gaps.mean()), max=float(gaps.max()))
