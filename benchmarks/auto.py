@@ -23,8 +23,7 @@ from mukca.recorder import find_placements, read_placement
 from mukca.recorder.dataset import Placement
 from mukca.solver.bayes.inference import Posterior
 from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import KnownDistance, Measurement, measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import KnownDistance, Measurement, measure, observe
 from mukca.solver.robot import Robot, choose_parameters, gravity_moments, load_robot, workspace
 from mukca.tools.cli.commands.demo import demo_arm, demo_bases
 from mukca.tools.parallel import Workers, add_workers, workers_of

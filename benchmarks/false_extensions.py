@@ -19,8 +19,7 @@ from collections import Counter
 import numpy as np
 
 from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import measure, observe
 from mukca.solver.paper import NotConverged
 from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
 from mukca.tools.parallel import add_workers, workers_of

@@ -30,8 +30,7 @@ from mukca.recorder import read_placements
 from mukca.recorder.dataset import Placement, Sample
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import ExtendedModel, Noise, extend
-from mukca.solver.data import measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import measure, observe
 from mukca.solver.design import expected_groups, from_fit, from_prior, workspace_of
 from mukca.solver.robot import (
     BallModel,

@@ -28,8 +28,7 @@ import numpy as np
 from mukca.solver.bayes.results import DECIDED, angles_near
 from mukca.solver.bayes.results import with_joint_offsets as zeros_in
 from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import Load, SocketAt, measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import Load, SocketAt, measure, observe
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import Origin, Robot, choose_parameters, load_robot, rotation, rotation_rpy
 from mukca.tools.parallel import add_workers, workers_of

@@ -22,8 +22,7 @@ import numpy as np
 
 from mukca.solver.bayes.results.uncertainty import deviations, distance_deviations, prior_deviations
 from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure, observe
 from mukca.solver.robot import choose_parameters, gravity_moments, load_robot, workspace
 from mukca.tools.parallel import add_workers, workers_of
 from mukca.tools.simulation import perturb, record

@@ -6,7 +6,7 @@ corrects joint positions first, is another, its figures stand beside.
 
 from collections.abc import Sequence
 
-from ..diagnostics.inspection import Diagnostic
+from ..diagnostics import Diagnostic
 from .formatting import joined, mm, plural
 from .types_report_errors import KnownDistanceErrors, ModelName, RoleSummary
 from .types_report_verdict import Limit, LimitResult, Limits, Outcome, Status, Verdict

@@ -7,7 +7,7 @@ from ..bayes.model import extend
 from ..bayes.results import workspace_deviation
 from ..data import Load, Measurement
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
-from ..diagnostics.inspection import farthest_place
+from ..diagnostics import farthest_place
 from ..results import Forecast, Outlook
 from ..robot import InverseKinematics, Robot, SimulationError
 from .fit import Fit

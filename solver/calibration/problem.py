@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ..data import Measurement
-from ..diagnostics.inspection import Diagnostic
+from ..diagnostics import Diagnostic
 from ..results import NextPlacement
 from ..robot import Robot
 from .options import Settings

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..data import CALIPER_DEVIATION, KnownDistance, Measurement
 from ..robot import Parameter, Robot, choose_parameters
-from .advice import farthest_place, place_advice
+from .advice import place_advice
 from .change_points import Change, find_parts
 from .columns import UNEXPLAINED, column_findings, columns_behind
 from .configurations import duplicate_findings, still_findings

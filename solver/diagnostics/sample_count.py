@@ -7,8 +7,7 @@ import numpy as np
 from ..bayes.inference import estimate
 from ..bayes.model import ZERO, extend
 from ..bayes.results import workspace_deviation
-from ..data import CALIPER_DEVIATION, KnownDistance, KnownError, Load, Measurement
-from ..data import (observe)
+from ..data import CALIPER_DEVIATION, KnownDistance, KnownError, Load, Measurement, observe
 from ..paper import NotConverged
 from ..robot import Parameter, Robot
 from .diagnostic import Diagnostic, where_of

@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import MukcaError
 from ..bayes.model import EXTENSIONS, Deflection, coefficient_names
 from ..data import Load
-from ..diagnostics.inspection import Diagnostic
+from ..diagnostics import Diagnostic
 from ..robot import all_parameters, parse_robot, scan
 from .arms import ArmsDocument, FramePose
 from .calibrated import CalibratedRobot

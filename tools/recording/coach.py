@@ -10,8 +10,7 @@ from ...recorder.session import Advice
 from ...solver.bayes.inference import Posterior, estimate
 from ...solver.bayes.model import Noise, extend
 from ...solver.bayes.results import scale
-from ...solver.data import CALIPER_DEVIATION, measure
-from ...solver.data import (observe)
+from ...solver.data import CALIPER_DEVIATION, measure, observe
 from ...solver.design import (
     ParameterCovariance,
     Reach,

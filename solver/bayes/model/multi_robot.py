@@ -214,7 +214,7 @@ class SampleRows:
         names: list[str] = []
         for arm in self.scene.arms:
             blank = ("",) * len(arm.positions)
-            names += blank if arm.instrument is None else arm.instrument.wheres
+            names += blank if arm.instrument is None else arm.instrument.sources
         return [names[row] for row in rows.tolist()]
 
 

@@ -11,8 +11,7 @@ from mukca.solver.bayes.inference.normal_equations import normal_equations
 from mukca.solver.bayes.inference.objective import Objective, State, build_objective
 from mukca.solver.bayes.inference.state import moved, start
 from mukca.solver.bayes.model import extend
-from mukca.solver.data import measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import measure, observe
 from mukca.solver.robot import BallModel, Robot, choose_parameters
 from mukca.tools.simulation import record
 from mukca.tools.simulation.simulated_arms import reachable_bases

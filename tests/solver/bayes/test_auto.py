@@ -10,8 +10,7 @@ from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import COMPLIANCE, TILT, Deflection, coefficient_names, extend
 from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import Load, evaluate, measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import Load, evaluate, measure, observe
 from mukca.solver.robot import choose_parameters, load_robot
 from mukca.tools.simulation import perturb, record
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases

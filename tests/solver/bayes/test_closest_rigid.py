@@ -12,8 +12,7 @@ from mukca.solver.bayes.results.geometric_projection import CONFIDENCE, _doubt, 
 from mukca.solver.bayes.results.projection_poses import simulated_poses
 from mukca.solver.calibration import fit_by_auto
 from mukca.solver.calibration.fit import fit_by_paper
-from mukca.solver.data import Load, evaluate, measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import Load, evaluate, measure, observe
 from mukca.solver.robot import BallModel, Robot, choose_parameters, workspace
 from mukca.tools.simulation import record
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases

@@ -18,8 +18,7 @@ from mukca.solver.bayes.inference.state import start
 from mukca.solver.bayes.model import COMPLIANCE, Deflection, Noise, extend
 from mukca.solver.bayes.results import workspace_deviation
 from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import Load, Observations, measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import Load, Observations, measure, observe
 from mukca.solver.paper import NotConverged
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
 from mukca.tools.simulation import perturb, record

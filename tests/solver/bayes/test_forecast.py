@@ -6,8 +6,7 @@ import pytest
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import workspace_deviation
-from mukca.solver.data import Load, Measurement, measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import Load, Measurement, measure, observe
 from mukca.solver.design import error_map, joint_effects, predicted_posterior, workspace_samples
 from mukca.solver.robot import Robot, choose_parameters
 from mukca.tools.simulation import record

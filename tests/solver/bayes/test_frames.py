@@ -11,8 +11,7 @@ from mukca.solver.bayes.model import as_arms, as_scene, extend
 from mukca.solver.bayes.results import unobservable, weakly_identifiable_directions
 from mukca.solver.bayes.results.identifiability import UNOBSERVABLE
 from mukca.solver.bayes.results.uncertainty import deviations
-from mukca.solver.data import FrameError, Pose, SocketAt, measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import FrameError, Pose, SocketAt, measure, observe
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot, workspace
 from mukca.tools.simulation import Base, perturb, record
 from mukca.tools.simulation.simulated_arms import reachable_bases

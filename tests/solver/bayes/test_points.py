@@ -15,9 +15,8 @@ from mukca.solver.bayes.inference.normal_equations import (
 from mukca.solver.bayes.inference.objective import build_objective, linearise
 from mukca.solver.bayes.inference.state import start
 from mukca.solver.bayes.model import Noise, as_arms, as_scene, extend
-from mukca.solver.data import FrameError, Pose, evaluate, measure
+from mukca.solver.data import FrameError, Pose, evaluate, measure, observe
 from mukca.solver.data.measurements import MeasurementError
-from mukca.solver.data import (observe)
 from mukca.solver.robot import (
     BallModel,
     Robot,

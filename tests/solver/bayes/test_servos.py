@@ -13,8 +13,7 @@ from mukca.solver.bayes.results import DECIDED, angles_near, scale, with_joint_o
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.calibration import UsageError, crossval
 from mukca.solver.calibration.calibrate import calibrate
-from mukca.solver.data import Load, SocketAt, measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import Load, SocketAt, measure, observe
 from mukca.solver.diagnostics import inspection
 from mukca.solver.paper import NotConverged
 from mukca.solver.robot import (

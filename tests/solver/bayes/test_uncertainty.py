@@ -17,8 +17,7 @@ from mukca.solver.bayes.results.uncertainty import (
     observability_index,
     prior_deviations,
 )
-from mukca.solver.data import measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import measure, observe
 from mukca.solver.robot import choose_parameters, gravity_torques, workspace
 
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.recorder import read_placement
-from mukca.solver.data import KnownError, Load, measure, parse_known
-from mukca.solver.data import (observe)
+from mukca.solver.data import KnownError, Load, measure, observe, parse_known
 from mukca.solver.robot import gravity_moments
 
 

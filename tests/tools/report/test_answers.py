@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mukca.solver.assessment import area, percent, short_names
-from mukca.solver.diagnostics.inspection import farthest_place
+from mukca.solver.diagnostics import farthest_place
 from mukca.solver.results import Model, calibrated_robot, encode
 from mukca.solver.robot import load_robot
 from mukca.tools.cli import main

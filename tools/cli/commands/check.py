@@ -10,8 +10,7 @@ from .. import Terminal, add_load, add_measured, add_robot, measure_all, robot_o
 
 if TYPE_CHECKING:
     from ....solver.data import Measurement
-    from ....solver.diagnostics import Inspection, Survey
-    from ....solver.diagnostics.inspection import Diagnostic
+    from ....solver.diagnostics import Diagnostic, Inspection, Survey
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
 EXAMPLE = """example:

@@ -13,8 +13,7 @@ from ....solver.assessment import (
     plural,
     short_names,
 )
-from ....solver.diagnostics import EVERYWHERE, standing_out
-from ....solver.diagnostics.inspection import Diagnostic
+from ....solver.diagnostics import EVERYWHERE, Diagnostic, standing_out
 
 FAR = 3.0
 """A sample this many times its placement's mean error from its socket deserves a look."""

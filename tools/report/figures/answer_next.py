@@ -14,7 +14,7 @@ from ....solver.assessment import (
     norms,
     short_names,
 )
-from ....solver.diagnostics.inspection import Diagnostic, farthest_place
+from ....solver.diagnostics import Diagnostic, farthest_place
 from ....solver.results import NextPlacement
 from .answer_data import placements_with_errors
 

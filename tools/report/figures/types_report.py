@@ -19,7 +19,7 @@ from ....solver.assessment import (
     Step,
     Verdict,
 )
-from ....solver.diagnostics.inspection import Diagnostic
+from ....solver.diagnostics import Diagnostic
 from ....solver.results import (
     ArmsDocument,
     Document,

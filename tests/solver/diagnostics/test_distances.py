@@ -9,8 +9,7 @@ from mukca.recorder.dataset import Placement
 from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import scale
-from mukca.solver.data import measure
-from mukca.solver.data import (observe)
+from mukca.solver.data import measure, observe
 from mukca.solver.diagnostics import Diagnostic, inspect_all
 from mukca.solver.robot import choose_parameters, load_robot
 from mukca.tools.simulation import Base, perturb, record

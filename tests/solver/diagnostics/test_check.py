@@ -8,8 +8,7 @@ import pytest
 
 from mukca.recorder import find_placements, read_placement
 from mukca.solver.data import measure
-from mukca.solver.diagnostics import Survey, inspect_all, next_placement, split_at
-from mukca.solver.diagnostics.inspection import Diagnostic
+from mukca.solver.diagnostics import Diagnostic, Survey, inspect_all, next_placement, split_at
 from mukca.solver.robot import choose_parameters, load_robot
 from mukca.tools.simulation import Base, record
 
