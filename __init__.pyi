@@ -7,8 +7,8 @@ from .recorder import Placement as Placement
 from .recorder import read_placements as read_placements
 from .solver.calibration import Calibration as Calibration
 from .solver.calibration import Errors as Errors
+from .solver.calibration import calibrate as calibrate
 from .solver.calibration import load_calibration as load_calibration
-from .solver.calibration.calibrate import calibrate as calibrate
 from .solver.robot import Robot as Robot
 from .solver.robot import load_robot as load_robot
 from .tools.report.build import write_report as write_report

@@ -1,5 +1,5 @@
+# keep: Option, SolveOptions, option_table, Method
 from .arms import ArmsCalibration as ArmsCalibration
-from .calibrate import Options as Options
 from .calibration import Calibration as Calibration
 from .calibration import Errors as Errors
 from .calibration import load_calibration as load_calibration
@@ -15,7 +15,11 @@ from .errors_text import errors_title as errors_title
 from .errors_text import millimetres as millimetres
 from .fit import fit_by_auto as fit_by_auto
 from .multi_robot_urdf import pose_of as pose_of
-from .options import Settings as Settings
+from .options import Method as Method
+from .options import Option as Option
+from .options import SolveOptions as SolveOptions
+from .options import option_table as option_table
+from .pipeline import calibrate as calibrate
 from .type_prior import learn_types as learn_types
 from .type_prior import type_priors as type_priors
 from .usage import UsageError as UsageError

@@ -1,168 +1,312 @@
-"""What a calibration can be told, and what goes with which method."""
+"""Options of a calibration: the one definition of each.
+
+:func:`mukca.calibrate` takes its keywords from here, ``mukca solve`` its options, and
+``calibration.json`` its ``settings``. A new option is one more field.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_args
 
-from ..data import CALIPER_DEVIATION, KnownDistance, Load, parse_known
-from ..paper import MAX_ITERATIONS, OPTIMIZERS, REGULARIZATION
-from ..robot import STANDARD_GRAVITY
 from .usage import UsageError
 
-METHODS = ("auto", "paper")
-SHIPPED = "shipped"
-ONLY_AUTO: dict[str, Any] = {
-    "known": (),
-    "sockets_at": (),
-    "distance_deviation": CALIPER_DEVIATION,
-    "without": (),
-    "zeros": False,
-    "type_prior": (SHIPPED,),
-    "payload": None,
-    "gravity": None,
-}
-"""Settings of the default method, and their defaults."""
-ONLY_PAPER: dict[str, Any] = {
-    "optimizer": OPTIMIZERS[0],
-    "regularization": REGULARIZATION,
-    "max_iterations": MAX_ITERATIONS,
-}
-"""Settings of the paper's method, and their defaults."""
+if TYPE_CHECKING:
+    from ..data import KnownDistance, Load, SocketAt
+else:  # the command line reads the types of the fields, and has words for these
+    KnownDistance = SocketAt = str
+
+Method = Literal["auto", "paper"]
+Optimizer = Literal["gauss-newton", "ipopt"]
+EXTENSIONS = ("compliance", "tilt", "play", "transmission", "joint-noise")
 
 
 @dataclass(frozen=True)
-class Settings:
-    """How to calibrate. None, or nothing in a sequence, stands for the default."""
+class Option:
+    """Documentation of an option, for the command line, Python and the docs alike."""
 
-    method: str = "auto"
-    """``auto``: geometry, elasticity and transmission error, as far as the data support
-    them; ``paper``: Eq. (5), geometry alone."""
-    distance: float | None = None
-    """Between the sockets' centres [m]; None for the recording's, or 0.05."""
-    free: Sequence[str] = ()
-    """What of the geometry is free: joint names, ``JOINT.x`` .. ``JOINT.yaw``, ``JOINT.xyz`` or
-    ``JOINT.rpy``; ``*`` stands for any text."""
-    fix: Sequence[str] = ()
-    """What is not, by the same words."""
-    split_moved: bool = False
-    """Where a base moved, give the part after it a socket of its own."""
-    repeatability_mm: float | None = None
-    """Of the arm [mm], which the verdict's limits rest on; None for what is known of it."""
-    accept_distorted: bool = False
-    """Save even a model that does not reproduce the distance of the sockets."""
-    known: Sequence[str] = ()
-    """auto: further measured distances, ``left:0-right:0=0.175+-0.0001`` in metres."""
-    sockets_at: Sequence[str] = ()
-    """auto: measured coordinates of sockets, ``table/front:0=0.1,0.2,0.03+-0.00005`` in metres."""
-    distance_deviation: float | None = None
-    """auto: standard deviation of the distance [m]; None for a caliper's, 3e-5."""
-    without: Sequence[str] = ()
-    """auto: what is not tried, among ``compliance``, ``tilt``, ``play``, ``transmission`` and
-    ``joint-noise``."""
-    zeros: bool | None = None
-    """auto: the joints' zeros may be off by degrees, as on arms made of servos."""
-    type_prior: Sequence[str] = ()
-    """auto: ``calibration.json`` files of other arms of the type, whose elasticity is alike;
-    ``shipped``, the default, for what was measured of shipped robots' types; ``none``."""
-    payload: float | None = None
-    """auto: mass at the ball beyond the model's [kg]."""
-    gravity: Sequence[float] | None = None
-    """auto: acceleration in the base frame [m/s^2], for an arm on a wall or ceiling."""
-    optimizer: str | None = None
-    """paper: ``gauss-newton`` or ``ipopt``."""
-    regularization: float | None = None
-    """paper: lambda of Eq. (5); None for 1e-4."""
-    max_iterations: int | None = None
-    """paper: steps allowed; None for 200."""
+    text: str
+    """One sentence or two: the value, its unit, its default."""
+    metavar: str | tuple[str, ...] | None = None
+    """Placeholder of the value on the command line; as many as there must be values."""
+    method: Method | None = None
+    """The only method that knows the option."""
+    default: Any = None
+    """The value for which None, or an empty sequence, stands."""
+    choices: tuple[str, ...] = ()
+    unit: str = ""
+    """Of a number, in full: ``metres``."""
+    allowed: Callable[[Any], bool] | None = None
+    """Range check of a value."""
 
-    def settled(self) -> "Settings":
-        """Return the settings with defaults filled in.
+    @property
+    def help(self) -> str:
+        """The text, with the default where there is one to name."""
+        named = isinstance(self.default, str | int | float) and not isinstance(self.default, bool)
+        return f"{self.text} (default: {self.default})" if named else self.text
+
+
+_NAMES = "joint names, JOINT.x .. JOINT.yaw, JOINT.xyz or JOINT.rpy; * stands for any text"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolveOptions:
+    """Options of a calibration. None, or an empty sequence, stands for the default."""
+
+    method: Annotated[
+        Method,
+        Option(
+            "auto: geometry, elasticity and transmission error, as far as the data support them; "
+            "paper: Eq. (5), geometry alone"
+        ),
+    ] = "auto"
+    distance: Annotated[
+        float | None,
+        Option(
+            "distance of the sockets' centres in metres (default: the recording's, or 0.05); "
+            "1 mm wrong makes the arm 2 % too long",
+            metavar="M",
+        ),
+    ] = None
+    free: Annotated[Sequence[str], Option(f"free parameters: {_NAMES}", metavar="P")] = ()
+    fix: Annotated[Sequence[str], Option("fixed parameters, likewise", metavar="P")] = ()
+    split_moved: Annotated[
+        bool, Option("where a base moved, give the part after it a socket of its own")
+    ] = False
+    repeatability_mm: Annotated[
+        float | None,
+        Option(
+            "repeatability of the arm in millimetres, from its data sheet, on which the verdict's "
+            "limits rest (default: what is known of the arm)",
+            metavar="MM",
+            unit="millimetres",
+            allowed=lambda value: 0 < value < 1e4,
+        ),
+    ] = None
+    accept_distorted: Annotated[
+        bool, Option("export even a model that does not reproduce the sockets' distance")
+    ] = False
+    known: Annotated[
+        Sequence[str | Path | KnownDistance],
+        Option(
+            "further measured distances between sockets, to which the fit keeps as closely as "
+            "their standard deviation S says; or a file with one a line",
+            metavar="A:0-B:0=M[+-S]",
+            method="auto",
+            default=(),
+        ),
+    ] = ()
+    sockets_at: Annotated[
+        str | Path | Sequence[str | Path | SocketAt],
+        Option(
+            "measured coordinates of sockets, a CSV file with the columns frame, socket, x [mm], "
+            "y [mm], z [mm], deviation [mm]; the frame `base` is the robot's own",
+            metavar="FILE",
+            method="auto",
+            default=(),
+        ),
+    ] = ()
+    distance_deviation: Annotated[
+        float | None,
+        Option(
+            "standard deviation of the distance in metres; the default is a caliper's",
+            metavar="M",
+            method="auto",
+            default=3e-5,
+            unit="metres",
+            allowed=lambda value: 0 < value < 1,
+        ),
+    ] = None
+    without: Annotated[
+        Sequence[str],
+        Option(
+            "effects that are not to be tried",
+            method="auto",
+            default=(),
+            choices=EXTENSIONS,
+        ),
+    ] = ()
+    zeros: Annotated[
+        bool | None,
+        Option(
+            "the joints' zeros may be off by degrees: for arms made of servos",
+            method="auto",
+            default=False,
+        ),
+    ] = None
+    type_prior: Annotated[
+        Sequence[str | Path],
+        Option(
+            "calibration.json of other arms of the type, or a fleet's elasticity.json: their "
+            "elasticity is much the same in this one; the data decide how far to believe it "
+            "(default: shipped, from measurements of other arms, so far of Pandas; none: nothing)",
+            metavar="FILE",
+            method="auto",
+            default=("shipped",),
+        ),
+    ] = ()
+    payload: Annotated[
+        float | None,
+        Option(
+            "mass at the ball beyond the model's, in kilograms",
+            metavar="KG",
+            method="auto",
+            unit="kilograms, zero or more",
+            allowed=lambda value: 0 <= value < 1000,
+        ),
+    ] = None
+    gravity: Annotated[
+        Sequence[float] | None,
+        Option(
+            "acceleration in the base frame in m/s^2, for an arm on a wall or ceiling",
+            metavar=("X", "Y", "Z"),
+            method="auto",
+            unit="its three components in m/s^2, for an arm that hangs from the ceiling 0 0 9.81",
+            allowed=lambda value: len(value) == 3 and 9 < math.hypot(*value) < 11,
+        ),
+    ] = None
+    optimizer: Annotated[
+        Optimizer | None,
+        Option(
+            "both reach the same minimum; ipopt is the paper's",
+            method="paper",
+            default="gauss-newton",
+        ),
+    ] = None
+    regularization: Annotated[
+        float | None,
+        Option("lambda of Eq. (5)", metavar="L", method="paper", default=1e-4),
+    ] = None
+    max_iterations: Annotated[
+        int | None,
+        Option(
+            "steps allowed",
+            metavar="N",
+            method="paper",
+            default=200,
+            unit="at least 1",
+            allowed=lambda value: value >= 1,
+        ),
+    ] = None
+
+    def validated(self) -> "SolveOptions":
+        """Return the options with defaults filled in, and files read.
 
         Raises:
-            UsageError: A setting of the other method, which would do nothing, or a value that
+            UsageError: An option of the other method, which would do nothing, or a value that
                 cannot be. The words are those of the command line.
         """
-        if self.method not in METHODS:
-            raise UsageError(f"method {self.method!r}: choose one of {', '.join(METHODS)}")
+        if self.method not in get_args(Method):
+            raise UsageError(f"method {self.method!r}: choose one of {', '.join(get_args(Method))}")
         filled: dict[str, Any] = {}
-        for method, only in (("paper", ONLY_PAPER), ("auto", ONLY_AUTO)):
-            for name, default in only.items():
-                given = getattr(self, name)
-                if given is None or (isinstance(given, Sequence) and not given):
-                    filled[name] = default
-                elif self.method != method:
-                    raise UsageError(
-                        f"--{name.replace('_', '-')} belongs to --method {method}; this is "
-                        f"--method {self.method}"
-                    )
-        settled = replace(self, **filled)
-        settled._check()
-        return settled
-
-    def _check(self) -> None:
-        assert self.max_iterations is not None and self.distance_deviation is not None
-        if self.max_iterations < 1:
-            raise UsageError(f"--max-iterations {self.max_iterations}: at least 1 is needed")
-        if not 0 < self.distance_deviation < 1:
-            raise UsageError(f"--distance-deviation {self.distance_deviation}: give metres")
-        if self.repeatability_mm is not None and not 0 < self.repeatability_mm < 1e4:
-            raise UsageError(f"--repeatability-mm {self.repeatability_mm}: give millimetres")
-        unknown = [w for w in self.without if w not in _WITHOUT]
-        if unknown:
-            raise UsageError(f"--without {unknown[0]}: choose among {', '.join(_WITHOUT)}")
-        if self.payload is not None and not 0 <= self.payload < 1000:
-            raise UsageError(f"--payload {self.payload}: give kilograms, zero or more")
-        if self.gravity is not None:
-            strength = math.hypot(*self.gravity)
-            if len(self.gravity) != 3 or not 9 < strength < 11:
+        for name, option in option_table().items():
+            value = getattr(self, name)
+            if value is None or (isinstance(value, Sequence) and not value):
+                filled[name] = option.default if value is None or option.default else value
+            elif option.method not in (None, self.method):
                 raise UsageError(
-                    f"--gravity: {strength:.3g} m/s^2; give its three components, for an arm that "
-                    "hangs from the ceiling 0 0 9.81"
+                    f"{_words(name)} belongs to --method {option.method}; this is "
+                    f"--method {self.method}"
                 )
+            else:
+                _check(name, value, option)
+        return replace(self, **filled)._read()
+
+    def _read(self) -> "SolveOptions":
+        """Return the options with files of measured places replaced by their content."""
+        return replace(
+            self,
+            known=tuple(_lines(self.known)),
+            sockets_at=tuple(_coordinates(self.sockets_at)),
+            type_prior=tuple(map(str, self.type_prior)),
+        )
 
     @property
-    def load(self) -> Load:
-        """What pulls at the joints."""
-        gravity = STANDARD_GRAVITY
-        if self.gravity is not None:
-            x, y, z = self.gravity
-            gravity = (x, y, z)
-        return Load(gravity, self.payload or 0.0)
+    def load(self) -> "Load":
+        """Gravity and payload, which pull at the joints."""
+        from ..data import Load
+
+        if self.gravity is None:
+            return Load(payload=self.payload or 0.0)
+        x, y, z = self.gravity
+        return Load((x, y, z), self.payload or 0.0)
 
     @property
-    def distances(self) -> list[KnownDistance]:
-        """The known distances."""
-        return [parse_known(words) for words in self.known]
+    def distances(self) -> "list[KnownDistance]":
+        """Known distances."""
+        from ..data import parse_known
+
+        return [parse_known(str(words)) for words in self.known]
+
+    @property
+    def located(self) -> "list[SocketAt]":
+        """Known coordinates of sockets."""
+        return _coordinates(self.sockets_at)
 
     @property
     def deviation(self) -> float:
         """Standard deviation of the distance between a base's sockets [m]."""
-        return self.distance_deviation or CALIPER_DEVIATION
-
-    def of_paper(self) -> dict[str, Any]:
-        """Return the arguments of :func:`mukca.solver.calibration.fit.fit_by_paper`."""
-        return {name: getattr(self, name) for name in ONLY_PAPER}
-
-    def of_auto(self) -> dict[str, Any]:
-        """Return the arguments of :func:`mukca.solver.calibration.fit.fit_by_auto`."""
-        return {
-            "known": self.distances,
-            "distance_deviation": self.deviation,
-            "load": self.load,
-            "without": self.without,
-            "zeros": bool(self.zeros),
-        }
+        return self.distance_deviation or option_table()["distance_deviation"].default
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what matters for this method, by name, as it stands in ``calibration.json``."""
-        other = ONLY_PAPER if self.method == "auto" else ONLY_AUTO
-        rows = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in other}
-        del rows["method"]
+        """Return the options of this method by name, as they stand in ``calibration.json``."""
         return {
-            name: list(value) if isinstance(value, tuple | list) else value  # pyright: ignore
-            for name, value in rows.items()
+            name: _plain(getattr(self, name))
+            for name, option in option_table().items()
+            if name != "method" and option.method in (None, self.method)
         }
 
 
-_WITHOUT = ("compliance", "tilt", "play", "transmission", "joint-noise")
+def option_table() -> dict[str, Option]:
+    """Return the documentation of each option by its name."""
+    return {field.name: field.type.__metadata__[0] for field in fields(SolveOptions)}  # pyright: ignore
+
+
+def _words(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _check(name: str, value: Any, option: Option) -> None:
+    try:
+        allowed = option.allowed is None or option.allowed(value)
+    except TypeError:  # text in place of a number
+        allowed = False
+    if not allowed:
+        numbers = cast("Sequence[Any]", value if isinstance(value, tuple | list) else [value])
+        words = " ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in numbers)
+        raise UsageError(f"{_words(name)} {words}: give {option.unit}")
+    unknown = [one for one in value if one not in option.choices] if option.choices else []
+    if unknown:
+        raise UsageError(f"{_words(name)} {unknown[0]}: choose among {', '.join(option.choices)}")
+
+
+def _lines(known: Iterable[object]) -> Iterable[str]:
+    """Yield known distances, one a word; a word that is a file stands for its lines."""
+    for word in map(str, known):
+        if Path(word).is_file():
+            text = Path(word).read_text(encoding="utf-8")
+            lines = (line.split("#")[0] for line in text.splitlines())
+            yield from (line for line in lines if line.strip())
+        else:
+            yield word
+
+
+def _coordinates(
+    given: "str | Path | SocketAt | Sequence[str | Path | SocketAt]",
+) -> "list[SocketAt]":
+    """Return the coordinates of sockets that files, words, or they themselves give."""
+    from ..data import SocketAt, parse_socket_at, read_sockets_at
+
+    every = [given] if isinstance(given, str | Path | SocketAt) else given
+    ready = [one for one in every if isinstance(one, SocketAt)]
+    others = [one for one in every if not isinstance(one, SocketAt)]
+    words = [str(one) for one in others if "=" in str(one) and not Path(one).exists()]
+    files = [one for one in others if str(one) not in words]
+    return [*ready, *map(parse_socket_at, words), *read_sockets_at(files)]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple | list):
+        return [one if isinstance(one, float | int) else str(one) for one in value]  # pyright: ignore
+    return value

@@ -1,7 +1,6 @@
 """Recordings made ready for a fit: checked against the robot, and looked at."""
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import cast
 
 from ...recorder.dataset import Placement
@@ -10,14 +9,12 @@ from ..data import (
     SocketAt,
     check_distinct,
     measure,
-    parse_socket_at,
-    read_sockets_at,
     spaced,
 )
 from ..diagnostics import Survey, inspect_all, named, next_placement, split_at
 from ..results import NextPlacement
 from ..robot import Parameter, Robot, choose_parameters
-from .options import Settings
+from .options import SolveOptions
 from .problem import CalibrationProblem, Inspected
 from .usage import UsageError
 
@@ -26,7 +23,7 @@ def prepare(
     robot: Robot,
     train: Placement | Sequence[Placement],
     test: Placement | Sequence[Placement],
-    settings: Settings,
+    settings: SolveOptions,
     located: Sequence[SocketAt] = (),
 ) -> CalibrationProblem:
     """Return a robot's recordings, checked and looked at.
@@ -57,7 +54,7 @@ def _check_robot(robot: object) -> None:
         raise UsageError(f"{robot!r:.60}: no robot; load it by mukca.load_robot")
 
 
-def _check_zeros(robot: Robot, parameters: Sequence[Parameter], settings: Settings) -> None:
+def _check_zeros(robot: Robot, parameters: Sequence[Parameter], settings: SolveOptions) -> None:
     """Refuse zeros that the URDF could not hold."""
     free = {parameter.name for parameter in parameters}
     for joint in robot.actuated if settings.zeros else ():
@@ -70,7 +67,7 @@ def _measured(
     robot: Robot,
     train: Placement | Sequence[Placement],
     test: Placement | Sequence[Placement],
-    settings: Settings,
+    settings: SolveOptions,
     located: Sequence[SocketAt] = (),
 ) -> tuple[list[Measurement], list[Measurement], list[str]]:
     """Return the checked placements to train and to test on, and what to warn of."""
@@ -99,18 +96,6 @@ def _measured(
     return fitted, validated, warnings
 
 
-def coordinates_of(
-    sockets_at: str | Path | Sequence[str | Path | SocketAt],
-) -> list[SocketAt]:
-    """Return the coordinates of sockets that files, words, or they themselves give."""
-    every = [sockets_at] if isinstance(sockets_at, str | Path) else sockets_at
-    given = [one for one in every if isinstance(one, SocketAt)]
-    others = [one for one in every if not isinstance(one, SocketAt)]
-    words = [str(one) for one in others if "=" in str(one) and not Path(one).exists()]
-    files = [one for one in others if str(one) not in words]
-    return [*given, *map(parse_socket_at, words), *read_sockets_at(files)]
-
-
 def as_list(placements: object) -> list[Placement]:
     """Return placements as a list; one stands for itself.
 
@@ -127,7 +112,7 @@ def as_list(placements: object) -> list[Placement]:
 
 
 def _inspected(
-    robot: Robot, train: list[Measurement], test: list[Measurement], settings: Settings
+    robot: Robot, train: list[Measurement], test: list[Measurement], settings: SolveOptions
 ) -> tuple[list[Measurement], Inspected]:
     """Look at all placements; what is held out is looked at here and never by the fit.
 

@@ -6,7 +6,7 @@ from ..data import Measurement
 from ..diagnostics import Diagnostic
 from ..results import NextPlacement
 from ..robot import Robot
-from .options import Settings
+from .options import SolveOptions
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class CalibrationProblem:
     """A robot, checked recordings of it, and how they are to be fitted."""
 
     robot: Robot
-    settings: Settings
+    settings: SolveOptions
     train: tuple[Measurement, ...]
     test: tuple[Measurement, ...]
     warnings: tuple[str, ...]

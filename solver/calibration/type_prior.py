@@ -22,10 +22,10 @@ from ..results import (
 from ..results.calibration import Coefficient
 from ..results.elasticity import FORMAT
 from ..robot import Robot
-from .options import SHIPPED
 from .usage import UsageError
 
 _SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
+SHIPPED = "shipped"
 LEAST = 1e-9
 """No deviation is less [rad/(N m)], so that it can be divided by."""
 

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from mukca.solver.calibration import load_calibration
-from mukca.solver.calibration.options import ONLY_PAPER
 from mukca.solver.robot import shipped_robots
 from mukca.tools.cli import main
 
@@ -233,7 +232,7 @@ def test_bad_recordings_get_one_line(run, session, tmp_path, hole_0, told: str) 
         (("front", "--optimizer", "ipopt"), "--optimizer belongs to --method paper"),
         (("front", "--method", "paper", "--payload", "1"), "--payload belongs to --method auto"),
         (("front", "--payload", "-1"), "--payload -1"),
-        (("front", "--gravity", "0", "0", "1"), "--gravity: 1 m/s^2"),
+        (("front", "--gravity", "0", "0", "1"), "--gravity 0 0 1: give its three components"),
         (("front", "--known", "front:0-front:1"), "expected A:0-B:0=0.175"),
         (("front", "--known", "front:0-left:1=0.2"), "socket left:1 is not there"),
         (("front", "--distance-deviation", "-1"), "--distance-deviation -1"),
@@ -291,7 +290,8 @@ def test_the_help_names_the_defaults_that_are_used(run) -> None:
     status, out, _ = run("solve", "--help")
     words = " ".join(out.partition("method paper:")[2].split())
     assert status == 0
-    for option, default in ONLY_PAPER.items():
+    paper = {"optimizer": "gauss-newton", "regularization": 1e-4, "max_iterations": 200}
+    for option, default in paper.items():
         at = re.search(rf"--{option.replace('_', '-')} [^-].*?\(default: ([^)]+)\)", words)
         assert at and type(default)(at[1]) == default
 
@@ -350,7 +350,7 @@ def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch) -> None:
     def broken(*_: object, **__: object) -> None:
         raise np.linalg.LinAlgError("Singular matrix")
 
-    monkeypatch.setattr("mukca.solver.calibration.calibrate.fit_by_auto", broken)
+    monkeypatch.setattr("mukca.solver.calibration.pipeline.fit_by_auto", broken)
     status, out, err = run("solve", "front", "--robot", "panda", "--json")
     assert (status, out) == (1, "") and len(err.strip().splitlines()) == 1
     assert "did not settle" in err

@@ -9,7 +9,7 @@ from ...solver.calibration import UsageError
 
 if TYPE_CHECKING:
     from ...recorder.dataset import Placement
-    from ...solver.calibration import Settings
+    from ...solver.calibration import Method, SolveOptions
     from ...solver.data import Load, Measurement
     from ...solver.robot import Robot
 
@@ -143,15 +143,15 @@ def known_of(words: Sequence[str]) -> list[str]:
     return distances
 
 
-def settings_of(arguments: argparse.Namespace, method: str = "auto") -> "Settings":
+def settings_of(arguments: argparse.Namespace, method: "Method" = "auto") -> "SolveOptions":
     """Return the settings that the functions of this module ask for.
 
     Raises:
         UsageError: A value that cannot be, or one of the other method.
     """
-    from ...solver.calibration import Settings
+    from ...solver.calibration import SolveOptions
 
-    return Settings(
+    return SolveOptions(
         method=method,
         known=known_of(arguments.known),
         distance_deviation=arguments.distance_deviation,
@@ -159,7 +159,7 @@ def settings_of(arguments: argparse.Namespace, method: str = "auto") -> "Setting
         type_prior=getattr(arguments, "type_prior", ()),
         payload=arguments.payload,
         gravity=arguments.gravity,
-    ).settled()
+    ).validated()
 
 
 def add_load(parser: argparse.ArgumentParser, purpose: str = "joint compliance") -> None:
@@ -183,9 +183,9 @@ def load_of(arguments: argparse.Namespace) -> "Load":
     Raises:
         UsageError: A negative payload, or a gravity that is not about 9.8 m/s^2.
     """
-    from ...solver.calibration import Settings
+    from ...solver.calibration import SolveOptions
 
-    return Settings(payload=arguments.payload, gravity=arguments.gravity).settled().load
+    return SolveOptions(payload=arguments.payload, gravity=arguments.gravity).validated().load
 
 
 def placements_of(paths: Sequence[Path]) -> "list[Placement]":

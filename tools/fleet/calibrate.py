@@ -11,8 +11,7 @@ from ...errors import MukcaError
 from ...recorder import read_placement
 from ...recorder.dataset import Placement
 from ...solver.assessment import judge_drift
-from ...solver.calibration import Calibration
-from ...solver.calibration.calibrate import calibrate
+from ...solver.calibration import Calibration, calibrate
 from ...solver.data import measure
 from ...solver.robot import Robot, load_robot
 from ..report import report_files, report_of

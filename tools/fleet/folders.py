@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...recorder import is_placement
-from ...solver.calibration import UsageError
+from ...solver.calibration import Method, UsageError
 
 MODEL = "robot.urdf"
 """An arm's own model, where its folder has one."""
@@ -32,7 +32,7 @@ class ArmFolder:
     tip: str
     flange: str | None
     ball: tuple[float, ...] | None
-    method: str
+    method: Method
     distance: float | None
     repeatability_mm: float | None
 

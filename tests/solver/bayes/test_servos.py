@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca import calibrate
 from mukca.recorder.dataset import Placement
 from mukca.solver.bayes.model import PLAY, ZERO, Deflection, extend
 from mukca.solver.bayes.model.deflection import LEAST_TORQUE, backlash
 from mukca.solver.bayes.results import DECIDED, angles_near, scale, with_joint_offsets
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.calibration import UsageError, crossval
-from mukca.solver.calibration.calibrate import calibrate
 from mukca.solver.data import Load, SocketAt, measure, observe
 from mukca.solver.diagnostics import inspection
 from mukca.solver.paper import NotConverged

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mukca import calibrate
 from mukca.recorder.dataset import Placement
 from mukca.solver.bayes.model import COMPLIANCE, TILT, Deflection, Expected
 from mukca.solver.calibration import Calibration, UsageError, fit_by_auto, type_priors
-from mukca.solver.calibration.calibrate import calibrate
 from mukca.solver.data import evaluate, measure
 from mukca.solver.results import DocumentError
 from mukca.solver.robot import Robot, choose_parameters, load_robot

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.calibration import Settings
+from mukca.solver.calibration import SolveOptions
 from mukca.solver.paper import NotConverged
 from mukca.solver.results import DocumentError
 from mukca.tools.cli import main
@@ -168,7 +168,13 @@ def test_other_bad_arguments_are_told_in_one_line(calibration, recordings, tmp_p
 
 
 def test_what_is_printed_in_a_notebook_is_short(calibration, recordings) -> None:
-    values = (calibration.robot, recordings[0][0], calibration, calibration.calibrated, Settings())
+    values = (
+        calibration.robot,
+        recordings[0][0],
+        calibration,
+        calibration.calibrated,
+        SolveOptions(),
+    )
     for value in values:
         assert len(repr(value)) < 2500, type(value)
     assert len(repr(calibration.robot)) < 100 and "7 joints" in repr(calibration.robot)
@@ -218,7 +224,7 @@ def test_a_fit_that_does_not_settle_says_what_is_wrong_in_the_recordings(
     def unsettled(*_: object, **__: object) -> None:
         raise NotConverged("auto diverged")
 
-    monkeypatch.setattr("mukca.solver.calibration.calibrate.fit_by_auto", unsettled)
+    monkeypatch.setattr("mukca.solver.calibration.pipeline.fit_by_auto", unsettled)
     train, robot = recordings[0], mukca.load_robot("panda")
     with pytest.raises(NotConverged, match=r"^auto diverged$"):
         mukca.calibrate(robot, train)

@@ -7,7 +7,6 @@ from ....solver.results import refuse_existing
 from .. import (
     Terminal,
     add_options,
-    known_of,
     placements_by_robot,
     placements_of,
     robots_of,
@@ -124,40 +123,20 @@ def calibrated(
     arguments: argparse.Namespace, terminal: Terminal
 ) -> "Calibration | ArmsCalibration":
     """Return the calibration that the arguments ask for, and say what to heed."""
-    from ....solver.calibration import Options
-    from ....solver.calibration.calibrate import calibrate
+    from ....solver.calibration import calibrate, option_table
 
     robot = robots_of(arguments)
     with terminal.progress() as progress:
-        options = Options(
-            method=arguments.method,
-            distance=arguments.distance,
-            free=arguments.free,
-            fix=arguments.fix,
-            split_moved=arguments.split_moved,
-            known=known_of(arguments.known),
-            sockets_at=arguments.sockets_at,
-            distance_deviation=arguments.distance_deviation,
-            without=arguments.without,
-            zeros=arguments.zeros,
-            type_prior=arguments.type_prior,
-            payload=arguments.payload,
-            gravity=arguments.gravity,
-            optimizer=arguments.optimizer,
-            regularization=arguments.regularization,
-            max_iterations=arguments.max_iterations,
-            repeatability_mm=arguments.repeatability_mm,
-            progress=progress,
-        )
+        options = {name: getattr(arguments, name) for name in option_table()}
         if isinstance(robot, dict):
             mine, others, left_out = split_by_robot(arguments.train, arguments.test, robot)
             train, test = placements_by_robot(mine), placements_by_robot(others)
-            calibration = calibrate(robot, train, test=test, **options)
+            calibration = calibrate(robot, train, test, progress, **options)
             every = list(calibration.values())
         else:
             held_out, left_out = split_test(arguments.train, arguments.test)
             train, test = placements_of(arguments.train), placements_of(held_out)
-            calibration = calibrate(robot, train, test=test, **options)
+            calibration = calibrate(robot, train, test, progress, **options)
             every = [calibration]
     for line in left_out:
         terminal.say(line)

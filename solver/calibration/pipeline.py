@@ -1,102 +1,107 @@
 """From recordings to a calibration: check, fit, measure the errors."""
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict, overload
+from functools import wraps
+from inspect import signature
+from textwrap import fill
+from typing import Any, ParamSpec, Protocol, cast, get_type_hints, overload
 
 import numpy as np
 
 from ...recorder.dataset import Placement
-from ..data import KnownDistance, RobotRecordings, SocketAt, in_placements
+from ..data import RobotRecordings, SocketAt, in_placements
 from ..paper import NotConverged
 from ..robot import Robot, choose_parameters
 from .arms import ArmsCalibration
 from .calibration import Calibration
 from .fit import Fit, fit_arms, fit_by_auto, fit_by_paper
-from .options import Settings
-from .prepare import as_list, coordinates_of, prepare
+from .options import SolveOptions, option_table
+from .prepare import as_list, prepare
 from .problem import CalibrationProblem
 from .results import compose
 from .type_prior import type_priors
 from .usage import UsageError
 
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
 Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
 """Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
-
-
-class Options(TypedDict, total=False):
-    """The options of :func:`calibrate`."""
-
-    method: str
-    distance: float | None
-    free: Sequence[str]
-    fix: Sequence[str]
-    split_moved: bool
-    known: Sequence[str | KnownDistance]
-    sockets_at: str | Path | Sequence[str | Path | SocketAt]
-    distance_deviation: float | None
-    without: Sequence[str]
-    zeros: bool | None
-    type_prior: Sequence[str | Path]
-    payload: float | None
-    gravity: Sequence[float] | None
-    optimizer: str | None
-    regularization: float | None
-    max_iterations: int | None
-    repeatability_mm: float | None
-    progress: Callable[[str], None]
+Progress = Callable[[str], None]
+"""Called with a word for each model that is fitted."""
+Keywords = ParamSpec("Keywords")
 
 
 def _silent(_: str) -> None:
     pass
 
 
-@overload
-def calibrate(
-    robot: Robot,
-    train: Placement | Sequence[Placement],
-    *,
-    test: Placement | Sequence[Placement] = (),
-    **options: "Unpack[Options]",
-) -> Calibration: ...
+class Calibrate(Protocol[Keywords]):
+    """Type of :func:`calibrate`: its keywords are the fields of :class:`SolveOptions`."""
+
+    @overload
+    def __call__(
+        self,
+        robot: Robot,
+        train: Placement | Sequence[Placement],
+        test: Placement | Sequence[Placement] = (),
+        progress: Progress = _silent,
+        *_: Keywords.args,
+        **options: Keywords.kwargs,
+    ) -> Calibration: ...
+
+    @overload
+    def __call__(
+        self,
+        robot: Mapping[str, Robot],
+        train: Recordings,
+        test: Recordings = (),
+        progress: Progress = _silent,
+        *_: Keywords.args,
+        **options: Keywords.kwargs,
+    ) -> ArmsCalibration: ...
 
 
-@overload
-def calibrate(
-    robot: Mapping[str, Robot],
-    train: Recordings,
-    *,
-    test: Recordings = (),
-    **options: "Unpack[Options]",
-) -> ArmsCalibration: ...
+def _taking(
+    options: Callable[Keywords, SolveOptions],
+) -> Callable[[Callable[..., Any]], Calibrate[Keywords]]:
+    """Return a decorator: the fields of the options become keywords, and are documented."""
+
+    def decorate(function: Callable[..., Any]) -> Calibrate[Keywords]:
+        @wraps(function)
+        def call(
+            robot: Any, train: Any, test: Any = (), progress: Progress = _silent, **given: Any
+        ) -> Any:
+            return function(robot, train, test, progress, options(**given))  # pyright: ignore
+
+        types = get_type_hints(options)
+        *own, _ = signature(function).parameters.values()
+        own[2:] = [p.replace(default=call.__defaults__[i]) for i, p in enumerate(own[2:])]  # pyright: ignore
+        fields = signature(options).parameters.values()
+        keywords = [field.replace(annotation=types[field.name]) for field in fields]
+        call.__signature__ = signature(function).replace(parameters=[*own, *keywords])  # pyright: ignore
+        head, _, end = (function.__doc__ or "").partition("        options: ")
+        call.__doc__ = head + _documented() + end[end.index("\n") :]
+        return cast("Any", call)
+
+    return decorate
 
 
+def _documented() -> str:
+    """Return the options as they stand under ``Args:``."""
+    rows = [
+        f"{name}: {f'({option.method}) ' if option.method else ''}{option.help}."
+        for name, option in option_table().items()
+    ]
+    return "\n".join(
+        fill(row, 100, initial_indent=8 * " ", subsequent_indent=12 * " ") for row in rows
+    )
+
+
+@_taking(SolveOptions)
 def calibrate(
     robot: Robot | Mapping[str, Robot],
     train: Recordings,
-    *,
-    test: Recordings = (),
-    method: str = "auto",
-    distance: float | None = None,
-    free: Sequence[str] = (),
-    fix: Sequence[str] = (),
-    split_moved: bool = False,
-    known: Sequence[str | KnownDistance] = (),
-    sockets_at: str | Path | Sequence[str | Path | SocketAt] = (),
-    distance_deviation: float | None = None,
-    without: Sequence[str] = (),
-    zeros: bool | None = None,
-    type_prior: Sequence[str | Path] = (),
-    payload: float | None = None,
-    gravity: Sequence[float] | None = None,
-    optimizer: str | None = None,
-    regularization: float | None = None,
-    max_iterations: int | None = None,
-    repeatability_mm: float | None = None,
-    progress: Callable[[str], None] = _silent,
+    test: Recordings,
+    progress: Progress,
+    options: SolveOptions,
 ) -> Calibration | ArmsCalibration:
     """Calibrate a robot from recordings.
 
@@ -105,66 +110,22 @@ def calibrate(
 
     Args:
         robot: The nominal robot, see :func:`mukca.load_robot`; or several robots by name, which
-            recorded at the same bases, so that it comes out where they stand to each other.
+            recorded at the same bases, so that their relative base poses are calibrated, too.
         train: The placements to fit, see :func:`mukca.read_placements`. Of several robots they are
             given by name, too, and those of one base have one name.
         test: Placements that the fit does not see. One that is trained on is left out of them.
-        method: ``auto``: geometry, elasticity and transmission error, as far as the data
-            support them; ``paper``: Eq. (5) of the paper, geometry alone.
-        distance: Between the centres of a base's two sockets [m]; None for the recording's own,
-            or 0.05 where it has none. 1 % wrong makes the robot 1 % too long.
-        free: What of the geometry is free: joint names, ``JOINT.x`` .. ``JOINT.yaw``,
-            ``JOINT.xyz`` or ``JOINT.rpy``; ``*`` stands for any text. Empty: all that is useful.
-        fix: What is not free, by the same words.
-        split_moved: Where a base moved, give the part after it a socket of its own.
-        known: (auto) Further measured distances between sockets, as
-            ``"left:0-right:0=0.175+-0.0001"``: placement, socket, metres.
-        sockets_at: (auto) Files with measured coordinates of sockets, see
-            :mod:`mukca.solver.data.sockets_at`; or such coordinates.
-        distance_deviation: (auto) Standard deviation of ``distance`` [m]; None for a caliper's.
-        without: (auto) Among ``compliance``, ``tilt``, ``play``, ``transmission``,
-            ``joint-noise``: what not to try.
-        zeros: (auto) Whether the joints' zeros may be off by degrees, as on arms made of servos.
-        type_prior: (auto) ``calibration.json`` files of other arms of the type, or the
-            ``elasticity.json`` that ``mukca fleet`` writes, whose elasticity is
-            much alike; the data decide how far to believe it. ``["shipped"]``, the default: what
-            was measured of the types of shipped robots; ``["none"]``: nothing.
-        payload: (auto) Mass at the ball beyond that of the model [kg].
-        gravity: (auto) Acceleration in the base frame [m/s^2], for an arm on a wall or ceiling.
-        optimizer: (paper) ``gauss-newton`` or ``ipopt``; both reach the same minimum.
-        regularization: (paper) lambda of Eq. (5).
-        max_iterations: (paper) Steps allowed.
-        repeatability_mm: Of the arm [mm], which the verdict's limits rest on; None for what is
-            known of a shipped robot.
-        progress: Told what is being fitted.
+        progress: Called with a word for each model that is fitted.
+        options: Each field of :class:`SolveOptions` by its name.
 
     Raises:
-        UsageError: A setting that cannot be, or belongs to the other method.
+        UsageError: An option that cannot be, or belongs to the other method.
         MeasurementError: A placement does not hold what is needed.
         KnownError: A known distance does not fit the placements.
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
-        NotConverged: The fit did not settle.
+        NotConverged: The fit did not converge.
     """
-    located = coordinates_of(sockets_at)
-    settings = Settings(
-        method=method,
-        distance=distance,
-        free=free,
-        fix=fix,
-        split_moved=split_moved,
-        known=tuple(map(str, known)),
-        sockets_at=tuple(map(str, located)),
-        distance_deviation=distance_deviation,
-        without=without,
-        zeros=zeros,
-        type_prior=tuple(map(str, type_prior)),
-        payload=payload,
-        gravity=gravity,
-        optimizer=optimizer,
-        regularization=regularization,
-        max_iterations=max_iterations,
-        repeatability_mm=repeatability_mm,
-    ).settled()
+    settings = options.validated()
+    located = settings.located
     if isinstance(robot, Mapping):
         return _calibrate_arms(robot, train, test, settings, located, progress)
     if isinstance(train, Mapping) or isinstance(test, Mapping):
@@ -179,7 +140,7 @@ def _calibrate_arms(
     robots: Mapping[str, Robot],
     train: Recordings,
     test: Recordings,
-    settings: Settings,
+    settings: SolveOptions,
     located: Sequence[SocketAt],
     progress: Callable[[str], None],
 ) -> ArmsCalibration:
@@ -205,7 +166,7 @@ def _calibrate_arms(
     arms = [RobotRecordings(t.robot, t.train, settings.load, name) for name, t in tasks.items()]
     parameters = [choose_parameters(r, settings.free, settings.fix) for r in robots.values()]
     types = type_priors(settings.type_prior, [arm.robot for arm in arms])
-    options = {k: v for k, v in settings.of_auto().items() if k != "load"}
+    options = {k: v for k, v in _of_auto(settings).items() if k != "load"}
     fits = _settled(
         lambda: fit_arms(
             arms,
@@ -254,11 +215,11 @@ def _fit(
     settings = task.settings
     parameters = choose_parameters(task.robot, settings.free, settings.fix)
     if settings.method == "paper":
-        options = settings.of_paper()
         return _settled(
-            lambda: [fit_by_paper(task.robot, parameters, task.train, **options)], [task]
+            lambda: [fit_by_paper(task.robot, parameters, task.train, **_of_paper(settings))],
+            [task],
         )[0]
-    options = settings.of_auto()
+    options = _of_auto(settings)
     (of_type,) = type_priors(settings.type_prior, [task.robot])
     return _settled(
         lambda: [
@@ -291,3 +252,19 @@ def _settled(fit: Callable[[], list[Fit]], tasks: Sequence[CalibrationProblem]) 
     if not all(np.isfinite(one.calibrated.values).all() for one in fits):
         raise NotConverged("the fit did not settle: its numbers are not finite; run mukca check")
     return fits
+
+
+def _of_paper(settings: SolveOptions) -> dict[str, Any]:
+    return {
+        name: getattr(settings, name) for name in ("optimizer", "regularization", "max_iterations")
+    }
+
+
+def _of_auto(settings: SolveOptions) -> dict[str, Any]:
+    return {
+        "known": settings.distances,
+        "distance_deviation": settings.deviation,
+        "load": settings.load,
+        "without": settings.without,
+        "zeros": bool(settings.zeros),
+    }
