@@ -1,7 +1,6 @@
 from .optimizers import MAX_ITERATIONS as MAX_ITERATIONS
 from .optimizers import NotConverged as NotConverged
 from .parameter_covariance import covariance as covariance
-from .problem import OPTIMIZERS as OPTIMIZERS
 from .problem import REGULARIZATION as REGULARIZATION
 from .problem import Problem as Problem
 from .problem import ball_only as ball_only
