@@ -11,5 +11,6 @@ from .solver.calibration import calibrate as calibrate
 from .solver.calibration import load_calibration as load_calibration
 from .solver.robot import Robot as Robot
 from .solver.robot import load_robot as load_robot
+from .tools.export import export as export
 from .tools.report.build import write_report as write_report
 from .tools.simulation import simulate_recordings as simulate_recordings

@@ -13,8 +13,8 @@ from typing import Any
 
 import casadi as ca
 
-from .export import Exported, ExportError, Request
 from .expressions import FullModel, full_model
+from .request import Exported, ExportError, Request
 
 _BODY = re.compile(r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S)
 _KEYWORDS = {"auto", "double", "float", "int", "long", "short", "static", "void", "const", "class"}
@@ -23,8 +23,7 @@ _KEYWORDS = {"auto", "double", "float", "int", "long", "short", "static", "void"
 def export(request: Request) -> Exported:
     """Return the C file, and the header that declares what is in it."""
     file = request.file
-    if file.suffix != ".c":
-        raise ExportError(f"--out {file}: name a file that ends in .c; its .h comes beside it")
+    request.require_ending(".c")
     name = file.stem
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in _KEYWORDS:
         raise ExportError(
@@ -49,20 +48,15 @@ def export(request: Request) -> Exported:
 
 
 def _flange(request: Request) -> int:
-    """Return the chain's joint whose child link is the flange.
-
-    Raises:
-        ExportError: The link asked for is not in the chain.
-    """
+    """Return the chain's joint whose child link is the flange."""
     robot = request.calibration.robot
     links = [joint.child for joint in robot.joints]
-    wanted = request.flange or robot.ball_joint.parent
-    if wanted not in links:
+    if request.flange not in links:
         raise ExportError(
-            f"--flange {wanted}: no link of the chain from {robot.base!r}; they are: "
+            f"--flange {request.flange}: no link of the chain from {robot.base!r}; they are: "
             f"{', '.join(links)}"
         )
-    return links.index(wanted)
+    return links.index(request.flange)
 
 
 def _body(model: FullModel, value: Any) -> str:

@@ -25,8 +25,9 @@ from functools import reduce
 import numpy as np
 
 from ...solver.robot.urdf import Joint
-from .export import Exported, ExportError, Request, losses_without
-from .transforms import rigid, to_axis
+from .losses import losses_without
+from .origins import rigid, to_axis
+from .request import Exported, Request
 
 NEARLY_PARALLEL = math.radians(5.0)
 """Lines with a smaller angle between them get Hayati's form."""
@@ -161,13 +162,10 @@ def export(request: Request) -> Exported:
     """Return the table as JSON or CSV, as the file's ending says, and as lines to print."""
     convention = {"dh": "standard", "mdh": "modified"}[request.format]
     table = dh_table(request.calibration.robot.joints, request.origins, convention)
-    writers = {".json": _as_json, ".csv": _as_csv}
-    if request.file.suffix not in writers:
-        raise ExportError(f"--out {request.file}: name a file that ends in .json or .csv")
-    content = writers[request.file.suffix](request, table)
-    return Exported(
-        {request.file.name: content.encode()}, losses_without(request, ()), _printed(table)
-    )
+    request.require_ending(".json", ".csv")
+    write = _as_json if request.file.suffix == ".json" else _as_csv
+    files = {request.file.name: write(request, table).encode()}
+    return Exported(files, losses_without(request), _printed(table))
 
 
 def _as_json(request: Request, table: Table) -> str:

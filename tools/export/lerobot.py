@@ -22,11 +22,12 @@ import numpy as np
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
 from ...solver.bayes.results import DECIDED, angles_near
 from ...solver.robot import rotation, rotation_rpy
-from .export import Exported, ExportError, Request, losses_without
+from .losses import losses_without
+from .request import Exported, ExportError, Request
 
 TICK = 2 * math.pi / 4096
 SIGNS = {"feetech": -1, "dynamixel": 1}
-"""How a homing offset changes the position, by the make of the servos."""
+"""Sign of a homing offset in the position, by the make of the servos."""
 MOST_TICKS = 100
 """A larger shift would bring the servo's own limits too far off the joint's [ticks]."""
 LARGEST_OFFSET = {"feetech": 2047, "dynamixel": 1 << 20}
@@ -34,7 +35,7 @@ LARGEST_OFFSET = {"feetech": 2047, "dynamixel": 1 << 20}
 
 @dataclass(frozen=True)
 class Zero:
-    """What was found of one joint."""
+    """The zero that was found of one joint."""
 
     joint: str
     motor: str
@@ -44,7 +45,7 @@ class Zero:
     ticks: int
     """By how much the position is to grow; 0 where nothing is written."""
     why: str = ""
-    """Why nothing is written."""
+    """The reason that nothing is written."""
 
     def __str__(self) -> str:
         angle = f"{math.degrees(self.zero):+.2f} +- {math.degrees(self.deviation):.2f} deg"
@@ -53,7 +54,7 @@ class Zero:
 
 def export(request: Request) -> Exported:
     """Return the new file, the URDF that goes with it, and the digests of what they are from."""
-    make = request.servos
+    make = request.options.get("servos")
     if request.like is None or make is None:
         raise ExportError(
             "--to lerobot needs --like FILE, the arm's present calibration file, and --servos "
@@ -78,7 +79,7 @@ def export(request: Request) -> Exported:
         "The recorded ends stay: each joint's own lie so many ticks off them. Policies that were "
         "trained before see other angles.",
     )
-    return Exported(files, losses_without(request, ()), lines)
+    return Exported(files, losses_without(request), lines)
 
 
 def _check_signs(request: Request) -> None:

@@ -20,10 +20,10 @@ import numpy as np
 from ...solver.calibration import joints_named
 from ...solver.data import kabsch_rotation
 from ...solver.robot import rotation
-from .export import Exported, ExportError, Request, losses_without
-from .folding import behind
+from .losses import losses_without
 from .mjcf_text import add_text, place_bodies
-from .transforms import rigid
+from .origins import after_last_exported, rigid
+from .request import Exported, ExportError, Request
 
 SAME_AXIS = 2e-3
 """How far the axes of both models may be apart [m]; arms' models in use differ by a millimetre."""
@@ -70,7 +70,7 @@ def export(request: Request) -> Exported:
         lines.append(f"It is {holder}, corrected, which {request.like} includes.")
     if request.file.resolve().parent != holder.resolve().parent:
         lines.append(f"Put it beside {holder}: what it includes is looked for there.")
-    losses = losses_without(request, behind(request, robot.joint_names))
+    losses = losses_without(request, after_last_exported(request, robot.joint_names))
     return Exported({request.file.name: text}, losses, tuple(lines))
 
 
@@ -132,16 +132,17 @@ def _matched(model: Any, request: Request) -> list[int]:
     wanted = request.calibration.robot.joint_names
     single = [j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)]  # slide, hinge
     names = [model.joint(j).name for j in single]
-    if request.joints is not None:
-        wanted = joints_named(request.joints, wanted)
+    given = request.options.get("joints")
+    if given is not None:
+        wanted = joints_named(given, wanted)
     candidates = [[j for j, name in zip(single, names, strict=True) if name == w] for w in wanted]
-    if request.joints is None and not all(candidates):
+    if given is None and not all(candidates):
         candidates = [
             [j for j, n in zip(single, names, strict=True) if _same(n, w)] for w in wanted
         ]
     if all(len(each) == 1 for each in candidates):
         return [each[0] for each in candidates]
-    if not any(candidates) and request.joints is None and len(single) == len(wanted):
+    if not any(candidates) and given is None and len(single) == len(wanted):
         return single
     missing = [joint for joint, each in zip(wanted, candidates, strict=True) if not each]
     if not missing:

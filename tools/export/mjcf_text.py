@@ -9,7 +9,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ...solver.robot import end_of_tag, with_attributes
-from .export import ExportError
+from .request import ExportError
 
 _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")
 

@@ -10,12 +10,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from .export import Exported, ExportError, Request, losses_without
-from .folding import behind, folded_origins
+from .losses import losses_without
+from .origins import after_last_exported, redistributed_origins
+from .request import Exported, ExportError, Request
 
 COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SAME_ROBOT = 0.02
-"""How far an origin in a file of the same robot is off nominal at most [m]."""
+"""Largest distance of an origin in a file of the same robot from nominal [m]."""
 
 
 @dataclass(frozen=True)
@@ -26,13 +27,13 @@ class Vendor:
     keys: Mapping[str, str]
     """The key of each joint, by the end of the joint's name in the maker's URDF."""
     root: str
-    """How the name of the first joint's parent link ends."""
+    """Ending of the name of the first joint's parent link."""
     outer: tuple[str, ...] = ()
     """Keys round all joints."""
     inner: tuple[str, ...] = ()
     """Keys round the numbers of each joint."""
     lines: tuple[str, ...] = ()
-    """How it is loaded."""
+    """Loading it, in words."""
 
 
 def _numbered(count: int) -> dict[str, str]:
@@ -86,9 +87,8 @@ def export(request: Request) -> Exported:
     """Return the file of the maker that ``request.format`` names."""
     vendor = VENDORS[request.format]
     keys = _keys(request, vendor)
-    if request.file.suffix not in (".yaml", ".yml"):
-        raise ExportError(f"--out {request.file}: name a file that ends in .yaml")
-    origins = {keys[name]: o for name, o in folded_origins(request, keys).items()}
+    request.require_ending(".yaml", ".yml")
+    origins = {keys[name]: o for name, o in redistributed_origins(request, keys).items()}
     lines = list(vendor.lines)
     rest: list[str] = []
     if request.format == "ur":
@@ -96,16 +96,12 @@ def export(request: Request) -> Exported:
         rest = [f"  hash: {name}"]
         lines.append(said)
     content = "\n".join([*_head(request), *_body(vendor, origins), *rest]) + "\n"
-    losses = losses_without(request, behind(request, keys))
+    losses = losses_without(request, after_last_exported(request, keys))
     return Exported({request.file.name: content.encode()}, losses, tuple(lines))
 
 
 def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
-    """Return the file's key of each joint it carries.
-
-    Raises:
-        ExportError: The robot's joints are not those of the maker's URDF.
-    """
+    """Return the file's key of each joint it carries."""
     robot = request.calibration.robot
     keys: dict[str, str] = {}
     for joint in robot.joints:
@@ -124,7 +120,7 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
 
 
 def _head(request: Request) -> list[str]:
-    """Return who made the file: as a comment, and as a key that the descriptions pass over."""
+    """Return the provenance as a comment, and as a key that the descriptions pass over."""
     identity = {key: json.dumps(value) for key, value in asdict(request.identity).items()}
     said = [f"# {line}" for line in request.identity.lines()]
     return [*said, "mukca:", *(f"  {key}: {value}" for key, value in identity.items())]

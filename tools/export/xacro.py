@@ -2,7 +2,8 @@
 
 from xml.sax.saxutils import quoteattr
 
-from .export import Exported, ExportError, Request, losses_without
+from .losses import losses_without
+from .request import Exported, ExportError, Request
 
 
 def export(request: Request) -> Exported:
@@ -10,8 +11,7 @@ def export(request: Request) -> Exported:
 
     The numbers are text to xacro, so that none of their digits is lost.
     """
-    if request.file.suffix != ".xacro":
-        raise ExportError(f"--out {request.file}: name a file that ends in .xacro")
+    request.require_ending(".xacro")
     joints = request.calibration.robot.joints
     entries: list[str] = []
     for joint, origin in zip(joints, request.origins.tolist(), strict=True):
@@ -38,4 +38,4 @@ def export(request: Request) -> Exported:
         f'<xacro:calibrated_origin joint="{joints[0].name}"/>  instead of the <origin> of each of '
         "its joints.",
     )
-    return Exported({request.file.name: content.encode()}, losses_without(request, ()), lines)
+    return Exported({request.file.name: content.encode()}, losses_without(request), lines)

@@ -1,19 +1,13 @@
 """``mukca export``: write a calibration as other programs read it."""
 
 import argparse
-import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from ....solver.results import refuse_existing, write_files
 from ...export import FORMATS
 from .. import Terminal
 from ..robot_arguments import UsageError
-
-if TYPE_CHECKING:
-    from ...export import Exported
 
 EXAMPLE = """example:
   mukca export calibrated/calibration.json --to mdh --out panda_mdh.csv
@@ -22,9 +16,6 @@ formats:
 {formats}
 
 What a format cannot say is named, with what that costs at the ball."""
-
-OPTIONS = ("like", "joints", "servos", "flange", "tool")
-"""Options that only some formats understand; each format's ``takes`` says which."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,36 +65,44 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Write the files, and say what they leave out."""
-    _check(arguments)
-    exported = _export(arguments, terminal)
-    folder: Path = arguments.out.parent
-    refuse_existing(folder, exported.files, force=arguments.force)
-    written = write_files(folder, exported.files)
+    from ....solver.calibration import load_calibration
+    from ...export import export
+
+    tools = _tools(arguments.tool)
+    calibration = load_calibration(arguments.calibration)
+    if calibration.document.distorted:
+        places = ", ".join(calibration.document.distorted)
+        terminal.warn(
+            f"{arguments.calibration}: the model does not reproduce the sockets' distance at "
+            f"{places}; it was accepted by --accept-distorted"
+        )
+    exported = export(
+        calibration,
+        arguments.to,
+        arguments.out,
+        serial_number=arguments.serial_number,
+        force=arguments.force,
+        like=arguments.like,
+        joints=arguments.joints,
+        servos=arguments.servos,
+        flange=arguments.flange,
+        tools=tools,
+    )
     for loss in exported.losses:
         terminal.say(str(loss))
     for line in exported.lines:
         terminal.say(line)
-    for file in written.values():
+    for file in exported.outputs.values():
         terminal.say(f"Wrote {file}")
     if arguments.json:
         terminal.emit(
             {
                 "format": arguments.to,
-                "outputs": {name: str(file) for name, file in written.items()},
+                "outputs": exported.outputs,
                 "losses": [asdict(loss) for loss in exported.losses],
             }
         )
     return 0
-
-
-def _check(arguments: argparse.Namespace) -> None:
-    """Refuse an option that the format does not have, and an output that is a folder."""
-    for option in OPTIONS:
-        if getattr(arguments, option) and option not in FORMATS[arguments.to].takes:
-            takers = ", ".join(n for n, format_ in FORMATS.items() if option in format_.takes)
-            raise UsageError(f"--{option} is for --to {takers}, not for {arguments.to}")
-    if arguments.out.is_dir():
-        raise UsageError(f"--out {arguments.out}: is a folder; name a file")
 
 
 def _tools(words: Sequence[str]) -> dict[str, tuple[float, ...]]:
@@ -115,37 +114,10 @@ def _tools(words: Sequence[str]) -> dict[str, tuple[float, ...]]:
             numbers = tuple(map(float, place.split(",")))
         except ValueError:
             numbers = ()
-        if not name or name in tools or len(numbers) != 6 or not all(map(math.isfinite, numbers)):
+        if not name or name in tools or not numbers:
             raise UsageError(
                 f"--tool {word}: give each a name of its own, a place in metres and a turn in "
                 "radians, as in --tool gripper=0,0,0.12,0,0,1.57"
             )
         tools[name] = numbers
     return tools
-
-
-def _export(arguments: argparse.Namespace, terminal: Terminal) -> "Exported":
-    from ....solver.calibration import load_calibration
-    from ...export import Request, identify
-    from ...export.formats import export
-
-    calibration = load_calibration(arguments.calibration)
-    if calibration.document.distorted:
-        places = ", ".join(calibration.document.distorted)
-        terminal.warn(
-            f"{arguments.calibration}: the model does not reproduce the sockets' distance at "
-            f"{places}; it was accepted by --accept-distorted"
-        )
-    return export(
-        Request(
-            format=arguments.to,
-            calibration=calibration,
-            identity=identify(calibration, arguments.calibration, arguments.serial_number),
-            file=arguments.out,
-            like=arguments.like,
-            joints=arguments.joints,
-            servos=arguments.servos,
-            flange=arguments.flange,
-            tools=_tools(arguments.tool),
-        )
-    )

@@ -1,27 +1,46 @@
-"""What every format is given, what it returns, and what it leaves out."""
+"""An export: the request that every format is given, its files, and what it leaves out."""
 
 import hashlib
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
 from ..._version import __version__
 from ...errors import MukcaError
-from ...solver.calibration import Calibration
-from ...solver.data import kabsch
+from ...solver.results import encode
+
+if TYPE_CHECKING:
+    from ...solver.calibration import Calibration
 
 
 class ExportError(MukcaError):
     """A calibration cannot be written in a format; the line says why, and what would work."""
 
 
+class ExportOptions(TypedDict, total=False):
+    """Options that only some formats have; :data:`.formats.FORMATS` says which."""
+
+    like: str | Path | None
+    """A file of the user's of the same format, from which the rest is taken."""
+    joints: str | None
+    """Names of the arm's joints in that file, see
+    :func:`mukca.solver.calibration.usage.joints_named`."""
+    servos: str | None
+    """The make of the arm's servos, ``feetech`` or ``dynamixel``."""
+    flange: str | None
+    """The link that carries a tool; None for the one that carries the ball."""
+    tools: Mapping[str, Sequence[float]]
+    """Links to add: x y z [m], roll pitch yaw [rad] in the flange's frame, by name."""
+
+
 @dataclass(frozen=True)
 class Identity:
-    """By what, from what, and for which arm a file was made."""
+    """Provenance of an exported file: the program, the calibration, and the arm."""
 
     made_by: str
     calibration: str
@@ -30,7 +49,7 @@ class Identity:
     """Of that file."""
     robot: str
     created: str
-    """When the calibration was made, UTC."""
+    """Time of the calibration, UTC."""
     serial_number: str
 
     def lines(self) -> list[str]:
@@ -44,24 +63,35 @@ class Identity:
 
 @dataclass(frozen=True)
 class Request:
-    """One export: the calibration, and what the user asked for."""
+    """One export: a calibration, the format, and the user's options."""
 
     format: str
-    calibration: Calibration
+    calibration: "Calibration"
     identity: Identity
     file: Path
     """Where the result goes."""
-    like: Path | None = None
-    """A file of the user's of the same format, from which the rest is taken."""
-    joints: str | None = None
-    """How the user's file calls the arm's joints; see
-    :func:`mukca.solver.calibration.usage.joints_named`."""
-    servos: str | None = None
-    """The make of the arm's servos."""
-    flange: str | None = None
-    """The link that carries a tool; None for the one that carries the ball."""
-    tools: Mapping[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
-    """Links to add: x y z [m], roll pitch yaw [rad] in the flange's frame, by name."""
+    options: ExportOptions
+
+    @property
+    def like(self) -> Path | None:
+        """The user's own file of the same format."""
+        like = self.options.get("like")
+        return None if like is None else Path(like)
+
+    @property
+    def flange(self) -> str:
+        """The link that carries a tool."""
+        return self.options.get("flange") or self.calibration.robot.ball_joint.parent
+
+    def require_ending(self, *endings: str) -> None:
+        """Refuse a file of another ending.
+
+        Raises:
+            ExportError: The file ends otherwise.
+        """
+        if self.file.suffix not in endings:
+            known = " or ".join(endings)
+            raise ExportError(f"--out {self.file}: name a file that ends in {known}")
 
     @cached_property
     def origins(self) -> np.ndarray:
@@ -76,7 +106,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Loss:
-    """Something that a format cannot say, and what that costs at the ball."""
+    """Something that a format cannot say, and its cost at the ball."""
 
     what: str
     mean: float
@@ -99,21 +129,24 @@ class Exported:
     """By name; they go into one folder."""
     losses: tuple[Loss, ...] = ()
     lines: tuple[str, ...] = ()
-    """What to do with the files, and what to know about them."""
+    """How to load the files, and what to know about them."""
+    outputs: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Paths of the files written, by name."""
 
 
-def identify(calibration: Calibration, file: Path, serial_number: str | None) -> Identity:
-    """Return whose calibration a file holds.
+def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
+    """Return the provenance of a calibration's exports.
 
     The serial number is the one given, or what was noted while recording.
     """
-    document = calibration.document
+    document, file = calibration.document, Path(calibration.source)
+    saved = file.is_file()
     numbers = {number for data in document.data for number in _noted(data.files)}
     known = numbers.pop() if len(numbers) == 1 else "not known"
     return Identity(
         made_by=f"mukca {__version__}",
-        calibration=file.name,
-        sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
+        calibration=file.name if saved else "an unsaved calibration",
+        sha256=hashlib.sha256(file.read_bytes() if saved else encode(document)).hexdigest(),
         robot=_plain(document.model.name),
         created=_plain(document.provenance.created),
         serial_number=_plain(serial_number or known),
@@ -132,38 +165,3 @@ def _noted(files: Collection[str]) -> list[str]:
 def _plain(text: str) -> str:
     """Return text that stays on one line in any comment."""
     return "".join(c if c.isprintable() else " " for c in text).replace("--", "-").replace("*/", "")
-
-
-def losses_without(request: Request, uncarried: Collection[str]) -> tuple[Loss, ...]:
-    """Return what a format leaves out, each with its cost.
-
-    Args:
-        request: The export.
-        uncarried: Joints whose origins the format cannot change.
-    """
-    calibrated = request.calibration.calibrated
-    q = np.concatenate([[s.position for s in d.samples] for d in request.calibration.document.data])
-    geometric = calibrated.geometric_ball(q)
-    losses: list[Loss] = []
-    if calibrated.deflection.extensions:
-        words = "corrections of the joints (" + ", ".join(calibrated.deflection.extensions) + ")"
-        # Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
-        ball = calibrated.ball(q)
-        losses.append(_loss(words, kabsch(geometric, ball).apply(geometric) - ball))
-    exported = calibrated.values if calibrated.exported is None else calibrated.exported
-    nominal = calibrated.model.nominal
-    for name in dict.fromkeys(p.joint for p in calibrated.parameters if p.joint in uncarried):
-        without = np.where([p.joint == name for p in calibrated.parameters], nominal, exported)
-        loss = _loss(_named(request, name), calibrated.model.points(without, q) - geometric)
-        losses += [loss] if loss.largest > 0 else []
-    return tuple(losses)
-
-
-def _named(request: Request, joint: str) -> str:
-    ball = request.calibration.robot.ball_joint
-    return f"the ball's place on {ball.parent}" if joint == ball.name else f"the origin of {joint}"
-
-
-def _loss(what: str, differences: np.ndarray) -> Loss:
-    distances = np.linalg.norm(differences, axis=1)
-    return Loss(what, float(distances.mean()), float(distances.max()))
