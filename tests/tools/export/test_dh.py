@@ -4,28 +4,13 @@ import csv
 import json
 import math
 
-import casadi as ca
 import numpy as np
 import pytest
+from imagined import configurations, imagine, poses, turned
 
-from mukca.solver.robot import Origin, link_frames, load_robot, workspace
-from mukca.solver.robot.urdf import Joint
-from mukca.tools.export.dh import dh_table
+import mukca
 
-
-def about_x(angle):
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
-
-
-def about_y(angle):
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1]])
-
-
-def about_z(angle):
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 
 
 def along(x=0.0, z=0.0):
@@ -39,19 +24,13 @@ def forward(rows, base, tool, q, convention):
     T = base
     for row, angle in zip(rows, q, strict=True):
         theta, d, a, alpha, beta = (float(row[k]) for k in ("theta", "d", "a", "alpha", "beta"))
-        J = along(z=angle) if row["type"] == "prismatic" else about_z(angle)
-        joint, normal = J @ about_z(theta) @ along(z=d), along(x=a) @ about_x(alpha) @ about_y(beta)
+        J = along(z=angle) if row["type"] == "prismatic" else turned(z=angle)
+        joint, normal = (
+            J @ turned(z=theta) @ along(z=d),
+            along(x=a) @ turned(x=alpha) @ turned(y=beta),
+        )
         T = T @ joint @ normal if convention == "dh" else T @ normal @ joint
     return T @ tool
-
-
-def poses(joints, origins, q):
-    """The pose of the last link, by the project's own kinematics, for rows of q."""
-    x = ca.SX.sym("q", q.shape[1])
-    R, p = link_frames(joints, ca.DM(origins.ravel()), x)[-1]
-    T = ca.vertcat(ca.horzcat(R, p), ca.DM([[0, 0, 0, 1]]))
-    found = ca.Function("pose", [x], [ca.densify(T)]).map(len(q))(q.T).full()
-    return found.reshape(4, len(q), 4).transpose(1, 0, 2)
 
 
 def read(file):
@@ -72,8 +51,8 @@ def read(file):
 def test_forward_kinematics_are_the_urdfs(export, imagined, tmp_path) -> None:
     file, calibration = imagined
     robot, calibrated = calibration.robot, calibration.calibrated
-    q = workspace(robot, 8)
-    expected = poses(robot.joints, calibrated.model.origins(calibrated.exported), q)
+    q = configurations(robot, 8)
+    expected = poses(calibrated.urdf().decode(), robot.tip, q)
     for convention, name in (("dh", "table.json"), ("mdh", "table.csv")):
         out = tmp_path / name
         status, shown, _ = export(file, "--to", convention, "--out", out)
@@ -100,10 +79,17 @@ def test_nearly_parallel_axes_get_hayatis_number_and_short_lengths(calibrations,
         assert np.abs(np.subtract(by_hand, [float(words[-1]) for words in printed])).max() < 1e-5
 
 
-def test_the_nominal_ur5e_gets_its_makers_table() -> None:
-    robot = load_robot("ur5e")
-    table = dh_table(robot.joints, robot.origins, "standard")
-    rows = [(row.theta, row.d, row.a, row.alpha) for row in table.rows[:5]]
+def nominal(robot, calibrations):
+    """A calibration that found the model to be right."""
+    template = json.loads((calibrations / "fitted.json").read_text())
+    return json.dumps(imagine(robot, template, off=0.0, size=0.0))
+
+
+def test_the_nominal_ur5e_gets_its_makers_table(export, calibrations, tmp_path) -> None:
+    file, out = tmp_path / "nominal.json", tmp_path / "table.json"
+    file.write_text(nominal(mukca.load_robot("ur5e"), calibrations))
+    assert export(file, "--to", "dh", "--out", out)[0] == 0
+    rows = [[row[key] for key in ("theta", "d", "a", "alpha")] for row in read(out)[0][:5]]
     makers = [
         (0, 0, 0, math.pi / 2),  # d of 0.1625 stands in the base
         (0, 0, -0.425, 0),
@@ -114,25 +100,41 @@ def test_the_nominal_ur5e_gets_its_makers_table() -> None:
     assert np.abs(np.subtract(rows, makers)).max() < 1e-12
 
 
-@pytest.mark.parametrize("turn", [0.0, 1e-9, 1e-3, math.pi, math.pi - 1e-3])
-@pytest.mark.parametrize("convention", ["dh", "mdh"])
-def test_prismatic_slanted_and_parallel_axes(turn, convention) -> None:
-    def joint(name, kind, xyz, rpy, axis):
-        return Joint(name, kind, "", "", Origin(xyz, rpy), axis)
+def urdf_of(joints) -> str:
+    """A chain of links, its last one the ball's."""
+    links = [*(f"link{i}" for i in range(len(joints))), "ball_link"]
+    text = "".join(f'<link name="{link}"/>' for link in links)
+    for i, (name, kind, xyz, rpy, axis) in enumerate(joints):
+        text += (
+            f'<joint name="{name}" type="{kind}"><parent link="{links[i]}"/>'
+            f'<child link="{links[i + 1]}"/><origin xyz="{xyz}" rpy="{rpy}"/>'
+            f'<axis xyz="{axis}"/><limit lower="-9" upper="9" effort="9" velocity="9"/></joint>'
+        )
+    return f'<robot name="odd">{text}</robot>'
 
-    slanted = (0.6, 0.0, -0.8)
-    joints = (
-        joint("foot", "fixed", (0.1, 0.2, 0.3), (0.3, 0.2, 0.1), (1.0, 0.0, 0.0)),
-        joint("rail", "prismatic", (0.0, 0.1, 0.0), (0.1, 0.0, 0.0), slanted),
-        joint("arm", "revolute", (0.0, 0.4, 0.0), (0.0, 0.0, 0.0), slanted),
-        joint("lift", "prismatic", (0.3, 0.0, 0.0), (turn, 0.0, 0.0), slanted),
-        joint("wrist", "revolute", (0.3, 0.0, 0.2), (0.0, turn, 0.4), (0.0, -1.0, 0.0)),
-        joint("twist", "revolute", (0.3, 0.0, 0.2), (turn, 0.0, 0.0), (0.0, -1.0, 0.0)),
-        joint("ball", "fixed", (0.0, 0.0, 0.1), (0.0, 0.5, 0.0), (1.0, 0.0, 0.0)),
+
+@pytest.mark.parametrize("turn", [0.0, 1e-9, 1e-3, math.pi, math.pi - 1e-3])
+def test_prismatic_slanted_and_parallel_axes(export, calibrations, tmp_path, turn) -> None:
+    slanted, level = "0.6 0 -0.8", "0 -1 0"
+    urdf = urdf_of(
+        [
+            ("foot", "fixed", "0.1 0.2 0.3", "0.3 0.2 0.1", "1 0 0"),
+            ("rail", "prismatic", "0 0.1 0", "0.1 0 0", slanted),
+            ("arm", "revolute", "0 0.4 0", "0 0 0", slanted),
+            ("lift", "prismatic", "0.3 0 0", f"{turn} 0 0", slanted),
+            ("wrist", "revolute", "0.3 0 0.2", f"0 {turn} 0.4", level),
+            ("twist", "revolute", "0.3 0 0.2", f"{turn} 0 0", level),
+            ("ball", "fixed", "0 0 0.1", "0 0.5 0", "1 0 0"),
+        ]
     )
-    origins = np.array([j.origin.xyz + j.origin.rpy for j in joints])
-    table = dh_table(joints, origins, {"dh": "standard", "mdh": "modified"}[convention])
-    rows = [vars(row) for row in table.rows]
-    q = np.random.default_rng(0).uniform(-3, 3, (20, 5))
-    found = [forward(rows, table.base, table.tool, each, convention) for each in q]
-    assert np.abs(found - poses(joints, origins, q)).max() < 1e-12
+    (tmp_path / "odd.urdf").write_text(urdf)
+    robot, file = mukca.load_robot(tmp_path / "odd.urdf"), tmp_path / "odd.json"
+    file.write_text(nominal(robot, calibrations))
+    q = configurations(robot, 20)
+    for convention in ("dh", "mdh"):
+        out = tmp_path / f"{convention}.json"
+        status, _, err = export(file, "--to", convention, "--out", out)
+        assert status == 0, err
+        rows, base, tool = read(out)
+        found = [forward(rows, base, tool, each, convention) for each in q]
+        assert np.abs(found - poses(urdf, "ball_link", q)).max() < 1e-12

@@ -4,14 +4,11 @@ import hashlib
 import json
 import math
 
-import msgspec
 import numpy as np
 import pytest
+from imagined import edited
 
-from mukca.solver.calibration import load_calibration
-from mukca.solver.results import encode
-from mukca.solver.results.calibration import Coefficient
-from mukca.solver.robot import load_robot
+import mukca
 
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
 ZEROS = np.radians([0.5, -4.0, 3.0, 20.0, 1.0])
@@ -32,14 +29,12 @@ def present(**changes):
 
 @pytest.fixture
 def calibration(calibrations, tmp_path):
-    document = load_calibration(calibrations / "so101.json").document
-    zeros = tuple(
-        Coefficient(name=f"{name}.zero", unit="rad", value=zero, standard_deviation=known)
+    zeros = [
+        {"name": f"{name}.zero", "unit": "rad", "value": zero, "standard_deviation": known}
         for name, zero, known in zip(JOINTS, ZEROS.tolist(), KNOWN.tolist(), strict=True)
-    )
-    file = tmp_path / "calibration.json"
-    file.write_bytes(encode(msgspec.structs.replace(document, coefficients=zeros)))
-    return file
+    ]
+    out = tmp_path / "calibration.json"
+    return edited(calibrations / "so101.json", out, lambda d: d.update(coefficients=zeros))
 
 
 @pytest.fixture
@@ -87,8 +82,8 @@ def test_the_urdf_beside_it_has_the_new_zeros(export, calibration, like, tmp_pat
     """Where the old readings are by the calibrated URDF, the new ones are by this one."""
     out = tmp_path / "new.json"
     export(calibration, "--to", "lerobot", "--like", like, "--servos", "feetech", "--out", out)
-    calibrated = load_calibration(calibration).calibrated
-    robot = load_robot(tmp_path / "new.urdf")
+    calibrated = mukca.load_calibration(calibration).calibrated
+    robot = mukca.load_robot(tmp_path / "new.urdf")
     q = np.random.default_rng(0).uniform(-1, 1, (20, 5))
     shifted = q + np.array(TICKS) * 2 * math.pi / 4096
     new = type(calibrated)(robot, (), np.empty(0))
@@ -117,9 +112,8 @@ def test_joints_that_were_read_the_other_way_are_refused(
     export, calibration, like, tmp_path
 ) -> None:
     (tmp_path / "placement.json").write_text('{"sessions": [{"driver": "feetech:p?signs=-1,1"}]}')
-    document = load_calibration(calibration).document
-    data = msgspec.structs.replace(document.data[0], files=(str(tmp_path / "hole_0.csv"),))
-    calibration.write_bytes(encode(msgspec.structs.replace(document, data=(data,))))
+    files = [str(tmp_path / "hole_0.csv")]
+    edited(calibration, calibration, lambda document: document["data"][0].update(files=files))
     words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
     status, _, error = export(calibration, *words, "--out", tmp_path / "new.json")
     assert status == 2 and "recorded with signs=" in error

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from imagined import configurations, rigid
 
-from mukca.solver.calibration import load_calibration
-from mukca.solver.robot import Robot, load_robot, workspace
-from mukca.tools.export.transforms import rigid
+import mukca
+from mukca import Robot, load_robot
 
 mujoco = pytest.importorskip("mujoco", reason="the extra simulation is not installed")
 
@@ -112,7 +112,7 @@ def test_mujoco_reads_back_the_calibrated_arm(export, imagined, tmp_path) -> Non
     status, said, err = export(file, "--to", "mjcf", "--like", mine, "--out", out)
     assert status == 0, err
     last = f"{prefix}{robot.joint_names[-1]}_body"
-    q = workspace(robot, 10)
+    q = configurations(robot, 10)
     expected = calibration.calibrated.geometric_ball(q)
     found = balls(out, robot, last, ball_on_last_body(calibration), q)
     assert np.abs(found - expected).max() < 1e-9
@@ -149,7 +149,7 @@ def motions(model, names, q: np.ndarray) -> np.ndarray:
 def test_a_model_with_rounded_numbers_moves_as_the_calibrated_arm(
     export, calibrations, tmp_path, digits, told
 ) -> None:
-    calibration = load_calibration(calibrations / "ur5e.json")
+    calibration = mukca.load_calibration(calibrations / "ur5e.json")
     robot, mine, out = calibration.robot, tmp_path / "mine.xml", tmp_path / "out.xml"
     number = r"-?\d+\.\d{6,}(e-\d+)?"
     mine.write_text(re.sub(number, lambda n: f"{float(n[0]):.{digits}f}", model_of(robot)))
@@ -157,7 +157,7 @@ def test_a_model_with_rounded_numbers_moves_as_the_calibrated_arm(
     status, said, err = export(calibrations / "ur5e.json", *words)
     assert status == 0, err
     assert ("in the new file it is the calibrated arm's" in said) == told
-    q = workspace(robot, 12)
+    q = configurations(robot, 12)
     calibrated = mujoco.MjModel.from_xml_string(calibration.calibrated.urdf().decode())
     expected = motions(calibrated, robot.joint_names, q)
     off = motions(mujoco.MjModel.from_xml_path(str(out)), robot.joint_names, q) - expected
@@ -190,8 +190,8 @@ def test_one_of_two_arms_in_files_that_a_scene_includes(export, calibrations, tm
     assert status == 0 and f"It is {tmp_path / 'right.xml'}, corrected" in said, err
     out.rename(tmp_path / "right.xml")
     assert "sha256" in (tmp_path / "right.xml").read_text()
-    calibration = load_calibration(file)
-    names, q = calibration.robot.joint_names, workspace(calibration.robot, 5)
+    calibration = mukca.load_calibration(file)
+    names, q = calibration.robot.joint_names, configurations(calibration.robot, 5)
     calibrated = mujoco.MjModel.from_xml_string(calibration.calibrated.urdf().decode())
     after = mujoco.MjModel.from_xml_path(str(scene))
     for side, model, its in (("right/", calibrated, names), ("left/", before, None)):
@@ -223,7 +223,7 @@ def test_all_else_is_untouched_to_the_byte(export, calibrations, tmp_path) -> No
 
 def test_urdf_models_that_mujoco_saved(export, calibrations, tmp_path) -> None:
     """What MuJoCo itself makes of the nominal URDF can be corrected as well."""
-    calibration = load_calibration(calibrations / "iiwa14.json")
+    calibration = mukca.load_calibration(calibrations / "iiwa14.json")
     (tmp_path / "nominal.urdf").write_text(calibration.document.model.nominal_urdf)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "nominal.urdf"))
     mujoco.mj_saveLastXML(str(tmp_path / "mine.xml"), model)

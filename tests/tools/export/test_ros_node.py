@@ -8,7 +8,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from mukca.solver.calibration import load_calibration
+import mukca
 
 SCRIPT = Path(__file__).parents[3] / "examples" / "ros" / "true_joint_states.py"
 
@@ -37,7 +37,7 @@ def module(monkeypatch: pytest.MonkeyPatch):
 def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations) -> None:
     file = calibrations / "panda.json"
     node = module["TrueJointStates"](str(file))
-    calibrated = load_calibration(file).calibrated
+    calibrated = mukca.load_calibration(file).calibrated
     names = [*calibrated.robot.joint_names[::-1], "finger"]
     position = np.linspace(-1, 1, 8).tolist()
     read = np.array(position[6::-1])

@@ -1,0 +1,109 @@
+"""Calibrations made without any fit, and where Pinocchio has the links of a URDF."""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import mukca
+
+COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
+SIZES = {"zero": 1, "compliance": 1, "tilt": 2, "play": 1, "harmonic_1": 2, "harmonic_2": 2}
+"""Coefficients of each correction, for each joint."""
+
+
+def configurations(robot: mukca.Robot, count: int, seed: int = 0) -> np.ndarray:
+    """Joint positions at random, shape (count, m)."""
+    return np.random.default_rng([seed, 5]).uniform(-1.5, 1.5, (count, len(robot.joint_names)))
+
+
+def imagine(
+    robot: mukca.Robot, template: dict[str, Any], off: float = 2e-3, size: float = 2e-5
+) -> dict[str, Any]:
+    """A calibration of a robot: every number off by some of ``off``, all joints corrected."""
+    rng = np.random.default_rng([0, len(robot.joints)])
+    by_component = {value["component"]: value for value in template["parameters"]}
+    values: list[dict[str, Any]] = []
+    for joint in robot.joints:
+        if not joint.actuated and joint is not robot.ball_joint:
+            continue
+        nominals = (*joint.origin.xyz, *joint.origin.rpy)
+        for component, nominal in zip(COMPONENTS, nominals, strict=True):
+            change, other = rng.normal(0, off, 2).tolist()
+            values.append(
+                {
+                    **by_component[component],
+                    "name": f"{joint.name}.{component}",
+                    "joint": joint.name,
+                    "nominal": nominal,
+                    "calibrated": nominal + change,
+                    "change": change,
+                    "exported": nominal + change + 0.1 * other,
+                }
+            )
+    m = len(robot.joint_names)
+    corrections = {key: rng.uniform(0, size, m * n).tolist() for key, n in SIZES.items()}
+    samples = [
+        {"socket": i % 2, "position": q, "effort": None}
+        for i, q in enumerate(configurations(robot, 20).tolist())
+    ]
+    model = {
+        "name": robot.name,
+        "source": robot.source,
+        "base": robot.base,
+        "tip": robot.tip,
+        "joint_names": list(robot.joint_names),
+        "nominal_urdf": robot.text.data.decode(),
+    }
+    return {
+        **template,
+        "parameters": values,
+        "deflection": corrections if size else {},
+        "data": [
+            {"name": "a/b", "role": "train", "distance": 0.05, "files": [], "samples": samples}
+        ],
+        "model": {**template["model"], **model},
+    }
+
+
+def edited(file: Path, out: Path, change: Callable[[dict[str, Any]], object]) -> Path:
+    """Write a calibration again, with something changed in it."""
+    document = json.loads(file.read_text())
+    change(document)
+    out.write_text(json.dumps(document))
+    return out
+
+
+def turned(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
+    """The turn about x, then y, then z, as the roll, pitch and yaw of a URDF, shape (4, 4)."""
+    T = np.eye(4)
+    for axis, angle in enumerate((x, y, z)):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        R = np.eye(4)
+        R[i, i] = R[j, j] = math.cos(angle)
+        R[j, i], R[i, j] = math.sin(angle), -math.sin(angle)
+        T = R @ T
+    return T
+
+
+def rigid(origin: Sequence[float] | np.ndarray) -> np.ndarray:
+    """The transform of a URDF origin, shape (4, 4)."""
+    T = turned(*origin[3:])
+    T[:3, 3] = origin[:3]
+    return T
+
+
+def poses(urdf: str, link: str, q: np.ndarray) -> np.ndarray:
+    """Where Pinocchio has a link, shape (N, 4, 4)."""
+    import pinocchio
+
+    model = pinocchio.buildModelFromXML(urdf)
+    data = model.createData()
+    found = []
+    for row in q:
+        pinocchio.framesForwardKinematics(model, data, row)
+        found.append(data.oMf[model.getFrameId(link)].homogeneous.copy())
+    return np.array(found)
