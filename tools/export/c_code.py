@@ -20,7 +20,7 @@ _BODY = re.compile(r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  r
 _KEYWORDS = {"auto", "double", "float", "int", "long", "short", "static", "void", "const", "class"}
 
 
-def export(request: Request) -> Exported:
+def write(request: Request) -> Exported:
     """Return the C file, and the header that declares what is in it."""
     file = request.file
     request.require_ending(".c")

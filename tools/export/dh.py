@@ -158,7 +158,7 @@ def _rows(joints: list[Joint], steps: list[_Step], convention: str) -> tuple[Row
     )
 
 
-def export(request: Request) -> Exported:
+def write(request: Request) -> Exported:
     """Return the table as JSON or CSV, as the file's ending says, and as lines to print."""
     convention = {"dh": "standard", "mdh": "modified"}[request.format]
     table = dh_table(request.calibration.robot.joints, request.origins, convention)

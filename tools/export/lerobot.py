@@ -52,7 +52,7 @@ class Zero:
         return f"{self.motor:14} {angle}, {self.why or f'{self.ticks:+d} ticks'}"
 
 
-def export(request: Request) -> Exported:
+def write(request: Request) -> Exported:
     """Return the new file, the URDF that goes with it, and the digests of what they are from."""
     make = request.options.get("servos")
     if request.like is None or make is None:

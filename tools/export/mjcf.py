@@ -49,7 +49,7 @@ class MjcfJoint:
     """The pose of its parent body on the body of the joint before; they are welded."""
 
 
-def export(request: Request) -> Exported:
+def write(request: Request) -> Exported:
     """Return the model that ``--like`` names, with the calibrated places of its bodies."""
     if request.like is None:
         raise ExportError("--to mjcf needs --like FILE, your own MuJoCo model, which it corrects")

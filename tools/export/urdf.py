@@ -7,7 +7,7 @@ from .losses import losses_without
 from .request import Exported, ExportError, Request
 
 
-def export(request: Request) -> Exported:
+def write(request: Request) -> Exported:
     """Return the URDF; mesh paths are rewritten to be found from where it will stand."""
     robot, flange = request.calibration.robot, request.flange
     name = str(request.file)

@@ -83,7 +83,7 @@ VENDORS = {
 }
 
 
-def export(request: Request) -> Exported:
+def write(request: Request) -> Exported:
     """Return the file of the maker that ``request.format`` names."""
     vendor = VENDORS[request.format]
     keys = _keys(request, vendor)

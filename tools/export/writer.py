@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Writer(Protocol):
     """The module of a format."""
 
-    def export(self, request: Request) -> Exported:
+    def write(self, request: Request) -> Exported:
         """Return the files.
 
         Raises:
@@ -61,7 +61,7 @@ def export(
         raise ExportError(f"--out {file}: is a folder; name a file")
     request = Request(to, calibration, identify(calibration, serial_number), file, options)
     writer = importlib.import_module(f".{FORMATS[to].module}", __package__)
-    exported = cast("Writer", writer).export(request)
+    exported = cast("Writer", writer).write(request)
     refuse_existing(file.parent, exported.files, force=force)
     written = write_files(file.parent, exported.files)
     return replace(exported, outputs={name: str(path) for name, path in written.items()})

@@ -6,7 +6,7 @@ from .losses import losses_without
 from .request import Exported, ExportError, Request
 
 
-def export(request: Request) -> Exported:
+def write(request: Request) -> Exported:
     """Return a file with a macro that stands for the ``<origin>`` of each joint.
 
     The numbers are text to xacro, so that none of their digits is lost.
