@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from ...solver.data import kabsch
 from .request import Loss, Request
 
 
@@ -20,8 +21,9 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
     losses: list[Loss] = []
     if calibrated.deflection.extensions:
         words = "corrections of the joints (" + ", ".join(calibrated.deflection.extensions) + ")"
-        corrected = calibrated.ball(q)
-        losses.append(_loss(words, _aligned(geometric, corrected) - corrected))
+        # Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
+        ball = calibrated.ball(q)
+        losses.append(_loss(words, kabsch(geometric, ball).apply(geometric) - ball))
     exported = calibrated.values if calibrated.exported is None else calibrated.exported
     nominal = calibrated.model.nominal
     for name in dict.fromkeys(p.joint for p in calibrated.parameters if p.joint in uncarried):
@@ -33,17 +35,6 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
         )
         losses += [loss] if loss.largest > 0 else []
     return tuple(losses)
-
-
-def _aligned(points: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return points moved as one rigid body onto others, as near as they come (Kabsch).
-
-    Where an arm's base frame stands is not measured, so a shift or turn of all points is no loss.
-    """
-    centre, middle = points.mean(axis=0), others.mean(axis=0)
-    U, _, V = np.linalg.svd((points - centre).T @ (others - middle))
-    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ V))])
-    return (points - centre) @ (U @ mirror @ V) + middle
 
 
 def _loss(what: str, differences: np.ndarray) -> Loss:
