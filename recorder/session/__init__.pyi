@@ -7,8 +7,8 @@ from .operator_prompt import OperatorContext as OperatorContext
 from .operator_prompt import readiness as readiness
 from .recording_file import Recording as Recording
 from .session import STOOD_STILL as STOOD_STILL
-from .session import Session as Session
 from .session import TARGET as TARGET
+from .session import Session as Session
 from .snapshot import View as View
 from .sound import Sound as Sound
 from .stream_alerts import StreamAlerts as StreamAlerts
