@@ -91,7 +91,7 @@ def test_constraints_pin_every_dependency() -> None:
     pinned = {line.split("==")[0].lower().replace("_", "-") for line in lines if "==" in line}
     extras = project["optional-dependencies"].values()
     for requirement in [*project["dependencies"], *(r for extra in extras for r in extra)]:
-        name = requirement.split(";")[0].split("[")[0].rstrip("<>=!~,.0123456789 ")
+        name = re.split("[^\\w.-]", requirement)[0]
         name = name.lower().replace("_", "-")
         assert name == "mukca" or name in pinned, requirement
 

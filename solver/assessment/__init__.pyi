@@ -41,12 +41,10 @@ from .types_report_errors import PlacementReport as PlacementReport
 from .types_report_errors import Point as Point
 from .types_report_errors import Quantiles as Quantiles
 from .types_report_errors import RoleSummaries as RoleSummaries
-from .types_report_errors import RoleSummary as RoleSummary
 from .types_report_errors import SampleErrors as SampleErrors
 from .types_report_verdict import Answer as Answer
 from .types_report_verdict import Answers as Answers
 from .types_report_verdict import DataAnswer as DataAnswer
-from .types_report_verdict import LimitResult as LimitResult
 from .types_report_verdict import Limits as Limits
 from .types_report_verdict import LoneFit as LoneFit
 from .types_report_verdict import NextAnswer as NextAnswer

@@ -9,7 +9,8 @@ from ...solver.assessment import Options
 from ...solver.calibration import Calibration
 from ...solver.results import CalibrationDocument, encode, refuse_existing, write_files
 from .figures import PlotCaption, ReportDocument, report_figures
-from .page import page, plots_of
+from .page import report_page
+from .plots import plots_of
 
 __all__ = ["Options", "Report", "build_report"]
 
@@ -56,7 +57,7 @@ def build_report(
         for plot in group
     )
     figures = msgspec.structs.replace(figures, plots=captions)
-    return Report(figures, page(figures, plots))
+    return Report(figures, report_page(figures, plots))
 
 
 def report_of(calibration: Calibration) -> Report:

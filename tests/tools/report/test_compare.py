@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from mukca.tools.cli import main
-from mukca.tools.report.figures import compare, contenders_of, shared_data
+from mukca.tools.report.figures import compare, comparison_sentence, contenders_of, shared_data
 from mukca.tools.report.figures.model_comparison import apart
-from mukca.tools.report.page import sentence
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +64,7 @@ def test_a_calibration_equals_its_copy(calibrated, tmp_path) -> None:
     pair = result.pairs[-1]
     assert pair.summary.mean == 0 and pair.summary.beyond_noise is False
     assert pair.apart.max == pytest.approx(0, abs=1e-12)
-    assert "within the noise" in sentence(result, pair)
+    assert "within the noise" in comparison_sentence(result, pair)
 
 
 def test_new_data_can_be_named(run, session, calibrated, other) -> None:

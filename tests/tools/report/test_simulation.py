@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from mukca.tools.experiments import SimulationDocument
-from mukca.tools.report.page.simulation_page import simulation_page
+from mukca.tools.report.page import simulation_page
 
 
 def forces() -> dict[str, dict[str, float]]:

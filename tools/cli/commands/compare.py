@@ -76,7 +76,7 @@ def show(console: "Console", result: "ComparisonDocument") -> None:
     from rich.text import Text
 
     from ....solver.assessment import short_names
-    from ...report.page import sentence
+    from ...report.figures import comparison_sentence
 
     table = Table(box=SIMPLE_HEAD, title="MAE in mm; * trained on", title_justify="left")
     table.add_column("placement", overflow="fold")
@@ -97,7 +97,7 @@ def show(console: "Console", result: "ComparisonDocument") -> None:
     table.add_row(f"= mean of {len(result.fair)} held out by all", *means, style="bold")
     console.print(table)
     for pair in result.pairs:
-        console.print(Text(sentence(result, pair)))
+        console.print(Text(comparison_sentence(result, pair)))
 
 
 def write(folder: Path, result: "ComparisonDocument") -> Path:
@@ -106,8 +106,8 @@ def write(folder: Path, result: "ComparisonDocument") -> Path:
 
     from ....solver.results import encode
     from ...report.figures import ComparisonPlot
-    from ...report.page import comparison_plots
-    from ...report.page.comparison_page import comparison_page
+    from ...report.page import comparison_page
+    from ...report.plots import comparison_plots
 
     plots = tuple(
         ComparisonPlot(id=plot.id, title=plot.title, sentence=plot.sentence)

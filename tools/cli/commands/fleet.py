@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         find_arms,
         last_sessions,
     )
-    from ...report.page.fleet_page import fleet_page
+    from ...report.page import fleet_page
 
     workers = workers_of(arguments)
     refuse_existing(arguments.out, force=arguments.force)

@@ -186,7 +186,7 @@ def write(
     import msgspec
 
     from ...experiments import SimulationDocument
-    from ...report.page.simulation_page import simulation_page
+    from ...report.page import simulation_page
 
     pictures = pictures_of(models, terminal)
     names = [REPORT, RESULT, *pictures]

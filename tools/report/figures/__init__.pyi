@@ -4,10 +4,10 @@ from .answer_use import answer_at as answer_at
 from .answer_use import use_text as use_text
 from .collect import report_figures as report_figures
 from .model_comparison import compare as compare
+from .model_comparison import comparison_sentence as comparison_sentence
 from .model_comparison import contenders_of as contenders_of
 from .model_comparison import shared_data as shared_data
 from .recommendations import steps as steps
-from .types_comparison import ComparedPair as ComparedPair
 from .types_comparison import ComparisonDocument as ComparisonDocument
 from .types_comparison import ComparisonPlot as ComparisonPlot
 from .types_comparison import ErrorsAtPlacement as ErrorsAtPlacement

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import logging
+import re
 from collections.abc import Callable, Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
@@ -32,15 +33,17 @@ def link_meshes(model: Model, robot: Robot) -> tuple[LinkMesh, ...]:
         robot: The robot.
     """
     text = model.nominal_urdf
-    if not any(word in text for word in ("<mesh", "<box", "<cylinder", "<sphere")):
+    find = _finder(Path(model.source).parent)
+    files = re.findall(r"<mesh\b[^>]*\bfilename\s*=\s*[\"']([^\"']*)", text)
+    if not any(map(find, files)) and not re.search("<(box|cylinder|sphere)", text):
         return ()
     if find_spec("yourdfpy") is None:
         logging.getLogger(__name__).warning(
-            "the report draws the arm as lines; for its shape: pip install 'mukca[meshes]'"
+            "yourdfpy cannot be imported, so the report draws the arm as lines"
         )
         return ()
     try:
-        scene = _load(text, Path(model.source).parent)
+        scene = _load(text, find)
     except Exception as error:  # a drawing is not worth a report; whatever a mesh reader raises
         logging.getLogger(__name__).info("no meshes: %s", error)
         return ()
@@ -51,14 +54,14 @@ def link_meshes(model: Model, robot: Robot) -> tuple[LinkMesh, ...]:
     return tuple(_link_mesh(frame, parts) for frame, parts in sorted(shapes.items()))
 
 
-def _load(text: str, folder: Path) -> Any:
+def _load(text: str, find: Callable[[str], str]) -> Any:
     import yourdfpy  # pyright: ignore[reportMissingTypeStubs]
 
     for name in ("yourdfpy", "trimesh"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         return yourdfpy.URDF.load(  # pyright: ignore[reportUnknownMemberType]
-            io.BytesIO(text.encode()), filename_handler=_finder(folder), load_meshes=True
+            io.BytesIO(text.encode()), filename_handler=find, load_meshes=True
         )
 
 

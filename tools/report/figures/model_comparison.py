@@ -7,7 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from ....errors import MukcaError
-from ....solver.assessment import Displacement, calibrated_points, measurements_of, norms, quantiles
+from ....solver.assessment import (
+    Displacement,
+    calibrated_points,
+    measurements_of,
+    mm,
+    norms,
+    plural,
+    quantiles,
+)
 from ....solver.data import Measurement, evaluate, kabsch, mean_metrics, socket_centres
 from ....solver.results import (
     CalibratedRobot,
@@ -238,3 +246,24 @@ def apart(one: Sequence[np.ndarray], other: Sequence[np.ndarray]) -> Displacemen
     A, B = np.concatenate(one), np.concatenate(other)
     gaps = norms(kabsch(B, A).apply(B) - A)
     return Displacement(mean=float(gaps.mean()), max=float(gaps.max()))
+
+
+def comparison_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
+    """Return in words which of two models is better, where, and by how much beyond the noise."""
+    a, b = result.models[pair.a].name, result.models[pair.b].name
+    summary = pair.summary
+    if summary is None:
+        return f"{b} against {a}: every placement was trained on by one of the models, so no word."
+    count = plural(len(result.fair), "placement")
+    where = f"over {count} that none was trained on"
+    noise = f"noise \N{PLUS-MINUS SIGN}{mm(summary.noise, 3)}, 95 %"
+    if not summary.beyond_noise:
+        gap = mm(abs(summary.mean), 3)
+        return f"{b} and {a} differ by {gap} {where}, which is within the noise ({noise})."
+    better, worse = (b, a) if summary.mean < 0 else (a, b)
+    rows = [pair.placements[i] for i in result.fair]
+    wins = sum(row.beyond_noise and row.mean * summary.mean > 0 for row in rows)
+    return (
+        f"{better} is better than {worse} by {mm(abs(summary.mean), 3)} {where}, beyond the "
+        f"noise ({noise}) on the whole and at {wins} of them."
+    )

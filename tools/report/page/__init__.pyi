@@ -1,6 +1,6 @@
-from .comparison_page import comparison_plots as comparison_plots
-from .comparison_page import sentence as sentence
-from .fleet_page import line_of as line_of
-from .fleet_page import summary_of as summary_of
-from .report_page import page as page
-from .report_page import plots_of as plots_of
+from .pages import comparison_page as comparison_page
+from .pages import fleet_page as fleet_page
+from .pages import line_of as line_of
+from .pages import report_page as report_page
+from .pages import simulation_page as simulation_page
+from .pages import summary_of as summary_of

@@ -1,7 +1,6 @@
-from .axes import Axis as Axis
-from .axes import Panel as Panel
-from .axes import Rows as Rows
+from .comparison import comparison_plots as comparison_plots
 from .model import shown_unit as shown_unit
-from .plot import Maker as Maker
 from .plot import Plot as Plot
+from .sections import plots_of as plots_of
+from .simulation import simulation_plot as simulation_plot
 from .use import map_sentence as map_sentence

@@ -9,9 +9,8 @@ import numpy as np
 from ....solver.assessment import CrossPlacement, joined, mm, plural, short_names
 from ....solver.results.calibration import Iteration, Role
 from ..figures import ReportDocument
-from ..page.html import Element, tag
-from .axes import LINE, Axis, Panel, Rows
-from .plot import BOTH, MODELS, Plot
+from .figure import LINE, Axis, Panel, Rows, element
+from .plot import BOTH, HOLLOW, MODELS, Plot
 
 _SMALLEST = 1e-3
 """Below this the curves are not followed [mm]."""
@@ -53,7 +52,7 @@ def _term(row: Iteration, role: Role, term: Term) -> float | None:
     return terms.inconsistency if term == "inconsistency" else terms.distortion
 
 
-def _curves(rows: Sequence[Iteration], term: Term, repeatability: float | None) -> Element:
+def _curves(rows: Sequence[Iteration], term: Term, repeatability: float | None) -> Panel:
     curves = {
         role: [(k, max(value, _SMALLEST)) for k, value in _lengths(rows, role, term)]
         for role in _ROLES
@@ -79,7 +78,7 @@ def _curves(rows: Sequence[Iteration], term: Term, repeatability: float | None) 
         ends = [curve[-1][1] / (1e3 * repeatability) for curve in curves.values() if curve]
         nearest = min(ends, key=lambda ratio: abs(np.log(ratio)))
         panel.threshold(1e3 * repeatability, words, below=nearest > 1)
-    return panel.root
+    return panel
 
 
 def _history_sentence(rows: Sequence[Iteration], repeatability: float | None) -> str:
@@ -135,7 +134,7 @@ def _matrix_sentence(
     )
 
 
-def _cells(names: Sequence[str], cells: dict[tuple[int, int], float]) -> Element:
+def _cells(names: Sequence[str], cells: dict[tuple[int, int], float]) -> Panel:
     size = min(46.0, 290.0 / len(names))
     panel = Rows(
         "rows: trained on; columns: error there, mm", names, Axis(0, 1), pitch=size, bare=True
@@ -144,7 +143,7 @@ def _cells(names: Sequence[str], cells: dict[tuple[int, int], float]) -> Element
     for (i, j), value in cells.items():
         shade = float((np.log(value) - np.log(low)) / max(np.log(high / low), 1e-9))
         x, y = panel.left + j * size, panel.row(i) - size / 2
-        hint = tag("title", f"trained on {names[i]}, error at {names[j]}: {value:.3f} mm")
+        hint = f"trained on {names[i]}, error at {names[j]}: {value:.3f} mm"
         box = {"x": x, "y": y, "width": size, "height": size}
         panel.add("rect", hint, **box, class_="cell", fill_opacity=0.06 + 0.8 * shade)
         if i == j:
@@ -155,8 +154,9 @@ def _cells(names: Sequence[str], cells: dict[tuple[int, int], float]) -> Element
     every = math.ceil(LINE / (size * math.sin(math.radians(24))))
     for j, name in list(enumerate(names))[::every]:
         x, y = panel.left + (j + 0.5) * size - 6, panel.bottom + 12
-        panel.add("text", name[:14], x=x, y=y, class_="tick", transform=f"rotate(24 {x} {y})")
-    return panel.root
+        turned = f"rotate(24 {x} {y})"
+        panel.parts.append(element("text", name[:14], x=x, y=y, class_="tick", transform=turned))
+    return panel
 
 
 def known_distances(report: ReportDocument) -> Plot | None:
@@ -174,11 +174,12 @@ def known_distances(report: ReportDocument) -> Plot | None:
     for i, row in enumerate(rows):
         for model in MODELS:
             value = 1e3 * row.error(model)
-            panel.mark(i, value, f"{model} test", f"{names[i]}, {model}: {value:+.3f} mm")
+            hint = f"{names[i]}, {model}: {value:+.3f} mm"
+            panel.mark(i, value, f"{model} test", hint, size=4)
     for side in (-1, 1):
         if limit:
             words = f"limit {1e3 * limit:g} mm" if side > 0 else ""
-            panel.threshold(side * 1e3 * limit, words, vertical=True)
+            panel.upright_threshold(side * 1e3 * limit, words)
     means = [mm(float(np.mean([abs(row.error(m)) for row in rows]))) for m in MODELS]
     i = int(np.argmax([abs(row.calibrated_error) for row in rows]))
     return Plot(
@@ -186,7 +187,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
         "Distances between placements",
         f"Over {plural(len(rows), 'known distance')} the mean error falls from {means[0]} to "
         f"{means[1]}; the worst is {names[i]}, off by {mm(rows[i].calibrated_error)}.",
-        (panel.root,),
+        (panel,),
         BOTH,
         "half",
     )
@@ -206,9 +207,9 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
     panel = Rows("spread of the ball's positions", names, Axis(0, high, "mm, 1 sigma"), pitch=28)
     for i, (row, predicted, measured) in enumerate(rows):
         panel.span(i, predicted, measured, "link")
-        panel.mark(i, predicted, "predicted", f"predicted {predicted:.3f} mm", size=5.5)
+        panel.mark(i, predicted, "predicted", f"predicted {predicted:.3f} mm")
         hint = f"found {measured:.3f} mm"
-        panel.mark(i, measured, f"calibrated {row.role}", hint, size=5.5)
+        panel.mark(i, measured, f"calibrated {row.role}", hint)
     ratios = {
         name: measured / predicted
         for name, (_, predicted, measured) in zip(names, rows, strict=True)
@@ -219,7 +220,7 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
         "Predicted and found",
         f"What was found is {min(ratios.values()):.1f} to {max(ratios.values()):.1f} times what "
         f"the calibration predicts of itself, most at {worst}.",
-        (panel.root,),
-        (("predicted", "predicted"), ("calibrated", "found"), ("hollow", "hollow: trained on")),
+        (panel,),
+        (("predicted", "predicted"), ("calibrated", "found"), HOLLOW),
         "half",
     )

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....solver.assessment import Coverage, joined, short_names
+from ....solver.assessment import Coverage, joined, mm, short_names
+from ....solver.results import Outlook
 from ..figures import HARDLY_MOVED, ReportDocument
-from ..page.html import Element
-from .axes import Axis, Rows
+from .figure import Axis, Panel, Rows
 from .plot import Plot
 
 _SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "rad/(N m)": (1e6, "\N{MICRO SIGN}rad/(N m)")}
@@ -32,7 +32,7 @@ class _Bar:
 
 
 def parameters(report: ReportDocument) -> Plot:
-    """What the calibration changed, as bars, with standard deviations where there are any."""
+    """Changes by the calibration, as bars, with standard deviations where there are any."""
     kinds = _parameter_kinds(report)
     known = any(bar.deviation for bars in kinds.values() for bar in bars)
     marks = (("change", "change"), ("deviation", "\N{PLUS-MINUS SIGN} one standard deviation"))
@@ -60,7 +60,7 @@ def _parameter_kinds(report: ReportDocument) -> dict[str, list[_Bar]]:
     return kinds
 
 
-def _bars(kind: str, bars: Sequence[_Bar]) -> Element:
+def _bars(kind: str, bars: Sequence[_Bar]) -> Panel:
     factor, shown = shown_unit(bars[0].unit)
     # Deviations of what no ball can show are far larger than any change; they are cut off.
     largest = max(abs(bar.change) for bar in bars)
@@ -74,7 +74,7 @@ def _bars(kind: str, bars: Sequence[_Bar]) -> Element:
         panel.span(i, 0, change, "change", thick=8)
         if deviation:
             panel.span(i, change - deviation, change + deviation, "deviation", thick=2)
-    return panel.root
+    return panel
 
 
 def _parameter_sentence(kinds: dict[str, list[_Bar]]) -> str:
@@ -96,7 +96,7 @@ def _parameter_sentence(kinds: dict[str, list[_Bar]]) -> str:
 
 
 def coverage(report: ReportDocument) -> Plot:
-    """Where each joint was in each socket, within its limits, and how far it turned."""
+    """Positions of each joint in each socket, within its limits, and how far it turned."""
     covered = report.coverage
     turning = [i for i, joint in enumerate(covered.joints) if joint.unit == "rad"]
     sliding = [i for i, joint in enumerate(covered.joints) if joint.unit == "m"]
@@ -115,7 +115,7 @@ def coverage(report: ReportDocument) -> Plot:
     )
 
 
-def _positions(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -> Element:
+def _positions(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -> Panel:
     rows = [covered.joints[i] for i in joints]
     lows = [factor * socket.low[i] for socket in covered.sockets for i in joints]
     highs = [factor * socket.high[i] for socket in covered.sockets for i in joints]
@@ -141,10 +141,10 @@ def _positions(covered: Coverage, joints: Sequence[int], factor: float, unit: st
             )
             if marks:
                 panel.add("path", d=marks, class_=f"tick-{role}")
-    return panel.root
+    return panel
 
 
-def _spans(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -> Element:
+def _spans(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -> Panel:
     names = [covered.joints[i].name for i in joints]
     spans = [
         (k, factor * (s.high[i] - s.low[i]), s)
@@ -155,11 +155,11 @@ def _spans(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -
     panel = Rows(f"how far it moved in each socket, {unit}", names, Axis(0, high, unit), pitch=34)
     for k, span, socket in spans:
         hint = f"{socket.placement}, socket {socket.socket}: {span:.0f} {unit}"
-        panel.mark(k, span, f"span-dot {socket.role}", hint)
+        panel.mark(k, span, f"span-dot {socket.role}", hint, size=4)
     if unit == "degrees":
         limit = HARDLY_MOVED * _DEGREES
-        panel.threshold(limit, f"at least {limit:.0f} degrees", vertical=True)
-    return panel.root
+        panel.upright_threshold(limit, f"at least {limit:.0f} degrees")
+    return panel
 
 
 def _coverage_sentence(covered: Coverage, turning: Sequence[int]) -> str:
@@ -181,7 +181,7 @@ def _coverage_sentence(covered: Coverage, turning: Sequence[int]) -> str:
 
 
 def groups(report: ReportDocument) -> Plot | None:
-    """How many parameters of each group the data settle, of how many there are."""
+    """Effective parameters of each group: those that the data determine, of all there are."""
     rows = [row for row in report.groups or () if row.unit in _SHOWN]
     if not rows:
         return None
@@ -203,7 +203,34 @@ def groups(report: ReportDocument) -> Plot | None:
         "What the data settle",
         f"The data settle {total:.0f} of {count} parameters, those that are switched off included; "
         f"they support {joined(on) or 'no group'}, and switch off {joined(off) or 'none'}{rest}.",
-        (panel.root,),
+        (panel,),
         (("change", "settled by the data"), ("range", "left to the prior")),
         "half",
     )
+
+
+def joints(report: ReportDocument) -> Plot | None:
+    """Displacement of the ball by each joint's calibrated numbers."""
+    if report.outlook is None or not report.outlook.joints:
+        return None
+    rows = report.outlook.joints
+    high = 1e3 * max(max(row.recorded, row.workspace) for row in rows)
+    names = [row.joint for row in rows]
+    panel = Rows("what each joint moves the ball by, mm", names, Axis(0, 1.05 * high, "mm"))
+    for i, row in enumerate(rows):
+        panel.span(i, 0, 1e3 * row.workspace, "link", thick=14)
+        panel.span(i, 0, 1e3 * row.recorded, "change", thick=7)
+    return Plot(
+        "joints",
+        "Which joint matters",
+        _joint_sentence(report.outlook),
+        (panel,),
+        (("change", "in what was recorded"), ("link", "in random poses")),
+        "half",
+    )
+
+
+def _joint_sentence(outlook: Outlook) -> str:
+    rows = sorted(outlook.joints, key=lambda row: -row.recorded)[:2]
+    parts = [f"{mm(row.recorded)} (without that of {row.joint})" for row in rows]
+    return f"Without a joint's correction the recorded balls are off by up to {joined(parts)}."

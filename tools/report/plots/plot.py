@@ -1,6 +1,6 @@
-"""A plot of the report: what it shows, and the one sentence that says what that means here."""
+"""A plot of a page: its panels, and the one sentence that says what they show here."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,54 +8,40 @@ import numpy as np
 from ....solver.assessment import ModelName, short_names
 from ....solver.results.calibration import Role
 from ..figures import ReportDocument
-from ..page.html import Element, tag
+from .figure import Panel
 
 MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
 BOTH = tuple((model, model) for model in MODELS)
 """The two models' marks in a legend."""
+HOLLOW = ("hollow", "hollow: trained on")
+COLOURS = 6
+"""Marks ``model-0``, ... that the style sheet has; more models or arms take them again."""
 
 
 @dataclass(frozen=True)
 class Plot:
-    """One plot."""
+    """One plot of a page."""
 
     id: str
     title: str
     sentence: str
-    panels: tuple[Element, ...]
-    legend: tuple[tuple[str, str], ...] = field(default=())
+    panels: tuple[Panel, ...] = ()
+    legend: tuple[tuple[str, str], ...] = ()
     """Class of the mark, and its words."""
-    class_: str = ""
-    """How the panels are laid out."""
-
-    def element(self) -> Element:
-        """Return the plot as it stands in the page."""
-        return tag(
-            "figure",
-            tag("h3", self.title),
-            legend(self.legend) if self.legend else None,
-            tag("div", self.panels, class_=f"panels {self.class_}".strip()),
-            tag("figcaption", self.sentence),
-            id=self.id,
-            class_=f"plot {self.class_}".strip(),
-        )
+    layout: str = ""
+    """Class of the style sheet that lays out the panels."""
+    scene: str = ""
+    """Name of a view that the page's script draws instead of panels."""
+    controls: Mapping[str, object] = field(default_factory=dict[str, object])
+    """Values that the template needs for the plot's controls."""
 
 
 Maker = Callable[[ReportDocument], Plot | None]
 """Draws a plot from a report's figures; None where they hold nothing to draw."""
 
 
-def legend(entries: tuple[tuple[str, str], ...]) -> Element:
-    """Return what the marks mean."""
-    return tag(
-        "p",
-        [tag("span", tag("i", class_=f"key {mark}"), words) for mark, words in entries],
-        class_="legend",
-    )
-
-
 def judged_role(report: ReportDocument) -> tuple[Role, str]:
-    """Return the role that verdicts rest on, and what to call it."""
+    """Return the role that verdicts rest on, and its name."""
     role, _ = report.summary.judged
     return role, "held-out" if role == "test" else "trained-on"
 

@@ -6,9 +6,8 @@ import numpy as np
 
 from ....solver.assessment import ModelName, SampleErrors, mm, nice_above
 from ..figures import FAR, ReportDocument
-from ..page.html import Element
-from .axes import Axis, Panel
-from .plot import BOTH, MODELS, Plot, lengths, names_of
+from .figure import Axis, Panel
+from .plot import BOTH, HOLLOW, MODELS, Plot, lengths, names_of
 
 WINDOW = 7
 """Samples in a running centre."""
@@ -46,8 +45,8 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         "errors-2d",
         "The error of every sample, flat",
         sentence,
-        tuple(panel.root for panel in panels),
-        (*BOTH, ("hollow", "hollow: trained on")),
+        tuple(panels),
+        (*BOTH, HOLLOW),
         "thirds",
     )
 
@@ -115,11 +114,11 @@ def _ratios(report: ReportDocument) -> Iterator[float]:
 
 
 def _doubted(sample: SampleErrors) -> bool:
-    """Tell whether the fit gave a sample less than half of its weight."""
+    """Return True where the fit gave a sample less than half of its weight."""
     return sample.weight is not None and sample.weight < 0.5
 
 
-def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Element:
+def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel:
     place = report.placements[i]
     rows = [row for row in report.samples if row.placement == i]
     panel = Panel(name, Axis(0, len(rows) + 1, ticks=()), Axis(0, top, "mm"), height=170)
@@ -139,7 +138,7 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Eleme
         error = 1e3 * row.error()
         mark = "flagged" if _doubted(row) else f"calibrated {place.role}"
         panel.dot(k, error, mark, f"{row.where}: {error:.3f} mm")
-    return panel.root
+    return panel
 
 
 def _running_centre(deviations: np.ndarray) -> np.ndarray:

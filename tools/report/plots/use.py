@@ -6,9 +6,8 @@ import numpy as np
 
 from ....solver.assessment import Answer, PlacementReport, Point, area, joined, mm, percent
 from ..figures import ReportDocument
-from ..page.html import Element, tag
-from .axes import Axis, Panel, Rows, to_scale
-from .plot import BOTH, MODELS, Plot, judged_role, lengths, names_of
+from .figure import Axis, Panel, Rows, to_scale
+from .plot import BOTH, HOLLOW, MODELS, Plot, judged_role, lengths, names_of
 
 HALF = 0.16
 """Room beside the outermost mark of the map [m]."""
@@ -28,16 +27,16 @@ def errors_by_placement(report: ReportDocument) -> Plot:
         panel.span(i, *errors[i], "link")
         for model, value in zip(MODELS, errors[i], strict=True):
             mark = f"{model} {row.role}"
-            panel.mark(i, value, mark, f"{names[i]}, {model}: {value:.3f} mm", size=5.5)
+            panel.mark(i, value, mark, f"{names[i]}, {model}: {value:.3f} mm")
     limit = report.limits.mean_absolute_error.value
     if limit is not None:
-        panel.threshold(1e3 * limit, f"limit {1e3 * limit:g} mm", vertical=True)
+        panel.upright_threshold(1e3 * limit, f"limit {1e3 * limit:g} mm")
     return Plot(
         "errors-by-placement",
         "Before and after, placement by placement",
         _placement_sentence(report, names),
-        (panel.root,),
-        (*BOTH, ("hollow", "hollow: trained on")),
+        (panel,),
+        (*BOTH, HOLLOW),
         "half",
     )
 
@@ -81,7 +80,7 @@ def table_map(report: ReportDocument) -> Plot:
         "table-map",
         "Where it was tried",
         map_sentence(report, answers, f"{1e3 * report.tolerance:g}"),
-        (panel.root, _map_key(names, answers)),
+        (panel,),
         (
             ("answer yes", "yes"),
             ("answer mostly", "mostly"),
@@ -90,6 +89,7 @@ def table_map(report: ReportDocument) -> Plot:
             ("next", "record next"),
         ),
         "beside",
+        controls={"answers": list(zip(names, answers, strict=True))},
     )
 
 
@@ -104,26 +104,9 @@ def _placement_mark(panel: Panel, i: int, row: PlacementReport, name: str, answe
     ahead, left, _ = row.position
     x, y = panel.x(-left), panel.y(ahead)
     class_ = f"answer {answer.split(' ')[0]}"
-    hint = tag("title", f"{name}: {area(row.position)}")
+    hint = f"{name}: {area(row.position)}"
     panel.add("circle", hint, cx=x, cy=y, r=10, class_=class_, data_placement=i)
     panel.text(x, y + 4, str(i + 1), "number middle light")
-
-
-def _map_key(names: Sequence[str], answers: Sequence[Answer]) -> Element:
-    """Return the numbered names beside the map."""
-    return tag(
-        "ol",
-        [
-            tag(
-                "li",
-                name,
-                " ",
-                tag("span", answer, class_=f"badge {answer.split(' ')[0]}", data_answer=i),
-            )
-            for i, (name, answer) in enumerate(zip(names, answers, strict=True))
-        ],
-        class_="map-key",
-    )
 
 
 def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str) -> str:
@@ -164,7 +147,7 @@ def shares(report: ReportDocument) -> Plot:
         steps = np.linspace(0, 100, len(errors) + 1)[1:]
         path = [(x.low, 0.0), *zip(errors.tolist(), steps.tolist(), strict=True), (x.high, 100.0)]
         panel.line(path, f"curve {model}")
-    panel.threshold(1e3 * tolerance, f"{1e3 * tolerance:g} mm", vertical=True)
+    panel.upright_threshold(1e3 * tolerance, f"{1e3 * tolerance:g} mm")
     _, judged = report.summary.judged
     inside, quantiles = judged.within_tolerance, judged.quantiles
     sentence = (
@@ -173,4 +156,4 @@ def shares(report: ReportDocument) -> Plot:
         f"nominal one, and half of them within {mm(quantiles.calibrated.median)} and "
         f"{mm(quantiles.nominal.median)}."
     )
-    return Plot("shares", "How often within what", sentence, (panel.root,), BOTH, "half")
+    return Plot("shares", "How often within what", sentence, (panel,), BOTH, "half")

@@ -1,34 +1,58 @@
-"""The panels that plots are drawn in, as SVG: axes, lines, dots, bars, the lines of limits."""
+"""Panels of a plot as SVG text: axes, lines, dots, bars and the dashed lines of limits."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import Markup, escape
 
 from ....solver.assessment import nice_above
-from ..page.html import Element, tag
 
 WIDTH = 440
 """Of a panel, in its own units: on a phone about as many pixels, so that text stays readable."""
 LEFT, RIGHT, TOP, BOTTOM = 56, 14, 36, 42
 LINE = 14
 """Height of a line of text: names of rows that are closer are left out."""
+LONGEST = 18
+"""Letters of a row's name that are shown."""
+
+
+def element(name: str, *children: str, **attributes: object) -> Markup:
+    """Return an SVG element.
+
+    Args:
+        name: Of the element.
+        children: Texts, which are escaped, and other elements.
+        attributes: ``class_`` stands for ``class`` and ``stroke_width`` for ``stroke-width``;
+            floats are written to hundredths of a pixel, None is left out.
+    """
+    words = "".join(
+        f' {key.rstrip("_").replace("_", "-")}="{escape(_short(value))}"'
+        for key, value in attributes.items()
+        if value is not None
+    )
+    inner = "".join(map(escape, children))
+    return Markup(f"<{name}{words}>{inner}</{name}>")  # noqa: S704  values are escaped above
+
+
+def _short(value: object) -> str:
+    return f"{value:.2f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A range of values, linear or logarithmic, and what they are."""
+    """A range of values, linear or logarithmic, and their label."""
 
     low: float
     high: float
     label: str = ""
     log: bool = False
     ticks: tuple[float, ...] | None = None
-    """Where to put numbers; None for round values."""
+    """Values that carry a number; None for round ones."""
 
     def fraction(self, value: float) -> float:
-        """Return where a value lies, 0 at the low end and 1 at the high end, and never outside."""
+        """Return the place of a value, 0 at the low end and 1 at the high end, never outside."""
         low, high = self.low, self.high
         if self.log:
             value, low, high = math.log(max(value, low)), math.log(low), math.log(high)
@@ -38,29 +62,22 @@ class Axis:
         """Return the values that carry a number."""
         if self.ticks is not None:
             return [t for t in self.ticks if self.low <= t <= self.high]
-        return _log_marks(self.low, self.high) if self.log else _marks(self.low, self.high)
+        if self.log:
+            return self._decades()
+        step = nice_above((self.high - self.low) / 5)
+        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        return [k * step for k in range(first, last + 1)]
 
-
-def _marks(low: float, high: float) -> list[float]:
-    step = nice_above((high - low) / 5)
-    first = math.ceil(low / step - 1e-9)
-    return [k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
-
-
-def _log_marks(low: float, high: float) -> list[float]:
-    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    digits = (1,) if math.log10(high / low) > 2 else (1, 2, 5)
-    marks = [d * 10.0**k for k in decades for d in digits]
-    return [mark for mark in marks if low * (1 - 1e-9) <= mark <= high * (1 + 1e-9)]
-
-
-def number(value: float) -> str:
-    """Return a round number for an axis, with a proper minus."""
-    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
+    def _decades(self) -> list[float]:
+        low, high = math.log10(self.low), math.log10(self.high)
+        digits = (1,) if high - low > 2 else (1, 2, 5)
+        powers = range(math.floor(low), math.ceil(high) + 1)
+        marks = [digit * 10.0**power for power in powers for digit in digits]
+        return [m for m in marks if self.low * (1 - 1e-9) <= m <= self.high * (1 + 1e-9)]
 
 
 class Panel:
-    """One plot.
+    """Axes to draw in; a template writes the panel as SVG.
 
     Args:
         title: Above it.
@@ -81,16 +98,17 @@ class Panel:
         height: float = 280,
         left: float = LEFT,
     ) -> None:
-        self.x_axis, self.y_axis = x, y
+        self.title, self.x_axis, self.y_axis = title, x, y
+        self.width, self.height = width, height
         self.left, self.right = left, width - RIGHT
         self.top, self.bottom = TOP + (12.0 if y.label else 0.0), height - BOTTOM
-        self.root: Element = tag(
-            "svg",
-            tag("text", title, class_="title", x=4, y=14),
-            viewBox=f"0 0 {width:g} {height:g}",
-            role="img",
-            aria_label=title,
-            class_="panel",
+        self.parts = [element("text", title, class_="title", x=4, y=14)]
+
+    def __html__(self) -> str:
+        """Return the panel as SVG."""
+        box = f"0 0 {self.width:g} {self.height:g}"
+        return element(
+            "svg", *self.parts, viewBox=box, role="img", aria_label=self.title, class_="panel"
         )
 
     def x(self, value: float) -> float:
@@ -101,22 +119,21 @@ class Panel:
         """Return the vertical place of a value."""
         return self.bottom - (self.bottom - self.top) * self.y_axis.fraction(value)
 
-    def add(self, name: str, *children: Element | str, **attributes: object) -> Element:
-        """Add an SVG element in the panel's own units."""
-        element = tag(name, *children, **attributes)
-        self.root.append(element)
-        return element
+    def add(self, name: str, hint: str = "", /, **attributes: object) -> None:
+        """Add an SVG element in the panel's own units; the hint shows under the mouse."""
+        children = (element("title", hint),) if hint else ()
+        self.parts.append(element(name, *children, **attributes))
 
     def grid(self, *, horizontal: bool = True, vertical: bool = True) -> "Panel":
         """Draw lines at round values, their numbers, and the axes' labels."""
         if vertical:
             for mark in self.x_axis.marks():
                 self.vertical(mark, "grid")
-                self.text(self.x(mark), self.bottom + 18, number(mark), "tick middle")
+                self.text(self.x(mark), self.bottom + 18, _number(mark), "tick middle")
         if horizontal:
             for mark in self.y_axis.marks():
                 self.horizontal(mark, "grid")
-                self.text(self.left - 6, self.y(mark) + 4, number(mark), "tick end")
+                self.text(self.left - 6, self.y(mark) + 4, _number(mark), "tick end")
         self.text(self.right, self.bottom + 35, self.x_axis.label, "tick end")
         self.text(4, TOP - 2, self.y_axis.label, "tick")
         return self
@@ -131,29 +148,25 @@ class Panel:
         x = self.x(value)
         self.add("line", x1=x, x2=x, y1=self.top, y2=self.bottom, class_=class_)
 
-    def threshold(
-        self, value: float, words: str, *, vertical: bool = False, below: bool = False
-    ) -> None:
-        """Draw the dashed line of a limit, with its words, where it lies within the axis."""
-        axis = self.x_axis if vertical else self.y_axis
-        if not axis.low <= value <= axis.high:
-            return
-        if vertical:
-            self.vertical(value, "threshold")
-            beyond = self.x(value) > 0.6 * self.right
-            side = "end" if beyond else ""
-            at = self.x(value) + (-4 if beyond else 4)
-            self.text(at, self.top - 4, words, f"threshold-words {side}")
-        else:
+    def threshold(self, value: float, words: str, *, below: bool = False) -> None:
+        """Draw the dashed line of a limit across, with its words, where it is within the axis."""
+        if self.y_axis.low <= value <= self.y_axis.high:
             self.horizontal(value, "threshold")
             below = below or self.y(value) < self.top + 14
             at = self.y(value) + (13 if below else -4)
             self.text(self.right - 2, at, words, "threshold-words end")
 
+    def upright_threshold(self, value: float, words: str) -> None:
+        """Draw the dashed line of a limit from top to bottom, likewise."""
+        if self.x_axis.low <= value <= self.x_axis.high:
+            self.vertical(value, "threshold")
+            side, shift = ("end", -4) if self.x(value) > 0.6 * self.right else ("", 4)
+            self.text(self.x(value) + shift, self.top - 4, words, f"threshold-words {side}")
+
     def text(self, x: float, y: float, words: str, class_: str) -> None:
         """Write words at a place in the panel's own units."""
         if words:
-            self.add("text", words, x=x, y=y, class_=class_)
+            self.parts.append(element("text", words, x=x, y=y, class_=class_))
 
     def line(self, points: Sequence[tuple[float, float]], class_: str) -> None:
         """Draw a line through values."""
@@ -161,9 +174,12 @@ class Panel:
         self.add("polyline", points=path, class_=class_)
 
     def dot(self, x: float, y: float, class_: str, hint: str = "", size: float = 3) -> None:
-        """Draw a dot at a value; the hint shows under the mouse."""
-        children = (tag("title", hint),) if hint else ()
-        self.add("circle", *children, cx=self.x(x), cy=self.y(y), r=size, class_=class_)
+        """Draw a dot at a value."""
+        self.add("circle", hint, cx=self.x(x), cy=self.y(y), r=size, class_=class_)
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
 
 
 def to_scale(
@@ -173,7 +189,7 @@ def to_scale(
 
     Args:
         title: Above it.
-        points: What it is to hold, shape (N, 2).
+        points: Points that it is to hold, shape (N, 2).
         labels: Of the axes.
         room: Beside the outermost points.
         width: Of the axes at most, in the panel's units.
@@ -187,7 +203,7 @@ def to_scale(
 
 
 class Rows(Panel):
-    """A plot with a named row for each thing.
+    """A panel with a named row for each thing.
 
     Args:
         title: Above it.
@@ -198,22 +214,15 @@ class Rows(Panel):
     """
 
     def __init__(
-        self,
-        title: str,
-        names: Sequence[str],
-        x: Axis,
-        *,
-        pitch: float = 24,
-        bare: bool = False,
+        self, title: str, names: Sequence[str], x: Axis, *, pitch: float = 24, bare: bool = False
     ) -> None:
-        height = TOP + BOTTOM + pitch * len(names)
         longest = max((len(name) for name in names), default=0)
         super().__init__(
             title,
             x,
             Axis(0, max(len(names), 1)),
-            height=height,
-            left=min(24 + 6.6 * min(longest, 18), 150),
+            height=TOP + BOTTOM + pitch * len(names),
+            left=min(24 + 6.6 * min(longest, LONGEST), 150),
         )
         self.pitch = pitch
         if not bare:
@@ -227,18 +236,19 @@ class Rows(Panel):
                 self.add("line", x1=4, x2=self.right, y1=y, y2=y, class_="grid")
 
     def _name(self, i: int, name: str) -> None:
-        shown = name if len(name) <= 18 else f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
-        place = {"x": self.left - 8, "y": self.row(i) + 4}
-        self.add("text", tag("title", name), shown, **place, class_="tick end")
+        shown = name
+        if len(name) > LONGEST:
+            shown = f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
+        place = {"x": self.left - 8, "y": self.row(i) + 4, "class_": "tick end"}
+        self.parts.append(element("text", element("title", name), shown, **place))
 
     def row(self, i: int) -> float:
         """Return the height of a row's middle."""
         return self.top + self.pitch * (i + 0.5)
 
-    def mark(self, i: int, value: float, class_: str, hint: str = "", size: float = 4) -> None:
+    def mark(self, i: int, value: float, class_: str, hint: str = "", size: float = 5.5) -> None:
         """Draw a dot in a row."""
-        children = (tag("title", hint),) if hint else ()
-        self.add("circle", *children, cx=self.x(value), cy=self.row(i), r=size, class_=class_)
+        self.add("circle", hint, cx=self.x(value), cy=self.row(i), r=size, class_=class_)
 
     def span(self, i: int, low: float, high: float, class_: str, thick: float = 2) -> None:
         """Draw a bar from one value to another in a row."""

@@ -41,7 +41,8 @@ class View {
     orbit.views.push(this);
     this.listen();
     new ResizeObserver(() => this.request()).observe(canvas);
-    addEventListener("beforeprint", () => this.paint());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.request());
+    for (const event of ["beforeprint", "afterprint"]) addEventListener(event, () => this.paint());
   }
 
   listen() {
@@ -106,10 +107,16 @@ class View {
     canvas.height = Math.round(this.height * ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.sine = [Math.sin(orbit.yaw), Math.sin(orbit.pitch)];
+    this.style = getComputedStyle(canvas);
     this.cosine = [Math.cos(orbit.yaw), Math.cos(orbit.pitch)];
     this.draw(this);
     canvas.dataset.yaw = orbit.yaw.toFixed(4);
     canvas.dataset.pitch = orbit.pitch.toFixed(4);
+  }
+
+  // A colour of the style sheet, by its name: it follows light and dark mode.
+  colour(name) {
+    return this.style.getPropertyValue(`--${name}`).trim();
   }
 
   // Where a point [x, y, z] lies: right, down, and towards the eye, in pixels.
@@ -136,7 +143,7 @@ class View {
       else context.moveTo(x, y);
     });
     context.setLineDash(dash);
-    context.strokeStyle = colour;
+    context.strokeStyle = this.colour(colour);
     context.lineWidth = width;
     context.lineJoin = context.lineCap = "round";
     context.stroke();
@@ -149,27 +156,28 @@ class View {
     context.beginPath();
     context.arc(x, y, radius, 0, 2 * Math.PI);
     if (hollow) {
-      context.fillStyle = "#ffffff";
-      context.strokeStyle = colour;
+      context.fillStyle = this.colour("page");
+      context.strokeStyle = this.colour(colour);
       context.lineWidth = 1.2;
       context.fill();
       context.stroke();
     } else {
-      context.fillStyle = colour;
+      context.fillStyle = this.colour(colour);
       context.fill();
     }
   }
 
-  text(point, words, colour = "#5d6673", dx = 4, dy = -4) {
+  text(point, words, colour = "muted", dx = 4, dy = -4) {
     const [x, y] = this.project(point);
-    this.context.fillStyle = colour;
+    this.context.fillStyle = this.colour(colour);
     this.context.font = "12px system-ui, sans-serif";
     this.context.fillText(words, x + dx, y + dy);
   }
 
   // Flat-shaded triangles, the farthest first; each is [a, b, c] with corners in space.
-  triangles(faces, rgb) {
+  triangles(faces, colour) {
     const context = this.context;
+    const rgb = this.colour(colour).split(" ").map(Number);
     const shown = faces.map((face) => face.map((corner) => this.project(corner)));
     const depth = (face) => face[0][2] + face[1][2] + face[2][2];
     shown.sort((a, b) => depth(a) - depth(b));

@@ -2,8 +2,6 @@
 // What moves in the report: the two views in space, and the answer for the task's tolerance.
 
 const figures = JSON.parse(document.getElementById("figures").textContent);
-const NOMINAL = "#c4511d";
-const CALIBRATED = "#0b63a5";
 const control = (name) => document.querySelector(`[data-control="${name}"]`);
 
 function errorsScene() {
@@ -23,14 +21,13 @@ function errorsScene() {
 
   for (const canvas of document.querySelectorAll('canvas[data-scene="errors"]')) {
     const model = canvas.dataset.model;
-    const colour = model === "nominal" ? NOMINAL : CALIBRATED;
     new View(canvas, orbit, (view) => {
       view.centre = [0, 0, 0];
       view.scale = Math.min(view.width, view.height) / (3.05 * half);
       box(view, half);
       const samples = figures.samples.filter(chosen).map((row) => [row[model], row]);
       samples.sort((a, b) => view.project(a[0])[2] - view.project(b[0])[2]);
-      for (const [point, row] of samples) view.dot(point, 2.8, colour, role(row) === "train");
+      for (const [point, row] of samples) view.dot(point, 2.8, model, role(row) === "train");
       if (limit) ring(view, limit);
       canvas.dataset.points = samples.length;
     });
@@ -42,14 +39,14 @@ function box(view, half) {
   const ends = [-half, half];
   for (const a of ends) {
     for (const b of ends) {
-      view.line([[-half, a, b], [half, a, b]], "#dfe3e8");
-      view.line([[a, -half, b], [a, half, b]], "#dfe3e8");
-      view.line([[a, b, -half], [a, b, half]], "#dfe3e8");
+      view.line([[-half, a, b], [half, a, b]], "rule");
+      view.line([[a, -half, b], [a, half, b]], "rule");
+      view.line([[a, b, -half], [a, b, half]], "rule");
     }
   }
   const words = `${+(1e3 * half).toPrecision(3)} mm`;
   [["x", [half, 0, 0]], ["y", [0, half, 0]], ["z", [0, 0, half]]].forEach(([name, end]) => {
-    view.line([end.map((v) => -v), end], "#b8c0ca");
+    view.line([end.map((v) => -v), end], "axis");
     view.text(end, `${name} ${words}`);
   });
 }
@@ -59,7 +56,7 @@ function ring(view, radius) {
   context.beginPath();
   context.arc(view.width / 2, view.height / 2, radius * view.scale * view.orbit.zoom, 0, 2 * Math.PI);
   context.setLineDash([4, 3]);
-  context.strokeStyle = "#1a1d21";
+  context.strokeStyle = view.colour("ink");
   context.lineWidth = 1.2;
   context.stroke();
   context.setLineDash([]);
@@ -81,14 +78,16 @@ function armScene() {
     view.scale = Math.min(view.width / 1.05, view.height / 0.8) / size;
     ground(view, arm.reach);
     if (overlay.checked) {
-      for (const k of every) view.line(arm.calibrated[k], "rgb(11 99 165 / 0.07)", 2);
-      for (const k of every) view.line(apart(k), "rgb(196 81 29 / 0.07)", 2);
+      view.context.globalAlpha = 0.07;
+      for (const k of every) view.line(arm.calibrated[k], "calibrated", 2);
+      for (const k of every) view.line(apart(k), "nominal", 2);
+      view.context.globalAlpha = 1;
     }
     sockets(view);
     const k = +slider.value;
     bodies(view, k);
-    links(view, apart(k), NOMINAL, [7, 5]);
-    links(view, arm.calibrated[k], CALIBRATED, []);
+    links(view, apart(k), "nominal", [7, 5]);
+    links(view, arm.calibrated[k], "calibrated", []);
     canvas.dataset.configuration = k;
   });
   for (const input of [slider, factor, overlay]) {
@@ -115,18 +114,18 @@ function bodies(view, configuration) {
     return mesh.faces.map((face) => face.map((i) => placed[i]));
   });
   view.context.globalAlpha = 0.85;
-  view.triangles(faces, [214, 220, 228]);
+  view.triangles(faces, "arm");
   view.context.globalAlpha = 1;
 }
 
 function ground(view, reach) {
   const count = Math.ceil(reach / 0.2);
   for (let k = -count; k <= count; k += 1) {
-    view.line([[0.2 * k, -0.2 * count, 0], [0.2 * k, 0.2 * count, 0]], "#e6e9ed");
-    view.line([[-0.2 * count, 0.2 * k, 0], [0.2 * count, 0.2 * k, 0]], "#e6e9ed");
+    view.line([[0.2 * k, -0.2 * count, 0], [0.2 * k, 0.2 * count, 0]], "rule");
+    view.line([[-0.2 * count, 0.2 * k, 0], [0.2 * count, 0.2 * k, 0]], "rule");
   }
   [["x", [0.2, 0, 0]], ["y", [0, 0.2, 0]], ["z", [0, 0, 0.2]]].forEach(([name, end]) => {
-    view.line([[0, 0, 0], end], "#5d6673", 1.5);
+    view.line([[0, 0, 0], end], "muted", 1.5);
     view.text(end, name);
   });
 }
@@ -134,9 +133,9 @@ function ground(view, reach) {
 function sockets(view) {
   for (const placement of figures.placements) {
     const centres = placement.sockets.map((socket) => socket.centre);
-    view.line(centres, "#1a1d21", 5);
-    for (const centre of centres) view.dot(centre, 4, "#1a1d21", true);
-    view.text(centres[0], placement.name.split("/").pop(), "#1a1d21", 7, 14);
+    view.line(centres, "ink", 5);
+    for (const centre of centres) view.dot(centre, 4, "ink", true);
+    view.text(centres[0], placement.name.split("/").pop(), "ink", 7, 14);
   }
 }
 
@@ -170,10 +169,12 @@ function toleranceControl() {
   input.addEventListener("input", show);
 }
 
-// On paper everything is open.
+// On paper everything is open, and light.
 addEventListener("beforeprint", () => {
+  document.documentElement.classList.add("paper");
   for (const details of document.querySelectorAll("details")) details.open = true;
 });
+addEventListener("afterprint", () => document.documentElement.classList.remove("paper"));
 
 if (document.querySelector("canvas")) {
   errorsScene();

@@ -1,5 +1,0 @@
-"""What every page is made of: elements, tables, numbers, the style sheet and the scripts."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

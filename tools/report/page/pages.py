@@ -1,0 +1,156 @@
+"""Pages of a report, a comparison, a fleet and a simulated experiment: values for templates."""
+
+import base64
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from urllib.parse import quote
+
+from ....solver.assessment import joined, mm, plural, short_names
+from ...experiments import Drawing, Insertions, ModelTrials, SimulationDocument
+from ...fleet import FleetArm, FleetDocument, FleetSession
+from ..figures import ComparisonDocument, ReportDocument, comparison_sentence
+from ..plots import Plot, comparison_plots, shown_unit, simulation_plot
+from .page import render
+from .tolerance import answers_by_tolerance
+
+
+def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
+    """Return the report of a calibration as HTML.
+
+    Args:
+        report: The figures.
+        plots: The plots by section; that of the first section stands with the answers.
+    """
+    (_, (table_map,)), *sections = plots.items()
+    role, judged = report.summary.judged
+    settings = report.provenance.settings.items()
+    return render(
+        "report.html.j2",
+        report,
+        {"by-tolerance": answers_by_tolerance(report)},
+        report=report,
+        names=short_names([row.name for row in report.placements]),
+        role=role,
+        judged=judged,
+        role_name={"test": "held out", "train": "trained on"}.__getitem__,
+        degrees=math.degrees(1),
+        settings=", ".join(f"{k} {v}" for k, v in settings if v not in (None, [], "", False)),
+        shown_unit=shown_unit,
+        table_map=table_map,
+        sections=[(title, group) for title, group in sections if group],
+    )
+
+
+def comparison_page(result: ComparisonDocument) -> str:
+    """Return the comparison of calibrations as HTML."""
+    return render(
+        "comparison.html.j2",
+        result,
+        result=result,
+        sentences=[comparison_sentence(result, pair) for pair in result.pairs],
+        plots=comparison_plots(result),
+        names=short_names([row.name for row in result.placements]),
+    )
+
+
+def fleet_page(result: FleetDocument) -> str:
+    """Return the fleet as HTML."""
+    summary = summary_of(result)
+    return render(
+        "fleet.html.j2", result, result=result, summary=summary, status=_status, link=_link
+    )
+
+
+def summary_of(result: FleetDocument) -> str:
+    """Return the state of the fleet in a sentence."""
+    last = [arm.sessions[-1].status if arm.error is None else "error" for arm in result.arms]
+    passed = last.count("pass")
+    todo = sum(arm.again is not None for arm in result.arms)
+    drifted = sum(
+        session.drift is not None and session.drift.status == "invalid"
+        for arm in result.arms
+        for session in arm.sessions[-1:]
+    )
+    arms = plural(len(result.arms), "arm")
+    return f"{passed} of {arms} pass; {drifted} drifted since the session before; {todo} to look at"
+
+
+def line_of(arm: FleetArm) -> tuple[str, str, str, str, str]:
+    """Return an arm's row for a terminal: name, session, nominal, calibrated, verdict."""
+    if not arm.sessions:
+        return (arm.name, "-", "-", "-", "no calibration")
+    session = arm.sessions[-1]
+    status = _status(session) if arm.error is None else "no calibration of the last session"
+    return (arm.name, session.name or "-", mm(session.nominal), mm(session.calibrated), status)
+
+
+def _status(session: FleetSession) -> str:
+    words = {"pass": "PASS", "fail": "FAIL", "incomplete": "not evaluated"}
+    return words.get(session.status, session.status)
+
+
+def _link(arm: FleetArm) -> str:
+    """Return the address of the report of an arm's last session, as seen from the page."""
+    session = arm.sessions[-1]
+    parts = (arm.name, session.name, Path(session.outputs["report"]).name)
+    return "/".join(quote(part) for part in parts if part)
+
+
+_PLACES = {"centre": "where it was taught", "cross": "on the X", "drawing": "drawing"}
+
+
+def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -> str:
+    """Return a simulated experiment with two models side by side as HTML.
+
+    Args:
+        result: Results with both models.
+        pictures: The files' contents by name; none where they could not be made.
+    """
+    models = [*([] if result.beside is None else [("beside.", result.beside)]), ("", result)]
+    places = ["drawing"] if result.drawing is not None else list(_insertions(result))
+    return render(
+        "simulation.html.j2",
+        result,
+        result=result,
+        sentence=_sentence(result, [model for _, model in models]),
+        places=[
+            (place, _PLACES[place], Path(model.model).name, f"{start}{place}.")
+            for place in places
+            for start, model in models
+        ],
+        pictures={
+            name: f"data:image/{name.rpartition('.')[2]};base64,{base64.b64encode(file).decode()}"
+            for name, file in pictures.items()
+        },
+        plot=simulation_plot(result),
+    )
+
+
+def _insertions(model: ModelTrials) -> dict[str, Insertions]:
+    """Return the trials by the place where pegs were inserted."""
+    places = {"centre": model.centre, "cross": model.cross}
+    return {place: trials for place, trials in places.items() if trials is not None}
+
+
+def _sentence(result: SimulationDocument, models: Sequence[ModelTrials]) -> str:
+    """Return the result in words."""
+    parts = [_drawn(m, m.drawing) if m.drawing else _inserted(m) for m in models]
+    where = f"Into a hole of {1e3 * result.hole:g} mm: " if result.hole else ""
+    text = f"{where}{'; '.join(parts)}. Gains, friction and starts are the same for both."
+    return text[0].upper() + text[1:]
+
+
+def _drawn(model: ModelTrials, lines: Drawing) -> str:
+    return (
+        f"the {Path(model.model).name} model's {lines.retracings} lines lie {mm(lines.spread)} "
+        f"apart on average and {mm(lines.max_spread)} at most"
+    )
+
+
+def _inserted(model: ModelTrials) -> str:
+    counts = [
+        f"{trials.inserted} of {trials.trials} {_PLACES[place]}"
+        for place, trials in _insertions(model).items()
+    ]
+    return f"with the {Path(model.model).name} model {joined(counts)}"
