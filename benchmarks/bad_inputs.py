@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 import mukca
-from mukca.recorder.convert import write_holes
+from mukca.recorder import write_holes
 from mukca.tools.cli import main as mukca_main
 from mukca.tools.simulation import Base, perturb, record
 

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from mukca.recorder.convert import write_holes
+from mukca.recorder import write_holes
 from mukca.tools.cli import main as mukca
 from mukca.tools.cli.commands.demo import DEMO_SEED, demo_arm
 from mukca.tools.experiments.cell import Cell, build_cell

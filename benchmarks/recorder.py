@@ -28,7 +28,7 @@ from urllib.request import urlopen
 import numpy as np
 import psutil
 
-from mukca.recorder.convert import write_holes
+from mukca.recorder import write_holes
 from mukca.solver.robot import load_robot
 from mukca.tools.simulation import Base, perturb
 from mukca.tools.simulation import record as record_arm

@@ -18,8 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mukca.recorder import read_placement
-from mukca.recorder.convert import write_holes
+from mukca.recorder import read_placement, write_holes
 from mukca.solver.data import measure
 from mukca.solver.paper import Problem, build_problem, solve
 from mukca.solver.robot import load_robot

@@ -1,5 +1,7 @@
+# keep: write_holes
 from .convert import hole_files as hole_files
 from .convert import sample_files as sample_files
+from .convert import write_holes as write_holes
 from .csv_files import RecordingError as RecordingError
 from .csv_files import read_table as read_table
 from .dataset import find_placements as find_placements
@@ -8,16 +10,15 @@ from .dataset import placement_name as placement_name
 from .dataset import placements_in as placements_in
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
+from .metadata import METADATA as METADATA
 from .metadata import Metadata as Metadata
-from .metadata import merged as merged
+from .metadata import read_distance as read_distance
+from .metadata import read_metadata as read_metadata
 from .metadata import set_distance as set_distance
 from .metadata import sync_folder as sync_folder
 from .metadata import write_metadata as write_metadata
 from .placement import SOCKETS as SOCKETS
 from .placement import Placement as Placement
-from .placement_json import METADATA as METADATA
-from .placement_json import read_distance as read_distance
-from .placement_json import read_metadata as read_metadata
 from .samples import REDO as REDO
 from .samples import RELABEL as RELABEL
 from .samples import SAMPLES as SAMPLES
@@ -29,5 +30,5 @@ from .samples import header_line as header_line
 from .samples import mark_line as mark_line
 from .samples import read_samples as read_samples
 from .stream_log import StreamLog as StreamLog
-from .stream_log import next_file as next_file
-from .stream_log import read_kept as read_kept
+from .stream_log import next_log_file as next_log_file
+from .stream_log import read_stream_log as read_stream_log

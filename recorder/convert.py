@@ -1,11 +1,11 @@
-"""Writes a placement as files of either form, ``samples.csv`` or ``hole_0.csv`` and so on."""
+"""Conversion of a placement to files of either form: ``samples.csv``, or ``hole_0.csv`` etc."""
 
 import json
 from dataclasses import replace
 from pathlib import Path
 
+from .metadata import METADATA
 from .placement import Placement
-from .placement_json import METADATA
 from .samples import SAMPLES, capture_line, header_line
 
 
@@ -15,12 +15,9 @@ def hole_files(placement: Placement) -> dict[str, bytes]:
     One configuration a line, without a header; the numbers read back exactly. Times, spreads and
     efforts have no place in this form and are left out.
 
-    Args:
-        placement: What to write.
-
     Returns:
         The content of each file by its name; among them ``placement.json`` where the placement
-        knows the distance between its sockets.
+        has the distance between its sockets.
     """
     files: dict[str, bytes] = {}
     for sample in placement.samples:
@@ -31,11 +28,9 @@ def hole_files(placement: Placement) -> dict[str, bytes]:
 
 
 def write_holes(placement: Placement, folder: Path) -> None:
-    """Write ``hole_0.csv``, ``hole_1.csv``, ... into a folder, and no ``placement.json``.
+    """Write ``hole_0.csv``, ``hole_1.csv``, ... into a folder, without a ``placement.json``.
 
-    Args:
-        placement: What to write.
-        folder: Where to; made if it does not exist. Files of these names are overwritten.
+    The folder is made if it does not exist; files of these names are overwritten.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in hole_files(replace(placement, distance=None)).items():
@@ -47,12 +42,9 @@ def sample_files(placement: Placement) -> dict[str, bytes]:
 
     Samples are numbered anew, from 1. Joints without a name are called joint1, joint2, ...
 
-    Args:
-        placement: What to write.
-
     Returns:
         The content of each file by its name; among them ``placement.json`` where the placement
-        knows the distance between its sockets.
+        has the distance between its sockets.
     """
     count = len(placement.samples[0].position)
     names = placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))

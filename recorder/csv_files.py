@@ -11,7 +11,7 @@ from pathlib import Path
 from ..errors import MukcaError
 
 _NAME = re.compile(r"[^\W\d][\w./:()\[\] -]*")
-"""What a joint may be called: a letter first."""
+"""Name of a joint: a letter first."""
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
 _DECIMAL_COMMAS = re.compile(r"[+-]?\d+,\d+(\s+[+-]?\d+,\d+)+")
 
@@ -88,11 +88,7 @@ def _with_points(cells: Sequence[str]) -> list[str]:
 
 
 def _header(file: Path, line: int, cells: Sequence[str]) -> tuple[str, ...] | None:
-    """Return a line's cells as names if none of them is a number.
-
-    Raises:
-        RecordingError: They are neither all names nor all numbers.
-    """
+    """Return a line's cells as names if none of them is a number."""
     if any(_is_number(cell) or not cell.strip() for cell in cells):
         return None
     names = tuple(cell.strip() for cell in cells)

@@ -1,55 +1,9 @@
-"""Recordings: what was captured at each position of the socket base, and the files that hold it.
+"""Recordings in a folder: finding placements, and reading ``samples.csv`` or other forms.
 
-A *placement* is one position of the socket base, and the folder with the samples taken there. A
-*sample* is one configuration of the arm with the ball in a socket. A placement's folder may have
-either of two forms:
-
-``samples.csv``
-    What ``mukca record`` writes: a header, then one line an event, only ever appended.
-
-    ============  =====  ===================================================================
-    column        unit   meaning
-    ============  =====  ===================================================================
-    event                ``capture``; or ``undo``, which takes an earlier capture back,
-                         ``redo``, which brings it again, ``relabel``, which gives it a socket
-    sample               number of the capture, from 1; else of the one that is meant
-    socket               number of the socket in which the ball sat, from 0
-    time          s      host's clock, since 1970-01-01 UTC
-    stamp         s      the robot's own time of the last averaged state
-    states               how many joint states were averaged
-    position.J    rad    mean position of joint J; m where the joint is prismatic
-    spread.J      rad    standard deviation of the position of joint J over those states
-    effort.J      N m    mean effort that joint J exerted on the arm beyond it, at rest equal
-                         to the gravity torque; empty where the robot does not measure it
-    ============  =====  ===================================================================
-
-    All ``position`` columns come first, in chain order, then all ``spread``, then all
-    ``effort``. ``time``, ``stamp`` and ``spread`` are empty where a converted recording does not
-    know them. Numbers read back exactly as they were measured. A line without a line break at
-    the end of the file was torn off by a crash: it is not read, and :attr:`Placement.remarks`
-    says so.
-
-``hole_0.csv``, ``hole_1.csv``, ...
-    One file a socket, one configuration a line: joint positions in chain order [rad], [m] for a
-    prismatic joint, separated by commas. A header with the joints' names may stand first. This is
-    the form of the paper's authors. Semicolons, tabs and blanks between the numbers are read too,
-    with decimal points or decimal commas.
-
-``points.csv``
-    What an instrument measured (laser tracker, motion capture): a header with the joints' names in
-    chain order, then ``x``, ``y``, ``z``. One configuration a line: joint positions [rad], and
-    where the ball was in the instrument's frame [m]; other units stand in the header, as ``x [mm]``
-    or ``JOINT [deg]``. No socket is needed.
-
-``placement.json``
-    Beside each form, optional there: an object whose key ``distance`` is the distance between
-    the sockets' centres [m], ``frame`` the name of the instrument's frame, ``robot_name`` whose
-    recording it is where there are several arms, and ``place`` which base it is, where the
-    folder's own name does not say so. ``mukca record`` also writes ``robot``, ``model_sha256``,
-    ``joints``, ``units``, ``sockets``, ``socket`` (the one in which the ball was last), and under
-    ``sessions``, for each time that it was started there: ``driver``, ``started`` (UTC),
-    ``window`` [s], ``still`` [rad], ``version``, and what the operator had to say. Under
-    ``changes`` stands what ``mukca info --set-distance`` changed, and when.
+A *placement* is one position of the socket base, and the folder with the samples taken there; a
+*sample* is one configuration of the arm with the ball in a socket. The folder holds ``samples.csv``
+(by ``mukca record``), ``hole_0.csv`` and ``hole_1.csv`` (of the paper's authors), or ``points.csv``
+(by an instrument), and beside it ``placement.json``. docs/recording.md has their columns and keys.
 """
 
 import math
@@ -59,21 +13,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from .csv_files import RecordingError, read_table
+from .metadata import METADATA, read_keys
 from .placement import Placement
-from .placement_json import METADATA, read_distance, read_name
 from .samples import SAMPLES, Sample, read_samples
-
-__all__ = [
-    "Placement",
-    "RecordingError",
-    "Sample",
-    "find_placements",
-    "is_placement",
-    "placement_name",
-    "placements_in",
-    "read_placement",
-    "read_placements",
-]
 
 POINTS = "points.csv"
 _AXES = ("x", "y", "z")
@@ -123,7 +65,7 @@ def placements_in(folder: Path) -> list[Path]:
 
 
 def is_placement(folder: Path) -> bool:
-    """Tell whether a folder holds a recording."""
+    """Return whether a folder holds a recording."""
     return any((folder / name).exists() for name in (SAMPLES, POINTS)) or bool(_holes(folder))
 
 
@@ -173,8 +115,14 @@ def read_placement(folder: Path) -> Placement:
         placement = _read_recorded(folder)
     else:
         placement = _read_holes(folder, holes)
-    names = {key: read_name(folder / METADATA, key) for key in ("frame", "robot_name", "place")}
-    return replace(placement, **{key: name for key, name in names.items() if name is not None})
+    keys = read_keys(folder / METADATA)
+    return replace(
+        placement,
+        distance=None if placement.samples[0].point else keys.distance,
+        frame=keys.frame,
+        robot_name=keys.robot_name,
+        place=keys.place or placement.place,
+    )
 
 
 def _holes(folder: Path) -> list[tuple[int, Path]]:
@@ -196,7 +144,6 @@ def _read_recorded(folder: Path) -> Placement:
         name=placement_name(folder),
         samples=content.live,
         joint_names=content.joint_names,
-        distance=read_distance(folder / METADATA),
         files=(file,),
         remarks=(torn,) if content.torn.strip() else (),
     )
@@ -224,7 +171,6 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         name=placement_name(folder),
         samples=samples,
         joint_names=first.header,
-        distance=read_distance(folder / METADATA),
         files=tuple(file for _, file in holes),
     )
 
@@ -271,5 +217,5 @@ def _scale(file: Path, column: re.Match[str]) -> float:
 
 
 def placement_name(folder: Path) -> str:
-    """Return what a placement is called: its folder's name after its parent's."""
+    """Return a placement's name: its folder's name after its parent's."""
     return "/".join(folder.resolve().parts[-2:]).lstrip("/")

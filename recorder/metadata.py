@@ -1,6 +1,5 @@
-"""What is written once beside the samples, ``placement.json``: robot, joints, socket distance."""
+"""``placement.json``: robot, joints, socket distance and sessions, beside the samples."""
 
-import fcntl
 import json
 import os
 from collections.abc import Generator, Mapping
@@ -8,18 +7,35 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, cast
+
+import msgspec
 
 from .._version import __version__
 from .csv_files import RecordingError
 from .placement import SOCKETS
-from .placement_json import METADATA, read_distance, read_metadata
 from .samples import SAMPLES
+
+METADATA = "placement.json"
+_Name = Annotated[str, msgspec.Meta(pattern=r"\A[\w.-]+\Z")]
+
+
+class PlacementKeys(msgspec.Struct, frozen=True):
+    """Those keys of ``placement.json`` that a recording is read by, where it has them."""
+
+    distance: Annotated[float, msgspec.Meta(gt=0)] | None = None
+    """Distance between the centres of sockets 0 and 1 [m]."""
+    frame: _Name | None = None
+    """Name of the instrument's frame."""
+    robot_name: _Name | None = None
+    """Name of the robot among several."""
+    place: _Name | None = None
+    """Name of the socket base's position."""
 
 
 @dataclass(frozen=True)
 class Metadata:
-    """What is written once, beside the samples."""
+    """Contents of ``placement.json`` that one start of the recorder gives."""
 
     robot: str
     joints: tuple[str, ...]
@@ -31,12 +47,12 @@ class Metadata:
     sockets: int = SOCKETS
     model_sha256: str = ""
     robot_name: str = ""
-    """Which of several robots it is; empty for the only one."""
+    """Name of the robot among several; empty for the only one."""
     session: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """What holds only for this start of the recorder: driver, window, notes."""
+    """Driver, window and notes of this start alone."""
 
-    def agreeing(self) -> dict[str, Any]:
-        """What must be the same each time that the placement is recorded on."""
+    def fixed(self) -> dict[str, Any]:
+        """The keys that must be the same each time that the placement is recorded on."""
         return {
             "robot": self.robot,
             "joints": list(self.joints),
@@ -45,22 +61,59 @@ class Metadata:
             **({"robot_name": self.robot_name} if self.robot_name else {}),
         }
 
+    def added_to(self, earlier: dict[str, Any]) -> dict[str, Any]:
+        """Return the file's new contents: the earlier ones, and this start of the recorder."""
+        session = {"started": _now(), "version": __version__, **self.session}
+        return {
+            **earlier,
+            **self.fixed(),
+            "units": list(self.units),
+            "model_sha256": earlier.get("model_sha256", self.model_sha256),
+            "sessions": [*_entries(earlier, "sessions"), session],
+        }
 
-def merged(earlier: dict[str, Any], metadata: Metadata) -> dict[str, Any]:
-    """Return what to write: what stood there, and this start of the recorder."""
-    session = {
-        "started": datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        "version": __version__,
-        **metadata.session,
-    }
-    before = earlier.get("sessions")
-    return {
-        **earlier,
-        **metadata.agreeing(),
-        "units": list(metadata.units),
-        "model_sha256": earlier.get("model_sha256", metadata.model_sha256),
-        "sessions": [*(before if isinstance(before, list) else []), session],
-    }
+
+def read_metadata(file: Path) -> dict[str, Any]:
+    """Return the keys of a ``placement.json``; none where there is no such file.
+
+    Raises:
+        RecordingError: The file cannot be read, or holds no JSON object.
+    """
+    if not file.exists():
+        return {}
+    try:
+        metadata: Any = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise RecordingError(f"{file}: cannot be read as JSON: {error}") from None
+    if not isinstance(metadata, dict):
+        raise RecordingError(f'{file}: expected a JSON object, as in {{"distance": 0.05}}')
+    return cast("dict[str, Any]", metadata)
+
+
+def read_keys(file: Path) -> PlacementKeys:
+    """Return the checked keys of a ``placement.json`` that a recording is read by.
+
+    Raises:
+        RecordingError: The file is no JSON object, the distance is not a positive number, or a
+            name has other characters than letters, digits, and ``. _ -``.
+    """
+    metadata = read_metadata(file)
+    distance = metadata.get("distance")
+    try:
+        if isinstance(distance, float) and not 0 < distance < float("inf"):
+            raise msgspec.ValidationError("expected a positive number of metres - at `$.distance`")
+        return msgspec.convert(metadata, PlacementKeys)
+    except msgspec.ValidationError as error:
+        raise RecordingError(f"{file}: {error}") from None
+
+
+def read_distance(file: Path) -> float | None:
+    """Return the distance between the sockets' centres from a ``placement.json`` [m], or None.
+
+    Raises:
+        RecordingError: As for :func:`read_keys`.
+    """
+    return read_keys(file).distance
 
 
 def write_metadata(file: Path, metadata: dict[str, Any]) -> None:
@@ -85,14 +138,14 @@ def sync_folder(folder: Path) -> None:
 
 
 def set_distance(folder: Path, distance: float) -> float | None:
-    """Correct the distance between a placement's sockets; what it was stays in the file.
+    """Correct the distance between a placement's sockets; the earlier value stays in the file.
 
     Args:
         folder: The placement's.
         distance: Between the centres of sockets 0 and 1 [m].
 
     Returns:
-        What the file said before [m]; None if nothing.
+        The earlier distance [m]; None if there was none.
 
     Raises:
         RecordingError: The file cannot be read or written, or a recorder has it open.
@@ -100,20 +153,24 @@ def set_distance(folder: Path, distance: float) -> float | None:
     file = folder / METADATA
     before = read_distance(file)
     metadata = read_metadata(file)
-    changes = metadata.get("changes")
-    change = {
-        "time": datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        "distance": [before, distance],
-    }
-    known = cast("list[Any]", changes) if isinstance(changes, list) else []
+    changes = [*_entries(metadata, "changes"), {"time": _now(), "distance": [before, distance]}]
     try:
         with _locked(folder / SAMPLES):
-            write_metadata(file, {**metadata, "distance": distance, "changes": [*known, change]})
+            write_metadata(file, {**metadata, "distance": distance, "changes": changes})
     except BlockingIOError:
         raise RecordingError(f"{folder}: mukca record is writing there; finish it first") from None
     except OSError as error:
         raise RecordingError(f"{file}: cannot be written: {error.strerror}") from None
     return before
+
+
+def _entries(metadata: dict[str, Any], key: str) -> list[Any]:
+    entries = metadata.get(key)
+    return cast("list[Any]", entries) if isinstance(entries, list) else []
+
+
+def _now() -> str:
+    return datetime.now(timezone.utc).isoformat(timespec="seconds")
 
 
 @contextmanager
@@ -122,6 +179,8 @@ def _locked(samples: Path) -> Generator[None, None, None]:
     if not samples.exists():
         yield
         return
+    import fcntl  # Windows, which can read recordings, has none
+
     descriptor = os.open(samples, os.O_RDONLY)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,4 +1,4 @@
-"""One placement as a value: its samples, and what is known of how they were taken."""
+"""A placement: the samples taken at one position of the socket base."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from .csv_files import RecordingError
 from .samples import Sample
 
 SOCKETS = 2
-"""How many sockets a base has, where nothing else is said."""
+"""Number of sockets of a base by default."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -35,14 +35,14 @@ class Placement:
     files: tuple[Path, ...] = ()
     """The files that it was read from; empty for a placement that was made in memory."""
     remarks: tuple[str, ...] = ()
-    """What people should know about the files, one line each."""
+    """Remarks on the files for people, one line each."""
     frame: str | None = None
     """The name of the instrument's frame, where one measured; None where the files give none."""
     robot_name: str | None = None
-    """Whose recording it is, where there are several robots."""
+    """Name of the recorded robot, where there are several."""
     place: str = ""
-    """Which base it is: two robots that visited one base recorded the same place. The folder's own
-    name, if ``placement.json`` does not name it."""
+    """Name of the base's position: two robots that visited one base recorded the same place. The
+    folder's own name, if ``placement.json`` gives none."""
 
     def __post_init__(self) -> None:
         if not self.place:

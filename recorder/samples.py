@@ -1,9 +1,7 @@
-"""The file ``samples.csv``: one line an event, as bytes and back.
+"""The file ``samples.csv``: one line an event, written as bytes and parsed.
 
-An event is a capture, or a mark on an earlier one: ``undo`` takes it back, ``redo`` brings it
-again, ``relabel`` says that the ball sat in another socket. The columns are documented in
-:mod:`mukca.recorder.dataset`. A line counts once its line break is written; what stands after
-the last line break was torn off by a crash, and is no event.
+An event is a capture, or a mark on an earlier one: ``undo``, ``redo``, ``relabel``. A line counts
+once its line break is written; bytes after the last one were torn off by a crash, and are no event.
 """
 
 import csv
@@ -14,18 +12,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from .csv_files import RecordingError
-
-__all__ = [
-    "REDO",
-    "RELABEL",
-    "UNDO",
-    "Sample",
-    "SampleFile",
-    "capture_line",
-    "header_line",
-    "mark_line",
-    "read_samples",
-]
 
 SAMPLES = "samples.csv"
 CAPTURE, UNDO, REDO, RELABEL = "capture", "undo", "redo", "relabel"
@@ -56,12 +42,12 @@ class Sample:
     stamp: float | None = None
     """The robot's own time of the last averaged state [s]."""
     states: int = 1
-    """How many joint states were averaged."""
+    """Number of averaged joint states."""
     spread: tuple[float, ...] | None = None
     """Standard deviation of each joint's position over the averaged states [rad], [m] for a
     prismatic joint."""
     point: tuple[float, float, float] | None = None
-    """Where an instrument measured the ball, in its own frame [m]; None for a ball in a socket."""
+    """Ball's position by an instrument, in its frame [m]; None for a ball in a socket."""
 
     def __repr__(self) -> str:
         position = ", ".join(f"{value:.4f}" for value in self.position)

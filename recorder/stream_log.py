@@ -1,12 +1,9 @@
-"""All states of a session in one compact file beside its samples, to look at them again.
+"""Log of all joint states of a session in one compact file beside its samples.
 
-The file begins with a line that holds its format, the joints' names, and what the last digit of
-each number is worth, as JSON. Then come blocks of up to a second or so, each with its length in
-four bytes: columns of whole numbers as differences from state to state, their bytes sorted by
-weight and packed by zlib. A block that a crash tore off is not read.
-
-Noise cannot be packed: each digit below an arm's noise would cost as much as one above. So the last
-is worth a tenth of a micrometre at a metre, and less than a joint's torque sensor tells.
+A line of JSON holds the format, the joints' names, and the numbers' resolution. Then come blocks of
+up to :data:`BLOCK` states, each with its length in four bytes: columns of whole numbers as
+differences from state to state, their bytes sorted by weight and packed by zlib. A block that a
+crash tore off is not read. The resolution is just below the sensors' noise, which cannot be packed.
 """
 
 import json
@@ -24,19 +21,19 @@ from .csv_files import RecordingError
 
 FORMAT = "mukca-stream-2"
 FORMAT_1 = "mukca-stream-1"
-"""Files of this format do not say what their digits are worth."""
+"""Files of this format do not give their resolution."""
 ENDING = ".stream"
 BLOCK = 1000
 """States in a block at most."""
 DIGITS = (1e-6, 1e-7, 1e-3)
-"""What the last digit of a stamp, a position and an effort is worth [s], [rad] or [m], [N m]."""
+"""Resolution of a stamp, a position and an effort: [s], [rad] or [m], [N m]."""
 DIGITS_1 = (1e-6, 1e-9, 1e-4)
-"""The same in files of the older format."""
+"""Resolutions in files of the older format."""
 
 
 @dataclass(frozen=True)
-class KeptStates:
-    """What a file holds."""
+class LoggedStates:
+    """Contents of a stream log."""
 
     joints: tuple[str, ...]
     stamps: NDArray[np.float64]
@@ -50,7 +47,7 @@ class KeptStates:
 
 
 class StreamLog:
-    """A file that is open to keep states in.
+    """A file of joint states, open for writing.
 
     Args:
         file: Made here; its folder must exist.
@@ -63,7 +60,7 @@ class StreamLog:
     def __init__(self, file: Path, joints: Sequence[str]) -> None:
         self.file = file
         self.trouble: str | None = None
-        """Why no more is kept; None while all is well."""
+        """Reason why no more is kept; None while all is well."""
         self._rows: list[list[int]] = []
         self._count = len(joints)
         try:
@@ -125,7 +122,7 @@ def _unpack(packed: bytes, columns: int) -> NDArray[np.int64]:
     return np.cumsum(steps, axis=0)
 
 
-def next_file(folder: Path) -> Path:
+def next_log_file(folder: Path) -> Path:
     """Return a name in a placement's folder that no stream has yet."""
     number = 1
     while (folder / f"states_{number}{ENDING}").exists():
@@ -133,7 +130,7 @@ def next_file(folder: Path) -> Path:
     return folder / f"states_{number}{ENDING}"
 
 
-def read_kept(file: Path) -> KeptStates:
+def read_stream_log(file: Path) -> LoggedStates:
     """Read a file of states.
 
     Raises:
@@ -162,7 +159,7 @@ def read_kept(file: Path) -> KeptStates:
     rows = np.concatenate(blocks)
     numbers = rows.astype(np.float64)
     m = len(joints)
-    return KeptStates(
+    return LoggedStates(
         joints,
         numbers[:, 0] * stamp,
         numbers[:, 3 : 3 + m] * position,

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import settings
 from virtual_time import VirtualTime
 
-from mukca.recorder.convert import write_holes
+from mukca.recorder import write_holes
 from mukca.solver.robot import Robot, load_robot
 from mukca.tools.cli import main
 from mukca.tools.simulation import Base, perturb, record

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.text import Text
 
 from mukca.recorder import Sample
-from mukca.recorder.session import Advice, OperatorContext, Session, View, readiness
+from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
 from mukca.recorder.terminal import render
 from mukca.solver.robot import InverseKinematics, load_robot
 from mukca.tools.recording import SHARE, PoseSelector, goal_for, joints_of
@@ -80,7 +80,7 @@ def draw(console: Console, session: Session, advice: Advice | None, q: np.ndarra
         enough=advice.why_enough if advice else "",
     )  # fmt: skip
     title = "panda  data/front  sockets 50 mm  franka:172.16.0.2"
-    view = View(session, title, readiness(moment), tuple(q.tolist()), advice, 1000.0, 0.001)
+    view = View(session, title, prompt_for(moment), tuple(q.tolist()), advice, 1000.0, 0.001)
     console.print(render(view, COLUMNS, ROWS))
     console.print(Text())
 

@@ -1,4 +1,4 @@
-"""One recording session as a value, the operator's actions on it, and its file."""
+"""A recording session without a terminal: its state, its actions, its file, its guidance."""
 
 import lazy_loader
 

@@ -1,5 +1,6 @@
-"""What a key does to a session and its file: the file first, then the session."""
+"""Actions on a session and its file: the file is written first, then the session changes."""
 
+import math
 import time
 from collections.abc import Callable, Sequence
 
@@ -7,21 +8,51 @@ from .. import REDO, RELABEL, UNDO, RecordingError, Sample
 from ..stream import StationaryPose
 from .recording_file import Recording
 from .session import Session
-from .sound import CAPTURED, DONE, REFUSED, Sound
+
+CAPTURED, REFUSED, DONE = 1, 2, 3
+"""Numbers of tones."""
+APART = 0.25
+"""Time between two tones [s]; terminals merge tones that are closer."""
+Check = Callable[[Sequence[Sample]], str | None]
+"""A test of the last of some samples by the model: its oddity in words that follow its name, as in
+"puts the ball 80 mm from the others"; None if nothing is odd."""
+
+
+class Sound:
+    """Bell that rings several times, without waiting.
+
+    Args:
+        ring: Rings it once.
+        on: False for silence.
+    """
+
+    def __init__(self, ring: Callable[[], None], *, on: bool = True) -> None:
+        self._ring = ring
+        self._on = on
+        self._left = 0
+        self._next = -math.inf
+
+    def play(self, tones: int) -> None:
+        """Begin with some tones, in place of those that have not sounded yet."""
+        self._left = tones if self._on else 0
+
+    def update(self, now: float) -> None:
+        """Sound the next tone if it is due at this time [s, monotonic]."""
+        if self._left and now >= self._next:
+            self._ring()
+            self._left -= 1
+            self._next = now + APART
 
 
 class SessionActions:
-    """A session with the file it is written to.
-
-    Whatever changes is on the disk before :attr:`session` shows it.
+    """A session with its file: a change is on the disk before :attr:`session` shows it.
 
     Args:
-        session: Where it begins.
+        session: Its beginning.
         recording: Its file.
-        sound: What the operator hears.
-        check: Says what the last of some samples does that is odd by the model, as in "puts the
-            ball 80 mm from the others"; None if nothing is.
-        plausible: Likewise, of a pose that is to be captured without a key.
+        sound: Of captures and refusals.
+        check: Of a sample that was captured.
+        plausible: Of a pose that is to be captured without a key.
     """
 
     def __init__(
@@ -29,44 +60,44 @@ class SessionActions:
         session: Session,
         recording: Recording,
         sound: Sound,
-        check: Callable[[Sequence[Sample]], str | None] | None = None,
-        plausible: Callable[[Sequence[Sample]], str | None] | None = None,
+        check: Check | None = None,
+        plausible: Check | None = None,
     ) -> None:
         self.session = session
         self.refused = 0
-        """How many captures were refused."""
-        self.doubted = False
-        """Whether the last sample was found odd."""
+        """Number of refused captures."""
+        self.suspect = False
+        """True if the last sample was found odd."""
         self._recording = recording
         self._sound = sound
         self._check = check
         self._plausible = plausible
 
-    def tell(self, text: str) -> None:
-        """Say something to the operator."""
+    def notify(self, text: str) -> None:
+        """Show a message to the operator."""
         self.session = self.session.with_message(text)
 
     def alarm(self, text: str) -> None:
-        """Say something that needs attention."""
+        """Show a message that needs attention."""
         self.session = self.session.with_message(text, alarm=True)
         self._sound.play(REFUSED)
 
     def refuse(self, reason: str) -> None:
-        """Say why nothing is captured."""
+        """Show the reason why nothing is captured."""
         self.refused += 1
         self.alarm(f"refused: {reason}")
 
-    def doubt(self, rest: StationaryPose) -> str | None:
-        """Say why a rest is not captured without a key; None if it is."""
+    def implausible(self, rest: StationaryPose) -> str | None:
+        """Return the reason why a rest is not captured without a key; None if it is."""
         odd = self._plausible and self._plausible((*self.session.live, self._sample(rest)))
         return f"this pose {odd}" if odd else None
 
-    def capture(self, rest: StationaryPose, push: str | None = None) -> Sample | None:
-        """Save a rest as a sample; None if that failed, which the operator was told.
+    def capture(self, rest: StationaryPose, contact: str | None = None) -> Sample | None:
+        """Save a rest as a sample; None if that failed, and the operator was told.
 
         Args:
-            rest: Where the arm is.
-            push: What shows that it is being pushed.
+            rest: Pose of the arm.
+            contact: Evidence that the arm is being pushed.
         """
         sample = self._sample(rest)
         try:
@@ -76,15 +107,15 @@ class SessionActions:
             return None
         self.session = self.session.captured(sample)
         count = self.session.counts[sample.socket]
-        said = f"captured sample {sample.number}: {count} in socket {sample.socket}"
-        said += f", while the arm was pushed ({push})" if push else ""
+        message = f"captured sample {sample.number}: {count} in socket {sample.socket}"
+        message += f", while the arm was pushed ({contact})" if contact else ""
         done = count == self.session.target
         further = "s for the next socket, " if self.session.sockets > 1 else ""
-        said += f"; that is the target: {further}q to finish" if done else ""
-        self.tell(said)
+        message += f"; that is the target: {further}q to finish" if done else ""
+        self.notify(message)
         self._sound.play(DONE if done else CAPTURED)
         odd = self._check and self._check(self.session.live)
-        self.doubted = bool(odd)
+        self.suspect = bool(odd)
         if odd:
             back = "u takes it back. Or has the base moved? n: new placement"
             self.alarm(f"sample {sample.number} {odd} {back}")
@@ -117,17 +148,17 @@ class SessionActions:
         sample = self.session.samples[number - 1]
         if self._mark(REDO, sample):
             self.session = self.session.restored(number)
-            self.tell(f"sample {number} of socket {sample.socket} counts again")
+            self.notify(f"sample {number} of socket {sample.socket} counts again")
 
     def relabel(self, number: int, socket: int) -> None:
-        """Say in which socket a sample was taken."""
+        """Give another socket to a sample."""
         sample = self._known(number)
         if sample is None or not self._has(socket):
             return
         moved = self.session.relabelled(number, socket)
         if self._mark(RELABEL, moved.samples[number - 1]):
             self.session = moved
-            self.tell(f"sample {number} is now of socket {socket}, before of {sample.socket}")
+            self.notify(f"sample {number} is now of socket {socket}, before of {sample.socket}")
 
     def switch(self, socket: int) -> None:
         """Go on in another socket."""
@@ -139,7 +170,7 @@ class SessionActions:
         except RecordingError as error:
             self.alarm(f"socket {socket} is active, but {error}")
             return
-        self.tell(f"socket {socket} is active: put the ball there")
+        self.notify(f"socket {socket} is active: put the ball there")
 
     def _sample(self, rest: StationaryPose) -> Sample:
         return Sample(
@@ -168,8 +199,8 @@ class SessionActions:
     def _take_back(self, sample: Sample) -> None:
         if self._mark(UNDO, sample):
             self.session = self.session.without(sample.number)
-            self.doubted = False
-            self.tell(f"took back sample {sample.number} of socket {sample.socket}")
+            self.suspect = False
+            self.notify(f"took back sample {sample.number} of socket {sample.socket}")
 
     def _mark(self, event: str, sample: Sample) -> bool:
         """Write a mark; False if that failed, which the operator was told."""

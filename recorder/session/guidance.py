@@ -1,69 +1,70 @@
-"""What a calibration in the background tells the operator, as values; nothing here computes it."""
+"""Guidance of the operator: request and reply as values, their provider, and the client."""
 
 from dataclasses import dataclass
 from typing import Protocol
 
 from .. import Sample
+from .actions import DONE, SessionActions, Sound
 
-TELLING = 3
-"""So many samples tell where the ball is on the arm, which nothing could be predicted without."""
+INFORMATIVE = 3
+"""Samples from which on a prediction rests on more than the prior of the ball's place."""
 
 
 @dataclass(frozen=True)
-class Question:
-    """What is asked after every change of the session."""
+class GuidanceRequest:
+    """State of the session that guidance is asked for."""
 
     samples: tuple[Sample, ...]
     """Those that count."""
     socket: int
     """The active one."""
     position: tuple[float, ...] | None
-    """Where the arm is [rad], [m] for a prismatic joint."""
+    """Configuration of the arm [rad], [m] for a prismatic joint."""
 
 
 @dataclass(frozen=True)
 class Advice:
-    """How good a calibration on the samples would be now, and what would improve it most."""
+    """Predicted quality of a calibration on the samples, and the best next step."""
 
     count: int
-    """How many samples it rests on."""
+    """Number of samples that it rests on."""
     socket: int
-    """For which active socket it was given."""
+    """The active socket that it was given for."""
     predicted: float
     """Predicted error of distances in the workspace, the median of one standard deviation [m]."""
     goal: float
-    """What it should come to [m]."""
+    """Goal of the predicted error [m]."""
     fitted: bool = False
-    """Whether a fit to the samples says so; before there are enough, the nominal model does."""
+    """True if it rests on a fit to the samples, not on the nominal model alone."""
     last_error: float | None = None
-    """How far the last sample lies from its socket's centre by the fit [m]."""
+    """Distance of the last sample from its socket's centre by the fit [m]."""
     mean_error: float | None = None
     """The mean of that over all samples [m]."""
     scale: float | None = None
-    """By what share the arm came out larger than its model."""
+    """Relative difference in size between the fitted arm and its model."""
     distance: float | None = None
     """Between the centres of sockets 0 and 1 by the fit [m]."""
     leave: bool = False
-    """Whether this socket has enough, and another has not."""
+    """True if this socket has enough, and another has not."""
     enough: bool = False
-    """Whether the goal is reached, or more samples at this placement would hardly help."""
+    """True if the goal is reached, or more samples at this placement would hardly help."""
     target: tuple[float, ...] | None = None
     """The configuration that would improve it most."""
     gain: float = 0.0
-    """By what share it would lower the predicted error."""
-    doubt: str | None = None
-    """What is odd about the samples, in words."""
+    """Share by which the target would lower the predicted error."""
+    implausible: str | None = None
+    """Contradiction between the samples and the model, in words."""
     closing: tuple[str, ...] = ()
-    """What another placement would bring, a line each, once this one is enough."""
+    """Lines on the gain of another placement, once this one is enough."""
 
     @property
-    def telling(self) -> bool:
-        """Whether the prediction says anything yet: before, it is where the ball may be."""
-        return self.count >= TELLING
+    def is_informative(self) -> bool:
+        """True once the prediction rests on more than the prior of the ball's place."""
+        return self.count >= INFORMATIVE
 
     @property
     def why_enough(self) -> str:
-        """Why nothing more is needed at this placement; empty where more is."""
+        """The reason why this placement needs nothing more; empty where it does."""
         if not self.enough:
             return ""
         reached = self.predicted <= self.goal
@@ -71,22 +72,75 @@ class Advice:
 
 
 class GuidanceProvider(Protocol):
-    """Somebody who works out advice elsewhere, so that the recorder never waits for it."""
+    """Source of advice that computes elsewhere, so that the recorder never waits for it."""
 
     @property
     def trouble(self) -> str | None:
-        """Why no advice comes any more; None while it does."""
+        """Reason why no advice comes any more; None while it does."""
         ...
 
     @property
     def idle(self) -> bool:
-        """Whether a question can be asked now."""
+        """True while a request can be made."""
         ...
 
-    def ask(self, question: Question) -> None:
-        """Ask; never waits."""
+    def ask(self, request: GuidanceRequest) -> None:
+        """Make a request; never waits."""
         ...
 
     def answer(self) -> Advice | None:
         """Return the newest answer that has come since; None without one."""
         ...
+
+
+class GuidanceClient:
+    """Client of a provider: asks whenever samples or socket have changed, and never waits.
+
+    Args:
+        provider: None for no guidance.
+        actions: Of the session.
+        sound: Played when a socket, or the placement, has enough.
+    """
+
+    def __init__(
+        self, provider: GuidanceProvider | None, actions: SessionActions, sound: Sound
+    ) -> None:
+        self.advice: Advice | None = None
+        """The last that was given, and still holds."""
+        self._provider = provider
+        self._actions = actions
+        self._sound = sound
+        self._asked: object = None
+
+    @property
+    def here(self) -> Advice | None:
+        """The advice, if it was given for the socket that is active."""
+        advice = self.advice
+        return advice if advice and advice.socket == self._actions.session.socket else None
+
+    def update(self, position: tuple[float, ...] | None) -> None:
+        """Take an answer that has come, and ask anew for the arm's position if need be."""
+        if self._provider is None:
+            return
+        self._accept(self._provider.answer())
+        session = self._actions.session
+        asked = (session.live, session.socket)
+        if self._provider.idle and asked != self._asked:
+            self._asked = asked
+            self._provider.ask(GuidanceRequest(session.live, session.socket, position))
+        if self._provider.trouble:
+            trouble = self._provider.trouble
+            self._actions.notify(f"no advice any more: {trouble}; recording goes on")
+            self._provider = self.advice = None
+
+    def _accept(self, advice: Advice | None) -> None:
+        """Take advice over, unless the session has changed since the request."""
+        session = self._actions.session
+        if advice is None or (advice.count, advice.socket) != (len(session.live), session.socket):
+            return
+        before, self.advice = self.advice, advice
+        if advice.implausible and not (before and before.implausible):
+            self._actions.alarm(advice.implausible)
+        done = advice.enough or advice.leave
+        if done and not (before and (before.enough or before.leave)):
+            self._sound.play(DONE)

@@ -1,64 +1,52 @@
-"""What the operator is to do now, in one or two words, and why, also before a key is refused.
+"""Prompt to the operator: the next step in one or two words, its reason, and the whole view.
 
-===============  ================================================================================
-words            meaning
-===============  ================================================================================
-GO ON?           a recording is continued: is it the right one?
-WHICH?           a sample's number is being typed, so space would not capture
-WAIT             the stream cannot be trusted now
-SOCKET 1 NOW     this socket has enough, or the ball is to be moved over: put it into socket 1
-ENOUGH           nothing more is needed at this placement
-MOVE             the arm moves, or stands where no capture is taken: lead it to a new pose
-NEXT POSE        it rests where a sample was taken already
-HOLD             nearly still at a new pose
-LET GO           a hand bends the arm; a capture is taken all the same
-PRESS            a capture is taken now
-GOT 17           a capture was taken a moment ago
-===============  ================================================================================
+docs/recording.md lists the words. The prompt never asks for a key that would be refused.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from .guidance import Advice
 from .session import Session
 
 
 @dataclass(frozen=True)
 class OperatorContext:
-    """What the operator's next step follows from."""
+    """State from which the operator's next step follows."""
 
     session: Session
     position: Sequence[float] | None = None
-    """Where the arm is, or rests; None before the first state."""
+    """Configuration of the arm; None before the first state."""
     trouble: str | None = None
-    """Why the stream cannot be trusted; None if it can."""
+    """Reason why the stream cannot be trusted; None if it can."""
     moving: str | None = None
-    """Why the arm does not count as still; None if it is still."""
+    """Reason why the arm does not count as still; None if it is still."""
     fast: bool = False
-    """Whether it moves so fast that it is being led on."""
-    push: str | None = None
-    """What shows that the arm is being pushed."""
-    got: int | None = None
-    """The number of a sample that was captured a moment ago."""
+    """True while the arm moves so fast that it is being led on."""
+    contact: str | None = None
+    """Evidence that the arm is being pushed."""
+    captured: int | None = None
+    """Number of a sample that was captured a moment ago."""
     leave: bool = False
-    """Whether the active socket has enough samples, and another has not."""
+    """True if the active socket has enough samples, and another has not."""
     enough: str = ""
-    """Why this placement needs no more; empty where it does."""
-    doubt: str | None = None
-    """Hands free: why this pose is not captured by itself."""
+    """Reason why this placement needs no more; empty where it does."""
+    implausible: str | None = None
+    """Hands free: reason why this pose is not captured without a key."""
     hands_free: bool = False
     paused: bool = False
-    """Whether a key is waited for before anything is captured."""
-    prompt: str = ""
-    """What is being typed; keys do not capture meanwhile."""
+    """True while a key is awaited before anything is captured."""
+    typed: str = ""
+    """Line that is being typed; keys do not capture meanwhile."""
     asking: bool = False
-    """Whether the operator is asked about what is continued."""
+    """True while the operator is asked about the recording that is continued."""
     capture_key: str = "space"
 
 
 @dataclass(frozen=True)
 class OperatorPrompt:
-    """What to do now."""
+    """The operator's next step."""
 
     words: str
     colour: str
@@ -70,27 +58,57 @@ class OperatorPrompt:
         return f"{self.words}: {self.reason}" if self.reason else self.words
 
 
+@dataclass(frozen=True)
+class View:
+    """Snapshot of a session: all that a screen or a page shows."""
+
+    session: Session
+    title: str
+    prompt: OperatorPrompt
+    """The operator's next step."""
+    position: tuple[float, ...] | None = None
+    """Joint positions of the last state that was not faulty [rad], [m]; None before the first."""
+    advice: Advice | None = None
+    """Predicted quality of a calibration, and the best next step."""
+    rate: float = 0.0
+    """States per second."""
+    age: float = math.inf
+    """Time since the last state [s]."""
+    missed: int = 0
+    """States that were lost on the way."""
+    drops: int = 0
+    """Number of times that the connection was lost."""
+    discarded: int = 0
+    """Messages that the driver could not use."""
+    resume_summary: tuple[str, ...] = ()
+    """Lines on the recording that is continued, while the operator is asked about it."""
+    help: bool = False
+    """True to show the help in place of joints and captures."""
+    scripted: bool = False
+    """True if a script presses the keys."""
+
+
 _CALM, _STEADY, _GOOD, _NEXT, _BAD = "blue", "dark_orange3", "dark_green", "magenta", "red"
 
 
-def readiness(now: OperatorContext) -> OperatorPrompt:
-    """Return what the operator is to do now."""
+def prompt_for(now: OperatorContext) -> OperatorPrompt:
+    """Return the operator's next step."""
     return _before_all(now) or _by_place(now) or _by_motion(now)
 
 
 def _before_all(now: OperatorContext) -> OperatorPrompt | None:
-    """Return what holds wherever the arm is."""
+    """Return the step that does not depend on the arm's pose."""
     session = now.session
     key = now.capture_key
     if now.asking:
         return OperatorPrompt("GO ON?", _NEXT, "y: go on   n: new placement   q: leave")
-    if now.prompt:
-        return OperatorPrompt("WHICH?", _NEXT, now.prompt)
+    if now.typed:
+        return OperatorPrompt("WHICH?", _NEXT, now.typed)
     if now.trouble or now.position is None:
         return OperatorPrompt("WAIT", _BAD, now.trouble or "no state yet")
-    if now.got is not None:
-        return OperatorPrompt(f"GOT {now.got}", _GOOD, f"sample {now.got} is on the disk")
-    if now.enough or session.whole:
+    if now.captured is not None:
+        return OperatorPrompt(f"GOT {now.captured}", _GOOD, f"sample {now.captured} is on the disk")
+    if now.enough or session.complete:
         more = "" if now.hands_free else f", {key} captures one more"
         why = f"; {now.enough}" if now.enough else ""
         return OperatorPrompt("ENOUGH", _GOOD, f"q finishes{more}{why}")
@@ -106,13 +124,13 @@ def _before_all(now: OperatorContext) -> OperatorPrompt | None:
 
 
 def _by_place(now: OperatorContext) -> OperatorPrompt | None:
-    """Return what holds where no capture would be taken."""
+    """Return the step at a pose where no capture would be taken."""
     assert now.position is not None
     session = now.session
     left = session.left_behind(now.position)
     if left:
         return OperatorPrompt(f"SOCKET {session.socket} NOW", _NEXT, left)
-    refusal = session.refusal(now.position) or now.doubt
+    refusal = session.refusal(now.position) or now.implausible
     if refusal is None or now.fast:
         return None
     repeated = session.repeated(now.position) is not None
@@ -120,11 +138,11 @@ def _by_place(now: OperatorContext) -> OperatorPrompt | None:
 
 
 def _by_motion(now: OperatorContext) -> OperatorPrompt:
-    """Return what holds at a new pose."""
+    """Return the step at a new pose."""
     if now.moving:
         return OperatorPrompt(*(("MOVE", _CALM) if now.fast else ("HOLD", _STEADY)), now.moving)
-    if now.push:
-        return OperatorPrompt("LET GO", _BAD, f"the arm is being pushed: {now.push}")
+    if now.contact:
+        return OperatorPrompt("LET GO", _BAD, f"the arm is being pushed: {now.contact}")
     number = now.session.next_number
     if now.hands_free:
         return OperatorPrompt("HOLD", _STEADY, f"sample {number} is captured by itself")

@@ -1,9 +1,7 @@
 """A placement's files, open for recording: append-only, locked, and safe against a crash.
 
-A capture is on the disk when :meth:`Recording.capture` returns: its line was written and synced. A
-line that could be written only in part, as on a full disk, is cut off again, so that the file holds
-whole lines only. If the recorder is killed in the middle of a line, the next one to open the
-recording moves that part to a file beside it.
+A line that could be written only in part, as on a full disk, is cut off again. If the recorder is
+killed in the middle of a line, the next one to open the recording moves that part to a file beside.
 """
 
 import fcntl
@@ -25,7 +23,6 @@ from .. import (
     header_line,
     is_placement,
     mark_line,
-    merged,
     placements_in,
     read_metadata,
     read_samples,
@@ -33,15 +30,13 @@ from .. import (
     write_metadata,
 )
 
-__all__ = ["Metadata", "Recording"]
-
 
 class Recording:
     """The files of one placement; no other recorder can open them meanwhile.
 
     Args:
-        folder: The placement's folder; made where it does not exist.
-        metadata: What is recorded there. An earlier recording there is continued.
+        folder: The placement's folder; made where it does not exist, else continued.
+        metadata: Of this start.
 
     Raises:
         RecordingError: The folder cannot be written to, holds something else, belongs to another
@@ -52,7 +47,7 @@ class Recording:
         self.folder = folder
         self.file = folder / SAMPLES
         self.remarks: list[str] = []
-        """What the operator should know about files that were there already."""
+        """Remarks to the operator on files that were there already."""
         earlier = self._agree(metadata)
         try:
             _make_folder(folder)
@@ -63,7 +58,7 @@ class Recording:
         try:
             self._lock()
             self.content = self._mend(metadata.joints)
-            self._metadata = merged(earlier, metadata)
+            self._metadata = metadata.added_to(earlier)
             write_metadata(folder / METADATA, self._metadata)
             self._size = os.fstat(self._fd).st_size
         except OSError as error:
@@ -85,7 +80,7 @@ class Recording:
         """Append a mark on an earlier sample; its line stays in the file.
 
         Args:
-            event: What is marked, see :func:`~mukca.recorder.samples.mark_line`.
+            event: See :func:`~mukca.recorder.samples.mark_line`.
             sample: The sample, in the socket that it has from now on.
             time: When [s since 1970, UTC].
 
@@ -149,7 +144,7 @@ class Recording:
                 f"samples beside them would hide; name the new one, as in {self.folder / 'next'}"
             )
         earlier = read_metadata(self.folder / METADATA)
-        for key, value in metadata.agreeing().items():
+        for key, value in metadata.fixed().items():
             if key in earlier and earlier[key] != value:
                 raise RecordingError(
                     f"{self.folder / METADATA}: recorded with {key} {_text(earlier[key])}, "

@@ -1,7 +1,6 @@
-"""A recording session as a value: what was captured, which socket is active, what was said.
+"""A recording session as an immutable value: samples, active socket, messages.
 
-Nothing here reads a robot, a key or a file. A :class:`Session` never changes; each event returns a
-new one, as in ``session = session.captured(sample)``.
+Each event returns a new one, as in ``session = session.captured(sample)``.
 """
 
 import math
@@ -13,15 +12,15 @@ from .. import SOCKETS, Sample
 from ..stream import JointLimits
 
 TARGET = 30
-"""How many samples each socket should get, where nothing else is said."""
+"""Default number of samples for each socket."""
 SAME = math.radians(1.0)
-"""Two configurations are nearly the same if no joint differs by more than this [rad]."""
+"""Largest difference at every joint between configurations that are nearly the same [rad]."""
 SAME_LENGTH = 2e-3
 """The same for a prismatic joint [m]."""
 STOOD_STILL = math.radians(0.2)
 """An arm within this of a configuration in another socket still stands in that socket [rad]."""
 BEYOND_LIMITS = math.radians(3.0)
-"""How far a joint may read beyond its limits [rad]; sensors and models disagree a little."""
+"""Tolerance of the joints' limits [rad]; sensors and models disagree a little."""
 BEYOND_LIMITS_LENGTH = 5e-3
 """The same for a prismatic joint [m]."""
 
@@ -42,15 +41,15 @@ class Session:
     joints: tuple[JointLimits, ...]
     sockets: int = SOCKETS
     target: int = TARGET
-    """How many samples each socket should get."""
+    """Number of samples for each socket."""
     socket: int = 0
     """The active socket."""
     samples: tuple[Sample, ...] = ()
     """All captures in order, also those that were taken back."""
     withdrawn: tuple[int, ...] = ()
     """Numbers of the samples that were taken back, the last one at the end."""
-    alike: Callable[[Sequence[float]], str | None] | None = None
-    """Says which other robot may be where this one cannot; None, or nothing, if none is known."""
+    similar_models: Callable[[Sequence[float]], str | None] | None = None
+    """Names other robots that may be at a configuration where this one cannot."""
     messages: tuple[Message, ...] = ()
     finished: bool = False
 
@@ -61,7 +60,7 @@ class Session:
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
-        """How many samples each socket has, without those that were taken back."""
+        """Number of samples in each socket, without those that were taken back."""
         return tuple(
             sum(sample.socket == socket for sample in self.live) for socket in range(self.sockets)
         )
@@ -74,8 +73,8 @@ class Session:
         return (lacking or others or [self.socket])[0]
 
     @property
-    def whole(self) -> bool:
-        """Whether every socket has its target."""
+    def complete(self) -> bool:
+        """True once every socket has its target."""
         return min(self.counts) >= self.target
 
     @property
@@ -120,16 +119,11 @@ class Session:
         return replace(self, messages=(*self.messages[-99:], Message(text, alarm)))
 
     def refusal(self, position: Sequence[float]) -> str | None:
-        """Say why a configuration is not to be captured at the active socket; None if it may."""
+        """Return the reason to refuse a configuration at the active socket; None without one."""
         return self._outside(position) or self.repeated(position) or self.left_behind(position)
 
     def nearest(self, position: Sequence[float], within: float = SAME) -> Sample | None:
-        """Return a sample, of any socket, that is nearly at a configuration; None without one.
-
-        Args:
-            position: The configuration [rad], [m] for a prismatic joint.
-            within: How much a revolute joint may differ [rad].
-        """
+        """Return a sample, of any socket, within an angle [rad] of a configuration, or None."""
         for sample in self.live:
             if self.same(sample.position, position, within):
                 return sample
@@ -139,7 +133,7 @@ class Session:
         for joint, value in zip(self.joints, position, strict=True):
             margin = BEYOND_LIMITS_LENGTH if joint.prismatic else BEYOND_LIMITS
             if not joint.lower - margin <= value <= joint.upper + margin:
-                other = self.alike and self.alike(position)
+                other = self.similar_models and self.similar_models(position)
                 hint = f" This moves like a {other}." if other else ""
                 return (
                     f"{joint.name} reads {joint.shown(value)}, outside its limits "
@@ -149,14 +143,14 @@ class Session:
         return None
 
     def repeated(self, position: Sequence[float]) -> str | None:
-        """Say which of the active socket's samples is at a configuration; None if none is."""
+        """Return the refusal of a configuration that the active socket has already, or None."""
         for sample in self.live:
             if sample.socket == self.socket and self.same(sample.position, position):
                 return f"nearly the same configuration as sample {sample.number}: move the arm on"
         return None
 
     def left_behind(self, position: Sequence[float]) -> str | None:
-        """Say that the ball is still in another socket; None where nothing shows it."""
+        """Return the refusal of a pose in which the ball is still in another socket, or None."""
         for sample in self.live:
             if sample.socket != self.socket and self.same(sample.position, position, STOOD_STILL):
                 return (
@@ -166,7 +160,7 @@ class Session:
         return None
 
     def same(self, a: Sequence[float], b: Sequence[float], within: float = SAME) -> bool:
-        """Tell whether two configurations differ by at most some angle [rad] at every joint."""
+        """Return whether two configurations differ by at most an angle [rad] at every joint."""
         return all(
             abs(x - y) <= (SAME_LENGTH * within / SAME if joint.prismatic else within)
             for joint, x, y in zip(self.joints, a, b, strict=True)

@@ -1,4 +1,4 @@
-"""Tells the operator when the stream of joint states fails, and when it is back."""
+"""Alerts to the operator when the stream of joint states fails, and when it is back."""
 
 import math
 import re
@@ -9,44 +9,38 @@ from .actions import SessionActions
 
 
 class StreamAlerts:
-    """Follows a stream and its watch.
+    """Alerts on a stream, one for each kind of trouble."""
 
-    Args:
-        stream: The states.
-        watch: What is thought of them.
-        desk: Where news are told.
-    """
-
-    def __init__(self, stream: Stream, watch: StreamMonitor, desk: SessionActions) -> None:
-        self._stream, self._watch, self._desk = stream, watch, desk
+    def __init__(self, stream: Stream, monitor: StreamMonitor, actions: SessionActions) -> None:
+        self._stream, self._monitor, self._actions = stream, monitor, actions
         self._started = clock.now()
         self._silent_since: float | None = None
-        self._told = ""
+        self._alarmed = ""
 
     def trouble(self, now: float) -> str | None:
-        """Say why the stream cannot be trusted now; None if it can."""
-        if self._stream.trouble and self._watch.age(now) > SILENT:
+        """Return the reason why the stream cannot be trusted now; None if it can."""
+        if self._stream.trouble and self._monitor.age(now) > SILENT:
             return f"the stream is silent: {self._stream.trouble}"
-        return self._watch.unsound(now)
+        return self._monitor.unsound(now)
 
-    def follow(self, now: float) -> None:
-        """Tell what has changed."""
+    def update(self, now: float) -> None:
+        """Alert to changes."""
         silent = now - max(self._stream.arrival, self._started) > SILENT
         trouble = self.trouble(now)
         if not silent and self._silent_since is not None:
-            self._desk.tell(f"the stream is back after {now - self._silent_since:.1f} s")
-            self._silent_since, self._told = None, ""
+            self._actions.notify(f"the stream is back after {now - self._silent_since:.1f} s")
+            self._silent_since, self._alarmed = None, ""
         elif silent and self._silent_since is None:
             self._silent_since = now
             self._alarm(trouble or "the stream is silent")
         elif trouble is None:
-            self._told = ""
-        elif silent or math.isfinite(self._watch.age(now)):
+            self._alarmed = ""
+        elif silent or math.isfinite(self._monitor.age(now)):
             self._alarm(trouble)
 
     def _alarm(self, trouble: str) -> None:
-        """Say what is wrong, once for each kind of trouble."""
+        """Tell trouble, once for each kind."""
         kind = re.sub(r"[\d.]+", "", trouble)
-        if kind != self._told:
-            self._told = kind
-            self._desk.alarm(trouble)
+        if kind != self._alarmed:
+            self._alarmed = kind
+            self._actions.alarm(trouble)

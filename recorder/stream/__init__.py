@@ -1,4 +1,4 @@
-"""The live stream of joint states: read in a thread, checked, watched for a still arm."""
+"""Joint states as they come: read by a thread, checked, averaged where the arm is still."""
 
 import lazy_loader
 

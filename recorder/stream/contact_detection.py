@@ -1,16 +1,9 @@
-"""Notices from the joint torques that a hand still pushes the arm.
+"""Detection of a hand that pushes the arm, from the joint torques of an arm at rest.
 
-A hand that rests on the arm bends it a little, so that its joint angles are not those of the arm
-by itself. Two signs are looked for while the arm is still. With tau the measured torque of a joint
-and g the gravity torque that the model's masses give it [N m]:
-
-* *Load:* ``|tau - g| > 2 N m + 0.1 |g|``. The margin is there because masses in models are some
-  percent off, and a small tool is often missing from them.
-* *Tremor:* the standard deviation of tau over the window is more than four times that of the
-  quietest rest of this session, and more than 0.1 N m. A hand is never quiet. The first rest of a
-  session has nothing to be compared with.
-
-Both are hints to the operator; a capture is not refused for them.
+With tau the measured torque of a joint and g its gravity torque by the model's masses [N m], a
+*load* is ``|tau - g| > 2 N m + 0.1 |g|``: masses in models are some percent off, and a small tool is
+often missing. A *tremor* is a standard deviation of tau over the window above 0.1 N m and above four
+times that of the session's quietest rest. Both are hints; no capture is refused for them.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,7 +22,7 @@ LEAST_TREMOR = 0.1
 
 
 class ContactDetector:
-    """Looks at one rest after the other, and remembers the quietest.
+    """Compares each rest with gravity, and with the quietest rest before.
 
     Args:
         joints: The model's actuated joints, in chain order.
@@ -46,8 +39,8 @@ class ContactDetector:
         self._gravity = gravity
         self._quietest: tuple[float, ...] | None = None
 
-    def look(self, rest: StationaryPose) -> str | None:
-        """Say what shows that the arm is being pushed; None if nothing does."""
+    def evidence(self, rest: StationaryPose) -> str | None:
+        """Return the evidence that the arm is being pushed, in words; None without any."""
         if rest.effort is None or rest.effort_spread is None:
             return None
         return self._load(rest.position, rest.effort) or self._tremor(rest.effort_spread)

@@ -1,13 +1,9 @@
-"""Tells a stream that is frozen, which repeats an old state, from an arm that rests.
+"""Distinction of a frozen stream, which repeats an old state, from an arm at rest.
 
-Both send the same numbers again and again, if the arm's encoders are coarse enough. A stream counts
-as frozen when its states are the same to the last digit for :data:`LONG` seconds and
-
-* its sensors are noisy, so that even an arm at rest does not send the same state twice, and it has
-  hardly ever stood so still before; or
-* the arm was moving fast just before: a real arm takes time to stop.
-
-Noise is told from motion by the direction of the steps: noise goes to and fro, a motion goes on.
+A stream counts as frozen when its states are the same to the last digit for :data:`LONG` seconds
+and its sensors are noisy, so that even an arm at rest does not send the same state twice, or the arm
+was moving fast just before. Noise is told from motion by the direction of the steps: noise goes to
+and fro, a motion goes on.
 """
 
 import math
@@ -15,7 +11,7 @@ import math
 from ...drivers import JointState
 
 LONG = 0.25
-"""How long a stream repeats itself before it can count as frozen [s]."""
+"""Shortest repetition that can count as frozen [s]."""
 SHORT = 0.02
 """An arm rested if it sent the same for this long [s] and then went on with a small step."""
 GOES_ON = 1e-3
@@ -34,7 +30,7 @@ SLOW = 0.05
 
 
 class FrozenStreamDetector:
-    """Follows a stream from state to state.
+    """Detector of a frozen stream, fed state by state.
 
     Args:
         resolution: The smallest step of a position that the stream can tell [rad].
@@ -43,7 +39,7 @@ class FrozenStreamDetector:
     def __init__(self, resolution: float = 0.0) -> None:
         self._goes_on = max(GOES_ON, 1.5 * resolution)
         self.frozen = False
-        """Whether it is frozen now."""
+        """True while the stream is frozen."""
         self._since = math.nan
         self._stopped_dead = False
         self._rests = 0

@@ -1,18 +1,18 @@
-"""The joints of the model, as the recorder needs them, and when an arm counts as still."""
+"""Limits of the model's joints, and the default window and threshold of stillness."""
 
 import math
 from dataclasses import dataclass
 
 WINDOW = 0.3
-"""How long a capture averages, where nothing else is said [s]."""
+"""Default length of the average of a capture [s]."""
 STILL = 5e-4
-"""Largest standard deviation of a joint of an arm that is still, where nothing else is said
-[rad], [m] for a prismatic joint."""
+"""Default for the largest standard deviation of a joint of an arm that is still [rad], [m] for a
+prismatic joint."""
 
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """One actuated joint of the model, with its limits, as the recorder needs it."""
+    """An actuated joint of the model and its limits."""
 
     name: str
     lower: float = -math.inf

@@ -1,4 +1,4 @@
-"""The stillness rule: whether the arm rests, and the average that a capture saves if it does.
+"""Stationarity of the arm, and the average over a window of an arm that is still.
 
 The arm is *still* when the standard deviation of every joint's position over the last window
 (0.3 s by default) is at most ``still`` (5e-4 rad by default). For scale: a joint that drifts by D
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from ...drivers import JointState
 from .joints import JointLimits
 
-CHECK_EVERY = 0.02
-"""How often stillness is looked at [s]."""
-LEAST_STATES = 5
+CHECK_INTERVAL = 0.02
+"""Interval of the checks [s]."""
+MIN_STATES = 5
 """The fewest states that are averaged."""
 FAST = 20.0
 """A spread this many times that of a still arm means that somebody leads the arm on."""
-WHOLE = 0.9
+FULL_SHARE = 0.9
 """A window counts as full once its states and one step more span this share of its length."""
 
 
@@ -44,15 +44,15 @@ class StationaryPose:
     stamp: float
     """The robot's own time of the last state [s]."""
     states: int
-    """How many states were averaged."""
+    """Number of averaged states."""
 
 
 class StationarityDetector:
-    """The states of the last moment, and whether the arm was still during it.
+    """Window of the last states, and their average while the arm is still.
 
     Args:
         joints: The model's actuated joints, in chain order.
-        length: How long a moment is [s].
+        length: Of the window [s].
         still: Largest standard deviation of a joint of an arm that is still [rad], [m] for a
             prismatic joint.
     """
@@ -72,23 +72,23 @@ class StationarityDetector:
         self.rest: StationaryPose | None = None
         """The average, while the arm is still; else None."""
         self.settled = False
-        """Whether the arm has been still for longer than a whole window."""
-        self.whole = False
-        """Whether the window is full."""
+        """True once the arm has been still for longer than a whole window."""
+        self.full = False
+        """True once the window is full."""
         self.fast = False
-        """Whether the arm moves so fast that somebody leads it on."""
+        """True while the arm moves so fast that somebody leads it on."""
         self.moving = "too few states yet: wait a moment"
-        """Why there is no average."""
+        """Reason why there is no average."""
 
     def add(self, state: JointState) -> bool:
-        """Take in a state; return whether stillness was looked at again."""
+        """Take in a state; return whether the average was computed anew."""
         states = self._states
         states.append(state)
         while states[0].stamp < state.stamp - self._length * (1 + 1e-9):
             states.popleft()
         if state.stamp < self._next_check:
             return False
-        self._next_check = state.stamp + CHECK_EVERY
+        self._next_check = state.stamp + CHECK_INTERVAL
         self.rest = self._average()
         if self.rest is None:
             self._still_since = math.nan
@@ -100,14 +100,14 @@ class StationarityDetector:
     def _average(self) -> StationaryPose | None:
         stamps = [state.stamp for state in self._states]
         steps = [b - a for a, b in pairwise(stamps)] or [math.inf]
-        lacking = WHOLE * self._length - (stamps[-1] - stamps[0])
-        self.whole = 2 * max(steps) <= self._length and (
+        lacking = FULL_SHARE * self._length - (stamps[-1] - stamps[0])
+        self.full = 2 * max(steps) <= self._length and (
             lacking <= 0 or lacking <= median(steps)  # the last step may end just outside
         )
-        if not self.whole:
+        if not self.full:
             self.moving = "too few states yet: wait a moment"
             return None
-        if len(stamps) < LEAST_STATES:
+        if len(stamps) < MIN_STATES:
             self.moving = f"only {len(stamps)} states in {self._length:g} s: use a longer --window"
             return None
         positions = np.array([state.position for state in self._states])

@@ -1,4 +1,4 @@
-"""Reads a driver in a thread of its own, so that no state waits for a slow disk or screen."""
+"""Reader thread of a driver: no state waits for a slow disk or screen."""
 
 import math
 from collections import deque
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from ...drivers import Driver, DriverError, JointState, Reason, Reconnecting, clock
 
 PATIENCE = 0.1
-"""Longest wait for a state before the thread looks whether it is to end [s]."""
+"""Longest wait for a state before the thread checks for its end [s]."""
 
 
 class Stream:
@@ -24,15 +24,15 @@ class Stream:
         self._waiting: deque[tuple[float, JointState, int]] = deque()
         self._capacity = capacity
         self.arrival = -math.inf
-        """When the newest state came [s, monotonic]."""
+        """Time of the newest state [s, monotonic]."""
         self.dropped = 0
         """States that nobody took in time."""
         self.trouble: str | None = None
-        """Why no states come, in words; None while they come."""
-        self.keep: Callable[[JointState, int], None] | None = None
-        """Given every state that is taken, and how many connections had been lost by then."""
+        """Reason why no states come; None while they come."""
+        self.observer: Callable[[JointState, int], None] | None = None
+        """Called with every state that is taken, and the number of lost connections by then."""
         self.ended = False
-        """Whether the driver gave up for good; :attr:`trouble` says why."""
+        """True once the driver gave up for good; :attr:`trouble` says why."""
         self._stop = clock.repeat(self._step, driver.close)
 
     @property
@@ -47,29 +47,26 @@ class Stream:
 
     @property
     def drops(self) -> int:
-        """How often the connection was lost and made again."""
+        """Number of times that the connection was lost and made again."""
         return self._driver.drops if isinstance(self._driver, Reconnecting) else 0
 
     @property
     def waiting(self) -> int:
-        """How many states were not taken yet."""
+        """Number of states that were not taken yet."""
         return len(self._waiting)
 
     def take(self, most: int = 1_000_000) -> list[tuple[float, JointState, int]]:
-        """Return the oldest states that were not taken yet.
-
-        Args:
-            most: How many at most.
+        """Return the oldest states that were not taken yet, at most so many.
 
         Returns:
-            For each state a tuple of the time at which it arrived, by the host's monotonic clock
-            [s], the state, and how many connections had been lost by then.
+            For each state a tuple of its time of arrival by the host's monotonic clock [s], the
+            state, and the number of connections that had been lost by then.
         """
         waiting = self._waiting
         taken = [waiting.popleft() for _ in range(min(most, len(waiting)))]
-        if self.keep is not None:
+        if self.observer is not None:
             for _, state, connection in taken:
-                self.keep(state, connection)
+                self.observer(state, connection)
         return taken
 
     def close(self) -> None:

@@ -1,18 +1,8 @@
-"""Watches the stream of joint states: can it be trusted, is the arm still, what is its average?
+"""Monitor of the stream of joint states: sound or faulty, still or moving, and its average.
 
-* The arm is *still* by the rule of :mod:`mukca.recorder.stream.stationarity`.
-* A state is *faulty* if it has another number of joints than the model, a number that is not
-  finite, zeros only, or a stamp that is not later than the one before. No average is taken across
-  a faulty state.
-* A joint *jumps* if its position is over 3 degrees away from where its speed would have led it.
-  Nothing is captured until it has jumped back.
-* The stream is *frozen* when it repeats one state to the last digit although its sensors are
-  noisy, or although the arm was just moving (:mod:`mukca.recorder.stream.frozen_stream`).
-* It is *silent* when no state has come for a quarter of a second, and *late* when states take half
-  a second longer from the robot to here than the quickest did.
-
-A new connection is compared with nothing from before it: without a connection the arm may have been
-led anywhere, and the robot's clock may have been set.
+Faults and their limits are in the constants below and in docs/recording.md. No average is taken
+across a faulty state. A new connection is compared with nothing from before it: meanwhile the arm
+may have been led anywhere, and the robot's clock may have been set.
 """
 
 import math
@@ -29,26 +19,26 @@ SILENT = 0.25
 LATE = 0.5
 """Longest delay of a state in a stream that is not late [s]."""
 DRIFT = 1e-3
-"""How much faster or slower than the host's clock the robot's may run, as a share."""
+"""Largest difference in speed between the robot's and the host's clock, as a share."""
 JUMP = math.radians(3.0)
 """A smaller deviation from the expected position is no jump [rad], [m]."""
 JUMP_ACCELERATION = 50.0
 """No hand accelerates a joint more than this [rad/s^2]; in slow streams it allows larger steps."""
 UNEVEN = 0.05
-"""How far a stamp may be off the time of measurement, where the host gives the stamps [s]."""
+"""Largest error of a stamp, where the host gives the stamps [s]."""
 ABSURD = 1e6
 """No joint's position [rad] or effort [N m] is as large as this."""
 
 
 class StreamMonitor:
-    """Follows a stream, one state at a time.
+    """Monitor of a stream, fed one state at a time.
 
     Args:
         joints: The model's actuated joints, in chain order.
-        window: How long a capture averages [s].
+        window: Length of the average of a capture [s].
         still: Largest standard deviation of a joint of an arm that is still [rad], [m] for a
             prismatic joint.
-        live: Whether nothing may be captured from a stream that is late.
+        live: Whether a stream that is late is a fault.
         resolution: The smallest step of a position that the stream can tell [rad].
     """
 
@@ -66,32 +56,32 @@ class StreamMonitor:
         self.latest: JointState | None = None
         """The last state that was not faulty."""
         self.arrival = -math.inf
-        """When the last state came, faulty or not, by the host's monotonic clock [s]."""
+        """Arrival of the last state, faulty or not, by the host's monotonic clock [s]."""
         self._window = StationarityDetector(joints, window, still)
         self._arrivals: deque[float] = deque()
         self._fault: str | None = None
         self._offsets = [0.0] * len(self.joints)
         self._speeds = [0.0] * len(self.joints)
         self._resolution = resolution
-        self._freeze = FrozenStreamDetector(resolution)
+        self._frozen_stream = FrozenStreamDetector(resolution)
         self._stamp = -math.inf
         self._least_delay = math.inf
         self._delay = 0.0
         self._connection = 0
 
     def feed(self, state: JointState, arrival: float, connection: int = 0) -> bool:
-        """Take in a state; return whether stillness was looked at again.
+        """Take in a state; return whether the average was computed anew.
 
         Args:
             state: The state.
-            arrival: When it came, by the host's monotonic clock [s].
+            arrival: Its time of arrival, by the host's monotonic clock [s].
             connection: The number of the connection that it came over.
         """
         if connection != self._connection:
             self._connection = connection
-            self._begin_anew()
+            self._reset()
         self._count(arrival, state.stamp)
-        fault = self._wrong(state)
+        fault = self._fault_of(state)
         self._stamp = state.stamp
         if fault:
             self._fault = fault
@@ -100,7 +90,7 @@ class StreamMonitor:
         self._follow(state)
         self.latest = state
         looked = self._window.add(state)
-        if self._window.whole:
+        if self._window.full:
             self._fault = None
         return looked
 
@@ -111,21 +101,21 @@ class StreamMonitor:
 
     @property
     def settled(self) -> bool:
-        """Whether the arm has been still for longer than a whole window."""
+        """True once the arm has been still for longer than a whole window."""
         return self._window.settled
 
     @property
     def moving(self) -> str:
-        """Why the arm does not count as still, while it does not."""
+        """Reason why the arm does not count as still, while it does not."""
         return self._window.moving
 
     @property
     def fast(self) -> bool:
-        """Whether it moves so fast that somebody leads it on."""
+        """True while the arm moves so fast that somebody leads it on."""
         return self._window.fast
 
     def rate(self, now: float) -> float:
-        """Return how many states came within the last second."""
+        """Return the number of states within the last second."""
         if self.age(now) <= SILENT:
             return float(len(self._arrivals))
         while self._arrivals and self._arrivals[0] < now - 1.0:
@@ -137,11 +127,11 @@ class StreamMonitor:
         return now - self.arrival
 
     def trouble(self, now: float) -> str | None:
-        """Say why nothing may be captured now; None if something may."""
+        """Return the reason why nothing may be captured now; None if something may."""
         return self.unsound(now) or (None if self.rest else self._window.moving)
 
     def unsound(self, now: float) -> str | None:
-        """Say why the stream cannot be trusted now; None if it can."""
+        """Return the reason why the stream cannot be trusted now; None if it can."""
         if self.age(now) > SILENT:
             silent = f"for {self.age(now):.1f} s" if math.isfinite(self.arrival) else "yet"
             return f"the stream is silent: no state {silent}"
@@ -153,19 +143,19 @@ class StreamMonitor:
                     f"{joint.name} jumped by {joint.shown(offset)} between two states and has not "
                     "come back; if the arm is right, finish with q and start again"
                 )
-        if self._freeze.frozen:
+        if self._frozen_stream.frozen:
             return "the stream is frozen: it repeats one state to the last digit"
         if self.live and self._delay > LATE:
             return f"the stream is stale: states come {self._delay:.1f} s late"
         return None
 
-    def _begin_anew(self) -> None:
+    def _reset(self) -> None:
         """Forget what came before, so that nothing is compared with it."""
         self.latest = None
         self._fault = None
         self._offsets = [0.0] * len(self.joints)
         self._speeds = [0.0] * len(self.joints)
-        self._freeze = FrozenStreamDetector(self._resolution)
+        self._frozen_stream = FrozenStreamDetector(self._resolution)
         self._stamp = -math.inf
         self._least_delay = math.inf
         self._window.restart()
@@ -183,8 +173,8 @@ class StreamMonitor:
         self._least_delay = min(self._least_delay + allowed, delay)
         self._delay = delay - self._least_delay
 
-    def _wrong(self, state: JointState) -> str | None:
-        """Say what is wrong with a state by itself, or after the one before."""
+    def _fault_of(self, state: JointState) -> str | None:
+        """Return the fault of a state by itself, or after the one before."""
         if len(state.position) != len(self.joints):
             return f"{len(state.position)} joints came, but the model has {len(self.joints)}"
         if state.effort is not None and len(state.effort) != len(self.joints):
@@ -210,13 +200,13 @@ class StreamMonitor:
         return next(f"{joint.name} came as {v}" for joint, v in pairs if not -ABSURD < v < ABSURD)
 
     def _follow(self, state: JointState) -> None:
-        """Look for jumps and for a frozen stream."""
+        """Detect jumps and a frozen stream."""
         before = self.latest
         if before is None:
             return
-        was_frozen = self._freeze.frozen
-        self._freeze.feed(before, state)
-        if was_frozen and not self._freeze.frozen:  # the arm may have moved on meanwhile
+        was_frozen = self._frozen_stream.frozen
+        self._frozen_stream.feed(before, state)
+        if was_frozen and not self._frozen_stream.frozen:  # the arm may have moved on meanwhile
             self._window.restart()
             return
         elapsed = state.stamp - before.stamp

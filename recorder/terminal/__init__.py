@@ -1,4 +1,4 @@
-"""The session at a terminal: keys, screen, sounds, and the loop that joins them."""
+"""A recording session in the terminal: loop, keys, key scripts and screen."""
 
 import lazy_loader
 

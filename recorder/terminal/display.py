@@ -1,4 +1,4 @@
-"""Puts views on a terminal: only the lines that changed, so that SSH has little to carry."""
+"""Display of views on a terminal: only changed lines are written, so SSH has little to carry."""
 
 import os
 from contextlib import AbstractContextManager, suppress
@@ -17,7 +17,7 @@ _LEAVE = "\x1b[?25h\x1b[?1049l"
 
 
 class Display(AbstractContextManager[object], Protocol):
-    """Shows views to the operator while it is open."""
+    """A place that shows views to the operator while it is open."""
 
     def show(self, view: View) -> None:
         """Show what is known now.
@@ -99,12 +99,7 @@ def _content(line: Text) -> object:
 
 
 class Lines:
-    """Messages as lines of text, for a pipe, a file, or a simple terminal.
-
-    Args:
-        console: Where they go.
-        brief: Whether to leave out all but alarms.
-    """
+    """Messages as lines of text, for a pipe, a file, or a simple terminal; if brief, only alarms."""
 
     def __init__(self, console: Console, *, brief: bool = False) -> None:
         self._console = console
@@ -126,7 +121,7 @@ class Lines:
         return
 
     def show(self, view: View) -> None:
-        """Print what is new: messages, advice, what to do now, the help when it is asked for."""
+        """Print what is new: messages, advice, the prompt, the help when it is asked for."""
         messages = view.session.messages
         known = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
         try:
@@ -138,7 +133,7 @@ class Lines:
                 for line in advice_lines(view, 200):
                     self._console.print(line, markup=False)
             if not view.scripted:
-                self._show_what_to_do(view)
+                self._show_prompt(view)
             if view.help and not self._helped:
                 self._console.print(HELP, markup=False)
         except OSError:
@@ -146,17 +141,17 @@ class Lines:
         self._last = messages[-1] if messages else None
         self._helped, self._advice = view.help, view.advice
 
-    def _show_what_to_do(self, view: View) -> None:
-        """Print the keys once, and what to do each time that it, or what is typed, changes."""
-        ready = view.ready
-        words = ready.text if ready.words == "WHICH?" else ready.words
+    def _show_prompt(self, view: View) -> None:
+        """Print the keys once, and the prompt each time that it, or the typed line, changes."""
+        prompt = view.prompt
+        words = prompt.text if prompt.words == "WHICH?" else prompt.words
         if words == self._words:
             return
         if not self._words:
             self._console.print(KEYS, markup=False)
         self._words = words
-        text = f"socket {view.session.socket}  {ready.text}"
-        self._console.print("\n".join([*view.card, text]), markup=False)
+        text = f"socket {view.session.socket}  {prompt.text}"
+        self._console.print("\n".join([*view.resume_summary, text]), markup=False)
 
     def bell(self) -> None:
         """Ring the bell of a simple terminal; a pipe has none."""

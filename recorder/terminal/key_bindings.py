@@ -1,4 +1,4 @@
-"""Which key does what: the usual ones, and those that a foot pedal or a presenter sends."""
+"""Bindings of keys to actions, also of a foot pedal's or a presenter's keys."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ from ...errors import MukcaError
 from .keyboard import NAMES
 
 ACTIONS = ("capture", "undo", "redo", "delete", "relabel", "next", "finish", "help")
-"""What a key can be given to do."""
+"""Actions that a key can be given."""
 KEYS: Mapping[str, str] = {
     "space": "capture",
     "a": "capture",
@@ -22,18 +22,18 @@ KEYS: Mapping[str, str] = {
     "y": "yes",
     "n": "new",
 }
-"""What each key does, where nothing else is said; digits choose a socket."""
+"""Default action of each key; digits choose a socket."""
 
 
 class KeyMapError(MukcaError):
-    """A key cannot be given what it should do."""
+    """A key cannot be given this action."""
 
 
 def keys_with(settings: Iterable[str]) -> dict[str, str]:
-    """Return what each key does, with some given by the operator.
+    """Return the action of each key, with some given by the operator.
 
     Args:
-        settings: Each like ``capture=Enter,PageDown``: what to do, and the keys that do it.
+        settings: Each like ``capture=Enter,PageDown``: an action, and its keys.
 
     Raises:
         KeyMapError: No such action, or no such key.
@@ -49,13 +49,13 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
 
 
 def capture_key(keys: Mapping[str, str]) -> str:
-    """Return what to call the key that captures: the first that the operator chose, or space."""
+    """Return the name of the key that captures: the first that the operator chose, or space."""
     chosen = (key for key, does in keys.items() if does == "capture" and key not in KEYS)
     return next(chosen, "space")
 
 
 def _known(name: str, setting: str) -> str:
-    """Return a key as the keyboard calls it."""
+    """Return a key by the keyboard's name for it."""
     by_lower = {known.lower(): known for known in NAMES}
     if name.lower() in by_lower:
         return by_lower[name.lower()]
@@ -68,7 +68,7 @@ def _known(name: str, setting: str) -> str:
 
 
 @dataclass(frozen=True)
-class Prompt:
+class TypedLine:
     """A line that is being typed: the number of a sample, and what to do with it."""
 
     action: str
@@ -77,17 +77,17 @@ class Prompt:
 
     @property
     def text(self) -> str:
-        """What the operator sees."""
+        """The line as the operator sees it."""
         asks = {"delete": "delete sample", "relabel": "relabel: sample, blank, socket"}
         return f"{asks[self.action]}: {self.typed}_   Enter does it, q leaves"
 
     @property
     def numbers(self) -> list[int]:
-        """What was typed so far."""
+        """Numbers typed so far."""
         return [int(word) for word in self.typed.split()]
 
-    def with_key(self, key: str) -> "Prompt":
-        """Return the prompt after one more key."""
+    def with_key(self, key: str) -> "TypedLine":
+        """Return the line after one more key."""
         if key == "Backspace":
             return replace(self, typed=self.typed[:-1])
         key = " " if key == "space" else key

@@ -1,21 +1,7 @@
-"""Keys from a file or a pipe, so that a session can be scripted.
+"""Key scripts: keys from a file or a pipe, so that a session needs no person.
 
-Words stand between blanks or line breaks; ``#`` begins a comment up to the end of its line.
-
-==========  ============================================================================
-word        what it does
-==========  ============================================================================
-a           waits until the arm has come to rest at a place that no sample has yet, and
-            has rested for a whole window; then captures
-!a          captures at once, whatever the arm does
-aad, s, q   any of the keys ``a d u r s 0 .. 9 ? q``, one after the other
-delete=12   takes sample 12 back; ``relabel=12:1`` gives it to socket 1
-a*30        the word thirty times
-wait=2.5    waits until the robot's clock has gone on by 2.5 s
-==========  ============================================================================
-
-What a script does depends on the stream alone, not on how busy the computer is. At its end the
-session is finished as by ``q``.
+``mukca record --help`` lists the words. The effect of a script depends on the stream alone, not on
+how busy the computer is. At its end the session is finished as by ``q``.
 """
 
 import os
@@ -27,7 +13,7 @@ from dataclasses import dataclass
 from ...errors import MukcaError
 
 PATIENCE = 30.0
-"""How long a step waits for the arm at most [s]."""
+"""Longest wait of a step for the arm [s]."""
 _WORD = re.compile(r"(!?)([adurqs?0-9]+)(?:\*(\d{1,4}))?")
 _NUMBERED = re.compile(r"delete=\d{1,5}|relabel=\d{1,5}:\d")
 _WAIT = re.compile(r"wait=(\d+\.?\d*|\.\d+)")
@@ -47,7 +33,7 @@ class Step:
 
     key: str = ""
     at_once: bool = True
-    """Whether the key is pressed without waiting for a new rest."""
+    """True to press the key without waiting for a new rest."""
     pause: float = 0.0
     """[s]"""
 
@@ -57,7 +43,7 @@ class Script:
 
     Args:
         descriptor: A file's or a pipe's; closed by nobody here.
-        name: What messages call it.
+        name: For messages.
     """
 
     def __init__(self, descriptor: int, name: str = "standard input") -> None:
@@ -75,12 +61,12 @@ class Script:
 
     @property
     def hungry(self) -> bool:
-        """Whether more is to be read before the script can go on."""
+        """True while more is to be read before the script can go on."""
         return not self._steps and not self._read_all
 
     @property
     def over(self) -> bool:
-        """Whether nothing is left to do."""
+        """True once nothing is left to do."""
         return not self._steps and self._read_all
 
     def due(self, now: float, stamp: float, trouble: str | None) -> str | None:
@@ -89,7 +75,7 @@ class Script:
         Args:
             now: The host's clock [s, monotonic].
             stamp: The robot's clock [s].
-            trouble: Why the arm does not rest at a new place; None if it does.
+            trouble: Reason why the arm does not rest at a new place; None if it does.
 
         Raises:
             ScriptError: A step has waited for too long.

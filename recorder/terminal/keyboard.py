@@ -22,10 +22,10 @@ _SEQUENCES = {
     "23~": "F11",
     "24~": "F12",
 }
-"""What follows ``ESC [`` or ``ESC O``, by the key that sends it."""
+"""Key by the sequence that follows ``ESC [`` or ``ESC O``."""
 _SINGLE = {"\r": "Enter", "\n": "Enter", "\t": "Tab", "\x7f": "Backspace", "\b": "Backspace"}
 NAMES = frozenset({*_SEQUENCES.values(), *_SINGLE.values(), "space"})
-"""What the keys are called that are no printable character."""
+"""Names of the keys that are no printable character."""
 _UNFINISHED = re.compile(rb"\x1b(\[[0-?]*[ -/]*|O)?$")
 _ESCAPE_TIME = 0.1
 """The rest of an escape sequence follows within this time [s]."""
@@ -103,7 +103,7 @@ class Keyboard:
 
 
 def _name(key: bytes) -> str:
-    """Return what a key is called; nothing for one without a name."""
+    """Return a key's name; empty for one without."""
     if key[:1] == b"\x1b":
         return _SEQUENCES.get(key[2:].decode("latin1"), "") if key[1:2] in (b"[", b"O") else ""
     text = key.decode("latin1")

@@ -6,9 +6,9 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 
 from ...drivers import clock
-from .. import Sample
 from ..session import (
     Advice,
+    Check,
     GuidanceClient,
     GuidanceProvider,
     OperatorContext,
@@ -18,12 +18,12 @@ from ..session import (
     Sound,
     StreamAlerts,
     View,
-    readiness,
+    prompt_for,
 )
 from ..stream import ContactDetector, StationaryPose, Stream, StreamMonitor
 from .display import Display
 from .key_bindings import KEYS, capture_key
-from .key_handler import Controls
+from .key_handler import KeyHandler
 from .key_script import Script
 from .keyboard import HangUp, Keyboard
 from .signals import Signals
@@ -31,22 +31,22 @@ from .signals import Signals
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
 MOST_STATES = 500
-"""How many states are looked at in one go, so that keys and the screen need not wait for more."""
+"""States taken in at once, at most, so that keys and the screen need not wait for more."""
 SHOWN = 1.0
-"""How long a capture is shown large [s]."""
+"""Duration of the banner of a capture [s]."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a session ended."""
+    """End of a session."""
 
     session: Session
     signal: int | None
     """The signal that ended it; None where the operator did."""
     refused: int
-    """How many captures were refused."""
-    elsewhere: bool = False
-    """Whether the operator goes on at a new placement."""
+    """Number of refused captures."""
+    new_placement: bool = False
+    """True if the operator goes on at a new placement."""
     advice: Advice | None = None
     """The last that was given."""
 
@@ -60,52 +60,52 @@ class Recorder:
 
     session: Session
     stream: Stream
-    watch: StreamMonitor
+    monitor: StreamMonitor
     recording: Recording
     display: Display
     title: str = ""
     keyboard: Keyboard | None = None
     script: Script | None = None
-    push: ContactDetector | None = None
-    check: Callable[[Sequence[Sample]], str | None] | None = None
-    """Says what the last of some samples does that is odd by the model; None if nothing is."""
-    plausible: Callable[[Sequence[Sample]], str | None] | None = None
-    """Likewise, of a pose that is to be captured without a key."""
+    contact: ContactDetector | None = None
+    check: Check | None = None
+    """Test of a sample that was captured."""
+    plausible: Check | None = None
+    """Test of a pose that is to be captured without a key."""
     keys: Mapping[str, str] = field(default_factory=lambda: KEYS)
-    """What each key does."""
+    """Action of each key."""
     hands_free: bool = False
-    """Whether a settled rest at a new, plausible pose is captured without a key."""
+    """True to capture a settled rest at a new, plausible pose without a key."""
     moved: bool = False
-    """Whether the base was moved a moment ago, so that a key says when the ball is in it again."""
+    """True if the base was moved a moment ago: a key says when the ball is in it again."""
     sound: bool = True
-    card: Sequence[str] = ()
-    """What is continued, for the operator to confirm before anything is captured."""
-    adviser: GuidanceProvider | None = None
-    onlooker: Callable[[View], None] | None = None
-    """Is shown every view too; must never wait."""
+    resume_summary: Sequence[str] = ()
+    """Lines on the recording that is continued, to confirm before anything is captured."""
+    guidance: GuidanceProvider | None = None
+    observer: Callable[[View], None] | None = None
+    """Called with every view too; must never wait."""
 
     def __post_init__(self) -> None:
         self._sound = Sound(self.display.bell, on=self.sound)
-        self._desk = SessionActions(
+        self._actions = SessionActions(
             self.session, self.recording, self._sound, self.check, self.plausible
         )
-        self._controls = Controls(
-            self._desk,
+        self._handler = KeyHandler(
+            self._actions,
             self.keys,
             self._capture,
-            asking=bool(self.card),
+            asking=bool(self.resume_summary),
             hands_free=self.hands_free,
             paused=self.hands_free or self.moved,
         )
-        self._push = self.push or ContactDetector(self.session.joints)
-        self._pushed: str | None = None
+        self._detector = self.contact or ContactDetector(self.session.joints)
+        self._evidence: str | None = None
         self._pressed = 0.0
-        self._got: tuple[int, float] | None = None
-        self._shunned: StationaryPose | None = None
-        self._doubted: StationaryPose | None = None
-        self._news = StreamAlerts(self.stream, self.watch, self._desk)
-        self._trouble = self._news.trouble
-        self._consultation = GuidanceClient(self.adviser, self._desk, self._sound)
+        self._captured: tuple[int, float] | None = None
+        self._rejected: StationaryPose | None = None
+        self._implausible: StationaryPose | None = None
+        self._alerts = StreamAlerts(self.stream, self.monitor, self._actions)
+        self._trouble = self._alerts.trouble
+        self._client = GuidanceClient(self.guidance, self._actions, self._sound)
         self._next_frame = 0.0
 
     def run(self) -> Outcome:
@@ -118,22 +118,20 @@ class Recorder:
             received: int | None = None
             try:
                 with self.display, self.keyboard or nullcontext():
-                    while not self._desk.session.finished and signals.received is None:
+                    while not self._actions.session.finished and signals.received is None:
                         self._wait(signals)
                         self._take_states()
-                        self._follow(clock.now())
+                        self._update(clock.now())
                         self._draw()
             except HangUp:
                 received = signal.SIGHUP
             return Outcome(
-                self._desk.session,
+                self._actions.session,
                 signals.received or received,
-                self._desk.refused,
-                self._controls.elsewhere,
-                self._consultation.advice,
+                self._actions.refused,
+                self._handler.new_placement,
+                self._client.advice,
             )
-
-    # -- what comes in ---------------------------------------------------------------------------
 
     def _wait(self, signals: Signals) -> None:
         """Wait for a key, a signal, or the time to draw; read what there is."""
@@ -151,154 +149,148 @@ class Recorder:
             self.script.read()
         if self.keyboard and self.keyboard in ready:
             keys = self.keyboard.read()
-            self._take_states()  # what came before the key was pressed
+            self._take_states()  # those that came before the key was pressed
             for key in keys:
                 self._press(key, clock.now())
             self._next_frame = 0.0
 
     def _take_states(self) -> None:
-        """Look at the states that have come, in order, the oldest first."""
+        """Take in the states that have come, in order, the oldest first."""
         for arrival, state, connection in self.stream.take(MOST_STATES):
-            looked = self.watch.feed(state, arrival, connection)
-            if looked and self.script:
+            averaged = self.monitor.feed(state, arrival, connection)
+            if averaged and self.script:
                 self._follow_script(self.script, arrival)
-            if looked and self.hands_free:
-                self._capture_by_itself(arrival)
-            if self._desk.session.finished:
+            if averaged and self.hands_free:
+                self._capture_hands_free(arrival)
+            if self._actions.session.finished:
                 return
         if self.script:
             self._follow_script(self.script, clock.now())
 
-    def _follow(self, now: float) -> None:
-        """Tell what has changed beside the arm, and sound what is due."""
-        self._news.follow(now)
-        self._pushed = self._push.look(self.watch.rest) if self.watch.rest else None
-        latest = self.watch.latest
-        self._consultation.go_on(latest.position if latest else None)
-        self._sound.go_on(now)
-
-    # -- keys ------------------------------------------------------------------------------------
+    def _update(self, now: float) -> None:
+        """Update alerts, guidance and sound."""
+        self._alerts.update(now)
+        rest, latest = self.monitor.rest, self.monitor.latest
+        self._evidence = self._detector.evidence(rest) if rest else None
+        self._client.update(latest.position if latest else None)
+        self._sound.update(now)
 
     def _press(self, key: str, now: float) -> None:
-        if self._desk.session.finished:
+        if self._actions.session.finished:
             return
         self._pressed = now
-        withdrawn = self._desk.session.withdrawn
-        self._controls.press(key)
-        if self.hands_free and self._desk.session.withdrawn != withdrawn:
-            self._shunned = self.watch.rest  # what was just taken back is not captured again
+        withdrawn = self._actions.session.withdrawn
+        self._handler.press(key)
+        if self.hands_free and self._actions.session.withdrawn != withdrawn:
+            self._rejected = self.monitor.rest  # a sample just taken back is not captured again
 
     def _capture(self) -> None:
         """Capture because a key says so."""
-        rest = self.watch.rest
-        reason = self._trouble(self._pressed) or (None if rest else self.watch.moving)
+        rest = self.monitor.rest
+        reason = self._trouble(self._pressed) or (None if rest else self.monitor.moving)
         if rest and not reason:
-            reason = self._desk.session.refusal(rest.position)
+            reason = self._actions.session.refusal(rest.position)
         if not rest or reason:
-            self._shunned = rest
-            self._desk.refuse(reason or "still moving")
+            self._rejected = rest
+            self._actions.refuse(reason or "still moving")
         else:
             self._save(rest)
 
     def _save(self, rest: StationaryPose) -> None:
-        sample = self._desk.capture(rest, self._push.look(rest))
-        self._shunned = None if sample else rest
+        sample = self._actions.capture(rest, self._detector.evidence(rest))
+        self._rejected = None if sample else rest
         if sample:
-            self._got = sample.number, clock.now()
+            self._captured = sample.number, clock.now()
 
-    def _capture_by_itself(self, now: float) -> None:
-        """Capture a settled rest at a new, plausible pose, unless a key is waited for."""
-        rest = self.watch.rest
-        if not rest or not self.watch.settled or self._trouble(now):
+    def _capture_hands_free(self, now: float) -> None:
+        """Capture a settled rest at a new, plausible pose, unless a key is awaited."""
+        rest = self.monitor.rest
+        if not rest or not self.monitor.settled or self._trouble(now):
             return
-        if self._same(self._shunned, rest):
+        if self._same(self._rejected, rest):
             return
-        moment = replace(self._moment(now), got=None)
-        ready = readiness(moment)
-        if ready.words == "HOLD":
+        context = replace(self._context(now), captured=None)
+        prompt, odd = prompt_for(context), context.implausible
+        if prompt.words == "HOLD":
             self._save(rest)
-        elif moment.doubt and ready.reason == moment.doubt and not self._same(self._doubted, rest):
-            self._doubted = rest  # said once
-            self._desk.alarm(f"{moment.doubt} {moment.capture_key} captures it all the same")
+        elif odd and prompt.reason == odd and not self._same(self._implausible, rest):
+            self._implausible = rest  # alarmed once
+            self._actions.alarm(f"{odd} {context.capture_key} captures it all the same")
 
     def _same(self, earlier: StationaryPose | None, rest: StationaryPose) -> bool:
-        return bool(earlier and self._desk.session.same(earlier.position, rest.position))
-
-    # -- keys from a script ----------------------------------------------------------------------
+        return bool(earlier and self._actions.session.same(earlier.position, rest.position))
 
     def _follow_script(self, script: Script, now: float) -> None:
         """Press all keys of the script that are due."""
-        stamp = self.watch.latest.stamp if self.watch.latest else 0.0
-        while not self._desk.session.finished:
+        stamp = self.monitor.latest.stamp if self.monitor.latest else 0.0
+        while not self._actions.session.finished:
             key = script.due(now, stamp, self._no_new_rest(now))
             if key is None:
                 break
             self._press(key, now)
         if script.over:
-            self._controls.finish()
+            self._handler.finish()
 
     def _no_new_rest(self, now: float) -> str | None:
-        """Say why the arm does not rest where a script may capture; None if it does."""
-        rest = self.watch.rest
-        trouble = self._trouble(now) or (None if rest else self.watch.moving)
-        if trouble or not (rest and self.watch.settled):
+        """Return the reason why the arm does not rest where a script may capture, or None."""
+        rest = self.monitor.rest
+        trouble = self._trouble(now) or (None if rest else self.monitor.moving)
+        if trouble or not (rest and self.monitor.settled):
             return trouble or "not yet still for long enough"
-        if self._same(self._shunned, rest):
+        if self._same(self._rejected, rest):
             return "it rests where a capture was just refused"
-        earlier = self._desk.session.nearest(rest.position)
+        earlier = self._actions.session.nearest(rest.position)
         return earlier and f"it rests where sample {earlier.number} was taken"
 
-    # -- what goes out ---------------------------------------------------------------------------
-
-    def _moment(self, now: float) -> OperatorContext:
-        """Return what the operator's next step follows from."""
-        session, rest, latest = self._desk.session, self.watch.rest, self.watch.latest
-        advice, here = self._consultation.advice, self._consultation.here
-        got, prompt = self._got, self._controls.prompt
+    def _context(self, now: float) -> OperatorContext:
+        """Return the state from which the operator's next step follows."""
+        rest, latest = self.monitor.rest, self.monitor.latest
+        advice, here = self._client.advice, self._client.here
+        captured, line = self._captured, self._handler.line
         return OperatorContext(
-            session,
+            self._actions.session,
             position=rest.position if rest else latest and latest.position,
             trouble=self._trouble(now),
-            moving=None if rest else self.watch.moving,
-            fast=self.watch.fast,
-            push=self._pushed,
-            got=got[0] if got and now - got[1] < SHOWN else None,
+            moving=None if rest else self.monitor.moving,
+            fast=self.monitor.fast,
+            contact=self._evidence,
+            captured=captured[0] if captured and now - captured[1] < SHOWN else None,
             leave=bool(here and here.leave),
             enough=advice.why_enough if advice else "",
-            doubt=self._doubt(rest) if rest and self.hands_free else None,
+            implausible=self._why_implausible(rest) if rest and self.hands_free else None,
             hands_free=self.hands_free,
-            paused=self._controls.paused,
-            prompt=prompt.text if prompt else "",
-            asking=self._controls.asking,
+            paused=self._handler.paused,
+            typed=line.text if line else "",
+            asking=self._handler.asking,
             capture_key=capture_key(self.keys),
         )
 
-    def _doubt(self, rest: StationaryPose) -> str | None:
-        """Say why a rest where a capture would be taken is not captured without a key."""
-        refused = self._desk.session.refusal(rest.position)  # as often, where it was just captured
-        return None if refused else self._desk.doubt(rest)
+    def _why_implausible(self, rest: StationaryPose) -> str | None:
+        """Return the reason not to capture a rest by itself that a key would capture, or None."""
+        refused = self._actions.session.refusal(rest.position)  # often: it was just captured
+        return None if refused else self._actions.implausible(rest)
 
     def _draw(self) -> None:
         now = clock.now()
-        if now < self._next_frame and not self._desk.session.finished:
+        if now < self._next_frame and not self._actions.session.finished:
             return
         self._next_frame = now + FRAME
-        latest = self.watch.latest
+        latest = self.monitor.latest
         view = View(
-            session=self._desk.session,
+            session=self._actions.session,
             title=self.title,
-            ready=readiness(self._moment(now)),
+            prompt=prompt_for(self._context(now)),
             position=latest.position if latest else None,
-            advice=self._consultation.advice,
-            rate=self.watch.rate(now),
-            age=self.watch.age(now),
+            advice=self._client.advice,
+            rate=self.monitor.rate(now),
+            age=self.monitor.age(now),
             missed=self.stream.missed,
             drops=self.stream.drops,
             discarded=self.stream.rejected,
-            card=tuple(self.card) if self._controls.asking else (),
-            help=self._controls.help,
+            resume_summary=tuple(self.resume_summary) if self._handler.asking else (),
+            help=self._handler.help,
             scripted=self.script is not None,
         )
         self.display.show(view)
-        if self.onlooker:
-            self.onlooker(view)
+        if self.observer:
+            self.observer(view)

@@ -1,4 +1,4 @@
-"""The recorder's screen: from what is known at one moment to lines of text, and nothing else."""
+"""The recorder's screen: a pure function from a view to lines of text."""
 
 import math
 import textwrap
@@ -37,29 +37,25 @@ _WIDTH, _USUAL = 60, 80
 
 
 def rows_needed(joints: int) -> int:
-    """Return how many rows show all of an arm's joints, and all of a refusal."""
+    """Return the number of rows that show all of an arm's joints, and all of a refusal."""
     return joints + 7
 
 
 def render(view: View, width: int, height: int, *, plain: bool = False) -> list[Text]:
-    """Draw a view.
+    """Return a view as lines of a terminal's width, as many as its height unless it is too small.
 
-    Args:
-        view: What is known.
-        width: Columns of the terminal.
-        height: Rows of the terminal; as many lines are drawn, unless it is too small.
-        plain: Draw with ASCII only.
+    ``plain`` draws with ASCII only.
     """
     least = rows_needed(len(view.session.joints))
     if width < _WIDTH or height < least:
-        said = f"needs {_WIDTH} x {least}, has {width} x {height}: {view.ready.words}"
+        said = f"needs {_WIDTH} x {least}, has {width} x {height}: {view.prompt.words}"
         return [_shown(Text(said), width, plain=plain)]
     return [_shown(line, width, plain=plain) for line in _lines(view, width, height)]
 
 
 def advice_lines(view: View, width: int) -> list[str]:
-    """Return what the advice says, for where there is no screen; nothing without advice."""
-    if view.advice is None or not view.advice.telling:
+    """Return the advice in lines, for where there is no screen; none without advice."""
+    if view.advice is None or not view.advice.is_informative:
         return []
     return [line.plain.strip() for line in (_gauge(view, width), *_hint(view, width))]
 
@@ -80,9 +76,9 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     spare = height - rows_needed(len(view.session.joints))
     keys = [Text(_fit(KEYS, width), style="bold")][:spare]
     title = [_title(view, width)][: max(0, spare - 1)]
-    facts = [_gauge(view, width)] if view.advice and view.advice.telling else []
+    facts = [_gauge(view, width)] if view.advice and view.advice.is_informative else []
     facts = [*facts, _stream(view)][: 0 if view.help else max(0, spare - 2)]
-    large = banner(view.ready.words, view.ready.colour, width)
+    large = banner(view.prompt.words, view.prompt.colour, width)
     counts = _counts(view.session, width)
     top = [*title, *large, _status(view, width), counts, *facts]
     room = height - len(top) - len(keys)
@@ -97,9 +93,9 @@ def _title(view: View, width: int) -> Text:
 
 def _status(view: View, width: int) -> Text:
     """The banner's words again with the reason, and the socket that is active."""
-    start, text = f" SOCKET {view.session.socket}  ", view.ready.text
+    start, text = f" SOCKET {view.session.socket}  ", view.prompt.text
     if width < _USUAL and len(start + text) > width:  # the words stand in the banner
-        text = view.ready.reason
+        text = view.prompt.reason
     return Text(start + text, style="bold")
 
 
@@ -154,8 +150,8 @@ def _stream(view: View) -> Text:
 def _middle(view: View, width: int, room: int) -> list[Text]:
     """Joints, last captures and messages, as many as there is room for."""
     joints = _joints(view, width)
-    if view.card:
-        lines = [part for line in view.card for part in textwrap.wrap(line, width - 2)]
+    if view.resume_summary:
+        lines = [part for line in view.resume_summary for part in textwrap.wrap(line, width - 2)]
         return [*(Text(f" {line}", style="bold") for line in lines), *joints]
     room -= len(joints)
     hint = _hint(view, width) if room > 2 else []
@@ -190,44 +186,33 @@ def _joints(view: View, width: int) -> list[Text]:
     target = (view.advice.target if view.advice else None) or nowhere
     here = [s.position for s in session.live if s.socket == session.socket]
     there = [s.position for s in session.live if s.socket != session.socket]
-    return [
-        _joint(
-            joint, values[i], target[i], [q[i] for q in here], [q[i] for q in there], names, width
-        )
-        for i, joint in enumerate(session.joints)
-    ]
+    lines: list[Text] = []
+    for i, joint in enumerate(session.joints):
+        lower, upper = _ends(joint)
+        near = min(values[i] - lower, upper - values[i]) < 0.05 * (upper - lower)
+        marks = [
+            *((q[i], "╷", "dim") for q in there),
+            *((q[i], "▮", "cyan") for q in here),
+            (target[i], "◆", "bold magenta"),
+            (values[i], "┃", "bold red" if near else "bold"),
+        ]
+        line = Text(f" {_fit(joint.name, names):<{names}} ")
+        lines.append(line.append(_joint(joint, values[i], marks, width - names - 30)))
+    return lines
 
 
 def _joint(
-    joint: JointLimits,
-    value: float,
-    target: float,
-    here: list[float],
-    there: list[float],
-    names: int,
-    width: int,
+    joint: JointLimits, value: float, marks: list[tuple[float, str, str]], length: int
 ) -> Text:
-    """One joint: its range from limit to limit, where it was captured, and where it is."""
+    """One joint: its range from limit to limit with marks on it, and its position."""
     lower, upper = _ends(joint)
-    length = width - names - 30
-    line = Text(f" {_fit(joint.name, names):<{names}} ")
-    line.append(f"{joint.shown(lower):>8}├", style="dim")
-    marks = [("─", "dim")] * length
-
-    def put(position: float, mark: str, style: str) -> None:
-        share = (position - lower) / (upper - lower)
-        marks[min(length - 1, max(0, round(share * (length - 1))))] = (mark, style)
-
-    for position in there:
-        put(position, "╷", "dim")
-    for position in here:
-        put(position, "▮", "cyan")
-    if math.isfinite(target):
-        put(target, "◆", "bold magenta")
-    if math.isfinite(value):
-        near = min(value - lower, upper - value) < 0.05 * (upper - lower)
-        put(value, "┃", "bold red" if near else "bold")
-    for style, run in groupby(marks, key=itemgetter(1)):
+    bar = [("─", "dim")] * length
+    for position, mark, style in marks:
+        if math.isfinite(position):
+            share = (position - lower) / (upper - lower)
+            bar[min(length - 1, max(0, round(share * (length - 1))))] = (mark, style)
+    line = Text().append(f"{joint.shown(lower):>8}├", style="dim")
+    for style, run in groupby(bar, key=itemgetter(1)):
         line.append("".join(mark for mark, _ in run), style=style)
     line.append(f"┤{joint.shown(upper):<8}", style="dim")
     line.append(f"{joint.shown(value):>8}" if math.isfinite(value) else "       -", style="bold")

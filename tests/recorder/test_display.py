@@ -115,9 +115,11 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
     with Lines(Console(file=text)) as lines:
         lines.show(by_hand)
         lines.show(replace(by_hand, age=0.1))
-        lines.show(replace(by_hand, ready=OperatorPrompt("HOLD", "red", "still moving")))
+        lines.show(replace(by_hand, prompt=OperatorPrompt("HOLD", "red", "still moving")))
         for typed in ("", "2"):
-            lines.show(replace(by_hand, ready=OperatorPrompt("WHICH?", "red", f"delete: {typed}_")))
+            lines.show(
+                replace(by_hand, prompt=OperatorPrompt("WHICH?", "red", f"delete: {typed}_"))
+            )
     assert text.getvalue().splitlines() == [
         KEYS,
         "socket 0  PRESS: space captures sample 1",

@@ -3,7 +3,7 @@
 import pytest
 
 from mukca.recorder.terminal import keys_with
-from mukca.recorder.terminal.key_bindings import KEYS, KeyMapError, Prompt
+from mukca.recorder.terminal.key_bindings import KEYS, KeyMapError, TypedLine
 
 
 def test_a_pedal_captures_and_the_usual_keys_stay() -> None:
@@ -29,7 +29,7 @@ def test_what_is_no_key_or_action_is_told(setting: str, told: str) -> None:
 
 
 def test_a_line_is_typed_with_digits_blanks_and_backspace() -> None:
-    prompt = Prompt("relabel")
+    prompt = TypedLine("relabel")
     for key in ("1", "2", "x", "Backspace", "3", "space", "1"):
         prompt = prompt.with_key(key)
     assert prompt.numbers == [13, 1] and "13 1_" in prompt.text

@@ -24,24 +24,24 @@ def rest(
     ],
 )
 def test_a_load_beyond_gravity_is_told(effort: tuple[float, float], told: str | None) -> None:
-    said = ContactDetector(JOINTS, lambda q: (40.0, 5.0)).look(rest(effort))
+    said = ContactDetector(JOINTS, lambda q: (40.0, 5.0)).evidence(rest(effort))
     assert said is None if told is None else told in str(said)
 
 
 def test_tremor_is_told_against_the_quietest_rest() -> None:
     push = ContactDetector(JOINTS)
-    assert push.look(rest((1.0, 1.0), (0.5, 0.5))) is None  # nothing to compare with yet
-    assert push.look(rest((1.0, 1.0), QUIET)) is None
+    assert push.evidence(rest((1.0, 1.0), (0.5, 0.5))) is None  # nothing to compare with yet
+    assert push.evidence(rest((1.0, 1.0), QUIET)) is None
     assert "the effort of shoulder trembles by 0.50 N m" in str(
-        push.look(rest((1.0, 1.0), (0.5, 0.5)))
+        push.evidence(rest((1.0, 1.0), (0.5, 0.5)))
     )
-    assert push.look(rest((1.0, 1.0), (0.09, 0.02))) is None  # as small as sensors' noise
-    assert push.look(rest((1.0, 1.0), QUIET)) is None
+    assert push.evidence(rest((1.0, 1.0), (0.09, 0.02))) is None  # as small as sensors' noise
+    assert push.evidence(rest((1.0, 1.0), QUIET)) is None
 
 
 def test_without_efforts_nothing_is_claimed() -> None:
-    assert ContactDetector(JOINTS, lambda q: (40.0, 5.0)).look(rest(None, None)) is None
+    assert ContactDetector(JOINTS, lambda q: (40.0, 5.0)).evidence(rest(None, None)) is None
 
 
 def test_without_masses_no_load_is_claimed() -> None:
-    assert ContactDetector(JOINTS).look(rest((1000.0, 0.0))) is None
+    assert ContactDetector(JOINTS).evidence(rest((1000.0, 0.0))) is None

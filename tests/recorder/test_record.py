@@ -18,7 +18,7 @@ from mukca.drivers import Driver, Reconnecting, clock
 from mukca.drivers.arms import Motion, SimulatedArm
 from mukca.drivers.arms.simulated import Fault, Mock
 from mukca.recorder import Sample, read_placement
-from mukca.recorder.session import Advice, Question, Recording, Session, View
+from mukca.recorder.session import Advice, GuidanceRequest, Recording, Session, View
 from mukca.recorder.session.recording_file import Metadata
 from mukca.recorder.stream import ContactDetector, JointLimits, Stream, StreamMonitor
 from mukca.recorder.terminal import Outcome, Recorder, Script
@@ -225,11 +225,11 @@ def test_efforts_are_averaged_and_saved(record, tmp_path: Path) -> None:
 def test_a_pushed_arm_is_told_and_noted(record) -> None:
     source = arm("push@0+inf", efforts=[(10.0, -2.0)] * 5)
     push = ContactDetector(JOINTS, lambda q: (10.0, -2.0))
-    outcome, seen = record(source, "a q", push=push)
+    outcome, seen = record(source, "a q", contact=push)
     assert outcome.refused == 0
     said = outcome.session.messages[-1].text
     assert "while the arm was pushed (a exerts +5" in said
-    assert any(view.ready.words == "LET GO" for view in seen.views)
+    assert any(view.prompt.words == "LET GO" for view in seen.views)
 
 
 def test_a_model_s_doubt_is_shown(record) -> None:
@@ -375,7 +375,7 @@ class Typist:
 
 def words_of(seen: Seen) -> list[str]:
     """The banner's words, each time that they changed."""
-    words = [view.ready.words for view in seen.views]
+    words = [view.prompt.words for view in seen.views]
     return [b for a, b in zip(["", *words], words, strict=False) if a != b]
 
 
@@ -417,7 +417,7 @@ def test_press_is_never_said_where_it_would_be_refused(by_hand) -> None:
     outcome, seen = by_hand(arm(speed=1.0, hold=2.5), *typed)
     assert outcome.refused == 0 and outcome.session.counts == (2, 0)
     for view in seen.views:
-        if view.ready.words == "PRESS":
+        if view.prompt.words == "PRESS":
             assert view.position and view.session.refusal(view.position) is None
             assert view.session.counts[view.session.socket] < view.session.target
     assert {"GOT 1", "NEXT POSE", "MOVE", "SOCKET 1 NOW", "PRESS"} <= set(words_of(seen))
@@ -437,7 +437,7 @@ def test_a_folder_that_is_renamed_meanwhile_takes_no_more(by_hand, tmp_path: Pat
         if view.session.live and not moved:
             moved.append((tmp_path / "front").rename(tmp_path / "back"))
 
-    outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (2.5, "a"), (4.0, "q"), onlooker=rename)
+    outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (2.5, "a"), (4.0, "q"), observer=rename)
     assert len(outcome.session.live) == 1
     assert "was moved, renamed or replaced" in seen.alarms[0]
 
@@ -450,7 +450,7 @@ def test_a_moved_base_is_left_for_a_new_placement(by_hand) -> None:
 
     typed = (0.5, "a"), (1.2, "n"), (2.5, "a"), (3.0, "n"), (6.0, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, check=jumped)
-    assert outcome.elsewhere and [s.number for s in outcome.session.live] == [1]
+    assert outcome.new_placement and [s.number for s in outcome.session.live] == [1]
     assert "n is for a base that moved" in seen.alarms[0]
     assert "has the base moved?" in seen.alarms[1]
 
@@ -477,23 +477,23 @@ def test_other_keys_can_capture_and_numbers_are_typed(by_hand) -> None:
     typed = (0.5, "+"), (2.0, "+"), (3.0, "x1"), (3.1, "q"), (3.2, "l2 1"), (3.3, "\r"), (3.5, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, keys=keys)
     assert outcome.session.counts == (1, 1)
-    assert any(view.ready.text == "PRESS: + captures sample 1" for view in seen.views)
+    assert any(view.prompt.text == "PRESS: + captures sample 1" for view in seen.views)
     assert any(
-        view.ready.words == "WHICH?" and "delete sample: 1_" in view.ready.reason
+        view.prompt.words == "WHICH?" and "delete sample: 1_" in view.prompt.reason
         for view in seen.views
     )
 
 
-class GuidanceProvider:
+class Guidance:
     """Says what it is told to, as soon as it is asked."""
 
     def __init__(self, *said: dict[str, object]) -> None:
         self.trouble: str | None = None
         self.idle = True
-        self.asked: list[Question] = []
+        self.asked: list[GuidanceRequest] = []
         self._said = list(said)
 
-    def ask(self, question: Question) -> None:
+    def ask(self, question: GuidanceRequest) -> None:
         self.asked.append(question)
         self.idle = False
 
@@ -507,10 +507,10 @@ class GuidanceProvider:
 
 
 def test_advice_ends_a_socket_and_the_placement(by_hand) -> None:
-    odd = {"doubt": "this moves like a crane"}
-    adviser = GuidanceProvider({}, {"leave": True} | odd, {"enough": True, "closing": ("go left",)})
+    odd = {"implausible": "this moves like a crane"}
+    adviser = Guidance({}, {"leave": True} | odd, {"enough": True, "closing": ("go left",)})
     typed = (0.5, "a"), (1.9, "s"), (2.2, "a"), (4.5, "q")
-    outcome, seen = by_hand(arm(speed=1.0), *typed, adviser=adviser, sound=True)
+    outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser, sound=True)
     assert outcome.session.counts == (1, 1)
     assert [(len(q.samples), q.socket) for q in adviser.asked] == [(0, 0), (1, 0), (1, 1), (2, 1)]
     words = words_of(seen)
@@ -521,8 +521,8 @@ def test_advice_ends_a_socket_and_the_placement(by_hand) -> None:
 
 
 def test_advice_that_fails_ends_no_session(by_hand) -> None:
-    adviser = GuidanceProvider({})
+    adviser = Guidance({})
     adviser.trouble = "it ended with status 1"
-    outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (1.8, "q"), adviser=adviser)
+    outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (1.8, "q"), guidance=adviser)
     assert len(outcome.session.live) == 1 and outcome.advice is None
     assert any("no advice any more" in m.text for m in seen.views[-1].session.messages)

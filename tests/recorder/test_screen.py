@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from rich.console import Console, Group
 
 from mukca.recorder import Sample
-from mukca.recorder.session import Advice, OperatorContext, Session, View, readiness
+from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
 from mukca.recorder.stream import JointLimits
 from mukca.recorder.terminal import render
 from mukca.recorder.terminal.large_text import banner
 from mukca.recorder.terminal.screen import HELP, rows_needed
 
-MOMENT = ("trouble", "moving", "push", "got", "asking", "prompt")
+MOMENT = ("trouble", "moving", "contact", "captured", "asking", "typed")
 JOINTS = tuple(JointLimits(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
 
 
@@ -35,7 +35,7 @@ def view(made: Session | None = None, **more: object) -> View:
     made = made or session()
     position = more.pop("position", (0.3,) * len(made.joints))
     said = {f: more.pop(f) for f in MOMENT if f in more}
-    ready = readiness(OperatorContext(made, position, **said))  # pyright: ignore
+    ready = prompt_for(OperatorContext(made, position, **said))  # pyright: ignore
     facts = {"position": position, "rate": 1000.0, "age": 0.002, **more}
     return View(made, "panda  mock:hand  data/front", ready, **facts)  # pyright: ignore
 
@@ -109,15 +109,15 @@ def test_all_that_is_needed_is_on_80_by_24(plain: bool) -> None:
     ("more", "says"),
     [
         ({}, "PRESS: space captures sample 13"),
-        ({"push": "elbow exerts +6 N m beyond gravity"}, "LET GO"),
-        ({"trouble": "the stream is silent", "push": "x"}, "WAIT"),
+        ({"contact": "elbow exerts +6 N m beyond gravity"}, "LET GO"),
+        ({"trouble": "the stream is silent", "contact": "x"}, "WAIT"),
         ({"drops": 2}, "connection lost 2x"),
         ({"missed": 7}, "missed 7"),
         ({"age": math.inf}, "no state yet"),
         ({"age": 3.21}, "last state 3.2 s ago"),
         ({"scripted": True}, "keys by script"),
         ({"help": True}, "undo the last capture"),
-        ({"prompt": "delete sample: 1_"}, "WHICH?: delete sample: 1_"),
+        ({"typed": "delete sample: 1_"}, "WHICH?: delete sample: 1_"),
         ({"position": None}, "panda_joint1"),
     ],
 )
@@ -131,7 +131,7 @@ def test_what_is_continued_is_asked_in_a_small_window_too() -> None:
         "Sockets 50 mm apart. The ball was last in socket 1.",
         "Has the base not moved since?",
     )
-    shown = " ".join(" ".join(drawn(view(asking=True, card=card), 60, 14)).split())
+    shown = " ".join(" ".join(drawn(view(asking=True, resume_summary=card), 60, 14)).split())
     assert "y: go on n: new placement q: leave" in shown
     assert all(line in shown for line in card)
 

@@ -79,8 +79,8 @@ def test_a_sample_can_be_taken_back_brought_again_and_relabelled() -> None:
 
 def test_the_next_socket_is_one_that_lacks_samples() -> None:
     session = Session(JOINTS, sockets=3, target=1)
-    assert session.next_socket == 1 and not session.whole
+    assert session.next_socket == 1 and not session.complete
     session = captured(session.switched(1), 0.1, 0.1).switched(0)
     assert session.next_socket == 2
     session = captured(captured(session, 0.2, 0.1).switched(2), 0.3, 0.1)
-    assert session.whole
+    assert session.complete

@@ -11,8 +11,7 @@ import pytest
 from emulation import emulated, emulated_program
 from terminal_session import MUKCA, TerminalSession
 
-from mukca.recorder import read_placement
-from mukca.recorder.convert import write_holes
+from mukca.recorder import read_placement, write_holes
 from mukca.recorder.dataset import Placement, Sample
 from mukca.solver.robot import load_robot
 from mukca.tools.cli import main

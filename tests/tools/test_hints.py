@@ -10,7 +10,12 @@ from mukca.recorder import read_placement
 from mukca.recorder.dataset import Sample
 from mukca.solver.data import Load
 from mukca.solver.robot import Robot, gravity_torques, load_robot
-from mukca.tools.recording.outlier_checks import OutlierCheck, gravity_of, lookalikes, strangers
+from mukca.tools.recording.outlier_checks import (
+    OutlierCheck,
+    gravity_of,
+    similar_models,
+    wrong_model_check,
+)
 
 
 def test_gravity_is_the_model_s(panda: Robot) -> None:
@@ -57,14 +62,14 @@ def test_few_samples_are_judged_by_less(panda: Robot, session: Path) -> None:
 
 
 def test_another_arm_is_known_by_how_it_moves(session: Path) -> None:
-    check = strangers(load_robot("iiwa14"))
+    check = wrong_model_check(load_robot("iiwa14"))
     taken = [replace(s, number=i) for i, s in enumerate(read_placement(session / "front").samples)]
-    assert check(taken[:2]) is None and strangers(load_robot("panda"))(taken) is None
+    assert check(taken[:2]) is None and wrong_model_check(load_robot("panda"))(taken) is None
     assert "this moves like a panda" in str(check(taken[:3])).replace("fr3", "panda")
 
 
 def test_another_arm_is_known_by_its_limits(session: Path) -> None:
-    alike = lookalikes(load_robot("iiwa14"))
+    alike = similar_models(load_robot("iiwa14"))
     told = str(alike(read_placement(session / "front").samples[0].position))
     assert "panda" in told and "iiwa14" not in told
     assert alike((9.0,) * 7) is None

@@ -19,7 +19,7 @@ pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 
 from PIL import Image
 
-from mukca.recorder.convert import write_holes
+from mukca.recorder import write_holes
 from mukca.solver.robot import ModelError
 from mukca.tools.cli import main
 from mukca.tools.cli.commands.demo import demo_arm

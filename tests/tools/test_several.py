@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.recorder.convert import write_holes
+from mukca.recorder import write_holes
 from mukca.solver.data import Pose, turn
 from mukca.solver.results import ArmsDocument, GivenArm
 from mukca.solver.results.calibration import PlacementSamples

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...recorder import read_kept
+from ...recorder import read_stream_log
 from .log import Log, Question, columns_of, merged, unknown_joints
 
 
@@ -17,7 +17,7 @@ def read(question: Question) -> Log:
     files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
     logs: list[Log] = []
     for file in files if path.is_dir() else [path]:
-        kept = read_kept(file)
+        kept = read_stream_log(file)
         columns = columns_of(kept.joints, question)
         if columns is None:
             raise unknown_joints(kept.joints, question)

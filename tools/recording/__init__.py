@@ -1,4 +1,4 @@
-"""Support of ``mukca record``: set-up of the session, pose guidance, outlier checks."""
+"""``mukca record``: setup of a session, guidance of the operator, and the page beside the arm."""
 
 import lazy_loader
 

@@ -1,8 +1,8 @@
-from .beside import goal_for as goal_for
-from .coach import SHARE as SHARE
-from .coach import PoseSelector as PoseSelector
-from .opening import is_scripted as is_scripted
-from .opening import joints_of as joints_of
-from .opening import record_session as record_session
-from .quick import standing as standing
+from .guidance import SHARE as SHARE
+from .guidance import PoseSelector as PoseSelector
+from .guidance_process import goal_for as goal_for
+from .quick import verify_calibration as verify_calibration
 from .quick import worth_calibrating as worth_calibrating
+from .setup import is_scripted as is_scripted
+from .setup import joints_of as joints_of
+from .setup import record_session as record_session

@@ -1,27 +1,27 @@
-"""What nominal models can tell the operator while recording."""
+"""Checks of samples by nominal models: outliers, a wrong model, and gravity."""
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
 
-from ...recorder.dataset import Sample
+from ...recorder import Sample
 from ...solver.data import Load
 from ...solver.robot import BallModel, Robot, gravity_torques, load_robot, shipped_robots
 
 ENOUGH = 5
-"""So many samples in a socket before one of them can be called an outlier."""
+"""Samples in a socket before one of them can be called an outlier by :data:`FAR`."""
 FAR, FAR_SHARE = 0.025, 4.0
 """An outlier is this far from the others [m], and so many times as far as they usually are."""
 FIRST_FAR = 0.06
 """With fewer samples, one is an outlier that is this far from them [m]."""
 FIRST_POSES = 3
-"""So many poses in a socket show whether the model is that of the arm."""
-STRANGE, STRANGER = 0.06, 4.0
+"""Poses in a socket that show a wrong model."""
+WRONG_SCATTER, WRONG_RATIO = 0.06, 4.0
 """By the model of another arm, the ball of one socket scatters by more than this [m], and so many
 times as far as by the right one."""
 SLACK = 0.05
-"""How far a joint may read beyond its limits [rad]."""
+"""Tolerance of the joints' limits [rad]."""
 
 
 def gravity_of(
@@ -29,9 +29,7 @@ def gravity_of(
 ) -> Callable[[Sequence[float]], Sequence[float]] | None:
     """Return the gravity torque as a function of the joint positions; None without masses.
 
-    Args:
-        robot: The robot.
-        load: What pulls at the joints; None for an upright base and no payload.
+    Without a load, the base is upright and there is no payload.
     """
     if not robot.bodies:
         return None
@@ -45,7 +43,7 @@ def gravity_of(
 
 
 class OutlierCheck:
-    """Says what the last of some samples does that is odd by the nominal model.
+    """Check of the last of some samples by the nominal model.
 
     By it the ball's centres of one socket lie within a few millimetres up to some 20 mm, and those
     of the other socket as far away as the sockets are apart.
@@ -64,17 +62,7 @@ class OutlierCheck:
         self._points: dict[int, np.ndarray] = {}
 
     def __call__(self, samples: Sequence[Sample]) -> str | None:
-        """Return what it does, in words that follow its name; None if nothing is odd."""
-        return self._of_place(samples)
-
-    def _ball(self, sample: Sample, last: bool) -> np.ndarray:
-        """Return its centre [m], reckoned once for each sample: the stream must not wait."""
-        if last or sample.number not in self._points:
-            point = self._model.points(np.zeros(0), np.array([sample.position]))[0]
-            self._points[sample.number] = point
-        return self._points[sample.number]
-
-    def _of_place(self, samples: Sequence[Sample]) -> str | None:
+        """Return its oddity, in words that follow its name; None if nothing is odd."""
         last = samples[-1]
         point = self._ball(last, last=True)
         here = [self._ball(s, last=False) for s in samples[:-1] if s.socket == last.socket]
@@ -98,26 +86,30 @@ class OutlierCheck:
             f"{last.socket}?"
         )
 
+    def _ball(self, sample: Sample, last: bool) -> np.ndarray:
+        """Return the ball's centre [m], computed once for each sample: the stream must not wait."""
+        if last or sample.number not in self._points:
+            point = self._model.points(np.zeros(0), np.array([sample.position]))[0]
+            self._points[sample.number] = point
+        return self._points[sample.number]
 
-def strangers(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
-    """Return a function that says which shipped robot some poses fit far better than a model.
 
-    It takes seconds when it has cause to look, so it is not for the recorder's own process.
+def wrong_model_check(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
+    """Return a check for another shipped robot that some poses fit far better than a model.
 
-    Args:
-        robot: The model.
+    It may take seconds, so it is not for the recorder's own process.
     """
     own_model = BallModel(robot, [])
 
     def check(samples: Sequence[Sample]) -> str | None:
         q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
-        if len(q) < FIRST_POSES or (own := _scatter(own_model, q)) < STRANGE:
+        if len(q) < FIRST_POSES or (own := _scatter(own_model, q)) < WRONG_SCATTER:
             return None
         scatters = {
             other.name: _scatter(BallModel(other, []), q) for other in _shipped(len(robot.actuated))
         }
         best = min(scatters, key=lambda name: scatters[name], default=None)
-        if best is None or scatters[best] > own / STRANGER or best == robot.name:
+        if best is None or scatters[best] > own / WRONG_RATIO or best == robot.name:
             return None
         return (
             f"this moves like a {best}: by its model the ball of one socket scatters by "
@@ -128,14 +120,10 @@ def strangers(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
     return check
 
 
-def lookalikes(robot: Robot) -> Callable[[Sequence[float]], str | None]:
-    """Return a function that names the shipped robots within whose limits a configuration is.
+def similar_models(robot: Robot) -> Callable[[Sequence[float]], str | None]:
+    """Return a function that names the other shipped robots with a configuration in their limits."""
 
-    Args:
-        robot: The one that is recorded, which is left out.
-    """
-
-    def alike(position: Sequence[float]) -> str | None:
+    def similar(position: Sequence[float]) -> str | None:
         names = [
             other.name
             for other in _shipped(len(robot.actuated))
@@ -147,7 +135,7 @@ def lookalikes(robot: Robot) -> Callable[[Sequence[float]], str | None]:
         ]
         return " or a ".join(names) or None
 
-    return alike
+    return similar
 
 
 @lru_cache(maxsize=8)
@@ -158,7 +146,7 @@ def _shipped(joints: int) -> tuple[Robot, ...]:
 
 
 def _scatter(model: BallModel, q: np.ndarray) -> float:
-    """Return how far the ball lies from its mean over some configurations [m]."""
+    """Return the ball's mean distance from its mean position over some configurations [m]."""
     points = model.points(np.zeros(0), q)
     away: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
     return float(away.mean())

@@ -1,23 +1,21 @@
-"""A page beside the recorder, for a tablet beside the arm: the process that serves it.
+"""A read-only page for a tablet beside the arm, and the worker process that serves it.
 
-It only shows: GET alone, under an address that holds a random token, and nothing is loaded from
-elsewhere. The recorder sends what is known as lines; browsers get it as server-sent events.
+GET alone, under an address that holds a random token; nothing is loaded from elsewhere. Browsers
+get each view as a server-sent event.
 """
 
+import argparse
 import json
-import os
 import secrets
-import sys
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
 from ...recorder.session import View
-from .neighbour import WorkerProcess, lines_from_recorder
+from ...solver.calibration import UsageError
+from .guidance_process import WorkerProcess, lines_from_recorder, reply, robot_arguments
 
-PAGE = "mukca.tools.recording.page"
-"""This module, for the process that runs it."""
 PATIENCE = 2.0
 """A browser hears something at least this often [s]."""
 DIGITS = 3
@@ -33,41 +31,53 @@ HEADERS = {
 }
 
 
-class PageLink:
-    """Sends views to the page's process; never waits.
+class PageProcess(WorkerProcess):
+    """Worker process that serves the page; call it with a view to show it.
 
     Args:
-        neighbour: The process.
+        arguments: Of ``mukca record``.
+
+    Raises:
+        UsageError: It cannot be served there.
     """
 
-    def __init__(self, neighbour: WorkerProcess) -> None:
-        self._neighbour = neighbour
+    def __init__(self, arguments: argparse.Namespace) -> None:
+        setup = {"robot": robot_arguments(arguments), "host": arguments.page_host}
+        super().__init__("mukca.tools.recording.page", setup)
         self._sent: dict[str, Any] = {}
+        self.send({})
+        answer: Any = None
+        while answer is None and self.trouble is None:
+            answer = self.answer(wait=1.0)
+        if answer is None:
+            self.close()
+            raise UsageError(f"--page-host {arguments.page_host}: no page can be served there")
+        self.url: str = answer["url"]
 
     def __call__(self, view: View) -> None:
-        """Send a view that shows something new, unless one is still being taken in."""
-        self._neighbour.answer()
+        """Send a view that shows something new, unless one is still being taken in; never waits."""
+        self.answer()
         state = state_of(view)
-        if self._neighbour.idle and state != self._sent:
-            self._neighbour.send(state)
+        if self.idle and state != self._sent:
+            self.send(state)
             self._sent = state
 
 
 def state_of(view: View) -> dict[str, Any]:
-    """Return what the page shows of a view."""
+    """Return the contents of the page for a view."""
     session, advice = view.session, view.advice
     return {
         "title": view.title,
-        "words": view.ready.words,
-        "colour": view.ready.colour,
-        "reason": view.ready.reason,
+        "words": view.prompt.words,
+        "colour": view.prompt.colour,
+        "reason": view.prompt.reason,
         "socket": session.socket,
         "counts": session.counts,
         "target": session.target,
         "joints": [(j.name, *_finite(j.lower, j.upper), j.prismatic) for j in session.joints],
         "position": view.position and [round(q, DIGITS) for q in view.position],
         "next": advice.target if advice else None,
-        "predicted": advice.predicted if advice and advice.telling else None,
+        "predicted": advice.predicted if advice and advice.is_informative else None,
         "goal": advice.goal if advice else None,
         "mean": advice.mean_error if advice else None,
         "last": advice.last_error if advice else None,
@@ -114,7 +124,7 @@ class Server(ThreadingHTTPServer):
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """Address of the page."""
         host, port = self.server_address[:2]
         return f"http://{host!s}:{port}/{self.token}/"
 
@@ -164,8 +174,6 @@ class Handler(BaseHTTPRequestHandler):
 
 def main() -> None:
     """Serve until the recorder ends."""
-    os.nice(10)
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     lines = lines_from_recorder()
     setup = next(lines)
     import numpy as np
@@ -178,19 +186,14 @@ def main() -> None:
     server = Server(setup["host"], board)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     next(lines)
-    _answer({"url": server.url})
+    reply({"url": server.url})
     for state in lines:
         for name in ("position", "next"):
             if state[name] is not None:
                 drawn = places(np.array([state[name]]))[0].reshape(-1, 3)
                 state[f"{name}_drawn"] = [[0, 0, 0], *drawn.round(4).tolist()]
         board.post(json.dumps(state))
-        _answer({})
-
-
-def _answer(value: dict[str, str]) -> None:
-    sys.stdout.write(json.dumps(value) + "\n")
-    sys.stdout.flush()
+        reply({})
 
 
 if __name__ == "__main__":

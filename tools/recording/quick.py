@@ -1,4 +1,4 @@
-"""What ten poses in one socket tell: is it worth calibrating, does a calibration still hold?"""
+"""Quick checks on ten poses in one socket: is it worth calibrating, is a calibration valid?"""
 
 from pathlib import Path
 
@@ -9,19 +9,19 @@ from ...solver.assessment import ValidityPosterior, odds_of
 from ...solver.calibration import Calibration
 from ...solver.data import measure
 from ...solver.robot import BallModel, Robot
-from .beside import goal_for
-from .outlier_checks import strangers
+from .guidance_process import goal_for
+from .outlier_checks import wrong_model_check
 
 
 def worth_calibrating(robot: Robot, folder: Path) -> str:
-    """Return how far off an arm is by its model, and whether it is worth calibrating.
+    """Return a text on the arm's error by its model, and on the worth of calibrating it.
 
     Args:
         robot: The nominal robot.
-        folder: Where the poses were recorded.
+        folder: Of the recorded poses.
     """
     placement = read_placement(folder).for_joints(robot.joint_names)
-    if odd := strangers(robot)(placement.samples):
+    if odd := wrong_model_check(robot)(placement.samples):
         return odd[0].upper() + odd[1:]
     measured = measure(placement, robot, sockets=1)
     balls = BallModel(robot, []).points(np.zeros(0), measured.positions)
@@ -36,12 +36,12 @@ def worth_calibrating(robot: Robot, folder: Path) -> str:
     )
 
 
-def standing(calibration: Calibration, folder: Path) -> ValidityPosterior:
-    """Return whether a calibration still holds by poses recorded since.
+def verify_calibration(calibration: Calibration, folder: Path) -> ValidityPosterior:
+    """Return the posterior that a calibration still holds, by poses recorded since.
 
     Args:
         calibration: The calibration.
-        folder: Where the poses were recorded.
+        folder: Of the recorded poses.
 
     Raises:
         MeasurementError: They are not of its robot.

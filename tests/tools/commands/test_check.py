@@ -8,8 +8,7 @@ from shutil import copytree
 import numpy as np
 import pytest
 
-from mukca.recorder import read_placement
-from mukca.recorder.convert import write_holes
+from mukca.recorder import read_placement, write_holes
 from mukca.tools.cli import main
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import mukca
 from mukca.drivers import JointState
-from mukca.recorder import StreamLog, next_file, read_kept, read_placement
+from mukca.recorder import StreamLog, next_log_file, read_placement, read_stream_log
 
 NAMES = tuple(f"panda_joint{i}" for i in range(1, 8))
 
@@ -225,7 +225,7 @@ def test_a_kept_stream_reads_back(tmp_path) -> None:
         )
         for i in range(2500)
     ]
-    file = next_file(tmp_path)
+    file = next_log_file(tmp_path)
     kept = StreamLog(file, ["a", "b", "c"])
     for i, state in enumerate(states):
         kept.add(state, i // 1000)
@@ -233,13 +233,13 @@ def test_a_kept_stream_reads_back(tmp_path) -> None:
         kept.add(JointState(state.stamp, (0.1,)), 0)
     kept.close()
     kept.close()
-    read = read_kept(file)
+    read = read_stream_log(file)
     assert read.joints == ("a", "b", "c") and read.efforts is not None
     assert np.abs(read.stamps - [state.stamp for state in states]).max() <= 1e-6
     assert np.abs(read.positions - [state.position for state in states]).max() < 0.51e-7
     assert np.abs(read.efforts - [state.effort for state in states]).max() < 0.51e-3
     assert read.connections.tolist() == [i // 1000 for i in range(2500)]
-    assert next_file(tmp_path).name == "states_2.stream"
+    assert next_log_file(tmp_path).name == "states_2.stream"
 
 
 def test_a_stream_of_the_older_format_is_read(tmp_path) -> None:
@@ -251,7 +251,7 @@ def test_a_stream_of_the_older_format_is_read(tmp_path) -> None:
     file = tmp_path / "states_1.stream"
     head = b'{"format": "mukca-stream-1", "joints": ["a", "b"]}\n'
     file.write_bytes(head + base64.b64decode(packed))
-    read = read_kept(file)
+    read = read_stream_log(file)
     assert read.efforts is not None
     assert np.abs(read.stamps - 1700000000.5 - [0, 0.001, 0.002]).max() < 1e-6
     assert np.abs(read.positions - [[0.123456789 + 0.1 * i, -2.5] for i in range(3)]).max() < 1e-12
@@ -265,7 +265,7 @@ def test_what_a_crash_tore_off_is_not_read(tmp_path) -> None:
     kept.close()
     data = (tmp_path / "a.stream").read_bytes()
     (tmp_path / "a.stream").write_bytes(data[:-3])
-    assert len(read_kept(tmp_path / "a.stream").stamps) == 2000
+    assert len(read_stream_log(tmp_path / "a.stream").stamps) == 2000
 
 
 def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path) -> None:
@@ -286,7 +286,7 @@ def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path) -> None:
 def test_extract_reads_what_the_recorder_kept(extract, moves, tmp_path) -> None:
     folder = tmp_path / "front"
     folder.mkdir()
-    kept = StreamLog(next_file(folder), NAMES)
+    kept = StreamLog(next_log_file(folder), NAMES)
     for state in moves.states:
         kept.add(state, 0)
     kept.close()

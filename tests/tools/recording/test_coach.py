@@ -1,26 +1,30 @@
 """Advice while recording: poses a hand can reach, an honest gauge, and an end."""
 
+import argparse
+import os
+import signal
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from terminal_session import PATIENCE
 
 from mukca.recorder import read_placement
 from mukca.recorder.dataset import Sample
-from mukca.recorder.session import Advice, Question
+from mukca.recorder.session import Advice, GuidanceRequest
 from mukca.solver.design import Reach, skeleton
 from mukca.solver.design import base_placement as sites
 from mukca.solver.design.reachability import TABLE
 from mukca.solver.robot import BallModel, InverseKinematics, Robot, load_robot
 from mukca.solver.robot.inverse_kinematics import MAX_TILT
 from mukca.tools.recording import SHARE, PoseSelector, goal_for
-from mukca.tools.recording.coach import LATELY, LEAST
-from mukca.tools.recording.coaching import COACHING, BackgroundCoach, setup_of
-from mukca.tools.recording.neighbour import WorkerProcess
+from mukca.tools.recording.guidance import MIN_ENOUGH as LEAST
+from mukca.tools.recording.guidance import PLATEAU_SAMPLES as LATELY
+from mukca.tools.recording.guidance_process import BackgroundGuidance
 
 
 @pytest.fixture(scope="module")
@@ -147,9 +151,9 @@ def test_another_placement_is_weighed(
 def test_the_nearest_of_the_good_poses_is_proposed(
     coach: PoseSelector, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(coach, "_stranger", lambda samples: f"odd: {len(samples)}")
+    monkeypatch.setattr(coach, "_wrong_model", lambda samples: f"odd: {len(samples)}")
     anywhere = coach.advise(samples[:8], 0)
-    assert anywhere.doubt == "odd: 8"
+    assert anywhere.implausible == "odd: 8"
     assert anywhere.target is not None
     poses = coach._poses[0]
     advised = [(q, coach.advise(samples[:8], 0, q).target) for q in poses[:4]]
@@ -164,38 +168,28 @@ def away(target: tuple[float, ...] | None, q: np.ndarray) -> float:
 
 
 @pytest.fixture
-def neighbour(panda: Robot):
-    robot = {"robot": "panda", "base": None, "tip": "ball_link", "flange": None, "ball": None}
-    with closing(WorkerProcess(COACHING, setup_of(robot, 0.05, 3e-4, 2))) as neighbour:
-        yield neighbour
-
-
-def answered(ask: Callable[[], Advice | None], trouble: Callable[[], object]) -> Advice | None:
-    """Wait in real time: a process starts."""
-    end = time.monotonic() + 60
-    while time.monotonic() < end and not trouble():
-        if advice := ask():
-            return advice
-        time.sleep(0.02)
-    return None
+def background() -> Iterator[BackgroundGuidance]:
+    arguments = argparse.Namespace(
+        robot="panda", base=None, tip="ball_link", flange=None, ball=None, distance=0.05, sockets=2
+    )
+    with closing(BackgroundGuidance(arguments, 3e-4)) as background:
+        yield background
 
 
 @pytest.mark.slow
 def test_a_process_beside_the_recorder_answers(
-    neighbour: WorkerProcess, samples: list[Sample], coach: PoseSelector
+    background: BackgroundGuidance, samples: list[Sample], coach: PoseSelector
 ) -> None:
-    background = BackgroundCoach(neighbour)
     begun = time.monotonic()
-    background.ask(Question(tuple(samples[:5]), 0, None))
+    background.ask(GuidanceRequest(tuple(samples[:5]), 0, None))
     assert time.monotonic() - begun < 1.0 and not background.idle
-    advice = answered(background.answer, lambda: background.trouble)
+    advice = background.answer(wait=PATIENCE)
     assert advice and advice.count == 5 and advice.target and background.idle
     assert advice.predicted == pytest.approx(coach.advise(samples[:5], 0).predicted)
 
 
-def test_a_process_that_dies_is_told(neighbour: WorkerProcess) -> None:
-    background = BackgroundCoach(neighbour)
-    neighbour._process.kill()
-    assert answered(background.answer, lambda: background.trouble) is None
+def test_a_process_that_dies_is_told(background: BackgroundGuidance) -> None:
+    os.kill(background.pid, signal.SIGKILL)
+    assert background.answer(wait=PATIENCE) is None
     assert "it ended" in str(background.trouble)
-    background.ask(Question((), 0, None))
+    background.ask(GuidanceRequest((), 0, None))

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from terminal_session import PATIENCE, TerminalSession
 
-from mukca.recorder import read_placement, sample_files
-from mukca.recorder.convert import write_holes
+from mukca.recorder import read_placement, sample_files, write_holes
 from mukca.solver.robot import Robot
-from mukca.tools.recording.coach import LEAST
+from mukca.tools.recording.guidance import MIN_ENOUGH as LEAST
 from mukca.tools.simulation import Base, record
 
 pytestmark = [pytest.mark.slow, pytest.mark.waits]

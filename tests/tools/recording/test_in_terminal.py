@@ -163,7 +163,7 @@ def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path,
     ("module", "name", "told"),
     [
         ("cli.commands.record", "robot_of", "loading ..."),
-        ("recording.opening", "open_driver", "connecting to mock:"),
+        ("recording.setup", "open_driver", "connecting to mock:"),
     ],
 )
 def test_ctrl_c_ends_the_program_while_it_loads(

@@ -134,7 +134,7 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         robot = robot_of(arguments)
         calibration = _calibration(arguments)
         outcome = record_session(arguments, robot, terminal)
-        while outcome.elsewhere and outcome.signal is None:
+        while outcome.new_placement and outcome.signal is None:
             arguments.out = next_folder(arguments.out)
             outcome = record_session(arguments, robot, terminal, moved=True)
     try:
@@ -176,7 +176,7 @@ def _judge(
     terminal: Terminal,
 ) -> bool:
     """Say what a quick session shows; return whether the calibration does not hold any more."""
-    from ...recording import standing, worth_calibrating
+    from ...recording import verify_calibration, worth_calibrating
 
     if len(outcome.session.live) < LEAST_POSES:
         terminal.say(f"Too few poses to tell: record {LEAST_POSES} at least.")
@@ -184,7 +184,7 @@ def _judge(
     if calibration is None:
         terminal.say(worth_calibrating(robot, arguments.out))
         return False
-    odds = standing(calibration, arguments.out)
+    odds = verify_calibration(calibration, arguments.out)
     terminal.say(odds.text)
     return not odds.valid
 

@@ -1,4 +1,4 @@
-"""Opens all that a recording session needs, in the order in which it can fail, and runs it."""
+"""Setup of a recording session: all that it needs, in the order in which it can fail."""
 
 import argparse
 import gc
@@ -6,7 +6,7 @@ import logging
 import sys
 import time
 from collections.abc import Generator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from typing import Any
 
 from ...drivers import Reconnecting, open_driver
@@ -15,7 +15,7 @@ from ...recorder import (
     SOCKETS,
     Metadata,
     StreamLog,
-    next_file,
+    next_log_file,
     read_distance,
     read_metadata,
 )
@@ -25,16 +25,16 @@ from ...recorder.terminal import Keyboard, Lines, Outcome, Recorder, Screen, Scr
 from ...solver.calibration import UsageError
 from ...solver.robot import Robot
 from ..cli import Terminal, load_of
-from .beside import adviser_of, page_of
-from .outlier_checks import FIRST_FAR, OutlierCheck, gravity_of, lookalikes
+from .guidance_process import BackgroundGuidance, goal_for
+from .outlier_checks import FIRST_FAR, OutlierCheck, gravity_of, similar_models
 
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
 DISTANCE = 0.05
-"""Between the sockets of the printed base, where nothing else is said [m]."""
+"""Default distance between the sockets: that of the printed base [m]."""
 
 
 def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
-    """Return the chain's actuated joints as the recorder sees them."""
+    """Return the limits of the chain's actuated joints."""
     return tuple(
         JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
         for joint in robot.actuated
@@ -47,34 +47,41 @@ def record_session(
     """Record at one placement until the operator finishes.
 
     Args:
-        arguments: Of ``mukca record``; ``distance`` and ``sockets`` are filled in from what is
-            continued.
+        arguments: Of ``mukca record``; ``distance`` and ``sockets`` are filled in from a recording
+            that is continued.
         robot: The nominal robot.
-        terminal: Where lines are written.
-        moved: Whether the base was moved a moment ago.
+        terminal: For lines to people.
+        moved: True if the base was moved a moment ago.
     """
     joints, keys = joints_of(robot), keys_with(arguments.key)
     _adopt(arguments)
     with ExitStack() as stack:
         keyboard, script = _keys(arguments, stack)
         stack.enter_context(_quiet())
-        stack.enter_context(_without_pauses())
+        stack.enter_context(_without_collection())
         _say_now(f"connecting to {arguments.driver}")
         driver = stack.enter_context(_connect(arguments.driver, robot.joint_names))
         still = max(STILL, driver.resolution) if arguments.still is None else arguments.still
-        stream = Stream(driver)
-        stack.callback(stream.close)
+        stream = stack.enter_context(closing(Stream(driver)))
         recording = stack.enter_context(_recording(arguments, robot, joints, still))
         if arguments.keep_stream:
-            stack.enter_context(_kept(stream, arguments, robot, terminal))
+            stack.enter_context(_logged(stream, arguments, robot, terminal))
         session = _session(arguments, robot, joints, recording)
-        onlooker, session = page_of(arguments, session, stack)
-        adviser = adviser_of(arguments, robot, stack) if keyboard and script is None else None
+        observer = None
+        if arguments.page:
+            from .page import PageProcess
+
+            observer = stack.enter_context(closing(PageProcess(arguments)))
+            session = _with_address(session, observer.url, arguments.page_host)
+        guidance = None
+        if keyboard and script is None and not arguments.no_guide:
+            goal = goal_for(robot, arguments.goal_mm)
+            guidance = stack.enter_context(closing(BackgroundGuidance(arguments, goal)))
         live = script is None
         return Recorder(
             session=session,
             stream=stream,
-            watch=StreamMonitor(
+            monitor=StreamMonitor(
                 joints,
                 window=arguments.window,
                 still=still,
@@ -86,36 +93,45 @@ def record_session(
             title=_title(arguments, robot),
             keyboard=keyboard,
             script=script,
-            push=ContactDetector(joints, gravity_of(robot, load_of(arguments))),
+            contact=ContactDetector(joints, gravity_of(robot, load_of(arguments))),
             check=OutlierCheck(robot, arguments.distance),
             plausible=OutlierCheck(robot, arguments.distance, far=FIRST_FAR),
             keys=keys,
             hands_free=arguments.auto,
             moved=moved,
             sound=arguments.sound != "off",
-            adviser=adviser,
-            onlooker=onlooker,
-            card=_card(session, arguments) if keyboard and live else (),
+            guidance=guidance,
+            observer=observer,
+            resume_summary=_resume_summary(session, arguments) if keyboard and live else (),
         ).run()
 
 
+def _with_address(session: Session, url: str, host: str) -> Session:
+    """Return the session with messages on the page's address."""
+    session = session.with_message(f"page: {url}")
+    if host in ("127.0.0.1", "localhost", "::1"):
+        return session
+    warning = "whoever knows this address can watch, from anywhere in the network"
+    return session.with_message(warning, alarm=True)
+
+
 @contextmanager
-def _kept(
+def _logged(
     stream: Stream, arguments: argparse.Namespace, robot: Robot, terminal: Terminal
 ) -> Generator[None, None, None]:
-    """Keep every state in a file beside the samples."""
-    kept = StreamLog(next_file(arguments.out), robot.joint_names)
-    stream.keep = kept.add
+    """Log every state to a file beside the samples."""
+    log = StreamLog(next_log_file(arguments.out), robot.joint_names)
+    stream.observer = log.add
     try:
         yield
     finally:
-        kept.close()
-        if kept.trouble:
-            terminal.warn(kept.trouble)
+        log.close()
+        if log.trouble:
+            terminal.warn(log.trouble)
 
 
 def is_scripted(arguments: argparse.Namespace) -> bool:
-    """Tell whether a script presses the keys."""
+    """Return whether a script presses the keys."""
     return arguments.keys is not None or not _has_keyboard()
 
 
@@ -142,11 +158,7 @@ def _keys(arguments: argparse.Namespace, stack: ExitStack) -> tuple[Keyboard | N
 
 
 def _adopt(arguments: argparse.Namespace) -> None:
-    """Take the distance and the number of sockets from what is continued, unless they were typed.
-
-    Raises:
-        RecordingError: The file there cannot be read.
-    """
+    """Take distance and number of sockets from the recording that is continued, unless given."""
     file = arguments.out / METADATA
     if arguments.distance is None:
         arguments.distance = read_distance(file) or DISTANCE
@@ -161,8 +173,8 @@ def _title(arguments: argparse.Namespace, robot: Robot) -> str:
     return f"{robot.name}  {folder}  sockets {1e3 * arguments.distance:g} mm  {arguments.driver}"
 
 
-def _card(session: Session, arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Return what is continued, in lines; none at a new placement."""
+def _resume_summary(session: Session, arguments: argparse.Namespace) -> tuple[str, ...]:
+    """Return the recording that is continued, in lines; none at a new placement."""
     if not session.samples:
         return ()
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
@@ -177,7 +189,7 @@ def _card(session: Session, arguments: argparse.Namespace) -> tuple[str, ...]:
 
 
 def _say_now(text: str) -> None:
-    """Tell what takes a while, to people only."""
+    """Announce a step that takes a while, to people only."""
     if sys.stdout.isatty():
         sys.stdout.write(f"{text} ...\n")
         sys.stdout.flush()
@@ -185,7 +197,7 @@ def _say_now(text: str) -> None:
 
 @contextmanager
 def _quiet() -> Generator[None, None, None]:
-    """Keep the library's log off the screen; what matters of it stands there anyway."""
+    """Keep the library's log off the screen."""
     log = logging.getLogger("mukca")
     handler, propagate = logging.NullHandler(), log.propagate
     log.addHandler(handler)
@@ -198,12 +210,8 @@ def _quiet() -> Generator[None, None, None]:
 
 
 @contextmanager
-def _without_pauses() -> Generator[None, None, None]:
-    """Keep what was loaded by now out of garbage collection.
-
-    To look through all of it takes a tenth of a second, in which no state is read. What somebody
-    else kept out of it before stays so.
-    """
+def _without_collection() -> Generator[None, None, None]:
+    """Keep all loaded objects out of garbage collection: it stops reading for 0.1 s."""
     kept = gc.get_freeze_count() > 0
     gc.collect()
     gc.freeze()
@@ -258,7 +266,7 @@ def _session(
         socket=min(recording.socket, arguments.sockets - 1),
         samples=content.samples,
         withdrawn=content.withdrawn,
-        alike=lookalikes(robot),
+        similar_models=similar_models(robot),
     )
     for remark in recording.remarks:
         session = session.with_message(remark, alarm=True)

@@ -1,11 +1,11 @@
-"""Works out, from the samples so far, how good a calibration would be and what to do next."""
+"""Pose selection: the predicted error of a calibration on the samples, and the best next pose."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ...recorder.dataset import Placement, Sample
+from ...recorder import Placement, Sample
 from ...recorder.session import Advice
 from ...solver.bayes.inference import Posterior, estimate
 from ...solver.bayes.model import Noise, extend
@@ -23,38 +23,37 @@ from ...solver.design import (
 )
 from ...solver.paper import NotConverged
 from ...solver.robot import Robot, choose_parameters
-from .outlier_checks import strangers
+from .outlier_checks import wrong_model_check
 
-FITTED = 6
-"""A fit is tried from so many samples in each of two sockets on."""
-LEAST = 10
-"""Fewer samples in a socket are never enough, however easy the goal; ``mukca check`` asks for as
-many."""
+MIN_FITTED = 6
+"""Samples in each of two sockets from which on a fit is tried."""
+MIN_ENOUGH = 10
+"""Samples in a socket that are the fewest to be enough, however easy the goal; ``mukca check`` asks
+for as many."""
 SHARE = 12
-"""Where the goal is not reached, it is the other socket's turn after so many samples."""
+"""Samples after which it is the other socket's turn, while the goal is not reached."""
 MORE = 12
-"""A goal that so many further samples in each socket would reach is worth staying for."""
-HARDLY = 0.03
-"""Where the best next sample lowers the predicted error by less than this share, the placement has
-given what it can."""
-PLATEAU, LATELY = 0.06, 3
-"""So it has where the last few samples lowered it by less than this share."""
+"""Further samples in each socket: a goal that so many would reach is worth staying for."""
+MIN_GAIN = 0.03
+"""Share of the predicted error: if the best next sample gains less, the placement is exhausted."""
+PLATEAU, PLATEAU_SAMPLES = 0.06, 3
+"""It is also exhausted if the last few samples gained less than this share."""
 CANDIDATES = 120
-"""So many poses are compared."""
+"""Number of compared poses."""
 NEARLY = 0.85
-"""Of the poses that bring nearly as much as the best, the nearest is proposed."""
+"""Of the poses with at least this share of the best one's gain, the nearest is proposed."""
 SEAT = Noise(1e-4, 0.0)
-"""The noise of a sample, before there are enough to tell [m]."""
+"""Noise of a sample, before there are enough to estimate it [m]."""
 
 
 class PoseSelector:
-    """Gives advice on one placement.
+    """Selection of poses at one placement.
 
     Args:
         robot: The nominal robot.
         distance: Between sockets 0 and 1 [m].
-        goal: What the predicted error of distances should come to [m].
-        sockets: How many sockets the base has.
+        goal: Of the predicted error of distances [m].
+        sockets: Number of the base's sockets.
     """
 
     def __init__(self, robot: Robot, distance: float, goal: float, sockets: int = 2) -> None:
@@ -66,31 +65,25 @@ class PoseSelector:
         self._nominal = np.zeros(self._model.size)
         self._reach = Reach(robot)
         self._poses: dict[int, np.ndarray] = {}
-        self._stranger = strangers(robot)
+        self._wrong_model = wrong_model_check(robot)
         self._history: dict[int, float] = {}
 
     def advise(
         self, samples: Sequence[Sample], socket: int, position: Sequence[float] | None = None
     ) -> Advice:
-        """Return advice.
-
-        Args:
-            samples: Those that count.
-            socket: The active one.
-            position: Where the arm is.
-        """
+        """Return advice for the active socket and the arm's configuration [rad], [m]."""
         counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
         posterior = self._fitted(samples, counts)
-        known = self._known(samples, posterior)
+        known = self._covariance(samples, posterior)
         where = workspace_of(self._model, self._nominal if posterior is None else posterior.x)
         predicted = known.error(where)
         self._history[len(samples)] = predicted if posterior is not None else np.inf
         target, gain = self._next(known, where, samples, socket, position)
-        least = LEAST if predicted <= self._goal else SHARE
+        least = MIN_ENOUGH if predicted <= self._goal else SHARE
         enough = (
             posterior is not None
             and min(counts[:2]) >= least
-            and (predicted <= self._goal or self._spent(known, where, samples, gain))
+            and (predicted <= self._goal or self._exhausted(known, where, samples, gain))
         )
         turn = least if min(counts) < least else SHARE * (1 + min(counts) // SHARE)
         advice = Advice(
@@ -102,23 +95,23 @@ class PoseSelector:
             enough=enough,
             target=target,
             gain=gain,
-            doubt=self._stranger(samples) if samples else None,
+            implausible=self._wrong_model(samples) if samples else None,
         )
         return advice if posterior is None else _with_fit(advice, posterior, samples)
 
-    def _spent(
+    def _exhausted(
         self, known: ParameterCovariance, where: Workspace, samples: Sequence[Sample], gain: float
     ) -> bool:
-        """Tell whether more samples here would hardly help, and not reach the goal either."""
-        if gain >= HARDLY and not self._flat(len(samples)):
+        """Return whether more samples here would hardly help, and not reach the goal either."""
+        if gain >= MIN_GAIN and not self._plateaued(len(samples)):
             return False
         for socket in (0, 1):
             known = known.with_samples(self._candidates(samples, socket)[:MORE], socket)
         return known.error(where) > self._goal
 
-    def _flat(self, count: int) -> bool:
-        """Tell whether the last few samples hardly lowered the predicted error."""
-        before = self._history.get(count - LATELY)
+    def _plateaued(self, count: int) -> bool:
+        """Return whether the last few samples hardly lowered the predicted error."""
+        before = self._history.get(count - PLATEAU_SAMPLES)
         return (
             before is not None
             and np.isfinite(before)
@@ -126,8 +119,8 @@ class PoseSelector:
         )
 
     def _fitted(self, samples: Sequence[Sample], counts: list[int]) -> Posterior | None:
-        """Return a fit to the samples; None where there are too few, or it does not settle."""
-        if self._sockets < 2 or min(counts[:2]) < FITTED:
+        """Return a fit to the samples; None if there are too few, or it does not converge."""
+        if self._sockets < 2 or min(counts[:2]) < MIN_FITTED:
             return None
         try:
             data = observe([measure(self._placement(samples), self._robot)], self._robot)
@@ -138,8 +131,10 @@ class PoseSelector:
     def _placement(self, samples: Sequence[Sample]) -> Placement:
         return Placement("here", tuple(samples), self._robot.joint_names, self._distance)
 
-    def _known(self, samples: Sequence[Sample], posterior: Posterior | None) -> ParameterCovariance:
-        """Return what is known: by the fit, or before there is one, by the samples' poses alone."""
+    def _covariance(
+        self, samples: Sequence[Sample], posterior: Posterior | None
+    ) -> ParameterCovariance:
+        """Return the parameters' covariance by the fit, or without one by the samples' poses alone."""
         if posterior is not None:
             return from_fit(posterior)
         known = from_prior(self._model, expected_groups(self._model), SEAT, self._sockets)
@@ -154,7 +149,7 @@ class PoseSelector:
         return known
 
     def _centre(self, samples: Sequence[Sample], socket: int) -> np.ndarray | None:
-        """Return where a socket is by the nominal model [m]; None without a sample in it."""
+        """Return a socket's position by the nominal model [m]; None without a sample in it."""
         q = _positions(samples, socket)
         if not len(q):
             return None
@@ -162,11 +157,11 @@ class PoseSelector:
         return np.asarray(np.median(points, axis=0))
 
     def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
-        """Return what another placement would bring, in words; this takes some seconds."""
+        """Return the gain of another placement, in words; this takes some seconds."""
         counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
         if self._sockets != 2 or min(counts) == 0:
             return ()
-        known = self._known(samples, self._fitted(samples, counts))
+        known = self._covariance(samples, self._fitted(samples, counts))
         centres = [self._centre(samples, k) for k in (0, 1)]
         here = np.array([c for c in centres if c is not None])
         where = workspace_of(self._model, known.x)
@@ -180,7 +175,7 @@ class PoseSelector:
         socket: int,
         position: Sequence[float] | None,
     ) -> tuple[tuple[float, ...] | None, float]:
-        """Return the pose that would lower the predicted error most, and by what share."""
+        """Return the pose that would lower the predicted error most, and the share of its gain."""
         poses = self._candidates(samples, socket)
         if not len(poses):
             return None, 0.0
@@ -209,7 +204,7 @@ def _positions(samples: Sequence[Sample], socket: int) -> np.ndarray:
 
 
 def _with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) -> Advice:
-    """Return advice with what a fit says of the samples."""
+    """Return advice with the errors, scale and distance of a fit to the samples."""
     order = sorted(range(len(samples)), key=lambda i: samples[i].socket)
     errors = np.linalg.norm(posterior.residuals, axis=1)[np.argsort(order)]
     return replace(
