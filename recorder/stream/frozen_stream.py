@@ -1,9 +1,9 @@
 """Distinction of a frozen stream, which repeats an old state, from an arm at rest.
 
 A stream counts as frozen when its states are the same to the last digit for :data:`LONG` seconds
-and its sensors are noisy, so that even an arm at rest does not send the same state twice, or the arm
-was moving fast just before. Noise is told from motion by the direction of the steps: noise goes to
-and fro, a motion goes on.
+and its sensors are noisy, so that even an arm at rest does not send the same state twice, or the
+arm was moving fast just before. Noise is told from motion by the direction of the steps: noise
+goes to and fro, a motion goes on.
 """
 
 import math

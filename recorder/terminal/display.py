@@ -99,7 +99,7 @@ def _content(line: Text) -> object:
 
 
 class Lines:
-    """Messages as lines of text, for a pipe, a file, or a simple terminal; if brief, only alarms."""
+    """Messages as lines of text, for a pipe, a file or a simple terminal; if brief, alarms only."""
 
     def __init__(self, console: Console, *, brief: bool = False) -> None:
         self._console = console

@@ -134,7 +134,7 @@ class PoseSelector:
     def _covariance(
         self, samples: Sequence[Sample], posterior: Posterior | None
     ) -> ParameterCovariance:
-        """Return the parameters' covariance by the fit, or without one by the samples' poses alone."""
+        """Return the parameters' covariance by the fit, or without one by the poses alone."""
         if posterior is not None:
             return from_fit(posterior)
         known = from_prior(self._model, expected_groups(self._model), SEAT, self._sockets)

@@ -121,7 +121,7 @@ def wrong_model_check(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
 
 
 def similar_models(robot: Robot) -> Callable[[Sequence[float]], str | None]:
-    """Return a function that names the other shipped robots with a configuration in their limits."""
+    """Return a function that names the other shipped robots that reach a configuration."""
 
     def similar(position: Sequence[float]) -> str | None:
         names = [

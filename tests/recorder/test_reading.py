@@ -1,0 +1,247 @@
+"""Reading placements: what is read is what was written, and bad files are told in one line."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import mukca
+
+NAMES = ("j1", "j2", "j3")
+HEADER = (
+    "event,sample,socket,time,stamp,states,"
+    "position.a,position.b,spread.a,spread.b,effort.a,effort.b"
+)
+GOOD = "capture,1,0,1.0,2.0,300,0.1,0.2,1e-5,1e-5,,"
+MORE = "capture,2,1,2.0,3.0,300,0.3,0.4,1e-5,2e-5,1.5,2.5"
+
+
+def holes(folder: Path, hole_0: str, hole_1: str = "1,2,3\n4,5,6\n") -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "hole_0.csv").write_text(hole_0)
+    (folder / "hole_1.csv").write_text(hole_1)
+    return folder
+
+
+def recorded(folder: Path, *lines: str) -> Path:
+    (folder / "samples.csv").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+def read(folder: Path) -> mukca.Placement:
+    (placement,) = mukca.read_placements(folder)
+    return placement
+
+
+@pytest.mark.slow
+@given(
+    rows=st.lists(
+        st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3), min_size=1, max_size=5
+    )
+)
+def test_floats_read_back_exactly(rows: list[tuple[float, ...]], tmp_path_factory) -> None:
+    text = "\n".join(",".join(map(repr, row)) for row in rows)
+    samples = read(holes(tmp_path_factory.mktemp("exact"), text, text)).samples
+    assert [sample.position for sample in samples] == [*rows, *rows]
+
+
+def test_samples_keep_socket_and_line(tmp_path: Path) -> None:
+    placement = read(holes(tmp_path / "front", "1,2,3\n\n4,5,6\n"))
+    assert placement.sockets.tolist() == [0, 0, 1, 1] and placement.positions.shape == (4, 3)
+    files = [sample.where.split("front/")[1] for sample in placement.samples]
+    assert files == ["hole_0.csv:1", "hole_0.csv:3", "hole_1.csv:1", "hole_1.csv:2"]
+    assert placement.name.endswith("/front")
+    assert placement.distance is None and placement.joint_names is None
+    assert placement.efforts is None
+
+
+def test_windows_line_ends_and_byte_order_mark(tmp_path: Path) -> None:
+    placement = read(holes(tmp_path, "\ufeff1,2,3\r\n4,5,6\r\n"))
+    assert placement.positions[0].tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("j3,j1,x,j2\n3,1,9,2\n", "j3,j1,x,j2\n6,4,9,5\n"),
+        ("a,b,c\n1,2,3\n", "a,b,c\n4,5,6\n"),
+    ],
+)
+def test_columns_go_by_known_names_or_by_order(tmp_path: Path, first: str, second: str) -> None:
+    ordered = read(holes(tmp_path, first, second)).for_joints(NAMES)
+    assert ordered.positions.tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+def test_efforts_and_spreads_follow_the_chain_s_order_too(tmp_path: Path) -> None:
+    *_, sample = read(recorded(tmp_path, HEADER, GOOD, MORE)).for_joints(("b", "a")).samples
+    assert sample.position == (0.4, 0.3)
+    assert sample.effort == (2.5, 1.5) and sample.spread == (2e-5, 1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("j1,j2,other\n1,2,3\n", "missing: j3"),
+        ("1,2\n", r"hole_0\.csv:1: 2 joint positions.*3 actuated"),
+        ("1,5,2,5,3,5\n", "look like decimal commas: separate by semicolons"),
+    ],
+)
+def test_columns_that_fit_no_chain_are_told(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(mukca.MukcaError, match=told):
+        read(holes(tmp_path, text, text)).for_joints(NAMES)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "empty"),
+        ("\n\n", "empty"),
+        ("j1,j2,j3\n", "only a header"),
+        ("1,2,3\n4,5\n", r":2: 2 columns where 3"),
+        ("1,2,3\n4,x,6\n", r":2: column 2 is 'x', not a number"),
+        ("1,2,3\n4,,6\n", r":2: column 2 is '', not a number"),
+        ("1,2,3\n4,5,nan\n", r":2: column 3 is nan, not a finite number"),
+        ("1,2,3\ninf,5,6\n", r":2: column 1 is inf, not a finite"),
+        ("1,x,3\n4,5,6\n", r":1: column 2 is 'x', not a number"),
+        ("1;2;3\n4,5,6\n", r"hole_0\.csv:2: 1 columns where 3.*separate them all by commas"),
+        ("1|2|3\n4|5|6\n", r"hole_0\.csv:1: '1\|2\|3' is neither a number.*by commas"),
+        ("[1, 2, 3]\n[4, 5, 6]\n", r":1: column 1 is '\[1', not a number.*by commas"),
+        ("'1','2','3'\n'4','5','6'\n", r":1: \"'1'\" is neither a number nor the name"),
+        ("1rad,2rad,3rad\n1,2,3\n", r":1: '1rad' is neither a number nor the name of a joint"),
+        ("\0\1" * 50, "hole_0.csv"),
+    ],
+)
+def test_bad_files_are_told_with_file_and_line(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(mukca.MukcaError, match=told) as caught:
+        read(holes(tmp_path, text))
+    assert "hole_0.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["hole_0.csv", "samples.csv"])
+def test_a_binary_file_is_told(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"\xff\xfe\x00\x01\n" * 50)
+    with pytest.raises(mukca.MukcaError, match="not a text file"):
+        read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "-1.5;2;3e-1\n4;5;6\n",
+        "-1,5;2;3e-1\n4,0;5;6\n",
+        "-1.5\t2\t0.3\n4\t5\t6\n",
+        "-1.5 ,2 ,0.3\n4 ,5 ,6\n",
+        "-1,5\t2,0\t,3\n4\t5\t6\n",
+        "-1.500e+00 2.0e+00 3.0e-01\n4 5 6\n",
+        "  -1,5  2,0  0,3\n4 5 6\n",
+        "j1;j2;j3\r\n-1,5;2;0,3\r\n4;5;6\r\n",
+    ],
+)
+def test_other_separators_and_decimal_commas_are_read(tmp_path: Path, text: str) -> None:
+    (tmp_path / "hole_0.csv").write_bytes(text.encode())
+    placement = read(tmp_path)
+    assert placement.positions.tolist() == [[-1.5, 2, 0.3], [4, 5, 6]]
+    assert placement.joint_names == (NAMES if "j1" in text else None)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[1]",
+        "{",
+        '{"distance": -1}',
+        '{"distance": "5 cm"}',
+        '{"distance": NaN}',
+        '{"distance": Infinity}',
+        '{"frame": "left wall"}',
+        '{"robot_name": 3}',
+    ],
+)
+def test_a_bad_placement_json_is_told(tmp_path: Path, text: str) -> None:
+    folder = holes(tmp_path, "1,2,3\n")
+    (folder / "placement.json").write_text(text)
+    with pytest.raises(mukca.MukcaError, match=r"placement\.json"):
+        read(folder)
+
+
+def test_a_placement_json_is_read_and_may_say_more(tmp_path: Path) -> None:
+    folder = holes(tmp_path, "1,2,3\n")
+    text = '{"distance": 0.1, "place": "wall", "frame": null, "sessions": 3}'
+    (folder / "placement.json").write_text(text)
+    placement = read(folder)
+    assert (placement.distance, placement.place, placement.frame) == (0.1, "wall", None)
+
+
+def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path: Path) -> None:
+    for name in ("right", "left"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "hole_0.csv").write_text("1,2\n3,4\n")
+        (tmp_path / name / "hole_1.csv").write_text("5,6\n")
+    (tmp_path / "notes").mkdir()
+    both = mukca.read_placements(tmp_path)
+    assert [placement.path for placement in both] == [tmp_path / "left", tmp_path / "right"]
+    assert mukca.read_placements(str(tmp_path / "right"), tmp_path / "left") == both[::-1]
+    assert repr(both[0]) == f"Placement('{tmp_path.name}/left': 2 + 1 samples, 2 joints)"
+    assert repr(both[0].samples[2]) == "Sample(unnumbered, socket 1: 5.0000, 6.0000)"
+
+
+def test_paths_without_a_placement_are_told_in_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("1,2,3")
+    for paths, told in (
+        ((), "no placement is given"),
+        (("/nowhere",), "/nowhere: no such folder"),
+        ((file,), "not a folder"),
+        ((tmp_path,), "no recording in this folder"),
+    ):
+        with pytest.raises(mukca.MukcaError, match=told):
+            mukca.read_placements(*paths)
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        (["1,2,3"], ":1: not the header"),
+        ([HEADER.replace("spread.b", "spread.c"), GOOD], ":1: not the header"),
+        ([HEADER, GOOD[:-1]], ":2: 11 columns where the header has 12"),
+        ([HEADER, GOOD.replace("capture", "catch")], ":2: event 'catch' is none"),
+        ([HEADER, GOOD, GOOD], ":3: sample 1 where 2 is next"),
+        ([HEADER, GOOD.replace("0.2", "nan")], ":2: position.b is 'nan', not a finite number"),
+        ([HEADER, GOOD.replace("0.1,0.2", ",")], ":2: a capture without positions"),
+        ([HEADER, GOOD.replace("0.1,0.2", "0.1,")], ":2: position.b is '', not a finite"),
+        ([HEADER, GOOD.replace("1,0,", "1,-1,", 1)], ":2: socket is '-1', not a count"),
+        ([HEADER, GOOD, "undo,2,0,1.0,,,,,,,,"], ":3: undo of sample 2, which is not there"),
+        ([HEADER, GOOD, *["undo,1,0,1.0,,,,,,,,"] * 2], ":4: undo of sample 1"),
+        ([HEADER], "holds no sample"),
+        ([HEADER, GOOD, "undo,1,0,1.0,,,,,,,,"], "holds no sample"),
+        ([""], "no header line"),
+    ],
+)
+def test_a_bad_line_of_a_recording_is_told_with_its_place(
+    tmp_path: Path, lines: list[str], told: str
+) -> None:
+    with pytest.raises(mukca.MukcaError, match=told) as caught:
+        read(recorded(tmp_path, *lines))
+    assert "samples.csv" in str(caught.value)
+
+
+def test_marks_on_earlier_samples_count(tmp_path: Path) -> None:
+    marks = ["undo,1,0,1.0,,,,,,,,", "undo,2,1,1.0,,,,,,,,", "redo,1,0,1.0,,,,,,,,"]
+    (sample,) = read(recorded(tmp_path, HEADER, GOOD, MORE, *marks)).samples
+    assert (sample.number, sample.socket, sample.states) == (1, 0, 300)
+    relabel = "relabel,1,1,1.0,,,,,,,,"
+    assert read(recorded(tmp_path, HEADER, GOOD, relabel)).sockets.tolist() == [1]
+
+
+def test_a_torn_end_is_not_read_and_told(tmp_path: Path) -> None:
+    file = recorded(tmp_path, HEADER, GOOD, MORE) / "samples.csv"
+    file.write_bytes(file.read_bytes()[:-3])
+    placement = read(tmp_path)
+    assert len(placement.samples) == 1 and "torn off" in placement.remarks[0]
+
+
+def test_both_forms_in_one_folder_are_refused(tmp_path: Path) -> None:
+    recorded(holes(tmp_path, "1,2\n"), HEADER, GOOD)
+    with pytest.raises(mukca.MukcaError, match="both"):
+        read(tmp_path)
