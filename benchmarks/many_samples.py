@@ -21,7 +21,7 @@ from dataclasses import replace
 import numpy as np
 
 from mukca.recorder.dataset import Placement, Sample
-from mukca.solver.bayes.model import COMPLIANCE, Deflection
+from mukca.solver.bayes.model import Deflection
 from mukca.solver.calibration import fit_by_auto
 from mukca.solver.calibration.fit import fit_by_paper
 from mukca.solver.data import Measurement, measure
@@ -71,7 +71,7 @@ def many_placements(count: int) -> list[Measurement]:
     So one extension has to prove itself where placements are left out, which takes fits.
     """
     nominal, arm = demo_arm()
-    bends = Deflection((COMPLIANCE,), (np.full(len(arm.actuated), BENDS),))
+    bends = Deflection(("compliance",), (np.full(len(arm.actuated), BENDS),))
     how = Imperfection(SEAT_NOISE, bends)
     generator = np.random.default_rng(0)
     bases = reachable_bases(arm, generator, 4)

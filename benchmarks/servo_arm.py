@@ -119,7 +119,7 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     ]
     begin = full.model.geometry
     deviations = np.degrees(np.sqrt(np.diag(full.covariance)[begin : begin + len(zeros)]))
-    off = np.degrees(full.deflection.zeros - zeros)
+    off = np.degrees(full.deflection.joint_offsets - zeros)
     for joint, one, deviation in zip(nominal.joint_names, off, deviations, strict=True):
         word = "decided" if deviation <= math.degrees(DECIDED) else "unknown"
         lines.append(f"  {joint:14} {word}, off {one:+.2f} deg +- {deviation:.2f}")

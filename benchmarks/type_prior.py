@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from mukca.solver.bayes.model import COMPLIANCE, ELASTICITY, TILT, Deflection, Expected
+from mukca.solver.bayes.model import Deflection, Expected
 from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.calibration import fit_by_auto
 from mukca.solver.calibration.fit import fit_by_paper
@@ -52,11 +52,10 @@ def learned(robot: Robot, placements: list[Measurement]) -> dict[str, Expected]:
     """Return what a calibration tells of the elasticity."""
     found = fit_by_auto(robot, choose_parameters(robot), placements).posterior
     assert found is not None
-    ends = np.cumsum([found.model.geometry, *found.model.sizes])
     return {
-        name: (found.x[a:b], deviations(found)[a:b])
-        for name, a, b in zip(found.model.extensions, ends, ends[1:], strict=False)
-        if name in ELASTICITY
+        effect.name: (found.x[own], deviations(found)[own])
+        for effect, own in zip(found.model.effects, found.model.slices, strict=True)
+        if effect.shared_by_type
     }
 
 
@@ -65,8 +64,8 @@ def draw(samples: int, seed: int) -> dict[str, float]:
     robot, generator = load_robot(ROBOTS[seed % len(ROBOTS)]), np.random.default_rng(5000 + seed)
     joints = len(robot.joint_names)
     of_type = {
-        COMPLIANCE: generator.uniform(1e-5, 6e-5, joints),
-        TILT: generator.uniform(0, 3e-5, 2 * joints),
+        "compliance": generator.uniform(1e-5, 6e-5, joints),
+        "tilt": generator.uniform(0, 3e-5, 2 * joints),
     }
     other = learned(robot, recordings(robot, of_type, generator, [30, 30]))
     train, *test = recordings(robot, of_type, generator, [samples, 30, 30, 30])

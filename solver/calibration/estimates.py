@@ -1,7 +1,7 @@
 """What a fit found, parameter by parameter, and how well it is known."""
 
 from ..bayes.inference import Posterior
-from ..bayes.model import ELASTICITY, extend
+from ..bayes.model import extend
 from ..bayes.results import uncertainty, unobservable, weakly_identifiable_directions
 from ..data import Load
 from ..results import (
@@ -45,23 +45,13 @@ def parameter_values(
 
 def coefficient_values(posterior: Posterior) -> tuple[Coefficient, ...]:
     """Return the coefficients of the extensions, with their deviations."""
-    begin = posterior.model.geometry
-    deviations = uncertainty.deviations(posterior)[begin:]
-    rows = zip(posterior.model.names[begin:], posterior.x[begin:], deviations, strict=True)
+    model = posterior.model
+    deviations = uncertainty.deviations(posterior)
+    rows = list(zip(model.names, model.units, posterior.x, deviations, strict=True))
     return tuple(
-        Coefficient(
-            name=name,
-            unit="rad/(N m)" if _is_elastic(name) else "rad",
-            value=float(value),
-            standard_deviation=float(deviation),
-        )
-        for name, value, deviation in rows
+        Coefficient(name=name, unit=unit, value=float(value), standard_deviation=float(deviation))
+        for name, unit, value, deviation in rows[model.geometry :]
     )
-
-
-def _is_elastic(name: str) -> bool:
-    """Tell whether a coefficient, ``JOINT.compliance`` or ``JOINT.tilt1``, is one of elasticity."""
-    return name.rpartition(".")[2].rstrip("12") in ELASTICITY
 
 
 def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:

@@ -10,8 +10,9 @@ import numpy as np
 
 from ..bayes.inference import JointPosterior, Posterior
 from ..bayes.model import Expected
+from ..bayes.model.effects import EXTENSIONS
 from ..bayes.results import project_to_geometry, with_joint_offsets
-from ..bayes.selection import STAGES, Selected, select_all
+from ..bayes.selection import Selected, select_all
 from ..data import (
     CALIPER_DEVIATION,
     KnownDistance,
@@ -176,7 +177,7 @@ def fit_arms(
     chosen = select_all(
         [(arm.robot, free) for arm, free in zip(arms, parameters, strict=True)],
         scene,
-        stages=[name for name in STAGES if name not in without],
+        stages=[name for name in EXTENSIONS if name not in without],
         joint_noise="joint-noise" not in without,
         zeros=zeros,
         types=types,
@@ -214,7 +215,7 @@ def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:
     more = data.located or data.frames
     more = more or any(not k.on_base or k.deviation > CALIPER_DEVIATION for k in data.known)
     alone = None
-    if not more and full.deflection.zeros is None and all(m.has_distance for m in train):
+    if not more and full.deflection.joint_offsets is None and all(m.has_distance for m in train):
         # else the paper's cost does not know all that is known
         with suppress(NotConverged):
             alone = fit_by_paper(arm.robot, full.model.parameters, train).calibrated.values

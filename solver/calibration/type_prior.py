@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..bayes.model import ELASTICITY, Expected, coefficient_names
+from ..bayes.model import Expected
+from ..bayes.model.effects import EFFECTS
 from ..results import (
     DocumentError,
     ElasticityDocument,
@@ -26,6 +27,7 @@ from .usage import UsageError
 
 _SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 SHIPPED = "shipped"
+SHARED = [effect for effect in EFFECTS.values() if effect.shared_by_type]
 LEAST = 1e-9
 """No deviation is less [rad/(N m)], so that it can be divided by."""
 
@@ -92,8 +94,8 @@ def _types(file: Path) -> tuple[TypeElasticity, ...]:
         either = str(error).replace("a calibration.json", "a calibration.json or elasticity.json")
         raise DocumentError(either) from None
     joints = document.model.joint_names
-    kept = [name for name in ELASTICITY if name in document.deflection]
-    names = {name for extension in kept for name in coefficient_names(extension, joints)}
+    kept = [effect for effect in SHARED if effect.name in document.deflection]
+    names = {name for effect in kept for name in effect.coefficient_names(joints)}
     found = tuple(one for one in document.coefficients or () if one.name in names)
     return (TypeElasticity(joint_names=joints, arms=1, coefficients=found),)
 
@@ -131,9 +133,9 @@ def _expected(known: TypeElasticity | None) -> dict[str, Expected]:
         return {}
     by_name = {one.name: (one.value, one.standard_deviation) for one in known.coefficients}
     expected: dict[str, Expected] = {}
-    for extension in ELASTICITY:
-        names = coefficient_names(extension, known.joint_names)
+    for effect in SHARED:
+        names = effect.coefficient_names(known.joint_names)
         if all(name in by_name for name in names):
             values, deviations = np.array([by_name[name] for name in names]).T
-            expected[extension] = values, deviations
+            expected[effect.name] = values, deviations
     return expected

@@ -13,7 +13,8 @@ from math import log
 
 import numpy as np
 
-from ..bayes.model import JOINT_OFFSET_WIDTH, NU, extend
+from ..bayes.model import NU, extend
+from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import joint_offset_derivatives
 from ..data import Measurement
 from ..robot import BallModel, Parameter, Robot, all_parameters
@@ -148,7 +149,7 @@ class RigidModel:
         usual = np.diag(self.widths**2)
         if zeros:
             turned = joint_offset_derivatives(robot, parameters)
-            usual += JOINT_OFFSET_WIDTH**2 * turned @ turned.T
+            usual += JOINT_OFFSET.typical_shift**2 * turned @ turned.T
         self._prior = np.linalg.inv(usual) + np.outer(by_scale, by_scale) / SCALE**2
 
     def nominal_error(self, samples: Samples) -> float:
@@ -158,7 +159,7 @@ class RigidModel:
         from their socket, each by its weight.
         """
         joints = range(samples.positions.shape[1]) if self.zeros else ()
-        return self._glance(samples, joints, JOINT_OFFSET_WIDTH)[1]
+        return self._glance(samples, joints, JOINT_OFFSET.typical_shift)[1]
 
     def nominal_zeros(self, samples: Samples, joints: Sequence[int]) -> np.ndarray:
         """Return how far off zeros of some joints are by the model as it is, to first order.

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..bayes.inference import estimate
-from ..bayes.model import ZERO, extend
+from ..bayes.model import extend
+from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import workspace_deviation
 from ..data import CALIPER_DEVIATION, KnownDistance, KnownError, Load, Measurement, observe
 from ..paper import NotConverged
@@ -68,7 +69,7 @@ def predicted_error(
     load = load or Load()
     try:
         data = observe(measurements, robot, known=known, deviation=deviation, load=load)
-        posterior = estimate(extend(robot, parameters, (ZERO,) if zeros else ()), data)
+        posterior = estimate(extend(robot, parameters, (JOINT_OFFSET.name,) if zeros else ()), data)
     except (KnownError, NotConverged):
         return None
     median = workspace_deviation(posterior, load)[0]

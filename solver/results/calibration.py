@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import MukcaError
-from ..bayes.model import EXTENSIONS, Deflection, coefficient_names
+from ..bayes.model import Deflection
+from ..bayes.model.effects import EFFECTS
 from ..data import Load
 from ..diagnostics import Diagnostic
 from ..robot import all_parameters, parse_robot, scan
@@ -170,9 +171,9 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
     if not len(parameters) == len(values) == len(document.parameters):
         raise misfit(source, "parameters", "not those of the joints of model.nominal_urdf")
     for extension, coefficients in document.deflection.items():
-        if extension not in EXTENSIONS:
+        if extension not in EFFECTS:
             raise misfit(source, f"deflection.{extension}", "no extension of this version")
-        expected = len(coefficient_names(extension, robot.joint_names))
+        expected = len(EFFECTS[extension].coefficient_names(robot.joint_names))
         if len(coefficients) != expected:
             words = f"{len(coefficients)} coefficients, but the joints need {expected}"
             raise misfit(source, f"deflection.{extension}", words)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...solver.bayes.model import COMPLIANCE, TILT, TRANSMISSION, Deflection, coefficient_names
+from ...solver.bayes.model import Deflection
+from ...solver.bayes.model.effects import COMPLIANCE, EFFECTS, HARMONICS, TILT
 from ...solver.robot import Robot
 from .simulated_arms import Imperfection
 
@@ -16,10 +17,10 @@ __all__ = ["TRANSLATION", "TURN", "realistic_flaws"]
 TRANSLATION, TURN = 1e-3, 6e-3
 """Standard deviations of joint origins from the model [m], [rad]."""
 SIZES = {
-    COMPLIANCE: (1e-5, 6e-5),
-    TILT: (0.0, 3e-5),
-    TRANSMISSION[0]: (0.7e-4, 2.5e-4),
-    TRANSMISSION[1]: (0.3e-4, 1.2e-4),
+    COMPLIANCE.name: (1e-5, 6e-5),
+    TILT.name: (0.0, 3e-5),
+    HARMONICS[0].name: (0.7e-4, 2.5e-4),
+    HARMONICS[1].name: (0.3e-4, 1.2e-4),
 }
 """From, to: each coefficient of elasticity [rad/(N m)]; the standard deviation of an arm's
 coefficients of transmission error [rad]."""
@@ -40,10 +41,10 @@ def realistic_flaws(
     coefficients: list[np.ndarray] = []
     for extension in extensions:
         low, high = SIZES[extension]
-        count = len(coefficient_names(extension, robot.joint_names))
-        if extension in TRANSMISSION:
-            coefficients.append(generator.normal(0, generator.uniform(low, high), count))
-        else:
+        count = len(EFFECTS[extension].coefficient_names(robot.joint_names))
+        if EFFECTS[extension].non_negative:
             coefficients.append(generator.uniform(low, high, count))
+        else:
+            coefficients.append(generator.normal(0, generator.uniform(low, high), count))
     deflection = Deflection(tuple(extensions), tuple(coefficients))
     return Imperfection(noise=generator.uniform(*NOISE), deflection=deflection)

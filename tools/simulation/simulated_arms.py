@@ -11,15 +11,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...recorder.dataset import Placement, Sample
-from ...solver.bayes.model import (
-    COMPLIANCE,
-    ELASTICITY,
-    TILT,
-    TRANSMISSION,
-    Deflection,
-    coefficient_names,
-    extend,
-)
+from ...solver.bayes.model import Deflection, extend
+from ...solver.bayes.model.effects import EFFECTS, TILT
 from ...solver.calibration import UsageError
 from ...solver.data import check_distance
 from ...solver.results import CalibratedRobot
@@ -96,7 +89,7 @@ def simulate_recordings(
     bases = reachable_bases(arm, places, placements, check_distance(distance))
     parameters = choose_parameters(robot)
     values = arm.origins.ravel()[[p.index for p in parameters]]
-    sizes = {COMPLIANCE: compliance, TILT: tilt, **dict.fromkeys(TRANSMISSION, transmission)}
+    sizes = {"compliance": compliance, "tilt": tilt, "transmission": transmission}
     how = Imperfection(noise, _deflection(robot, arms, sizes))
     return (
         CalibratedRobot(robot, parameters, values, how.deflection),
@@ -107,14 +100,14 @@ def simulate_recordings(
 def _deflection(
     robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
 ) -> Deflection:
-    """Return elasticity and transmission error of such sizes, without those of size zero."""
-    kept = {extension: size for extension, size in sizes.items() if size}
+    """Return the effects of extensions of such sizes, without those of size zero."""
+    kept = [effect for effect in EFFECTS.values() if sizes.get(effect.extension)]
     drawn: list[np.ndarray] = []
-    for extension, size in kept.items():
-        count = len(coefficient_names(extension, robot.joint_names))
-        elastic = extension in ELASTICITY
-        drawn.append(size * (generator.random(count) if elastic else generator.normal(size=count)))
-    return Deflection(tuple(kept), tuple(drawn))
+    for effect in kept:
+        count, size = len(effect.coefficient_names(robot.joint_names)), sizes[effect.extension]
+        draw = generator.random if effect.non_negative else generator.standard_normal
+        drawn.append(size * draw(count))
+    return Deflection(tuple(effect.name for effect in kept), tuple(drawn))
 
 
 @dataclass(frozen=True)
@@ -258,7 +251,7 @@ def record(
         force = generator.normal(0, how.hand, (len(true), 3))
         slopes = BallModel(arm, []).linearise(np.empty(0), true).by_joints
         moments[:, :m] -= np.einsum("nij,ni->nj", slopes, force)
-    if TILT in how.deflection.extensions:
+    if TILT.name in how.deflection.extensions:
         true = _seated(arm, seats, true, moments, how.deflection)
     read = _readings(true, moments, how.deflection)
     read = read + generator.choice([-0.5, 0.5], read.shape) * how.backlash

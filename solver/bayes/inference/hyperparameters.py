@@ -9,15 +9,7 @@ from math import log
 
 import numpy as np
 
-from ..model import (
-    EXTENSIONS,
-    NEGLIGIBLE,
-    PLAY,
-    Noise,
-    PriorGroup,
-    backlash_group,
-    degrees_of_freedom,
-)
+from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom
 from .normal_equations import predicted_errors, robust_weights
 from .objective import Objective, State
 from .state import Step, moved
@@ -84,10 +76,10 @@ def with_degrees_of_freedom(
     )
 
 
-def with_backlash(
+def following_noise(
     objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
 ) -> tuple[PriorGroup, ...]:
-    """Return the groups, the play of each robot believed to be what its joints' noise shows."""
+    """Return the groups, with means that follow the noise of each robot's joints where they do."""
     rows, joint = objective.rows, np.zeros(len(objective.rows.sockets))
     for source, noise in zip(rows.sources, noises, strict=True):
         joint[source] = noise.joint
@@ -95,9 +87,7 @@ def with_backlash(
     starts = [own.start for own in objective.model.own]
     of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
     return tuple(
-        backlash_group(group.members, noise)
-        if group.name == PLAY and group.width and noise
-        else group
+        group.following(noise) if group.follows_noise and group.width and noise else group
         for group, noise in zip(groups, of, strict=True)
     )
 
@@ -117,7 +107,7 @@ def prune_groups(objective: Objective, state: State) -> State:
     gone = {  # by place: those of two arms may have one name
         i: group
         for i, group in enumerate(state.groups)
-        if group.name in EXTENSIONS and group.width and _effect(state, group) < NEGLIGIBLE
+        if group.optional and group.width and _effect(state, group) < NEGLIGIBLE
     }
     noises = tuple(
         replace(noise, joint=0.0)

@@ -12,7 +12,7 @@ from math import erfc, log, sqrt
 
 import numpy as np
 
-from ..model import ELASTICITY, TYPICAL_SPREAD, Noise, log_constant, log_prior
+from ..model import TYPICAL_SPREAD, Noise, log_constant, log_prior
 from .arrowhead import ArrowheadMatrix
 from .normal_equations import (
     NormalEquations,
@@ -163,7 +163,7 @@ def _gaussian(objective: Objective, state: State) -> _Gaussian:
     """
     held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
     for group in state.groups:
-        if group.name in ELASTICITY and group.width:
+        if group.non_negative and group.width:
             held[group.members], limited[group.members] = False, True
     state = replace(state, at_zero=held)
     normal, prior = normal_equations(objective, state), prior_precision(objective, state)
@@ -192,7 +192,7 @@ def _log_prior_share(state: State) -> float:
     shares = [
         erfc(-mean / variance**0.5 / sqrt(2)) / 2
         for group in state.groups
-        if group.name in ELASTICITY and group.width
+        if group.non_negative and group.width
         for mean, variance in zip(
             group.mean.tolist(), np.diag(group.covariance(group.width)).tolist(), strict=True
         )

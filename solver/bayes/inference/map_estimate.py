@@ -23,7 +23,6 @@ import numpy as np
 from ...data import MultiRobotObservations, Observations
 from ...paper import NotConverged
 from ..model import (
-    ELASTICITY,
     NEGLIGIBLE,
     SMALLEST,
     ExtendedModel,
@@ -33,10 +32,10 @@ from ..model import (
 )
 from .active_set import active_set_step
 from .hyperparameters import (
+    following_noise,
     prune_groups,
     updated_groups,
     updated_noises,
-    with_backlash,
     with_degrees_of_freedom,
 )
 from .laplace import posterior
@@ -138,7 +137,7 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
     volume = _volume_weight(objective, state, normal, spread)
     bounded = np.zeros(objective.size, dtype=bool)
     for group in state.groups:
-        bounded[group.members] = group.name in ELASTICITY and group.width > 0
+        bounded[group.members] = group.non_negative and group.width > 0
     held = state.at_zero & ~(may_leave & bounded[: objective.model.size])
     released = replace(state, at_zero=held)
     unheld = covariance
@@ -185,7 +184,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     if -step.slope < objective.size:
         groups, change = updated_groups(there, step)
         noises = with_degrees_of_freedom(objective, there, noises, step)
-    groups = with_backlash(objective, groups, noises)
+    groups = following_noise(objective, groups, noises)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
@@ -216,6 +215,6 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
     """Return the state after a change of all unknowns: a joint never gives way against its load."""
     at_zero = state.at_zero.copy()
     for group in state.groups:
-        if group.name in ELASTICITY:
+        if group.non_negative:
             at_zero[group.members] = (state.x + change[: len(state.x)])[group.members] <= 0
     return replace(moved(objective, state, change), at_zero=at_zero)

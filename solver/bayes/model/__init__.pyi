@@ -1,13 +1,4 @@
-from .deflection import COMPLIANCE as COMPLIANCE
-from .deflection import ELASTICITY as ELASTICITY
-from .deflection import EXTENSIONS as EXTENSIONS
-from .deflection import PLAY as PLAY
-from .deflection import TILT as TILT
-from .deflection import TRANSMISSION as TRANSMISSION
-from .deflection import ZERO as ZERO
 from .deflection import Deflection as Deflection
-from .deflection import coefficient_names as coefficient_names
-from .extended_model import Expected as Expected
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import extend as extend
 from .multi_robot import MultiRobotModel as MultiRobotModel
@@ -21,8 +12,7 @@ from .noise import Noise as Noise
 from .noise import degrees_of_freedom as degrees_of_freedom
 from .noise import log_constant as log_constant
 from .noise import log_prior as log_prior
-from .priors import JOINT_OFFSET_WIDTH as JOINT_OFFSET_WIDTH
-from .priors import TYPICAL_SPREAD as TYPICAL_SPREAD
-from .priors import PriorGroup as PriorGroup
-from .priors import backlash_group as backlash_group
+from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
+from .prior_group import Expected as Expected
+from .prior_group import PriorGroup as PriorGroup
 from .priors import prior_groups as prior_groups

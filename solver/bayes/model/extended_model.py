@@ -14,19 +14,10 @@ from functools import cached_property
 import numpy as np
 
 from ...robot import BallModel, Parameter, Robot, workspace
-from .deflection import (
-    EXTENSIONS,
-    PLAY,
-    ZERO,
-    Deflection,
-    backlash,
-    coefficient_names,
-    deflected,
-    design,
-)
+from .deflection import Deflection, deflected, design_matrix
+from .effects import EFFECTS, JOINT_OFFSET, Effect
+from .prior_group import Expected
 
-Expected = tuple[np.ndarray, np.ndarray]
-"""What coefficients are believed to be, and the standard deviations of that."""
 SCALE_SAMPLES = 200
 """Random poses by which the size of a robot is measured."""
 
@@ -40,7 +31,7 @@ class ExtendedModel:
     ball: BallModel
     """The ball's position as a function of the parameters and the true joint positions."""
     extensions: tuple[str, ...]
-    """Which extensions, among :data:`.deflection.EXTENSIONS`, in that order."""
+    """Names of the effects, in the order of :data:`.EFFECTS`."""
     of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
     """The elasticity of other arms of the type, by extension; empty where none is known."""
 
@@ -50,23 +41,35 @@ class ExtendedModel:
         return len(self.parameters)
 
     @cached_property
-    def sizes(self) -> list[int]:
-        """Number of coefficients of each extension."""
-        joints = self.robot.joint_names
-        return [len(coefficient_names(extension, joints)) for extension in self.extensions]
-
-    @cached_property
-    def size(self) -> int:
-        """Number of unknowns."""
-        return self.geometry + sum(self.sizes)
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects beyond the geometry."""
+        return tuple(EFFECTS[name] for name in self.extensions)
 
     @cached_property
     def names(self) -> list[str]:
         """Names of all unknowns."""
-        names = [p.name for p in self.parameters]
-        for extension in self.extensions:
-            names += coefficient_names(extension, self.robot.joint_names)
-        return names
+        joints = self.robot.joint_names
+        geometry = [p.name for p in self.parameters]
+        return geometry + [name for e in self.effects for name in e.coefficient_names(joints)]
+
+    @cached_property
+    def units(self) -> list[str]:
+        """Units of all unknowns."""
+        joints = self.robot.joint_names
+        geometry = [p.unit for p in self.parameters]
+        return geometry + [e.unit for e in self.effects for _ in e.coefficient_names(joints)]
+
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Place of each effect's coefficients among the unknowns."""
+        sizes = [len(effect.axes) * len(self.robot.joint_names) for effect in self.effects]
+        ends = (self.geometry + np.cumsum(sizes, dtype=np.int64)).tolist()
+        return tuple(slice(end - size, end) for end, size in zip(ends, sizes, strict=True))
+
+    @cached_property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.names)
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Return the free origin numbers for unknowns x, shape (geometry,) [m, rad]."""
@@ -74,9 +77,7 @@ class ExtendedModel:
 
     def deflection(self, x: np.ndarray) -> Deflection:
         """Return the elasticity and transmission errors for unknowns x, shape (size,)."""
-        ends = self.geometry + np.cumsum(self.sizes)
-        values = tuple(x[end - size : end] for end, size in zip(ends, self.sizes, strict=True))
-        return Deflection(self.extensions, values)
+        return Deflection(self.extensions, tuple(x[own] for own in self.slices))
 
     def predict(self, x: np.ndarray, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return the ball's centres Phi(x, q), shape (N, 3) [m].
@@ -100,14 +101,15 @@ class ExtendedModel:
             The centres, shape (N, 3) [m]; their derivatives by the unknowns, shape (N, 3, size),
             and by the joint positions, shape (N, 3, m): with play, by as much as each is noisy.
         """
-        shifted, shifts = design(self.extensions, q, torque)
-        true = deflected(q, shifted, shifts, x[self.geometry :])
+        turned, turns = design_matrix(self.effects, q, torque)
+        true = deflected(q, turned, turns, x[self.geometry :])
         linear = self.ball.linearise(self.values(x), true)
-        by_coefficients = linear.by_joints[:, :, shifted] * shifts[:, None]
+        by_coefficients = linear.by_joints[:, :, turned] * turns[:, None]
         by_unknowns = np.concatenate([linear.by_parameters, by_coefficients], axis=2)
         by_joints = linear.by_joints[:, :, : q.shape[1]]
-        if PLAY in self.extensions:
-            by_joints = by_joints * backlash(torque[:, : q.shape[1]])[:, None]
+        for effect in self.effects:
+            if effect.joint_noise is not None:
+                by_joints = by_joints * effect.joint_noise(torque[:, : q.shape[1]])[:, None]
         return linear.points, by_unknowns, by_joints
 
     def log_volume(self, x: np.ndarray, q: np.ndarray) -> tuple[float, np.ndarray]:
@@ -123,13 +125,13 @@ class ExtendedModel:
         Returns:
             See :meth:`.BallModel.log_volume`; and the derivatives by the unknowns, shape (size,).
         """
-        zeros = self.deflection(x).zeros
-        true = q if zeros is None else q + zeros
+        offsets = self.deflection(x).joint_offsets
+        true = q if offsets is None else q + offsets
         value, by_geometry, by_joints = self.ball.log_volume(self.values(x), true)
         slope = np.zeros(self.size)
         slope[: self.geometry] = by_geometry
-        if zeros is not None:  # they are the first extension
-            slope[self.geometry : self.geometry + len(zeros)] = by_joints
+        if offsets is not None:
+            slope[self.slices[0]] = by_joints
         return value, slope
 
     def by_scale(self) -> np.ndarray:
@@ -154,8 +156,8 @@ class ExtendedModel:
         others = np.concatenate([place - place.mean(axis=0), turns], axis=2).reshape(cloud.size, -1)
         radial = cloud.ravel() - others @ np.linalg.lstsq(others, cloud.ravel(), rcond=None)[0]
         by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
-        if ZERO in self.extensions:
-            by_scale[self.geometry : self.geometry + self.sizes[0]] = 0.0
+        if JOINT_OFFSET in self.effects:
+            by_scale[self.slices[0]] = 0.0
         return by_scale
 
 
@@ -167,8 +169,8 @@ def extend(
     Args:
         robot: The nominal robot.
         parameters: What of its geometry is free.
-        extensions: Among :data:`~mukca.solver.bayes.model.deflection.EXTENSIONS`, in any order.
+        extensions: Names of effects, among :data:`.EFFECTS`, in any order.
     """
     ball = BallModel(robot, [p.index for p in parameters])
-    ordered = tuple(extension for extension in EXTENSIONS if extension in extensions)
+    ordered = tuple(name for name in EFFECTS if name in extensions)
     return ExtendedModel(robot, tuple(parameters), ball, ordered)

@@ -43,15 +43,15 @@ def joint_offsets_in_words(posterior: Posterior) -> str:
 
 def with_joint_offsets(posterior: Posterior) -> np.ndarray:
     """Return the geometric parameters of a model, its zeros put into them, shape (geometry,)."""
-    zeros, model = posterior.deflection.zeros, posterior.model
-    if zeros is None:
+    offsets, model = posterior.deflection.joint_offsets, posterior.model
+    if offsets is None:
         return posterior.values
     values, origins = posterior.values.copy(), model.ball.origins(posterior.values)
     place = {parameter.index: i for i, parameter in enumerate(model.parameters)}
-    for joint, zero in zip(model.robot.actuated, zeros, strict=True):
+    for joint, offset in zip(model.robot.actuated, offsets, strict=True):
         j = model.robot.joints.index(joint)
         rows = [place[6 * j + k] for k in (3, 4, 5)]
-        R = rotation_rpy(origins[j, 3:].tolist()).full() @ rotation(joint.axis, zero).full()
+        R = rotation_rpy(origins[j, 3:].tolist()).full() @ rotation(joint.axis, offset).full()
         values[rows] = angles_near(R, origins[j, 3:])
     return values
 

@@ -1,3 +1,2 @@
-from .model_selection import STAGES as STAGES
 from .model_selection import Selected as Selected
 from .model_selection import select_all as select_all

@@ -12,7 +12,8 @@ from math import log
 import numpy as np
 
 from ..inference import JointPosterior, Posterior
-from ..model import COMPLIANCE, TILT, ExtendedModel, MultiRobotModel, PriorGroup, extend
+from ..model import ExtendedModel, MultiRobotModel, PriorGroup, extend
+from ..model.effects import COMPLIANCE, TILT
 
 ALSO_TILTS = 4.0
 """Odds that an arm whose joints twist under load also tilts, before the data: all three types of
@@ -26,7 +27,10 @@ def probabilities(worlds: Sequence[JointPosterior]) -> np.ndarray:
     Before the data all are equally probable, but for those in which joints both twist and tilt.
     """
     both = [
-        sum({COMPLIANCE, TILT} <= {g.name for g in arm.groups if g.width} for arm in world.arms)
+        sum(
+            {COMPLIANCE.name, TILT.name} <= {g.name for g in arm.groups if g.width}
+            for arm in world.arms
+        )
         for world in worlds
     ]
     evidence = np.array([world.log_evidence for world in worlds]) + np.array(both) * log(ALSO_TILTS)

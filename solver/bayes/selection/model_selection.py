@@ -21,27 +21,11 @@ from ...data import FrameError, MultiRobotObservations, Observations, fit_pose
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
 from ..inference import JointPosterior, Posterior, estimate_all
-from ..model import (
-    COMPLIANCE,
-    PLAY,
-    TILT,
-    TRANSMISSION,
-    ZERO,
-    Expected,
-    MultiRobotModel,
-    as_scene,
-    extend,
-)
+from ..model import Expected, MultiRobotModel, as_scene, extend
+from ..model.effects import EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
 from .model_averaging import averaged, probabilities
 
-STAGES: dict[str, tuple[str, ...]] = {
-    "compliance": (COMPLIANCE,),
-    "tilt": (TILT,),
-    "play": (PLAY,),
-    "transmission": TRANSMISSION,
-}
-"""What is tried, in this order: name, and its extensions."""
 LOG_BAYES_FACTOR = log(150)
 """By how much extensions must raise the logarithm of the evidence together: what is called very
 strong (Kass and Raftery 1995). Of 216 simulated arms without any, one raised it by as much; six by
@@ -85,7 +69,7 @@ def select_model(
     parameters: Sequence[Parameter],
     data: Observations,
     *,
-    stages: Sequence[str] = tuple(STAGES),
+    stages: Sequence[str] = tuple(EXTENSIONS),
     joint_noise: bool = True,
     zeros: bool = False,
     progress: Callable[[str], None] = lambda _: None,
@@ -96,7 +80,7 @@ def select_model(
         robot: The robot.
         parameters: What of its geometry is free.
         data: Training placements.
-        stages: Which of :data:`STAGES` may be tried.
+        stages: Which of :data:`EXTENSIONS` may be tried.
         joint_noise: Whether joint angles may be noisy.
         zeros: Whether the joints' zeros may be off by degrees and their gears have play, as in arms
             made of servos.
@@ -122,7 +106,7 @@ def select_all(
     robots: Sequence[Free],
     data: MultiRobotObservations,
     *,
-    stages: Sequence[str] = tuple(STAGES),
+    stages: Sequence[str] = tuple(EXTENSIONS),
     joint_noise: bool = True,
     zeros: bool = False,
     types: Sequence[Mapping[str, Expected]] = (),
@@ -135,9 +119,9 @@ def select_all(
     """
 
     def fit(
-        near: JointPosterior | None, extensions: Extensions, observed: MultiRobotObservations
+        near: JointPosterior | None, effects: EffectNames, observed: MultiRobotObservations
     ) -> JointPosterior:
-        models = [extend(*free, own) for free, own in zip(robots, extensions, strict=True)]
+        models = [extend(*free, own) for free, own in zip(robots, effects, strict=True)]
         if near is not None:
             known = [arm.model.of_type for arm in near.arms]
             models = [replace(m, of_type=own) for m, own in zip(models, known, strict=True)]
@@ -146,10 +130,12 @@ def select_all(
         )
 
     progress("geometry")
-    geometric = fit(None, [(ZERO,) if zeros else ()] * len(robots), data)
-    names = [name for name in STAGES if name in stages and (zeros or name != "play")]
+    first = (JOINT_OFFSET.name,) if zeros else ()
+    geometric = fit(None, [first] * len(robots), data)
+    required = {name: {EFFECTS[e].requires for e in own} for name, own in EXTENSIONS.items()}
+    names = [name for name in EXTENSIONS if name in stages and required[name] <= {"", *first}]
     order = [(name, i) for name in names for i in range(len(robots))]
-    tryable = {extension for name in names for extension in STAGES[name]}
+    tryable = {extension for name in names for extension in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
     tried = _search(fit, geometric, order, progress)
     models, words = _judged(fit, [*tried.models, *_by_type(fit, tried.fits, types, progress)])
@@ -168,10 +154,10 @@ def select_all(
     return Selected(geometric, full, tuple(map(tuple, notes)))
 
 
-Extensions = Sequence[tuple[str, ...]]
-"""For each robot, its extensions."""
-Fit = Callable[[JointPosterior | None, Extensions, MultiRobotObservations], JointPosterior]
-"""Fits models of such extensions to data, starting near a result."""
+EffectNames = Sequence[tuple[str, ...]]
+"""For each robot, the names of its effects."""
+Fit = Callable[[JointPosterior | None, EffectNames, MultiRobotObservations], JointPosterior]
+"""Fits models of such effects to data, starting near a result."""
 
 
 @dataclass(frozen=True)
@@ -201,7 +187,7 @@ def _search(
     models, tried, fits = {_active(best): best}, {_kept(best)}, list[JointPosterior]()
     for stage, robot in 2 * stages:
         own = list(_kept(best))
-        own[robot] = own[robot] | {*STAGES[stage]}
+        own[robot] = own[robot] | {*EXTENSIONS[stage]}
         if tuple(own) in tried:
             continue
         tried.add(tuple(own))
@@ -273,7 +259,7 @@ def _judged(fit: Fit, models: list[JointPosterior]) -> tuple[list[JointPosterior
 
 def _share(models: Sequence[JointPosterior], shares: np.ndarray, stage: str, robot: int) -> float:
     """Return how probable it is that a stage is there."""
-    there = [bool({*STAGES[stage]} & {*_active(model)[robot]}) for model in models]
+    there = [bool({*EXTENSIONS[stage]} & {*_active(model)[robot]}) for model in models]
     return float(shares[there].sum())
 
 

@@ -7,7 +7,8 @@ import pytest
 
 from mukca.recorder.dataset import Placement
 from mukca.solver.bayes.inference import estimate
-from mukca.solver.bayes.model import COMPLIANCE, TILT, Deflection, coefficient_names, extend
+from mukca.solver.bayes.model import Deflection, extend
+from mukca.solver.bayes.model.effects import EFFECTS
 from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import Load, evaluate, measure, observe
@@ -57,10 +58,10 @@ def test_what_is_not_there_vanishes(name: str) -> None:
 
 
 def test_compliance_is_found_within_its_intervals() -> None:
-    how = Imperfection(noise=5e-5, deflection=Deflection((COMPLIANCE,), (COMPLIANCES,)))
+    how = Imperfection(noise=5e-5, deflection=Deflection(("compliance",), (COMPLIANCES,)))
     session = Session("panda", 2, 2, how)
     fit = select_model(session.robot, session.parameters, session.observe(session.placements[:1]))
-    assert COMPLIANCE in fit.full.model.extensions
+    assert "compliance" in fit.full.model.extensions
     n = fit.full.model.geometry
     found, deviation = fit.full.x[n : n + 7], deviations(fit.full)[n : n + 7]
     assert np.all(found >= 0)
@@ -74,12 +75,14 @@ def test_compliance_is_found_within_its_intervals() -> None:
 
 def test_tilt_is_found_within_its_intervals() -> None:
     tilts = np.array([25e-6, 20e-6, 16e-6, 15e-6, 0, 0, 0, 15e-6, 5e-6, 21e-6, 10e-6, 0, 0, 0])
-    how = Imperfection(noise=5e-5, deflection=Deflection((TILT,), (tilts,)))
+    how = Imperfection(noise=5e-5, deflection=Deflection(("tilt",), (tilts,)))
     session = Session("panda", 2, 2, how)
     fit = select_model(session.robot, session.parameters, session.observe(session.placements[:1]))
-    assert TILT in fit.full.model.extensions
+    assert "tilt" in fit.full.model.extensions
     names = fit.full.model.names
-    own = [names.index(name) for name in coefficient_names(TILT, session.robot.joint_names)]
+    own = [
+        names.index(name) for name in EFFECTS["tilt"].coefficient_names(session.robot.joint_names)
+    ]
     found, deviation = fit.full.x[own], deviations(fit.full)[own]
     assert np.all(found >= 0)
     assert np.abs(found - tilts)[deviation > 0] == pytest.approx(0, abs=float(3 * deviation.max()))
@@ -111,7 +114,7 @@ def test_backlash_is_taken_for_noise_of_the_joints() -> None:
 def test_measured_effort_beats_gravity_torque_under_a_hand() -> None:
     """A hand that pushes bends the joints; only measured efforts know how."""
     how = Imperfection(
-        noise=5e-5, hand=20.0, deflection=Deflection((COMPLIANCE,), (3 * COMPLIANCES,))
+        noise=5e-5, hand=20.0, deflection=Deflection(("compliance",), (3 * COMPLIANCES,))
     )
     session = Session("panda", 5, 2, how)
     train, held_out = session.placements
@@ -168,7 +171,7 @@ def test_a_model_does_not_shrink_to_look_better() -> None:
 
 
 def test_stages_can_be_switched_off() -> None:
-    how = Imperfection(noise=5e-5, deflection=Deflection((COMPLIANCE,), (COMPLIANCES,)))
+    how = Imperfection(noise=5e-5, deflection=Deflection(("compliance",), (COMPLIANCES,)))
     session = Session("panda", 2, 1, how)
     data = session.observe(session.placements)
     fit = select_model(session.robot, session.parameters, data, stages=(), joint_noise=False)

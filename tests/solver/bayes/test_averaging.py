@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 
 from mukca.solver.bayes.inference import estimate_all
-from mukca.solver.bayes.model import (
-    COMPLIANCE,
-    TILT,
-    TRANSMISSION,
-    Deflection,
-    as_arms,
-    coefficient_names,
-    extend,
-)
+from mukca.solver.bayes.model import Deflection, as_arms, extend
+from mukca.solver.bayes.model.effects import EFFECTS
 from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.bayes.selection import select_all
 from mukca.solver.bayes.selection.model_averaging import averaged, probabilities
@@ -23,7 +16,7 @@ from mukca.solver.robot import Robot, choose_parameters
 from mukca.tools.simulation import record
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
-ELASTIC = Deflection((COMPLIANCE, TILT), (np.full(7, 4e-5), np.full(14, 1e-5)))
+ELASTIC = Deflection(("compliance", "tilt"), (np.full(7, 4e-5), np.full(14, 1e-5)))
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +30,9 @@ def chosen(panda: Robot, true_panda: Robot):
 
 
 def test_probabilities_follow_the_evidence_and_what_is_believed_of_tilt(chosen) -> None:
-    twists = replace(chosen.geometric, arms=(having(chosen, {COMPLIANCE}),))
-    tilts = replace(chosen.geometric, arms=(having(chosen, {TILT}),))
-    both = replace(chosen.full, arms=(having(chosen, {COMPLIANCE, TILT}),))
+    twists = replace(chosen.geometric, arms=(having(chosen, {"compliance"}),))
+    tilts = replace(chosen.geometric, arms=(having(chosen, {"tilt"}),))
+    both = replace(chosen.full, arms=(having(chosen, {"compliance", "tilt"}),))
     shares = np.log(probabilities([chosen.geometric, twists, tilts, both]))
     gain = chosen.full.log_evidence - chosen.geometric.log_evidence
     assert shares - shares[0] == pytest.approx([0, 0, 0, gain + np.log(4)])
@@ -48,7 +41,7 @@ def test_probabilities_follow_the_evidence_and_what_is_believed_of_tilt(chosen) 
 def having(chosen, extensions: set[str]):
     """The posterior with those extensions and no others."""
     arm = chosen.full.arms[0]
-    widths = {name: 1e-5 * (name in extensions) for name in (COMPLIANCE, TILT)}
+    widths = {name: 1e-5 * (name in extensions) for name in ("compliance", "tilt")}
     assert widths.keys() <= {group.name for group in arm.groups}
     groups = tuple(replace(g, width=widths.get(g.name, g.width)) for g in arm.groups)
     return replace(arm, groups=groups)
@@ -85,8 +78,8 @@ def test_the_model_itself_is_its_own_mean(chosen) -> None:
 
 
 def test_a_harmonic_that_few_samples_do_not_show_stays_uncertain(chosen) -> None:
-    kept = (COMPLIANCE, TILT, *TRANSMISSION)
+    kept = ("compliance", "tilt", "harmonic_1", "harmonic_2")
     model = extend(chosen.full.arms[0].model.robot, chosen.full.arms[0].model.parameters, kept)
     found = estimate_all(as_arms(model), chosen.full.scene, near=chosen.full).arms[0]
-    begin = model.names.index(coefficient_names(TRANSMISSION[0], model.robot.joint_names)[0])
+    begin = model.names.index(EFFECTS["harmonic_1"].coefficient_names(model.robot.joint_names)[0])
     assert deviations(found)[begin:].mean() > 4e-5

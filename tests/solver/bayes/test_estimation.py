@@ -15,7 +15,7 @@ from mukca.solver.bayes.inference.normal_equations import (
 )
 from mukca.solver.bayes.inference.objective import build_objective, linearise
 from mukca.solver.bayes.inference.state import start
-from mukca.solver.bayes.model import COMPLIANCE, Deflection, Noise, extend
+from mukca.solver.bayes.model import Deflection, Noise, extend
 from mukca.solver.bayes.results import workspace_deviation
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import Load, Observations, measure, observe
@@ -189,7 +189,7 @@ def test_an_extension_whose_fit_does_not_settle_is_left_out(front, monkeypatch) 
 def test_of_many_placements_some_are_left_out_at_a_time(panda, monkeypatch) -> None:
     """So that the time of a fit grows with their number, not with its square."""
     generator, bends = np.random.default_rng(3), (np.full(7, 1e-4),)
-    how = Imperfection(5e-5, Deflection((COMPLIANCE,), bends))
+    how = Imperfection(5e-5, Deflection(("compliance",), bends))
     placements = [
         record(panda, base, generator, samples=8, imperfection=how)
         for base in reachable_bases(panda, generator, 3)

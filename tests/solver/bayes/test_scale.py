@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mukca.solver.bayes.model import extend
-from mukca.solver.bayes.model.priors import SMALLEST_WIDTH
+from mukca.solver.bayes.model.prior_group import SMALLEST_WIDTH
 from mukca.solver.design import expected_groups
 from mukca.solver.robot import Robot, choose_parameters, load_robot
 

@@ -8,8 +8,8 @@ import pytest
 import mukca
 from mukca import calibrate
 from mukca.recorder.dataset import Placement
-from mukca.solver.bayes.model import PLAY, ZERO, Deflection, extend
-from mukca.solver.bayes.model.deflection import LEAST_TORQUE, backlash
+from mukca.solver.bayes.model import Deflection, extend
+from mukca.solver.bayes.model.effects.backlash import BACKLASH, UNLOADED_TORQUE
 from mukca.solver.bayes.results import DECIDED, angles_near, scale, with_joint_offsets
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.calibration import UsageError, crossval
@@ -65,8 +65,8 @@ def found(robot, placement: Placement):
 
 @pytest.mark.slow
 def test_zeros_are_found(found):
-    assert found.model.extensions == (ZERO,)
-    error = np.degrees(found.deflection.zeros - ZEROS)
+    assert found.model.extensions == ("zero",)
+    error = np.degrees(found.deflection.joint_offsets - ZEROS)
     deviation = np.degrees(np.sqrt(np.diag(found.covariance)))[found.model.geometry :]
     assert np.abs(error[:4]).max() < 0.2
     assert deviation[:4].max() < 0.1
@@ -78,10 +78,10 @@ def test_zeros_are_found(found):
 def test_play_widens_what_is_said_of_zeros(robot, seed):
     how = Imperfection(noise=3e-4, play=np.radians(0.7), resolution=2 * np.pi / 4096)
     chosen = selected(robot, recorded(robot, how, 20, seed), ("play",))
-    assert chosen.full.model.extensions == (ZERO, PLAY)
+    assert chosen.full.model.extensions == ("zero", "play")
     elbow = chosen.full.deflection.coefficients[1][2]
     assert np.degrees(elbow) == pytest.approx(0.35, abs=0.12), "it always hangs on one side"
-    error = (chosen.full.deflection.zeros - ZEROS)[:4]
+    error = (chosen.full.deflection.joint_offsets - ZEROS)[:4]
     begin = chosen.full.model.geometry
     deviation = np.sqrt(np.diag(chosen.full.covariance))[begin : begin + 4]
     assert np.abs(error / deviation).max() < 3
@@ -92,7 +92,7 @@ def test_play_widens_what_is_said_of_zeros(robot, seed):
 
 
 def test_a_joint_without_load_may_rest_anywhere_in_its_play():
-    free, loaded = backlash(np.array([[0.0, 1.0], [LEAST_TORQUE, -1.0]])).T
+    free, loaded = BACKLASH.joint_noise(np.array([[0.0, 1.0], [UNLOADED_TORQUE, -1.0]])).T
     assert free == pytest.approx([1.0, 0.5**0.5])
     assert (loaded < 0.2).all()
 
@@ -121,8 +121,8 @@ def test_angles_of_a_rotation_are_near_the_others(angles):
 
 
 def test_play_rests_where_gravity_turns_it_to():
-    play = Deflection((PLAY,), (np.array([0.01, 0.02]),))
-    torques = np.array([[1.0, -1.0], [-5.0, 0.0], [LEAST_TORQUE, 0.0]])
+    play = Deflection(("play",), (np.array([0.01, 0.02]),))
+    torques = np.array([[1.0, -1.0], [-5.0, 0.0], [UNLOADED_TORQUE, 0.0]])
     shift = play.true_positions(np.zeros((3, 2)), torques)
     assert shift == pytest.approx(
         np.array([[-0.01, 0.02], [0.01, 0.0], [-0.01 / 2**0.5, 0.0]]), abs=1e-5
@@ -188,7 +188,7 @@ def test_check_and_crossval_know_of_zeros_as_solve_does(robot, tmp_path, monkeyp
 
 def test_the_swept_volume_is_that_of_where_the_joints_stand(robot):
     """Else lengths and zeros that trade for each other would run away together."""
-    model = extend(robot, choose_parameters(robot), (ZERO, PLAY))
+    model = extend(robot, choose_parameters(robot), ("zero", "play"))
     q, zeros = workspace(robot, 20), slice(model.geometry, model.geometry + 5)
     x = np.zeros(model.size)
     x[zeros] = ZEROS

@@ -8,7 +8,7 @@ import pytest
 
 from mukca import calibrate
 from mukca.recorder.dataset import Placement
-from mukca.solver.bayes.model import COMPLIANCE, TILT, Deflection, Expected
+from mukca.solver.bayes.model import Deflection, Expected
 from mukca.solver.calibration import Calibration, UsageError, fit_by_auto, type_priors
 from mukca.solver.data import evaluate, measure
 from mukca.solver.results import DocumentError
@@ -19,8 +19,8 @@ from mukca.tools.simulation import record
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
 TRUE = {
-    COMPLIANCE: np.array([1, 4, 2, 6, 5, 3, 1]) * 1e-5,
-    TILT: np.array([2.5, 2, 1.6, 1.5, 1, 1, 0, 1.5, 0.5, 2.1, 0.2, 1, 1, 0]) * 1e-5,
+    "compliance": np.array([1, 4, 2, 6, 5, 3, 1]) * 1e-5,
+    "tilt": np.array([2.5, 2, 1.6, 1.5, 1, 1, 0, 1.5, 0.5, 2.1, 0.2, 1, 1, 0]) * 1e-5,
 }
 """Of a Panda-like arm [rad/(N m)]."""
 
@@ -74,7 +74,7 @@ def test_it_is_read_from_calibrations_weighted_by_their_precision(
     (tmp_path / "two.json").write_text(json.dumps(document))
     (one,) = type_priors([files["calibration"]], [panda])
     (both,) = type_priors([files["calibration"], tmp_path / "two.json"], [panda])
-    assert set(one) >= {COMPLIANCE}
+    assert set(one) >= {"compliance"}
     for name, (mean, deviation) in one.items():
         assert mean == pytest.approx(other.document.deflection[name])
         assert both[name][0] == pytest.approx(mean + 1.2e-5)
@@ -87,12 +87,12 @@ def test_what_was_measured_of_a_shipped_robots_type_counts_unless_told_otherwise
 ) -> None:
     (shipped,) = type_priors(["shipped"], [panda])
     (unknown,) = type_priors(["shipped"], [load_robot("ur5e")])
-    mean, deviation = shipped[TILT]
+    mean, deviation = shipped["tilt"]
     assert not unknown and mean.shape == deviation.shape == (14,)
     assert (mean >= 0).all() and (deviation > 0).all() and 1e-5 < mean.max() < 5e-5
     assert type_priors(["none"], [panda]) == type_priors("none", [panda]) == [{}]
     (own,) = type_priors([other.save(tmp_path / "one")["calibration"]], [panda])
-    assert not np.array_equal(own[TILT][0], mean)
+    assert not np.array_equal(own["tilt"][0], mean)
 
 
 @pytest.mark.slow
@@ -100,7 +100,7 @@ def test_it_brings_back_nothing_that_is_not_to_be_tried(
     panda: Robot, recorded: list[Placement]
 ) -> None:
     untilted = calibrate(panda, recorded[1], without=("tilt",)).calibrated.deflection
-    assert untilted.extensions and TILT not in untilted.extensions
+    assert untilted.extensions and "tilt" not in untilted.extensions
 
 
 @pytest.mark.slow

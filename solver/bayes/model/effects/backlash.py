@@ -1,0 +1,40 @@
+"""Backlash: a joint rests where gravity turns it to, q' = q - p tau / sqrt(tau^2 + tau_0^2).
+
+p is half the play of the gears. A joint without load rests anywhere in its play, so its angle is
+as noisy as that. One that carries its load on one side throughout shows nothing of its own, and
+what it has would pass for its offset: so it is believed to have what the noise of the others shows.
+"""
+
+import numpy as np
+
+from .effect import OWN, Effect
+
+UNLOADED_TORQUE = 0.02
+"""tau_0: under less, the joint may rest on either side [N m]."""
+LOADED_VARIANCE = 0.02
+"""Share of an unloaded joint's variance that is left under load."""
+
+
+def _side(torque: np.ndarray) -> np.ndarray:
+    return torque / np.sqrt(torque**2 + UNLOADED_TORQUE**2)
+
+
+def _derivatives(q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    return -_side(moments[:, : q.shape[1]])
+
+
+def _joint_noise(torque: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.maximum(1 - _side(torque) ** 2, LOADED_VARIANCE))
+
+
+BACKLASH = Effect(
+    name="play",
+    extension="play",
+    unit="rad",
+    axes={"play": OWN},
+    derivatives=_derivatives,
+    typical_shift=float(np.deg2rad(0.3)),  # of a servo, until the noise of its joints shows it
+    learned=False,
+    joint_noise=_joint_noise,
+    requires="zero",
+)

@@ -1,0 +1,149 @@
+"""A group of unknowns with one Gaussian prior, and the step of its width by the evidence."""
+
+from dataclasses import dataclass, replace
+from math import log
+
+import numpy as np
+
+Expected = tuple[np.ndarray, np.ndarray]
+"""Prior means of coefficients, and the standard deviations of these."""
+TYPICAL_SPREAD = 1.0
+"""Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
+MIN_WIDTH, MAX_WIDTH = 0.3, 10.0
+"""A width's step is the one of (A4) times a factor between these two, by how well earlier steps
+went."""
+NOISE_DEVIATION = 0.3
+"""Typical difference of a joint's backlash from that of the others, and of all from what their
+noise shows, as a share of it."""
+FALLING = 0.05
+"""Relative change in a step from which on a width falls, and not just settles."""
+SMALLEST_WIDTH = 1e-9
+"""A width is never less: rounding would leave nothing of the scale that lengths share."""
+EVERY = slice(None)
+
+
+@dataclass(frozen=True)
+class PriorGroup:
+    """Unknowns that share one prior, of mean 0 and width (standard deviation) s_g."""
+
+    name: str
+    unit: str
+    """Of its unknowns, and so of the width."""
+    members: np.ndarray
+    """Their indices among the unknowns."""
+    width: float
+    """s_g; 0 holds the members at zero."""
+    typical: float = 0.0
+    """Prior of the width itself: this, within a factor e; 0 for none."""
+    learned: bool = True
+    """True if the evidence sets the width."""
+    effective: float = 0.0
+    """gamma_g: number of its unknowns that the data decide."""
+    trail: tuple[float, float] | None = None
+    """Logarithm of the width before the last step, and by how much (A4) wanted it changed."""
+    common: np.ndarray | None = None
+    """t: a change of all members together that the prior allows in addition, shape (members,).
+    For lengths it is how they change when the whole robot grows by 0.2 %. None: no such change."""
+    expected: Expected | None = None
+    """Means other than zero, as other arms of the type or the noise show them."""
+    optional: bool = False
+    """True if the members are held at zero for good once their effect is negligible."""
+    non_negative: bool = False
+    """True if no member can be below zero."""
+    follows_noise: bool = False
+    """True if the mean is what the noise of the joints shows."""
+
+    def covariance(self, width: float) -> np.ndarray:
+        """Return the members' prior covariance D + t t^T, for s_g a given width.
+
+        D is s_g^2 I, and with what other arms tell, the squares of its deviations added.
+        """
+        D = np.diag(self._variances(width))
+        return D if self.common is None else D + np.outer(self.common, self.common)
+
+    def precision(self, width: float, free: np.ndarray | slice = EVERY) -> np.ndarray:
+        """Return the prior precision (inverse covariance) of some of the members.
+
+        The members that are left out are held at zero. By Sherman and Morrison's formula,
+        (D + t t^T)^-1 = D^-1 - D^-1 t t^T D^-1 / (1 + t^T D^-1 t).
+
+        Args:
+            width: s, in the unit of the group.
+            free: Which members count.
+        """
+        inverse = 1 / self._variances(width)[free]
+        if self.common is None:
+            return np.diag(inverse)
+        t = self.common[free]
+        scaled = inverse * t
+        return np.diag(inverse) - np.outer(scaled, scaled) / (1 + t @ scaled)
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Prior mean of the members, shape (members,)."""
+        return np.zeros(len(self.members)) if self.expected is None else self.expected[0]
+
+    def _variances(self, width: float) -> np.ndarray:
+        own = 0.0 if self.expected is None else self.expected[1] ** 2
+        return np.full(len(self.members), width**2) + own
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the prior, larger than its width where that is uncertain itself.
+
+        A width estimated from gamma unknowns is itself uncertain. Counting that makes the prior a
+        Student's distribution with gamma degrees of freedom, whose variance is larger by the
+        factor gamma / (gamma - 2); here by 2 at most.
+        """
+        gamma = max(self.effective, 4.0)
+        return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
+
+    def following(self, noise: float) -> "PriorGroup":
+        """Return the group with the mean that the noise of joints without load shows [rad].
+
+        All members may differ from it together, and each by itself.
+        """
+        ones, around = np.ones(len(self.members)), max(NOISE_DEVIATION * noise, SMALLEST_WIDTH)
+        return replace(self, width=around, common=around * ones, expected=(noise * ones, 0 * ones))
+
+    def updated(self, x: np.ndarray, covariance: np.ndarray, free: np.ndarray) -> "PriorGroup":
+        """Return the group with a width closer to what the evidence prefers (MacKay 1992).
+
+            gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2    s_g^2 = |x_g|^2 / gamma_g    (A4)
+
+        The new width is the root mean square of the unknowns, over those that the data decide. An
+        unknown whose posterior is as wide as its prior was not decided, and counts as 0 in gamma.
+        A prior of the width itself, see :attr:`typical`, adds its slope.
+
+        Args:
+            x: Distance of the free members from their mean.
+            covariance: Sigma_g, their posterior covariance.
+            free: Which members are free.
+        """
+        P = self.width**2 * self.precision(self.width, free)
+        effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
+        squares, gamma = float(np.sum((P @ x) ** 2)), max(effective, 1e-9)
+        square = squares / gamma
+        if self.typical:
+            slope = np.log(self.width / self.typical) / TYPICAL_SPREAD**2
+            ratio = squares / self.width**2
+            step = (ratio - gamma - slope) / (2 * ratio + 1 / TYPICAL_SPREAD**2)
+            square = self.width**2 * np.exp(2 * np.clip(step, -1, 1))
+        wanted = 0.5 * np.log(max(square, SMALLEST_WIDTH**2))
+        now = float(np.log(self.width))
+        width = max(float(np.exp(now + self._step(now, wanted - now))), SMALLEST_WIDTH)
+        return replace(self, width=width, effective=effective, trail=(now, wanted - now))
+
+    def _step(self, now: float, change: float) -> float:
+        """Return by how much to change the logarithm of the width.
+
+        (A4) alone may take hundreds of steps, each a little shorter than the one before, where a
+        width vanishes. The secant through this step and the last says where they lead to: nowhere
+        if the width falls ever faster, so that it is halved at once.
+        """
+        if self.trail is None or now == self.trail[0] or not change:
+            return change
+        slope = (change - self.trail[1]) / (now - self.trail[0])
+        if slope < 0:
+            return float(np.clip(-1 / slope, MIN_WIDTH, MAX_WIDTH)) * change
+        return min(change, -log(2)) if max(change, self.trail[1]) < -FALLING else change
