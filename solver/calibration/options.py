@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_args
 
+from ..bayes.model.effects import EXTENSIONS
 from .usage import UsageError
 
 if TYPE_CHECKING:
@@ -19,7 +20,6 @@ else:  # the command line reads the types of the fields, and has words for these
 
 Method = Literal["auto", "paper"]
 Optimizer = Literal["gauss-newton", "ipopt"]
-EXTENSIONS = ("compliance", "tilt", "play", "transmission", "joint-noise")
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class SolveOptions:
             "effects that are not to be tried",
             method="auto",
             default=(),
-            choices=EXTENSIONS,
+            choices=(*EXTENSIONS, "joint-noise"),
         ),
     ] = ()
     zeros: Annotated[

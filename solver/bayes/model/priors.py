@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...data import Observations
+from .effects import Effect
 from .extended_model import ExtendedModel
-from .prior_group import PriorGroup
+from .prior_group import Expected, PriorGroup
 
 BALL_WIDTH = 0.1
 """Width of the prior of the ball's place on the flange [m]: so wide that the data decide alone."""
@@ -21,6 +22,8 @@ TRANSLATION_WIDTH, ROTATION_WIDTH = 1e-3, 5e-3
 COMMON_SCALE = 2e-3
 """Standard deviation of the whole robot's scale, 0.2 %. A caliper on a base of 50 mm gives the
 scale to 0.06 %, so measured distances decide; where an arm is noisy, the URDF's scale holds."""
+SHARED_DEVIATION = 0.3
+"""Typical difference between two arms of a type, as a share of an effect's size."""
 
 
 def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, ...]:
@@ -54,5 +57,28 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         ]
         of_type = model.of_type.get(effect.name)
         members = np.arange(own.start, own.stop, dtype=np.int64)
-        groups.append(effect.prior(members, data.positions, data.torques, of_type))
+        shifts = effect.derivatives(data.positions, data.torques)
+        groups.append(_prior_of_effect(effect, members, shifts, of_type))
     return tuple(groups)
+
+
+def _prior_of_effect(
+    effect: Effect, members: np.ndarray, shifts: np.ndarray, of_type: Expected | None
+) -> PriorGroup:
+    """Return the prior of an effect's coefficients: as wide as they usually shift the samples."""
+    width = effect.typical_shift / max(float(np.sqrt(np.mean(shifts**2))), 1e-6)
+    if of_type is not None:
+        width = SHARED_DEVIATION * float(np.sqrt(np.mean(of_type[0] ** 2)))
+    group = PriorGroup(
+        effect.name,
+        effect.unit,
+        members,
+        width,
+        typical=width if effect.learned else 0.0,
+        learned=effect.learned,
+        expected=of_type,
+        optional=True,
+        non_negative=effect.non_negative,
+        follows_noise=effect.joint_noise is not None,
+    )
+    return group.following(effect.typical_shift) if group.follows_noise else group

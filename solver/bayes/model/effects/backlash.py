@@ -5,9 +5,13 @@ as noisy as that. One that carries its load on one side throughout shows nothing
 what it has would pass for its offset: so it is believed to have what the noise of the others shows.
 """
 
-import numpy as np
+import math
+from typing import TYPE_CHECKING
 
 from .effect import OWN, Effect
+
+if TYPE_CHECKING:
+    import numpy as np
 
 UNLOADED_TORQUE = 0.02
 """tau_0: under less, the joint may rest on either side [N m]."""
@@ -15,16 +19,16 @@ LOADED_VARIANCE = 0.02
 """Share of an unloaded joint's variance that is left under load."""
 
 
-def _side(torque: np.ndarray) -> np.ndarray:
-    return torque / np.sqrt(torque**2 + UNLOADED_TORQUE**2)
+def _side(torque: "np.ndarray") -> "np.ndarray":
+    return torque / (torque**2 + UNLOADED_TORQUE**2) ** 0.5
 
 
-def _derivatives(q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+def _derivatives(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
     return -_side(moments[:, : q.shape[1]])
 
 
-def _joint_noise(torque: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.maximum(1 - _side(torque) ** 2, LOADED_VARIANCE))
+def _joint_noise(torque: "np.ndarray") -> "np.ndarray":
+    return (1 - _side(torque) ** 2).clip(min=LOADED_VARIANCE) ** 0.5
 
 
 BACKLASH = Effect(
@@ -33,7 +37,7 @@ BACKLASH = Effect(
     unit="rad",
     axes={"play": OWN},
     derivatives=_derivatives,
-    typical_shift=float(np.deg2rad(0.3)),  # of a servo, until the noise of its joints shows it
+    typical_shift=math.radians(0.3),  # of a servo, until the noise of its joints shows it
     learned=False,
     joint_noise=_joint_noise,
     requires="zero",

@@ -1,14 +1,17 @@
 """Compliance: a joint twists about its own axis under load, q' = q - c tau."""
 
-import numpy as np
+from typing import TYPE_CHECKING
 
 from .effect import OWN, Effect
+
+if TYPE_CHECKING:
+    import numpy as np
 
 ELASTIC_SHIFT = 5e-4
 """Typical angle by which a joint gives way under its usual load [rad]."""
 
 
-def _derivatives(q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+def _derivatives(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
     return -moments[:, : q.shape[1]]
 
 

@@ -2,15 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from .. import Expected, PriorGroup
+if TYPE_CHECKING:
+    import numpy as np
 
 OWN, ACROSS_1, ACROSS_2 = 0, 1, 2
 """Axes of a joint: its own, and the two across, b and c of :func:`mukca.solver.robot.across`."""
-SHARED_DEVIATION = 0.3
-"""Typical difference between two arms of a type, as a share of an effect's size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +24,7 @@ class Effect:
     """Of its coefficients."""
     axes: Mapping[str, int]
     """Suffix of a coefficient, named JOINT.SUFFIX, to the axis of the joint that it turns."""
-    derivatives: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    derivatives: "Callable[[np.ndarray, np.ndarray], np.ndarray]"
     """Turn of the axes per unit of each coefficient, suffix after suffix, shape (N, p), from joint
     positions, shape (N, m) [rad], and the moments that hold the joints, shape (N, 3 m) [N m]."""
     typical_shift: float
@@ -37,7 +35,7 @@ class Effect:
     """True if no coefficient can be below zero, since nothing gives way against its load."""
     shared_by_type: bool = False
     """True if arms of one type have much the same coefficients."""
-    joint_noise: Callable[[np.ndarray], np.ndarray] | None = None
+    joint_noise: "Callable[[np.ndarray], np.ndarray] | None" = None
     """Noise of each joint's angle as a share of its usual one, shape (N, m), from the torques; its
     coefficients are then believed to be what the joints' noise shows. None for an even noise."""
     requires: str = ""
@@ -48,32 +46,3 @@ class Effect:
     def coefficient_names(self, joints: Sequence[str]) -> list[str]:
         """Names of the coefficients, in the order of :attr:`derivatives`."""
         return [f"{joint}.{suffix}" for suffix in self.axes for joint in joints]
-
-    def prior(
-        self, members: np.ndarray, q: np.ndarray, moments: np.ndarray, of_type: Expected | None
-    ) -> PriorGroup:
-        """Return the prior of the coefficients, at the width from which the estimation starts.
-
-        Args:
-            members: Their indices among the unknowns.
-            q: Joint positions of the samples, shape (N, m) [rad].
-            moments: As for :attr:`derivatives`: they tell the size of a plausible coefficient.
-            of_type: The coefficients of other arms of the type, where they are known.
-        """
-        shifts = self.derivatives(q, moments)
-        width = self.typical_shift / max(float(np.sqrt(np.mean(shifts**2))), 1e-6)
-        if of_type is not None:
-            width = SHARED_DEVIATION * float(np.sqrt(np.mean(of_type[0] ** 2)))
-        group = PriorGroup(
-            self.name,
-            self.unit,
-            members,
-            width,
-            typical=width if self.learned else 0.0,
-            learned=self.learned,
-            expected=of_type,
-            optional=True,
-            non_negative=self.non_negative,
-            follows_noise=self.joint_noise is not None,
-        )
-        return group.following(self.typical_shift) if group.follows_noise else group

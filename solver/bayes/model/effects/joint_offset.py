@@ -1,13 +1,17 @@
 """Joint offset: an encoder reads too little by a constant, q' = q + z."""
 
-import numpy as np
+import math
+from typing import TYPE_CHECKING
 
 from .effect import OWN, Effect
 
+if TYPE_CHECKING:
+    import numpy as np
 
-def _derivatives(q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+
+def _derivatives(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
     del moments
-    return np.ones(q.shape)
+    return 0 * q + 1
 
 
 JOINT_OFFSET = Effect(
@@ -16,7 +20,7 @@ JOINT_OFFSET = Effect(
     unit="rad",
     axes={"zero": OWN},
     derivatives=_derivatives,
-    typical_shift=float(np.deg2rad(3)),  # as they are set by eye
+    typical_shift=math.radians(3),  # as they are set by eye
     learned=False,
     # what printed parts are off by: the offsets are the larger part of what is wrong with angles
     geometry_widths={"translation": 2e-4, "rotation": 7e-4},

@@ -1,12 +1,15 @@
 """Tilt: a joint bends about the two axes across its own, u = -d M_b and v = -e M_c."""
 
-import numpy as np
+from typing import TYPE_CHECKING
 
 from .compliance import ELASTIC_SHIFT
 from .effect import ACROSS_1, ACROSS_2, Effect
 
+if TYPE_CHECKING:
+    import numpy as np
 
-def _derivatives(q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+
+def _derivatives(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
     return -moments[:, q.shape[1] :]
 
 

@@ -1,13 +1,17 @@
 """Transmission error: gears lead and lag, q' = q + sum over k of a_k sin(k q) + b_k cos(k q)."""
 
 from functools import partial
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from .effect import OWN, Effect
 
+if TYPE_CHECKING:
+    import numpy as np
 
-def _derivatives(q: np.ndarray, moments: np.ndarray, *, k: int) -> np.ndarray:
+
+def _derivatives(q: "np.ndarray", moments: "np.ndarray", *, k: int) -> "np.ndarray":
+    import numpy as np  # the command line reads the names of effects without it
+
     del moments
     return np.concatenate([np.sin(k * q), np.cos(k * q)], axis=1)
 
