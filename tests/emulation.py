@@ -1,86 +1,25 @@
-"""Emulated controllers on addresses that no other test uses: in virtual time, or as programs."""
+"""Emulated controllers in virtual time, which drivers in this process then live in too."""
 
 import argparse
-import itertools
-import json
 import os
-import select
-import socket
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import can
 import pytest
+from emulator_programs import Emulation, emulator_words
 from virtual_time import VirtualTime
 
 from mukca.drivers import clock
 from mukca.tools.cli.commands import emulate
 
-START_SECONDS = 60
-_numbers = itertools.count()
-_worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
-
-
-class Running(Protocol):
-    """What an emulator runs in."""
-
-    def release(self) -> None:
-        """Let an arm move that was told to wait."""
-
-    def stop(self) -> None:
-        """End it, with its journal whole; safe to call twice."""
-
-
-@dataclass
-class Emulation:
-    """A running emulator."""
-
-    name: str
-    address: str
-    """What the driver takes."""
-    running: Running
-    journal: Path
-
-    @property
-    def host(self) -> str:
-        """The controller's IP address."""
-        return self.address.partition(":")[0]
-
-    def entries(self) -> list[dict[str, Any]]:
-        """Return the journal's whole lines."""
-        lines = self.journal.read_text(encoding="utf-8").splitlines(keepends=True)
-        return [json.loads(line) for line in lines if line.endswith("\n")]
-
-    def received(self) -> list[tuple[str, bytes]]:
-        """Return the messages that came in: channel and bytes."""
-        return [
-            (entry["channel"], bytes.fromhex(entry["received"]))
-            for entry in self.entries()
-            if "received" in entry
-        ]
-
-    def sent(self) -> dict[int, dict[str, Any]]:
-        """Return the states that went out, by number."""
-        return {entry["sent"]: entry for entry in self.entries() if "sent" in entry}
-
-    def release(self) -> None:
-        """Let an arm move that was told to wait."""
-        self.running.release()
-
-    def stop(self) -> None:
-        """End it, with its journal whole."""
-        self.running.stop()
-
 
 @contextmanager
 def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
-    """Run an emulator in virtual time, which drivers in this process then live in too."""
-    words, journal = _words(name, folder, options)
+    """Run an emulator in this process."""
+    words, journal = emulator_words(name, folder, options)
     parser = argparse.ArgumentParser()
     emulate.add_arguments(parser)
     with VirtualTime().running() as time, pytest.MonkeyPatch.context() as patch:
@@ -114,9 +53,6 @@ class _Peer:
         self._time.peers.remove(self.emulator)
         self.emulator.close()
         self.emulator.journal.close()
-        for value in vars(self.emulator).values():  # as the end of a program does
-            if isinstance(value, socket.socket):
-                value.close()
         os.close(self._reader)
         os.close(self._writer)
 
@@ -150,87 +86,3 @@ class VirtualBus:
 
     def shutdown(self) -> None:
         self._bus.shutdown()
-
-
-@contextmanager
-def emulated_program(
-    name: str,
-    folder: Path,
-    *options: str,
-    command: tuple[str, ...] = (sys.executable, "-m", "mukca"),
-) -> Iterator[Emulation]:
-    """Run ``mukca emulate`` as a program of its own, in real time."""
-    words, journal = _words(name, folder, options)
-    process = subprocess.Popen(
-        [*command, "emulate", *words],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    running = _Program(process)
-    try:
-        assert process.stdout is not None
-        ready, _, _ = select.select([process.stdout], [], [], START_SECONDS)
-        line = process.stdout.readline() if ready else ""
-        assert line, f"the emulator did not start: {command}"
-        told = json.loads(line)["driver"]
-        yield Emulation(name, told.partition(":")[2], running, journal)
-    finally:
-        running.stop()
-        process.communicate()
-
-
-@dataclass
-class _Program:
-    """An emulator in a process of its own."""
-
-    process: subprocess.Popen[str]
-
-    def release(self) -> None:
-        assert self.process.stdin is not None
-        self.process.stdin.write("\n")
-        self.process.stdin.flush()
-
-    def stop(self) -> None:
-        self.process.terminate()
-        self.process.wait(30)
-
-
-def _words(name: str, folder: Path, options: tuple[str, ...]) -> tuple[list[str], Path]:
-    """Return an emulator's arguments, at an address that nobody else uses, and its journal."""
-    journal = folder / f"journal{next(_numbers)}.jsonl"
-    address = own_address(name, options)
-    if address.startswith("udp_multicast"):
-        need_multicast()
-    return [name, "--json", "--journal", str(journal), "--address", address, *options], journal
-
-
-def own_address(name: str, options: tuple[str, ...] = ()) -> str:
-    """Return an address for an emulator that nobody else uses."""
-    if name in ("piper", "damiao") or (name == "kinova" and "can" in options):
-        return own_bus()
-    if name in ("kinova", "feetech", "dynamixel"):  # a terminal of its own
-        return ""
-    if name == "kuka":
-        return f"{own_host()}?client={own_host()}"
-    return own_host()
-
-
-def own_host() -> str:
-    """Return a loopback address that nobody else uses."""
-    number = next(_numbers)
-    return f"127.{20 + _worker}.{number // 200}.{1 + number % 200}"
-
-
-def own_bus() -> str:
-    """Return a CAN bus that nobody else uses: one by its port, since Linux mixes the groups."""
-    return f"udp_multicast/239.74.163.2?port={43200 + 200 * _worker + next(_numbers)}&hop_limit=0"
-
-
-def need_multicast() -> None:
-    """Skip a test on a computer that has no CAN bus of this kind."""
-    try:
-        with can.Bus("239.74.163.2", "udp_multicast", port=43199, hop_limit=0) as bus:
-            bus.send(can.Message(arbitration_id=0x7FF))
-    except (can.CanError, OSError) as error:
-        pytest.skip(f"no multicast on this computer: {error}")

@@ -64,7 +64,7 @@ def rtde_controller(*packages: bytes) -> Iterator[str]:
         with suppress(OSError), server.accept()[0] as client:
             while request := client.recv(4096):
                 kind = request[2:3]
-                reply = struct.pack(">H", 3 + len(replies[kind])) + kind + replies[kind]
+                reply = rtde_package(kind, replies[kind])
                 client.sendall(reply + b"".join(packages if kind == b"S" else ()))
 
     threading.Thread(target=serve, daemon=True).start()
@@ -91,3 +91,45 @@ def fci_robot(*datagrams: bytes, version: int = 5) -> Iterator[str]:
     threading.Thread(target=serve, daemon=True).start()
     yield f"127.0.0.1:{server.getsockname()[1]}"
     server.close()
+
+
+def robot_state(number: int) -> bytes:
+    """A RobotState of FCI version 5: seven torques of 1 to 7 N m, angles of 0.1 to 0.7 rad."""
+    datagram = bytearray(2373)
+    struct.pack_into("<Q", datagram, 0, number)
+    struct.pack_into("<7d", datagram, 1016, *range(1, 8))
+    struct.pack_into("<7d", datagram, 1184, *(0.1 * joint for joint in range(1, 8)))
+    struct.pack_into("<Bd", datagram, len(datagram) - 9, 3, 1.0)  # guiding
+    return bytes(datagram)
+
+
+def rtde_package(kind: bytes, payload: bytes = b"") -> bytes:
+    """A package of RTDE."""
+    return struct.pack(">H", 3 + len(payload)) + kind + payload
+
+
+def fri_message(
+    sequence: int, joints: tuple[float, ...], session: int, multiplier: int, milliseconds: int
+) -> bytes:
+    """A monitoring message of FRI 1.15, without torques."""
+    values = b"".join(b"\x09" + struct.pack("<d", q) for q in joints)
+    stamp = _fields({1: milliseconds // 1000, 2: milliseconds % 1000 * 10**6})
+    body = _nested(1, _fields({1: 0x245142, 2: sequence, 3: 0}))
+    body += _nested(3, _nested(1, values) + _nested(15, stamp))
+    return body + _nested(4, _fields({1: session, 2: 3, 3: 5, 4: multiplier}))
+
+
+def _fields(numbers: dict[int, int]) -> bytes:
+    return b"".join(_varint(number << 3) + _varint(value) for number, value in numbers.items())
+
+
+def _nested(number: int, message: bytes) -> bytes:
+    return _varint(number << 3 | 2) + _varint(len(message)) + message
+
+
+def _varint(value: int) -> bytes:
+    head = bytearray()
+    while value >= 1 << 7:
+        head.append(1 << 7 | value & 127)
+        value >>= 7
+    return bytes([*head, value])

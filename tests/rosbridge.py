@@ -1,5 +1,6 @@
 """A peer that speaks rosbridge's JSON over a websocket, and publishes joint states."""
 
+import itertools
 import json
 import math
 import threading
@@ -25,6 +26,8 @@ class Rosbridge:
     received: list[dict[str, Any]] = field(default_factory=list)
     odd_messages: list[dict[str, Any]] = field(default_factory=list)
     """Sent once before each state."""
+    first_messages: list[dict[str, Any]] = field(default_factory=list)
+    """Sent before all states."""
     clients: list[ServerConnection] = field(default_factory=list)
 
     def handle(self, client: ServerConnection) -> None:
@@ -37,13 +40,13 @@ class Rosbridge:
                     threading.Thread(target=self.publish, args=(client,), daemon=True).start()
 
     def publish(self, client: ServerConnection) -> None:
-        number = 0
+        waiting = list(self.first_messages)
         with suppress(ConnectionClosed):
-            while True:
-                for message in (*self.odd_messages, joint_state(number)):
+            for number in itertools.count():
+                for message in (*waiting, *self.odd_messages, joint_state(number)):
                     text = {"op": "publish", "topic": self.topic, "msg": message}
                     client.send(json.dumps(text))
-                number += 1
+                waiting.clear()
                 time.sleep(0.005)
 
 
@@ -57,6 +60,14 @@ def joint_state(number: int) -> dict[str, Any]:
         "velocity": [],
         "effort": [0.0, 20.0, 10.0, 30.0],
     }
+
+
+def arm_state(number: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the arm's positions and efforts in the number-th message."""
+    message = joint_state(number)
+    order = [NAMES.index(name) for name in ARM]
+    positions, efforts = message["position"], message["effort"]
+    return tuple(positions[i] for i in order), tuple(efforts[i] for i in order)
 
 
 @contextmanager

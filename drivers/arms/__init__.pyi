@@ -1,2 +1,4 @@
-from .hand_guided_motion import Motion as Motion
-from .simulated import SimulatedArm as SimulatedArm
+from .faults import Fault as Fault
+from .simulated import Mock as Mock
+from .simulated_arm import Motion as Motion
+from .simulated_arm import SimulatedArm as SimulatedArm

@@ -1,179 +1,20 @@
-"""A simulated arm that replays configurations, and misbehaves on demand.
+"""Driver of a simulated arm, which replays configurations and misbehaves on demand.
 
-It moves through given configurations as a hand would lead a real arm
-(:mod:`mukca.drivers.arms.hand_guided_motion`), adds encoder noise, and streams the result as
-joint states. It knows
-no kinematics, and models no friction, no tremor of the hand, no rounding by encoders, and no
-jitter of the controller's clock.
-
-Its address is ``PATH?option=value&...``. PATH is a CSV file of configurations, or a placement
-folder; the options are
-
-============  ========================================================================
-rate          states per second of the arm's time (1000)
-hold, move    how long each rest and each move lasts [s] (1, 1)
-noise         standard deviation of the encoder noise [rad] (2e-5)
-effort_noise  the same of the torque sensors' noise [N m] (0.02)
-seed          seed of the noise (0)
-speed         how much faster than real time the arm lives (1)
-buffer        how much of the stream waits for a late reader [s]; older states are
-              lost, and counted as missed (inf)
-fault         ``KIND@START+DURATION`` [s], as in ``nan@3.5+0.2``; may be given several
-              times; DURATION may be ``inf`` and is 0.5 s where it is left out
-============  ========================================================================
-
-and the faults are
-
-==========  ==========================================================================
-drop        the connection breaks, and cannot be made again before the fault is over
-silent      the connection stands, but no states come
-freeze      states keep coming with new stamps and the same old content
-repeat      the last state comes again and again, stamp included
-nan         the last joint is NaN
-jump        the last joint is off by 0.2 rad
-zeros       all joints are exactly zero, as from a controller that is not yet up
-short       the last joint is missing
-push        a hand pushes the arm: every effort is off by 5 N m, and trembles
-==========  ==========================================================================
+Address: ``PATH?option=value&...``; docs/simulation.md lists options and faults.
 """
 
+import csv
 import math
-import random
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import parse_qsl
 
 from .. import Driver, DriverError, JointState, Reason, clock, match_joints
-from .hand_guided_motion import Motion
-from .replay import number, read_replay
+from .faults import Fault
+from .simulated_arm import Motion, SimulatedArm
 
-FAULTS = ("drop", "silent", "freeze", "repeat", "nan", "jump", "zeros", "short", "push")
-
-
-@dataclass(frozen=True)
-class Fault:
-    """One thing that goes wrong with the simulated arm, for a while."""
-
-    kind: str
-    """One of :data:`FAULTS`."""
-    start: float
-    """When it begins, by the arm's time [s]."""
-    duration: float = 0.5
-    """How long it lasts [s]; may be infinite."""
-
-    @classmethod
-    def parse(cls, text: str) -> "Fault":
-        """Read ``KIND@START+DURATION``.
-
-        Raises:
-            ValueError: The text is no such thing.
-        """
-        kind, _, when = text.partition("@")
-        start, _, duration = when.partition("+")
-        if kind not in FAULTS:
-            raise ValueError(f"fault {kind!r} is none of {', '.join(FAULTS)}")
-        return cls(kind, float(start), float(duration or cls.duration))
-
-    def active(self, moment: float) -> bool:
-        """Tell whether it holds at a moment of the arm's time [s]."""
-        return self.start <= moment < self.start + self.duration
-
-
-@dataclass
-class SimulatedArm:
-    """An arm that moves from the first connection on, whether or not anyone is still connected."""
-
-    motion: Motion
-    """Where it goes, and when."""
-    joint_names: tuple[str, ...] = ()
-    """Names of the joints; joint1, joint2, ... where none are given."""
-    efforts: Sequence[Sequence[float]] | None = None
-    """Torque of each joint at each of the motion's configurations [N m], shape (configurations,
-    joints); None for an arm without torque sensors."""
-    rate: float = 1000.0
-    """States per second of the arm's time [Hz]."""
-    noise: float = 2e-5
-    """Standard deviation of the encoder noise [rad]."""
-    effort_noise: float = 0.02
-    """Standard deviation of the torque sensors' noise [N m]."""
-    seed: int = 0
-    """Seed of the noise: the same seed gives the same noise."""
-    speed: float = 1.0
-    """How many seconds of the arm's time pass in one second."""
-    buffer: float = math.inf
-    """How much of the stream waits for a late reader [s]; older states are lost."""
-    faults: Sequence[Fault] = ()
-    """What goes wrong, and when."""
-
-    def __post_init__(self) -> None:
-        if not (self.rate > 0 and self.speed > 0 and self.noise >= 0 and self.buffer > 0):
-            raise ValueError("rate, speed and buffer must be positive, and noise not negative")
-        if not self.joint_names:
-            count = len(self.motion.configurations[0])
-            self.joint_names = tuple(f"joint{i + 1}" for i in range(count))
-        self._random = random.Random(self.seed)  # noqa: S311 - noise, no secret
-        self._started = math.nan
-        self._frozen: JointState | None = None
-        efforts = self.efforts
-        self._effort = None if efforts is None else replace(self.motion, configurations=efforts)
-
-    def connect(self) -> int:
-        """Start the arm if it does not move yet; return the number of the next state."""
-        if math.isnan(self._started):
-            self._started = clock.now()
-            return 0
-        return math.ceil(self.now() * self.rate)
-
-    def now(self) -> float:
-        """The arm's time [s]; 0 before the first connection."""
-        if math.isnan(self._started):
-            return 0.0
-        return (clock.now() - self._started) * self.speed
-
-    def due(self, number: int) -> float:
-        """When a state leaves the arm, on the host's monotonic clock [s]."""
-        return self._started + number / (self.rate * self.speed)
-
-    def shows(self, kind: str, moment: float) -> bool:
-        """Tell whether a kind of fault shows at a moment of the arm's time [s]."""
-        return bool(self.faults) and any(
-            fault.kind == kind and fault.active(moment) for fault in self.faults
-        )
-
-    def state(self, moment: float) -> JointState:
-        """Return what the arm sends at a moment of its time [s], with noise and faults."""
-        if self._frozen is not None:
-            if self.shows("freeze", moment):
-                return replace(self._frozen, stamp=moment)
-            self._frozen = None
-        position = self._noisy(self.motion.position(moment), self.noise)
-        effort = None
-        if self._effort is not None:
-            effort = self._noisy(self._effort.position(moment), self.effort_noise)
-            if self.shows("push", moment):
-                effort = tuple([tau + 5 + self._random.gauss(0, 0.5) for tau in effort])
-        if not self.faults:
-            return JointState(stamp=moment, position=position, effort=effort)
-        state = JointState(moment, self._spoilt(position, moment), effort)
-        if self.shows("freeze", moment):
-            self._frozen = state
-        return state
-
-    def _noisy(self, values: tuple[float, ...], sigma: float) -> tuple[float, ...]:
-        if sigma == 0:
-            return values
-        gauss = self._random.gauss
-        return tuple([value + gauss(0.0, sigma) for value in values])
-
-    def _spoilt(self, position: tuple[float, ...], moment: float) -> tuple[float, ...]:
-        if self.shows("nan", moment):
-            return (*position[:-1], math.nan)
-        if self.shows("jump", moment):
-            return (*position[:-1], position[-1] + 0.2)
-        if self.shows("zeros", moment):
-            return (0.0,) * len(position)
-        return position[:-1] if self.shows("short", moment) else position
+_Rows = list[tuple[float, ...]]
 
 
 class Mock(Driver):
@@ -182,8 +23,7 @@ class Mock(Driver):
     It stands in for a robot in tests, in the demo, and while writing a program that reads robots.
 
     Args:
-        address: ``PATH?option=value&...``, see the module's docstring; ignored where an arm is
-            given.
+        address: As in the module's docstring; ignored where an arm is given.
         joint_names: The model's actuated joints, in chain order.
         arm: The arm to connect to, for use from Python.
 
@@ -246,7 +86,7 @@ class Mock(Driver):
 
     def _leave(self) -> None:
         now = self._arm.now()
-        if self._address and any(fault.active(now) for fault in self._arm.faults):
+        if self._address and any(fault.is_active(now) for fault in self._arm.faults):
             self._left[self._address] = self._arm
 
     def _skip_lost(self) -> None:
@@ -287,7 +127,7 @@ def _arm_at(address: str) -> SimulatedArm:
                 faults.append(Fault.parse(value))
             elif name not in known:
                 raise ValueError(f"option {name!r} is none of {', '.join((*known, 'fault'))}")
-            elif (parsed := number(value)) is None:
+            elif (parsed := _number(value)) is None:
                 raise ValueError(f"option {name}: {value!r} is not a number")
             else:
                 options[name] = parsed
@@ -297,7 +137,7 @@ def _arm_at(address: str) -> SimulatedArm:
 
 
 def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> SimulatedArm:
-    replay = read_replay(path)
+    replay = _read_replay(path)
     hold, move = options.pop("hold", Motion.hold), options.pop("move", Motion.move)
     return SimulatedArm(
         Motion(replay.configurations, hold=hold, move=move),
@@ -307,3 +147,62 @@ def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> Simula
         faults=faults,
         **options,
     )
+
+
+@dataclass(frozen=True)
+class _Replay:
+    """Configurations that an arm is led through, from the columns ``position.J`` and ``effort.J``.
+
+    Where the header names none of those, all columns are positions. The recorder, which knows the
+    recordings' formats, is none of a driver's imports.
+    """
+
+    joint_names: tuple[str, ...]
+    """Empty where the file has no header."""
+    configurations: _Rows
+    """Joint positions [rad]."""
+    efforts: _Rows | None
+    """Joint torques at each configuration [N m]; None where the file has none."""
+
+
+def _read_replay(path: Path) -> _Replay:
+    """Read a CSV file, or all recordings in a placement's folder one after the other."""
+    files = sorted([*path.glob("hole_*.csv"), *path.glob("samples.csv")]) if path.is_dir() else []
+    parts = [_read(file) for file in files or [path]]
+    configurations = [row for part in parts for row in part.configurations]
+    efforts = [row for part in parts for row in part.efforts or ()]
+    if not configurations:
+        raise DriverError(Reason.BAD_ADDRESS, f"mock: {path}: no configuration to replay")
+    complete = len(efforts) == len(configurations)
+    return _Replay(parts[0].joint_names, configurations, efforts if complete else None)
+
+
+def _number(text: str) -> float | None:
+    """Return a text's number, or None."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _read(file: Path) -> _Replay:
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as stream:
+            lines = [line for line in csv.reader(stream) if line]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise DriverError(Reason.BAD_ADDRESS, f"mock: {file}: cannot be read: {error}") from None
+    header = lines.pop(0) if lines and _number(lines[0][0]) is None else []
+    positions = [i for i, name in enumerate(header) if name.startswith("position.")]
+    efforts = [i for i, name in enumerate(header) if name.startswith("effort.")]
+    columns = positions or list(range(len(header or (lines[0] if lines else []))))
+    names = tuple(header[i].removeprefix("position.") for i in columns if header)
+    return _Replay(names, _pick(lines, columns), _pick(lines, efforts))
+
+
+def _pick(lines: Sequence[Sequence[str]], columns: Sequence[int]) -> _Rows:
+    """Return the numbers in some columns, of the lines that have all of them."""
+    return [
+        tuple(float(line[i]) for i in columns)
+        for line in lines
+        if columns and all(i < len(line) and line[i].strip() for i in columns)
+    ]

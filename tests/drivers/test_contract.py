@@ -1,4 +1,4 @@
-"""One set of tests over every adapter, with its emulator or stand-in, and on hardware."""
+"""One set of tests over every driver, with its emulator or stand-in, and on hardware."""
 
 import math
 import subprocess
@@ -8,32 +8,29 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from emulation import emulated, emulated_program, own_bus, own_host
+from emulation import emulated
+from emulator_programs import emulated_program, own_bus, own_host
 from kortex_stand_in import TORQUES, kortex_arm
-from rosbridge import ARM, joint_state, rosbridge
+from rosbridge import ARM, arm_state, rosbridge
 
 from mukca.drivers import DriverContract, JointState, open_driver
 from mukca.drivers.arms import Motion, SimulatedArm
-from mukca.drivers.arms.damiao import Damiao
-from mukca.drivers.arms.franka import Franka
-from mukca.drivers.arms.kinova.kinova import Kinova
-from mukca.drivers.arms.kuka import Kuka
-from mukca.drivers.arms.piper import Piper
-from mukca.drivers.arms.ros import Ros, decode_message
-from mukca.drivers.arms.servos.dynamixel import Dynamixel
-from mukca.drivers.arms.servos.feetech import Feetech
-from mukca.drivers.arms.simulated import Mock
-from mukca.drivers.arms.ur import Ur
-from mukca.drivers.arms.ur_rtde import UrRtde
-from mukca.drivers.arms.xarm import XArm
 
 ROOT = Path(__file__).parents[2]
 
 
-class Emulated(DriverContract):
+class Named(DriverContract):
+    """The contract over a driver that is opened by its name."""
+
+    name: str
+
+    def driver(self, address, joint_names=None):
+        return open_driver(self.name, address, joint_names)
+
+
+class Emulated(Named):
     """The contract over one emulator a class."""
 
-    emulator: str
     options: tuple[str, ...] = ()
 
     losses: tuple[str, ...] = ("--fault", "drop:0.05")
@@ -42,8 +39,7 @@ class Emulated(DriverContract):
     @pytest.fixture(scope="class", autouse=True)
     @classmethod
     def emulation(cls, tmp_path_factory):
-        folder = tmp_path_factory.mktemp(cls.emulator)
-        with emulated(cls.emulator, folder, *cls.options) as emulation:
+        with emulated(cls.name, tmp_path_factory.mktemp(cls.name), *cls.options) as emulation:
             yield emulation
 
     @pytest.fixture
@@ -59,7 +55,7 @@ class Emulated(DriverContract):
         if not self.losses:
             yield None
             return
-        with emulated(self.emulator, tmp_path, *self.options, *self.losses) as emulation:
+        with emulated(self.name, tmp_path, *self.options, *self.losses) as emulation:
             yield emulation.address, lambda: states_of(emulation)
 
 
@@ -71,68 +67,52 @@ def states_of(emulation):
     ]
 
 
-class OfFranka(Emulated):
-    driver = Franka
-    emulator = "franka"
+class TestFranka5(Emulated):
+    name = "franka"
     joints = 7
     nobody = own_host()
     wrong = "host:port"
 
 
-class TestFranka3(OfFranka):
+class TestFranka3(TestFranka5):
     options = ("--version", "3")
 
 
-class TestFranka5(OfFranka):
-    options = ("--version", "5")
-
-
-class TestFranka10(OfFranka):
+class TestFranka10(TestFranka5):
     options = ("--version", "10")
 
 
-class OfKuka(Emulated):
-    driver = Kuka
-    emulator = "kuka"
+class TestKuka115(Emulated):
+    name = "kuka"
     joints = 7
     nobody = f"{own_host()}?bind={own_host()}"
     wrong = "127.0.0.1?effort=2"
 
 
-class TestKuka115(OfKuka):
-    options = ("--version", "1.15")
-
-
-class TestKuka25(OfKuka):
+class TestKuka25(TestKuka115):
     options = ("--version", "2.5")
 
 
-class TestKuka27(OfKuka):
+class TestKuka27(TestKuka115):
     options = ("--version", "2.7")
 
 
-class OfUr(Emulated):
-    driver = Ur
-    emulator = "ur"
+class TestUrESeries(Emulated):
+    name = "ur"
     joints = 6
     nobody = own_host()
     wrong = "127.0.0.1?rate=fast"
 
 
-class TestUrESeries(OfUr):
-    options = ("--version", "5.11")
-
-
-class TestUrCb3(OfUr):
+class TestUrCb3(TestUrESeries):
     options = ("--version", "3.15")
 
 
 @pytest.mark.slow
-class TestUrRtde(Emulated):
+class TestUrRtde(Named):
     """In real time: ur-rtde reads in a thread of its own, and holds on to the interpreter."""
 
-    driver = UrRtde
-    emulator = "ur"
+    name = "ur-rtde"
     joints = 6
     nobody = own_host()
     wrong = "127.0.0.1?rate=fast"
@@ -143,7 +123,7 @@ class TestUrRtde(Emulated):
     def emulation(cls, tmp_path_factory):
         if find_spec("rtde_receive") is None:
             pytest.skip(f"ur-rtde has no wheel for this Python {sys.version_info[:2]}")
-        with emulated_program(cls.emulator, tmp_path_factory.mktemp("ur-rtde")) as emulation:
+        with emulated_program("ur", tmp_path_factory.mktemp("ur-rtde")) as emulation:
             yield emulation
 
     @pytest.fixture
@@ -151,15 +131,20 @@ class TestUrRtde(Emulated):
         return emulation.host
 
     @pytest.fixture
+    def sent(self, emulation):
+        return lambda: states_of(emulation)
+
+    @pytest.fixture
     def lossy(self, address, sent):
         return address, sent
 
 
-class OfKinova(Emulated):
-    driver = Kinova
-    emulator = "kinova"
+class TestKinovaSerial(Emulated):
+    name = "kinova"
     joints = 6
     losses = ()  # answers carry no numbers
+    nobody = "serial:///dev/no_such_port"
+    wrong = "192.168.1.10"
 
     @pytest.fixture
     def sent(self, emulation):
@@ -186,74 +171,55 @@ def rounds_of(emulation):
     ]
 
 
-class TestKinovaSerial(OfKinova):
-    nobody = "serial:///dev/no_such_port"
-    wrong = "192.168.1.10"
-
-
 @pytest.mark.slow
-class TestKinovaCan(OfKinova):
+class TestKinovaCan(TestKinovaSerial):
     options = ("--version", "can")
     nobody = f"can://{own_bus()}"
     wrong = "can://no_such_interface/can0"
 
 
-class OfServos(Emulated):
+class TestFeetech(Emulated):
+    name = "feetech"
+    options = ("--noise", "1e-2")  # so that no two states are the same in ticks
     losses = ()  # answers carry no numbers
     tolerance = math.pi / 4096 + 1e-9
-    nobody = "/dev/no_such_port?arm=koch"
-
-
-class TestFeetech(OfServos):
-    driver = Feetech
-    emulator = "feetech"
-    options = ("--noise", "1e-2")  # so that no two states are the same in ticks
     joints = 5
     nobody = "/dev/no_such_port"
     wrong = "/dev/ttyACM0?arm=so102"
 
 
-class TestDynamixelViperX(OfServos):
-    driver = Dynamixel
-    emulator = "dynamixel"
-    options = ("--noise", "1e-2")
+class TestDynamixelViperX(TestFeetech):
+    name = "dynamixel"
     joints = 6
+    nobody = "/dev/no_such_port?arm=koch"
     wrong = "/dev/ttyUSB0"  # which arm?
 
 
-class TestDynamixelKoch(OfServos):
-    driver = Dynamixel
-    emulator = "dynamixel"
+class TestDynamixelKoch(TestDynamixelViperX):
     options = ("--noise", "1e-2", "--version", "koch")
     joints = 5
     wrong = "/dev/ttyUSB0?arm=koch&rate=fast"
 
 
-class OfXArm(Emulated):
-    driver = XArm
-    emulator = "xarm"
+class TestXArm6(Emulated):
+    name = "xarm"
     losses = ()  # TCP loses nothing, and reports carry no numbers
+    joints = 6
     nobody = own_host()
     wrong = "127.0.0.1?port=30001"
 
 
-class TestXArm6(OfXArm):
-    joints = 6
-
-
-class TestXArm6Old(OfXArm):
+class TestXArm6Old(TestXArm6):
     options = ("--version", "xarm6-old")
-    joints = 6
 
 
-class TestXArm7(OfXArm):
+class TestXArm7(TestXArm6):
     options = ("--version", "xarm7")
     joints = 7
 
 
 class TestDamiao(Emulated):
-    driver = Damiao
-    emulator = "damiao"
+    name = "damiao"
     options = ("--noise", "1e-2")  # so that no two states are the same in its coarse units
     losses = ()  # answers carry no numbers
     tolerance = 2e-4
@@ -263,8 +229,7 @@ class TestDamiao(Emulated):
 
 
 class TestPiper(Emulated):
-    driver = Piper
-    emulator = "piper"
+    name = "piper"
     options = ("--noise", "1e-3")  # so that no two states are the same in its coarse units
     losses = ()  # frames carry no numbers: of two turns that are torn one counts
     tolerance = 1e-5
@@ -273,8 +238,8 @@ class TestPiper(Emulated):
     wrong = "can0?bitrate=fast"
 
 
-class TestKinovaKortex(DriverContract):
-    driver = Kinova
+class TestKinovaKortex(Named):
+    name = "kinova"
     joints = 7
     nobody = f"kortex://{own_host()}"
     wrong = "kortex://127.0.0.1?rate=0"
@@ -300,12 +265,13 @@ class TestKinovaKortex(DriverContract):
         super().test_says_that_nobody_answers()
 
 
-class TestRos(DriverContract):
-    driver = Ros
+class TestRos(Named):
+    name = "ros"
     joints = 3
     model = ARM
     nobody = own_host()
     wrong = "127.0.0.1?effort=0"
+    tolerance = 1e-9  # the stand-in's steps are small
 
     @pytest.fixture(scope="class")
     @classmethod
@@ -315,19 +281,17 @@ class TestRos(DriverContract):
 
     @pytest.fixture
     def opened(self, address):
-        with Ros(address, ARM) as driver:
+        with open_driver("ros", address, ARM) as driver:
             yield driver
-
-    tolerance = 1e-9  # the stand-in's steps are small
 
     @pytest.fixture
     def sent(self):
         """Each subscription begins with the first message."""
-        return lambda: [decode_message(joint_state(number), ARM, 1) for number in range(5000)]
+        return lambda: [JointState(0.0, *arm_state(number)) for number in range(5000)]
 
 
-class TestMock(DriverContract):
-    driver = Mock
+class TestMock(Named):
+    name = "mock"
     joints = 2
     tolerance = 0.0  # it begins to move very slowly
     wrong = "poses.csv?rate=fast"

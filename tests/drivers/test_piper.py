@@ -2,25 +2,12 @@
 
 import math
 import struct
+import threading
 
 import can
 import pytest
 
-from mukca.drivers import DriverError, Reason
-from mukca.drivers.arms.piper import Piper, decode_frame
-from mukca.drivers.transport import open_bus
-
-
-def test_a_frame():
-    assert decode_frame(struct.pack(">ii", 90_000, -1)) == pytest.approx(
-        (math.pi / 2, -math.radians(0.001))
-    )
-
-
-@pytest.mark.parametrize("data", [b"", bytes(7), bytes(9), struct.pack(">ii", 360_001, 0)])
-def test_what_is_no_frame(data):
-    with pytest.raises(ValueError, match="a frame"):
-        decode_frame(data)
+from mukca.drivers import DriverError, Reason, open_driver
 
 
 class Arm:
@@ -60,15 +47,23 @@ def whole(*turns):
 
 
 @pytest.fixture
-def driver(arm, monkeypatch):
-    def open_and_send(*where):
-        bus = open_bus(*where)
-        arm(*whole(0))
-        return bus
+def driver(arm):
+    """Opened while the arm sends the same turn again and again, which it then no more does."""
+    opened = threading.Event()
 
-    monkeypatch.setattr("mukca.drivers.arms.piper.open_bus", open_and_send)
-    with Piper("virtual/piper") as driver:
-        driver.read(1)
+    def send():
+        while not opened.wait(0.01):
+            arm(*whole(0), 0.004)
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    try:
+        driver = open_driver("piper", "virtual/piper")
+    finally:
+        opened.set()
+        sender.join()
+    with driver:
+        assert set(read_all(driver)) == {0}
         yield driver
 
 

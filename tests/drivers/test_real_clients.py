@@ -7,14 +7,15 @@ constructors. It prints what it read; the emulator's journal tells what was sent
 import importlib.util
 import json
 import math
+import socket
 import struct
 import subprocess
 import sys
 
 import pytest
-from emulation import emulated, emulated_program
+from emulator_programs import emulated_program
 
-from mukca.drivers import open_driver
+from mukca import open_driver
 
 pytestmark = pytest.mark.slow
 
@@ -198,7 +199,7 @@ def test_our_requests_are_those_of_the_servos_makers(name, module, script, tmp_p
     with emulated_program(name, tmp_path) as emulation:
         client(script, emulation.address.partition("?")[0])
         theirs = {message for _, message in emulation.received()}
-    with emulated(name, tmp_path) as emulation:
+    with emulated_program(name, tmp_path) as emulation:
         with open_driver(name, emulation.address) as driver:
             driver.read(5)
         ours = [message for _, message in emulation.received()]
@@ -208,13 +209,12 @@ def test_our_requests_are_those_of_the_servos_makers(name, module, script, tmp_p
 def test_our_requests_are_those_of_ur_rtde(tmp_path):
     """Byte by byte but for the names of the outputs, and the comma that ur-rtde adds after them."""
     need("rtde_receive")
-    from mukca.drivers.arms.ur import Ur
 
     with emulated_program("ur", tmp_path) as emulation:
         client(UR_RTDE.format(frequency=500), emulation.host)
         theirs = b"".join(message for _, message in emulation.received())
     with emulated_program("ur", tmp_path) as emulation:
-        with Ur(emulation.address) as driver:
+        with open_driver("ur", emulation.address) as driver:
             driver.read(5)
         ours = b"".join(message for _, message in emulation.received())
     names = b"timestamp,actual_q,target_moment,"
@@ -259,12 +259,43 @@ print(json.dumps(found))
 )
 def test_our_names_of_errors_are_libfrankas(module, version, tmp_path):
     need(module)
-    from mukca.drivers.arms.franka_state import ERRORS
-
     command = (sys.executable, "-c", FLAGGED_EMULATOR)
     with emulated_program("franka", tmp_path, "--version", version, command=command) as emulation:
         found = client(LIBFRANKA_ERRORS.format(module=module), emulation.host)
+        ours = {}
+        with open_driver("franka", emulation.address) as driver:
+            while len(ours) < 41:
+                number = round(driver.read(5).stamp * 1000) % 41
+                ours[number] = driver.status.removeprefix("guiding; ").replace(" ", "_")
     for index, names in found.items():
         if names:  # panda_py shows the first 37 of them
-            assert names == [ERRORS[int(index)].replace(" ", "_")]
+            assert names == [ours[int(index)]]
     assert sum(map(bool, found.values())) in (37, 41)
+
+
+@pytest.mark.parametrize(
+    ("port", "version"), [(30000, "xarm6"), (30002, "xarm6"), (30003, "xarm6-old")]
+)
+def test_the_structures_of_xarm_s_maker_read_what_the_emulator_sent(port, version, tmp_path):
+    need("xarm")
+    from xarm.x3.report import ReportDataStructure
+
+    options = ("--version", version, "--noise", "0")
+    with emulated_program("xarm", tmp_path, *options) as emulation:
+        with socket.create_connection((emulation.host, port)) as controller:
+            size = controller.recv(4, socket.MSG_WAITALL)
+            rest = controller.recv(int.from_bytes(size, "big") - 4, socket.MSG_WAITALL)
+        with open_driver("xarm", emulation.address) as driver:  # the arm still rests
+            driver.read(5)
+        emulation.stop()
+        truth = emulation.sent()[1]
+    theirs = ReportDataStructure.create(port)
+    theirs.update(size + rest)
+    assert theirs.data_size == 4 + len(rest)
+    assert theirs.actual_joint_angle == pytest.approx([*truth["position"], 0.0])
+    assert theirs.estimated_joint_torque == pytest.approx([*truth["effort"], 0.0], abs=0.2)
+    assert (theirs.mode, theirs.state) == (2, 2)
+    if port == 30000:
+        assert theirs.timestamp == 5_004_000
+    if port == 30002:
+        assert theirs.robot_axis == 6

@@ -6,38 +6,46 @@ import pytest
 from listeners import saying
 from rosbridge import ARM, NAMES, joint_state, rosbridge
 
-from mukca.drivers import DriverError, Reason
-from mukca.drivers.arms.ros import Ros, decode_message
+from mukca import MukcaError, open_driver
+
+
+def first_state(message, joints=ARM, options=""):
+    """Return what is read of a message, where the one before tells that the joints are there."""
+    with (
+        rosbridge(first_messages=[message, message]) as bridge,
+        open_driver("ros", f"{bridge.address}{options}", joints) as driver,
+    ):
+        return driver.read(5)
 
 
 def test_joints_are_matched_by_name():
-    state = decode_message(joint_state(0), ARM, 1)
-    assert state.position == (0.1, 0.2, 0.3)
-    assert state.effort == (10.0, 20.0, 30.0)
-    assert decode_message(joint_state(0), ("arm_3", "arm_1"), -1).effort == (-30.0, -10.0)
+    state = first_state(joint_state(0))
+    assert (state.position, state.effort) == ((0.1, 0.2, 0.3), (10.0, 20.0, 30.0))
+    assert first_state(joint_state(0), ("arm_3", "arm_1"), "?effort=-1").effort == (-30.0, -10.0)
 
 
-def test_stamps_of_ros_1_and_2():
-    message = joint_state(0)
-    message["header"]["stamp"] = {"secs": 3, "nsecs": 500_000_000}
-    assert decode_message(message, ARM, 1).stamp == 3.5
-    message["header"]["stamp"] = {"sec": 4, "nanosec": 250_000_000}
-    assert decode_message(message, ARM, 1).stamp == 4.25
+@pytest.mark.parametrize(
+    "stamp", [{"secs": 3, "nsecs": 500_000_000}, {"sec": 3, "nanosec": 500_000_000}]
+)
+def test_stamps_of_ros_1_and_2(stamp):
+    assert first_state(joint_state(0) | {"header": {"stamp": stamp}}).stamp == 3.5
 
 
 def test_efforts_may_lack():
-    message = joint_state(0) | {"effort": []}
-    assert decode_message(message, ARM, 1).effort is None
+    assert first_state(joint_state(0) | {"effort": []}).effort is None
 
 
 def test_without_a_model_all_joints_are_read():
-    with rosbridge() as bridge, Ros(bridge.address) as driver:
+    with rosbridge() as bridge, open_driver("ros", bridge.address) as driver:
         assert driver.joint_names == NAMES
 
 
 def test_the_topic_is_a_setting():
     topic = "/left/joint_states"
-    with rosbridge(topic=topic) as bridge, Ros(f"ws://{bridge.address}?topic={topic}") as driver:
+    with (
+        rosbridge(topic=topic) as bridge,
+        open_driver("ros", f"ws://{bridge.address}?topic={topic}") as driver,
+    ):
         assert driver.read(5).position
 
 
@@ -50,42 +58,42 @@ ODD = [
 
 
 def test_messages_of_others_and_odd_ones_are_counted():
-    with rosbridge(odd_messages=ODD) as bridge, Ros(bridge.address, ARM) as driver:
+    with rosbridge(odd_messages=ODD) as bridge, open_driver("ros", bridge.address, ARM) as driver:
         for _ in range(10):
             assert driver.read(5).position == pytest.approx((0.1, 0.2, 0.3), abs=0.02)
         assert driver.rejected >= 9 * len(ODD)
 
 
-def test_a_joint_that_nobody_publishes_is_named(monkeypatch):
-    monkeypatch.setattr("mukca.drivers.arms.ros.FIRST_STATE_SECONDS", 1.0)
-    with rosbridge() as bridge, pytest.raises(DriverError) as caught:
-        Ros(bridge.address, (*ARM, "arm_4"))
-    assert caught.value.reason is Reason.WRONG_ROBOT
+@pytest.mark.waits
+def test_a_joint_that_nobody_publishes_is_named():
+    with rosbridge() as bridge, pytest.raises(MukcaError) as caught:
+        open_driver("ros", bridge.address, (*ARM, "arm_4"))
+    assert caught.value.reason.name == "WRONG_ROBOT"
     assert "no joint arm_4" in str(caught.value)
     assert "gripper" in str(caught.value)
 
 
-def test_a_topic_without_a_publisher_is_told(monkeypatch):
-    monkeypatch.setattr("mukca.drivers.arms.ros.FIRST_STATE_SECONDS", 1.0)
-    with rosbridge(topic="/other") as bridge, pytest.raises(DriverError) as caught:
-        Ros(bridge.address, ARM)
-    assert caught.value.reason is Reason.UNREACHABLE
+@pytest.mark.waits
+def test_a_topic_without_a_publisher_is_told():
+    with rosbridge(topic="/other") as bridge, pytest.raises(MukcaError) as caught:
+        open_driver("ros", bridge.address, ARM)
+    assert caught.value.reason.name == "UNREACHABLE"
     assert "nobody publishes" in str(caught.value)
 
 
 def test_a_connection_that_ends_is_told():
-    with rosbridge() as bridge, Ros(bridge.address, ARM) as driver:
+    with rosbridge() as bridge, open_driver("ros", bridge.address, ARM) as driver:
         driver.read(5)
         bridge.clients[0].close()
-        with pytest.raises(DriverError) as caught:
+        with pytest.raises(MukcaError) as caught:
             for _ in range(100):
                 driver.read(1)
-    assert caught.value.reason is Reason.UNREACHABLE
+    assert caught.value.reason.name == "UNREACHABLE"
 
 
-def test_what_is_no_rosbridge_is_told(monkeypatch):
-    monkeypatch.setattr("mukca.drivers.arms.ros.CONNECT_SECONDS", 1.0)
+@pytest.mark.waits
+def test_what_is_no_rosbridge_is_told():
     text = json.dumps({"hello": 1}).encode()
-    with saying(text, pause=0.01) as address, pytest.raises(DriverError) as caught:
-        Ros(address)
-    assert caught.value.reason is Reason.PROTOCOL
+    with saying(text, pause=0.01) as address, pytest.raises(MukcaError) as caught:
+        open_driver("ros", address)
+    assert caught.value.reason.name == "PROTOCOL"

@@ -1,4 +1,4 @@
-"""Servos on a line: worked examples of their packets, zeros, and what must stop a recording."""
+"""Servos on a line: zeros, what must stop a recording, and what is told."""
 
 import json
 import math
@@ -6,65 +6,9 @@ import math
 import pytest
 from emulation import emulated
 
-from mukca.drivers import DriverError, Reason
-from mukca.drivers.arms.servos.dynamixel import Dynamixel, DynamixelPackets
-from mukca.drivers.arms.servos.feetech import Feetech, FeetechPackets
-from mukca.drivers.arms.servos.servo_bus import Answer
-from mukca.tools.emulators.feetech import FeetechEmulator
-from mukca.tools.emulators.servos import ServoEmulator
+from mukca.drivers import DriverError, Reason, open_driver
 
-STS, X = FeetechPackets(), DynamixelPackets()
 TICK = 2 * math.pi / 4096
-
-
-def test_the_requests_bytes():
-    assert STS.encode_request(56, 2, range(1, 7)) == bytes.fromhex("fffffe0a82380201020304050626")
-    assert STS.encode_request(56, 15, range(1, 7)) == bytes.fromhex("fffffe0a82380f01020304050619")
-    assert X.encode_request(132, 4, range(1, 7)) == bytes.fromhex(
-        "fffffd00fe0d008284000400010203040506b29b"
-    )
-
-
-ANSWERS = [
-    (STS, 2, "ffff0104000008f2", Answer(1, 0, b"\x00\x08")),
-    (STS, 2, "ffff030400ff0fea", Answer(3, 0, b"\xff\x0f")),
-    (
-        STS,
-        15,
-        "ffff0111000008000025044a0000000000000c0066",
-        Answer(1, 0, bytes.fromhex("0008000025044a0000000000000c00")),
-    ),
-    (X, 4, "fffffd000108005500000800001c38", Answer(1, 0, (2048).to_bytes(4, "little"))),
-    (X, 4, "fffffd00040800550000fcffff622b", Answer(4, 0, b"\x00\xfc\xff\xff")),
-    (X, 4, "fffffd000509005500fffffdfd008e1c", Answer(5, 0, b"\xff\xff\xfd\x00")),
-]
-
-
-@pytest.mark.parametrize(("packets", "count", "text", "answer"), ANSWERS)
-def test_the_answers_bytes(packets, count, text, answer):
-    assert packets.take_answer(bytearray.fromhex(text), count) == answer
-
-
-@pytest.mark.parametrize(("packets", "count", "text", "answer"), ANSWERS)
-def test_answers_are_found_among_other_bytes(packets, count, text, answer):
-    """An echo of one's own request, noise, headers that are none, and a packet that is torn."""
-    whole = bytes.fromhex(text)
-    for noise in (packets.encode_request(56, 2, (1, 2, 3)), b"\xff", b"\xff\xff", whole[:-1], b""):
-        received = bytearray(noise + whole + whole)
-        found = [packets.take_answer(received, count) for _ in range(3)]
-        assert [one for one in found if one] in ([answer, answer], [answer])
-        assert answer in found[:2]
-
-
-@pytest.mark.parametrize(("packets", "count", "text", "answer"), ANSWERS)
-def test_an_answer_is_whole_or_none(packets, count, text, answer):
-    whole = bytes.fromhex(text)
-    for kept in range(len(whole)):
-        assert packets.take_answer(bytearray(whole[:kept]), count) is None
-    for place in range(len(whole)):
-        wrong = bytearray(whole)
-        wrong[place] ^= 0x10
-        assert packets.take_answer(wrong, count) is None
 
 
 def so101(tmp_path, **changes):
@@ -83,7 +27,7 @@ def so101(tmp_path, **changes):
 
 
 def read_first(address):
-    with Feetech(address) as driver:
+    with open_driver("feetech", address) as driver:
         return driver.read(1).position
 
 
@@ -109,65 +53,50 @@ def test_a_servo_that_was_homed_anew_is_refused(tmp_path):
     path = so101(tmp_path, elbow_flex={"homing_offset": -50})
     told = pytest.raises(DriverError, match=r"at elbow_flex have another homing")
     with emulated("feetech", tmp_path) as emulation, told as caught:
-        Feetech(f"{emulation.address}?calibration={path}")
+        open_driver("feetech", f"{emulation.address}?calibration={path}")
     assert caught.value.reason is Reason.WRONG_ROBOT
 
 
-@pytest.mark.parametrize(("name", "driver"), [("feetech", Feetech), ("dynamixel", Dynamixel)])
-def test_an_arm_that_holds_itself_is_refused(name, driver, tmp_path, monkeypatch):
-    monkeypatch.setattr(ServoEmulator, "stiff", True)
+@pytest.mark.parametrize("name", ["feetech", "dynamixel"])
+def test_an_arm_that_holds_itself_is_refused(name, tmp_path):
     with emulated(name, tmp_path) as emulation, pytest.raises(DriverError) as caught:
-        driver(emulation.address)
+        emulation.emulator.stiff = True
+        open_driver(name, emulation.address)
     assert caught.value.reason is Reason.WRONG_MODE
     assert "torque is on at " in str(caught.value)
 
 
-def test_another_model_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("mukca.tools.emulators.feetech.STS3215", 1284)  # ten bits, 300 degrees
+def test_another_model_is_refused(tmp_path):
     told = pytest.raises(DriverError, match=r"servo 1 on .* model 1284")
     with emulated("feetech", tmp_path) as emulation, told as caught:
-        Feetech(emulation.address)
+        emulation.emulator.model = 1284  # ten bits, 300 degrees
+        open_driver("feetech", emulation.address)
     assert caught.value.reason is Reason.WRONG_ROBOT
 
 
 def test_a_servo_that_does_not_answer_is_named(tmp_path):
     told = pytest.raises(DriverError, match="no whole answer of servo 7, 9 on")
     with emulated("feetech", tmp_path) as emulation, told as caught:
-        Feetech(f"{emulation.address}?ids=1,7,9")
+        open_driver("feetech", f"{emulation.address}?ids=1,7,9")
     assert caught.value.reason is Reason.UNREACHABLE
 
 
-def test_a_position_beyond_the_turn_is_no_state(tmp_path, monkeypatch):
-    real = FeetechEmulator.fill
-
-    def fill(emulator, servo, memory, steps):
-        real(emulator, servo, memory, -12 if servo == 4 else steps)
-
-    monkeypatch.setattr(FeetechEmulator, "fill", fill)
+def test_a_position_beyond_the_turn_is_no_state(tmp_path):
     told = pytest.raises(DriverError, match="position -12 of servo 4, beyond its turn")
-    with (
-        emulated("feetech", tmp_path) as emulation,
-        Feetech(emulation.address) as driver,
-        told as caught,
-    ):
-        driver.read(0.5)
+    with emulated("feetech", tmp_path) as emulation:
+        emulation.emulator.turned = {4: -12}
+        with open_driver("feetech", emulation.address) as driver, told as caught:
+            driver.read(0.5)
     assert caught.value.reason is Reason.SILENT
     assert driver.rejected > 10
 
 
-def test_what_troubles_a_servo_is_told(tmp_path, monkeypatch):
-    real = FeetechEmulator.status
-
-    def status(emulator, servo, data):
-        packet = bytearray(real(emulator, servo, data))
-        if servo == 2:
-            packet[4], packet[-1] = 0x24, packet[-1] - 0x24
-        return bytes(packet)
-
-    monkeypatch.setattr(FeetechEmulator, "status", status)
-    with emulated("feetech", tmp_path) as emulation, Feetech(emulation.address) as driver:
-        assert driver.read(1).position
-        assert driver.status == "shoulder_lift: too hot, shoulder_lift: overload"
+def test_what_troubles_a_servo_is_told(tmp_path):
+    with emulated("feetech", tmp_path) as emulation:
+        emulation.emulator.errors = {2: 0x24}
+        with open_driver("feetech", emulation.address) as driver:
+            assert driver.read(1).position
+            assert driver.status == "shoulder_lift: too hot, shoulder_lift: overload"
 
 
 @pytest.mark.parametrize(
@@ -189,7 +118,7 @@ def test_what_troubles_a_servo_is_told(tmp_path, monkeypatch):
 )
 def test_addresses_that_mean_nothing(address):
     with pytest.raises(DriverError) as caught:
-        Feetech(address)
+        open_driver("feetech", address)
     assert caught.value.reason is Reason.BAD_ADDRESS
     assert "\n" not in str(caught.value)
 
@@ -205,5 +134,5 @@ def test_what_is_no_calibration_file(text, tmp_path):
     path = tmp_path / "arm.json"
     path.write_text(text)
     with pytest.raises(DriverError, match=r"arm\.json") as caught:
-        Feetech(f"/dev/null?calibration={path}")
+        open_driver("feetech", f"/dev/null?calibration={path}")
     assert caught.value.reason is Reason.BAD_ADDRESS

@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 
 from mukca.drivers import DriverContract
-from mukca.drivers.arms import Motion, SimulatedArm
-from mukca.drivers.arms.simulated import Mock
+from mukca.drivers.arms import Mock, Motion, SimulatedArm
 
 
 class Contract(DriverContract):

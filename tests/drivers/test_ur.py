@@ -6,42 +6,18 @@ import time
 
 import pytest
 from emulation import emulated
-from listeners import rtde_controller, saying
+from listeners import rtde_controller, rtde_package, saying
 
-from mukca.drivers import DriverError, Reason
-from mukca.drivers.arms.rtde import encode_package, setup_payload, take_package
-from mukca.drivers.arms.ur import Ur
-
-
-def test_packages_are_taken_one_by_one():
-    stream = bytearray(encode_package(ord("M"), b"hello") + encode_package(ord("S"), b"\1"))
-    half = stream[:5]
-    assert take_package(half) is None
-    assert take_package(stream) == (ord("M"), b"hello")
-    assert take_package(stream) == (ord("S"), b"\1")
-    assert take_package(stream) is None
-
-
-@pytest.mark.parametrize("stream", [b"\0\2U", b"\0\7X1234", b"\xff\xffU"])
-def test_what_is_no_package(stream):
-    with pytest.raises(ValueError, match="a package of type"):
-        take_package(bytearray(stream))
-
-
-def test_the_request_for_outputs():
-    names = b"timestamp,actual_q,robot_mode,safety_mode,target_moment"
-    payload = setup_payload(500, "target_moment")
-    assert payload == struct.pack(">d", 500.0) + names
-    assert encode_package(ord("O"), payload)[:3] == struct.pack(">HB", 11 + len(names), ord("O"))
+from mukca.drivers import DriverError, Reason, open_driver
 
 
 @pytest.mark.parametrize(("version", "rate"), [("3.15", 125), ("5.11", 500)])
 def test_the_rate_is_the_controllers(version, rate, tmp_path):
     with emulated("ur", tmp_path, "--version", version) as emulation:
-        with Ur(emulation.address) as driver:
+        with open_driver("ur", emulation.address) as driver:
             states = [driver.read(5) for _ in range(50)]
         assert states[-1].stamp - states[0].stamp == pytest.approx(49 / rate)
-        with Ur(f"{emulation.address}?rate=25") as driver:
+        with open_driver("ur", f"{emulation.address}?rate=25") as driver:
             states = [driver.read(5) for _ in range(10)]
             assert driver.missed == 0
         assert states[-1].stamp - states[0].stamp == pytest.approx(9 / 25)
@@ -49,10 +25,10 @@ def test_the_rate_is_the_controllers(version, rate, tmp_path):
 
 def test_efforts_are_none_unless_an_output_is_asked_for(tmp_path):
     with emulated("ur", tmp_path, "--noise", "0") as emulation:
-        with Ur(emulation.address) as driver:
+        with open_driver("ur", emulation.address) as driver:
             assert driver.read(5).effort is None
             assert driver.status == "running, normal"
-        with Ur(f"{emulation.address}?effort=target_moment") as driver:
+        with open_driver("ur", f"{emulation.address}?effort=target_moment") as driver:
             state = driver.read(5)
         emulation.stop()
         assert list(state.effort) in [entry["effort"] for entry in emulation.sent().values()]
@@ -61,7 +37,7 @@ def test_efforts_are_none_unless_an_output_is_asked_for(tmp_path):
 def test_an_output_that_the_controller_has_not(tmp_path):
     told = pytest.raises(DriverError, match="no output called actual_torque")
     with emulated("ur", tmp_path) as emulation, told as caught:
-        Ur(f"{emulation.address}?effort=actual_torque")
+        open_driver("ur", f"{emulation.address}?effort=actual_torque")
     assert caught.value.reason is Reason.PROTOCOL
 
 
@@ -70,17 +46,15 @@ def test_an_output_that_the_controller_has_not(tmp_path):
     [
         ((), Reason.BUSY),
         ((b"SSH-2.0-OpenSSH\r\n",), Reason.PROTOCOL),
-        ((encode_package(ord("M"), b"\1a\1b\0"),), Reason.BUSY),  # texts without end
-        ((encode_package(ord("V"), b"\0"),), Reason.PROTOCOL),
-        ((encode_package(ord("V"), b"\1"), encode_package(ord("v"), b"5")), Reason.PROTOCOL),
+        ((rtde_package(b"M", b"\1a\1b\0"),), Reason.BUSY),  # texts without end
+        ((rtde_package(b"V", b"\0"),), Reason.PROTOCOL),
+        ((rtde_package(b"V", b"\1"), rtde_package(b"v", b"5")), Reason.PROTOCOL),
     ],
 )
-def test_what_is_no_controller_is_told_in_time(texts, reason, monkeypatch):
-    if reason is Reason.BUSY:  # which is told once the time is up
-        monkeypatch.setattr("mukca.drivers.arms.ur.CONNECT_SECONDS", 0.3)
+def test_what_is_no_controller_is_told_in_time(texts, reason):
     start = time.monotonic()
     with saying(*texts, pause=1e-4) as address, pytest.raises(DriverError) as caught:
-        Ur(address)
+        open_driver("ur", address)
     assert caught.value.reason is reason
     assert time.monotonic() - start < 15
 
@@ -90,7 +64,7 @@ Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6)
 
 def data(stamp, q=Q):
     """A data package; the stamps are 8 ms apart."""
-    return encode_package(ord("U"), struct.pack(">Bd6dii", 1, stamp, *q, 7, 1))
+    return rtde_package(b"U", struct.pack(">Bd6dii", 1, stamp, *q, 7, 1))
 
 
 def read_all(driver):
@@ -106,7 +80,10 @@ def read_all(driver):
 @pytest.mark.parametrize("turns", [-1000, 2.5, 3, 70_000])
 def test_wrist_3_turns_without_end(turns):
     q = (*Q[:5], 2 * math.pi * turns)
-    with rtde_controller(data(1.0, q), data(1.008)) as address, Ur(address) as driver:
+    with (
+        rtde_controller(data(1.0, q), data(1.008)) as address,
+        open_driver("ur", address) as driver,
+    ):
         assert [state.position for state in read_all(driver)] == [q, Q]
         assert driver.rejected == 0
 
@@ -116,13 +93,13 @@ def test_wrist_3_turns_without_end(turns):
 )
 def test_a_bad_package_costs_itself_and_not_the_connection(bad):
     packages = data(1.0), data(1.008, bad), data(1.016)
-    with rtde_controller(*packages) as address, Ur(address) as driver:
+    with rtde_controller(*packages) as address, open_driver("ur", address) as driver:
         assert [state.stamp for state in read_all(driver)] == [1.0, 1.016]
         assert (driver.rejected, driver.missed) == (1, 1)
 
 
 def test_a_closed_connection_gives_no_state_that_had_come_before():
-    with rtde_controller(data(1.0), data(1.008)) as address, Ur(address) as driver:
+    with rtde_controller(data(1.0), data(1.008)) as address, open_driver("ur", address) as driver:
         driver.read(5)
         driver.close()
         with pytest.raises(DriverError, match="closed") as caught:
@@ -133,16 +110,16 @@ def test_a_closed_connection_gives_no_state_that_had_come_before():
 @pytest.mark.parametrize("bad", [(1e308, -1e308), (-1e308, 1e308), (1e300,), (1e9,), (math.nan,)])
 def test_stamps_that_no_clock_shows_are_thrown_away(bad):
     packages = [data(stamp) for stamp in (1.0, *bad, 1.008)]
-    with rtde_controller(*packages) as address, Ur(address) as driver:
+    with rtde_controller(*packages) as address, open_driver("ur", address) as driver:
         assert [state.stamp for state in read_all(driver)] == [1.0, 1.008]
         assert (driver.rejected, driver.missed) == (len(bad), 0)
 
 
 def test_an_output_that_the_controller_has_not_is_named():
     """Among those that every state needs, too."""
-    reply = encode_package(ord("O"), b"\1DOUBLE,VECTOR6D,NOT_FOUND,INT32")
-    texts = encode_package(ord("V"), b"\1"), encode_package(ord("v"), bytes(16)), reply
+    reply = rtde_package(b"O", b"\1DOUBLE,VECTOR6D,NOT_FOUND,INT32")
+    texts = rtde_package(b"V", b"\1"), rtde_package(b"v", bytes(16)), reply
     with saying(*texts, pause=1e-4) as address, pytest.raises(DriverError) as caught:
-        Ur(address)
+        open_driver("ur", address)
     assert "sends no output called robot_mode" in str(caught.value)
     assert "NOT_FOUND" not in str(caught.value)

@@ -1,15 +1,15 @@
 """Universal Robots through ur-rtde: in real time, against an emulator in a program of its own."""
 
 import re
+import socket
 import sys
 from importlib.util import find_spec
 from types import SimpleNamespace
 
 import pytest
-from emulation import emulated_program
+from emulator_programs import emulated_program, own_host
 
-from mukca.drivers import DriverError, Reason, open_driver
-from mukca.drivers.arms.ur_rtde import UrRtde
+from mukca import MukcaError, open_driver
 
 needs_ur_rtde = pytest.mark.skipif(
     find_spec("rtde_receive") is None,
@@ -45,12 +45,12 @@ def test_the_controller_s_rate_counts_what_was_missed(version, period, tmp_path)
 def test_the_end_of_the_connection_is_told(tmp_path):
     with (
         emulated_program("ur", tmp_path, "--fault", "hangup@1+60") as emulation,
-        UrRtde(emulation.host) as driver,
-        pytest.raises(DriverError) as caught,
+        open_driver("ur-rtde", emulation.host) as driver,
+        pytest.raises(MukcaError) as caught,
     ):
         while True:
             driver.read(5)
-    assert caught.value.reason is Reason.UNREACHABLE
+    assert caught.value.reason.name == "UNREACHABLE"
 
 
 @needs_ur_rtde
@@ -58,12 +58,12 @@ def test_the_end_of_the_connection_is_told(tmp_path):
 def test_a_silence_is_told(tmp_path):
     with (
         emulated_program("ur", tmp_path, "--fault", "silent@1+60") as emulation,
-        UrRtde(emulation.host) as driver,
-        pytest.raises(DriverError) as caught,
+        open_driver("ur-rtde", emulation.host) as driver,
+        pytest.raises(MukcaError) as caught,
     ):
         while True:
             driver.read(0.5)
-    assert caught.value.reason is Reason.SILENT
+    assert caught.value.reason.name == "SILENT"
 
 
 def test_stamp_and_angles_are_of_one_state(monkeypatch):
@@ -95,23 +95,21 @@ def test_stamp_and_angles_are_of_one_state(monkeypatch):
             pass
 
     monkeypatch.setitem(sys.modules, "rtde_receive", SimpleNamespace(RTDEReceiveInterface=Robot))
-    monkeypatch.setattr(
-        "mukca.drivers.arms.ur_rtde.open_tcp", lambda *_: SimpleNamespace(close=int)
-    )
-    with UrRtde("127.0.0.1") as driver:
+    host = own_host()
+    with socket.create_server((host, 30004)), open_driver("ur-rtde", host) as driver:
         for state in [driver.read(1.0) for _ in range(20)]:
             assert state.position == pytest.approx([state.stamp / 2] * 6)
 
 
 def test_a_package_that_is_not_there_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "rtde_receive", None)
-    with pytest.raises(DriverError, match=r"pip install ur-rtde.*--driver ur") as caught:
-        UrRtde("127.0.0.1")
-    assert caught.value.reason is Reason.MISSING_PACKAGE
+    with pytest.raises(MukcaError, match=r"pip install ur-rtde.*--driver ur") as caught:
+        open_driver("ur-rtde", "127.0.0.1")
+    assert caught.value.reason.name == "MISSING_PACKAGE"
 
 
 @needs_ur_rtde
 def test_another_port_is_refused():
-    with pytest.raises(DriverError, match="port 30004 alone") as caught:
-        UrRtde("127.0.0.1:40004")
-    assert caught.value.reason is Reason.BAD_ADDRESS
+    with pytest.raises(MukcaError, match="port 30004 alone") as caught:
+        open_driver("ur-rtde", "127.0.0.1:40004")
+    assert caught.value.reason.name == "BAD_ADDRESS"

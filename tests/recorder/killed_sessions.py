@@ -20,8 +20,7 @@ from pathlib import Path
 from rich.console import Console
 from virtual_time import VirtualTime
 
-from mukca.drivers.arms import Motion, SimulatedArm
-from mukca.drivers.arms.simulated import Mock
+from mukca.drivers.arms import Mock, Motion, SimulatedArm
 from mukca.recorder import read_samples
 from mukca.recorder.session import Recording, Session
 from mukca.recorder.session.recording_file import Metadata

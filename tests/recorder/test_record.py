@@ -15,8 +15,8 @@ import pytest
 from virtual_time import Every, VirtualTime
 
 from mukca.drivers import Driver, Reconnecting, clock
-from mukca.drivers.arms import Motion, SimulatedArm
-from mukca.drivers.arms.simulated import Fault, Mock
+from mukca.drivers.arms import Mock, Motion, SimulatedArm
+from mukca.drivers.arms.simulated import Fault
 from mukca.recorder import Sample, read_placement
 from mukca.recorder.session import Advice, GuidanceRequest, Recording, Session, View
 from mukca.recorder.session.recording_file import Metadata

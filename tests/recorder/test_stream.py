@@ -6,8 +6,8 @@ from collections.abc import Callable
 import pytest
 
 from mukca.drivers import Driver, DriverError, JointState, Reason, Reconnecting
-from mukca.drivers.arms import Motion, SimulatedArm
-from mukca.drivers.arms.simulated import Fault, Mock
+from mukca.drivers.arms import Mock, Motion, SimulatedArm
+from mukca.drivers.arms.simulated import Fault
 from mukca.recorder.stream import Stream
 
 

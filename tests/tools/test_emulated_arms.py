@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from emulation import emulated, emulated_program
+from emulation import emulated
+from emulator_programs import emulated_program
 from terminal_session import MUKCA, TerminalSession
 
 from mukca.recorder import read_placement, write_holes

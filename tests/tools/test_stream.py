@@ -7,7 +7,8 @@ import subprocess
 
 import pyte
 import pytest
-from emulation import emulated, emulated_program
+from emulation import emulated
+from emulator_programs import emulated_program
 from terminal_session import MUKCA, TerminalSession
 
 from mukca.tools.cli import main

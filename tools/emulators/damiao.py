@@ -4,30 +4,35 @@ Shown by hand against the package damiao-motor 1.0.6: its controller reads these
 by the same requests.
 """
 
+import struct
+
 import can
 
 from ...drivers import JointState
 from ...drivers.transport import open_bus, parse_can_address
-from .emulator import Emulator
+from .emulator import PolledEmulator
 from .piper import DEFAULT_BUS
 
 HALF_RANGE = 12.5  # rad
-PMAX_BYTES = b"\x00\x00\x48\x41"  # 12.5 as a float, lowest byte first
 REST = b"\x7f\xf8\x00\x19\x1b"  # no speed, no torque, 25 and 27 degrees
 
 
-class DamiaoEmulator(Emulator):
+class DamiaoEmulator(PolledEmulator):
     """Seven motors that answer when they are asked."""
 
     JOINTS = 7
     VERSIONS = ("openarm",)
     RATES = {"openarm": 1000.0}  # noqa: RUF012
     status = 0
+    """Status of every motor: 0 off, 1 enabled, others an alarm."""
+    pmax = HALF_RANGE
+    """PMAX that every motor tells [rad]."""
 
     def listen(self, address: str) -> None:
         """Join the bus."""
         self._address = address or DEFAULT_BUS
         self._bus = open_bus(parse_can_address(self._address))
+        self.opened.callback(self._bus.shutdown)
         self._state: JointState | None = None
         self.watch(self._bus.fileno(), self._overhear)
 
@@ -35,18 +40,6 @@ class DamiaoEmulator(Emulator):
     def driver_address(self) -> str:
         """The bus."""
         return f"damiao:{self._address}"
-
-    @property
-    def streaming(self) -> bool:
-        """Nothing is sent that was not asked for."""
-        return False
-
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
-        """Send nothing: these motors only answer."""
-
-    def close(self) -> None:
-        """Leave the bus."""
-        self._bus.shutdown()
 
     def _overhear(self) -> None:
         frame = self._bus.recv(0)
@@ -59,10 +52,10 @@ class DamiaoEmulator(Emulator):
             return
         self.begin()
         moment = self.moment
-        if any(self.sabotage.strikes(kind, moment) for kind in ("hangup", "busy")):
+        if self.is_away(moment):
             return
         if data[2:4] == b"\x33\x15":
-            self._answer(motor, data[:4] + PMAX_BYTES, moment)
+            self._answer(motor, data[:4] + struct.pack("<f", self.pmax), moment)
         elif data[2] == 0xCC:
             if motor == 1 or self._state is None:
                 self._state = self.next_state(moment)

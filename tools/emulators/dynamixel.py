@@ -26,8 +26,7 @@ class DynamixelEmulator(ServoEmulator):
         """The line, and the arm."""
         return f"dynamixel:{self.port}?arm={self.version}"
 
-    def take_request(self, received: bytearray) -> Request | None:
-        """Cut by the length, and check the CRC."""
+    def _take_request(self, received: bytearray) -> Request | None:
         while len(received) >= 10:
             if not received.startswith(b"\xff\xff\xfd\x00"):
                 del received[:1]
@@ -45,28 +44,22 @@ class DynamixelEmulator(ServoEmulator):
                 )
         return None
 
-    def sync_request(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
-        """First register, count, servos."""
-        return *self.read_request(parameters), parameters[4:]
-
-    def read_request(self, parameters: bytes) -> tuple[int, int]:
-        """First register, count."""
+    def _registers(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
         first, count = parameters[:2], parameters[2:4]
-        return int.from_bytes(first, "little"), int.from_bytes(count, "little")
+        return int.from_bytes(first, "little"), int.from_bytes(count, "little"), parameters[4:]
 
-    def pong(self, servo: int) -> bytes:
-        """Model and firmware."""
+    def _pong(self, servo: int) -> bytes:
         return MODELS[self.version].to_bytes(2, "little") + bytes([FIRMWARE])
 
-    def status(self, servo: int, data: bytes) -> bytes:
-        """Without an error; the mark of a packet is broken up where it stands within."""
-        content = (b"\x55\x00" + data).replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
+    def _status(self, servo: int, data: bytes) -> bytes:
+        content = (bytes([0x55, self.errors.get(servo, 0)]) + data).replace(
+            b"\xff\xff\xfd", b"\xff\xff\xfd\xfd"
+        )
         packet = b"\xff\xff\xfd\x00" + bytes([servo])
         packet += (len(content) + 2).to_bytes(2, "little") + content
         return packet + crc16(packet).to_bytes(2, "little")
 
-    def fill(self, servo: int, memory: bytearray, steps: int) -> None:
-        """Model, firmware, number, torque, position."""
+    def _fill(self, servo: int, memory: bytearray, steps: int) -> None:
         memory[0:2] = MODELS[self.version].to_bytes(2, "little")
         memory[6], memory[7] = FIRMWARE, servo
         memory[64] = self.stiff

@@ -1,18 +1,20 @@
-"""What all emulated controllers have in common: an arm, a clock, a journal, and one loop."""
+"""Base of the emulated controllers: an arm, a clock, a journal, faults, and one loop."""
 
 import json
 import math
 import os
 import socket
+import tty
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, ClassVar
 
 from ...drivers import JointState, clock
 from ...drivers.arms import SimulatedArm
 from ...errors import MukcaError
-from .sabotage import COMMON_KINDS, FaultInjector, Packet
+from .fault_injection import COMMON_KINDS, FaultInjector, Packet
 
 IDLE_SECONDS = 0.5  # a signal just before a wait without end would be seen only after it
 
@@ -50,37 +52,39 @@ class Emulator(ABC):
     """One controller.
 
     Args:
-        address: Where it listens or sends to; empty for the real ports on 127.0.0.1.
+        address: The address that it listens at or sends to; empty for the real ports on 127.0.0.1.
         version: One of :attr:`VERSIONS`.
-        arm: What moves; it starts with the first connection.
-        sabotage: What goes wrong.
-        journal: Where messages and states are noted.
+        arm: The arm that moves; it starts with the first connection.
+        faults: Faults on demand.
+        journal: Notes messages and states.
     """
 
     JOINTS: ClassVar[int]
     VERSIONS: ClassVar[tuple[str, ...]]
-    """What it can be; the first is the default."""
+    """Versions of the protocol or the controller; the first is the default."""
     RATES: ClassVar[dict[str, float]]
     """States per second of each version."""
     FAULTS: ClassVar[tuple[str, ...]] = COMMON_KINDS
-    """What can go wrong with it."""
+    """Kinds of faults that it can show."""
 
     def __init__(
         self,
         address: str,
         version: str,
         arm: SimulatedArm,
-        sabotage: FaultInjector,
+        faults: FaultInjector,
         journal: Journal,
     ) -> None:
         self.version = version
-        self.arm, self.sabotage, self.journal = arm, sabotage, journal
+        self.arm, self.faults, self.journal = arm, faults, journal
         self.number = 0
         """Number of the last state."""
         self._released = 0.0
-        """Until when the arm rests at its first pose [s]."""
+        """End of the arm's rest at its first pose [s]."""
         self.watched: dict[int, Callable[[], None]] = {}
-        """What is done when a file descriptor can be read."""
+        """Callbacks by the file descriptor that can be read."""
+        self.opened = ExitStack()
+        """Sockets, lines and buses, to be closed at the end."""
         self._begun = math.nan
         self._streaming_since = math.nan
         self._sent = 0
@@ -103,11 +107,11 @@ class Emulator(ABC):
     @property
     @abstractmethod
     def driver_address(self) -> str:
-        """What ``--driver`` takes to read this emulator."""
+        """Driver and address, as ``--driver`` takes them to read this emulator."""
 
     @property
     def streaming(self) -> bool:
-        """Whether there is anybody to send to."""
+        """True while there is anybody to send to."""
         return True
 
     @property
@@ -120,8 +124,13 @@ class Emulator(ABC):
         if math.isnan(self._begun):
             self._begun = clock.now()
 
-    def close(self) -> None:  # noqa: B027 - most have nothing to do
-        """Leave what does not close by itself at the end of the program."""
+    def is_away(self, moment: float) -> bool:
+        """Return whether it serves nobody at a moment [s], by a fault."""
+        return any(self.faults.is_active(kind, moment) for kind in ("hangup", "busy"))
+
+    def close(self) -> None:
+        """Close sockets and lines, leave buses."""
+        self.opened.close()
 
     def wait_for_line(self, file: int) -> None:
         """Keep the arm at its first pose until a line, or the end, comes from a file."""
@@ -168,17 +177,15 @@ class Emulator(ABC):
         """Send the next state, if it is time to."""
         due = self.due()
         if clock.now() >= due:
-            self._send_next(0.0 if math.isnan(self._begun) else max(0.0, due - self._begun))
+            moment = 0.0 if math.isnan(self._begun) else max(0.0, due - self._begun)
+            state = self.next_state(moment)
+            self.send_state(self.number, state, moment)
             self._sent += 1
 
-    def _send_next(self, moment: float) -> None:
-        state = self.next_state(moment)
-        self.send_state(self.number, state, moment)
-
     def next_state(self, moment: float) -> JointState:
-        """Return what is sent next, counted and noted."""
+        """Return the next state, counted and noted."""
         state = self.arm.state(max(0.0, moment - self._released))
-        if self.sabotage.strikes("freeze", moment):
+        if self.faults.is_active("freeze", moment):
             state = self._frozen = self._frozen or state
         else:
             self._frozen = None
@@ -187,12 +194,45 @@ class Emulator(ABC):
         return state
 
     def packets(self, payload: bytes, moment: float, identifier: int = 0) -> Sequence[Packet]:
-        """Return what is really sent for a message."""
-        return self.sabotage.packets((identifier, payload), moment)
+        """Return the packets that are sent for a message, faults applied."""
+        return self.faults.packets((identifier, payload), moment)
+
+    def open_udp(self, address: tuple[str, int]) -> socket.socket:
+        """Return a bound UDP socket."""
+        udp = self.opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        udp.bind(address)
+        return udp
+
+    def open_line(self, address: str) -> tuple[int, str]:
+        """Open a pseudo-terminal, a serial line whose settings nobody checks.
+
+        Returns:
+            The emulator's end, and the name of the other.
+
+        Raises:
+            MukcaError: An address was given, which such a line cannot have.
+        """
+        if address:
+            name = type(self).__name__.removesuffix("Emulator").lower()
+            raise MukcaError(f"{name} opens a terminal of its own; leave --address out")
+        own, other = os.openpty()
+        self.opened.callback(os.close, own)
+        tty.setraw(own)
+        tty.setraw(other)
+        return own, os.ttyname(other)
 
 
-def stranger_socket() -> socket.socket:
-    """Return a UDP socket on a loopback address that is no robot's."""
-    stranger = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    stranger.bind(("127.66.66.66", 0))
-    return stranger
+class PolledEmulator(Emulator):
+    """A controller that sends nothing that it was not asked for."""
+
+    @property
+    def streaming(self) -> bool:
+        """Never: it only answers."""
+        return False
+
+    def send_state(self, number: int, state: JointState, moment: float) -> None:
+        """Send nothing."""
+
+
+STRANGER = ("127.66.66.66", 0)
+"""A loopback address that is no robot's."""

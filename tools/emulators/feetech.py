@@ -17,6 +17,7 @@ class FeetechEmulator(ServoEmulator):
     JOINTS = SO101
     VERSIONS = ("so101",)
     RATES = {"so101": 1000.0}  # noqa: RUF012
+    model = STS3215
     POSITION = 56
     IDS = {"so101": (1, 2, 3, 4, 5)}  # noqa: RUF012
     OTHERS = {"so101": (6,)}  # noqa: RUF012
@@ -26,8 +27,7 @@ class FeetechEmulator(ServoEmulator):
         """The line."""
         return f"feetech:{self.port}"
 
-    def take_request(self, received: bytearray) -> Request | None:
-        """Cut by the length, and check the sum."""
+    def _take_request(self, received: bytearray) -> Request | None:
         while len(received) >= 6:
             size = received[3] + 4
             if not received.startswith(b"\xff\xff") or received[3] < 2:
@@ -41,27 +41,19 @@ class FeetechEmulator(ServoEmulator):
                 return packet[2], packet[4], packet[5:-1]
         return None
 
-    def sync_request(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
-        """First register, count, servos."""
+    def _registers(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
         return parameters[0], parameters[1], parameters[2:]
 
-    def read_request(self, parameters: bytes) -> tuple[int, int]:
-        """First register, count."""
-        return parameters[0], parameters[1]
-
-    def pong(self, servo: int) -> bytes:
-        """A bare answer."""
+    def _pong(self, servo: int) -> bytes:
         return b""
 
-    def status(self, servo: int, data: bytes) -> bytes:
-        """Without an error."""
-        body = [servo, len(data) + 2, 0, *data]
+    def _status(self, servo: int, data: bytes) -> bytes:
+        body = [servo, len(data) + 2, self.errors.get(servo, 0), *data]
         return bytes([0xFF, 0xFF, *body, 0xFF - sum(body) % 256])
 
-    def fill(self, servo: int, memory: bytearray, steps: int) -> None:
-        """Firmware, model, number, torque, position."""
+    def _fill(self, servo: int, memory: bytearray, steps: int) -> None:
         memory[0:2] = b"\x03\x0a"
-        memory[3:5] = STS3215.to_bytes(2, "little")
+        memory[3:5] = self.model.to_bytes(2, "little")
         memory[5] = servo
         memory[40] = self.stiff
         size = abs(steps) | (0x8000 if steps < 0 else 0)

@@ -4,13 +4,13 @@ The state is laid out field by field, as libfranka's header lists them. Proven a
 0.9.2 (version 5) and 0.21.3 (version 10).
 """
 
-import socket
 import struct
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
-from .emulator import Emulator, stranger_socket
-from .sabotage import COMMON_KINDS
+from .emulator import STRANGER, Emulator
+from .fault_injection import COMMON_KINDS
+from .tcp_server import TcpServer
 
 LIMITS = '<limit lower="-2.9" upper="2.9" velocity="2.6" effort="87"/>'
 VELOCITY = '<position_based_velocity_limits velocity_offset="1" deceleration_limit="5"/>'
@@ -39,58 +39,37 @@ class FrankaEmulator(Emulator):
     def listen(self, address: str) -> None:
         """Open TCP port 1337."""
         endpoint = parse_endpoint(address, 1337, default_host="127.0.0.1")
-        self._client: socket.socket | None = None
         self._target: tuple[str, int] | None = None
-        self._server = socket.create_server((endpoint.host, endpoint.port))
-        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._udp.bind((endpoint.host, 0))
-        self._stranger = stranger_socket()
-        self.watch(self._server.fileno(), self._accept)
+        self._tcp = TcpServer(self, (endpoint.host, endpoint.port))
+        self._tcp.on_message, self._tcp.on_leave = self._request, self._forget
+        self._udp = self.open_udp((endpoint.host, 0))
+        self._stranger = self.open_udp(STRANGER)
         self.watch(self._udp.fileno(), self._command)
 
     @property
     def driver_address(self) -> str:
         """HOST:PORT."""
-        host, port = self._server.getsockname()
-        return f"franka:{host}:{port}"
+        return f"franka:{self._tcp.address}"
 
     @property
     def streaming(self) -> bool:
-        """Whether a client has announced its UDP port."""
+        """True once a client has announced its UDP port."""
         return self._target is not None
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one RobotState datagram."""
-        if self._target is None or self.sabotage.strikes("hangup", moment):
-            return self._hang_up()
+        if self._target is None or self.faults.is_active("hangup", moment):
+            self._tcp.hang_up()
+            return
         datagram = encode_state(int(self.version), number, state)
         for _, payload in self.packets(datagram, moment):
             self._udp.sendto(payload, self._target)
-        if self.sabotage.strikes("stranger", moment):
+        if self.faults.is_active("stranger", moment):
             wrong = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
             self._stranger.sendto(encode_state(int(self.version), number, wrong), self._target)
-        return None
 
-    def _accept(self) -> None:
-        client, _ = self._server.accept()
-        held = self._client is not None
-        if held or any(self.sabotage.strikes(kind, self.moment) for kind in ("busy", "hangup")):
-            client.close()
-            return
-        self._client = client
-        self.watch(client.fileno(), self._request)
-
-    def _request(self) -> None:
-        """Answer one TCP request of the client, or its leaving."""
-        assert self._client is not None
-        try:
-            request = self._client.recv(4096)
-        except ConnectionError:
-            request = b""
-        if not request:
-            self._hang_up()
-            return
-        self.journal.received("tcp", request)
+    def _request(self, request: bytes) -> None:
+        """Answer one request of the client."""
         if len(request) < 12:
             return
         command, identifier, _ = struct.unpack_from("<III", request)
@@ -100,27 +79,22 @@ class FrankaEmulator(Emulator):
             self._reply(command, identifier, b"\0" + MODEL.encode())
 
     def _connect(self, identifier: int, version: int, port: int) -> None:
-        assert self._client is not None
-        own = 99 if self.sabotage.strikes("version", self.moment) else int(self.version)
+        own = 99 if self.faults.is_active("version", self.moment) else int(self.version)
         self._reply(0, identifier, struct.pack("<BH", version != own, own))
         if version == own:
             self.begin()
-            self._target = (self._client.getpeername()[0], port)
+            self._target = (self._tcp.clients[0].getpeername()[0], port)
 
     def _reply(self, command: int, identifier: int, payload: bytes) -> None:
-        assert self._client is not None
         header = struct.pack("<III", command, identifier, 12 + len(payload))
-        self._client.sendall(header + payload)
+        self._tcp.send(header + payload)
 
     def _command(self) -> None:
         """Note a datagram from the client: a command, which a reader never sends."""
         self.journal.received("udp", self._udp.recv(65535))
 
-    def _hang_up(self) -> None:
-        if self._client is not None:
-            self.unwatch(self._client.fileno())
-            self._client.close()
-        self._client = self._target = None
+    def _forget(self) -> None:
+        self._target = None
 
 
 def encode_state(version: int, number: int, state: JointState) -> bytes:

@@ -11,17 +11,15 @@ import struct
 import can
 import isotp
 
-from ...drivers import JointState
 from ...drivers.transport import open_bus, parse_can_address
-from .emulator import Emulator
-from .line import open_line
+from .emulator import PolledEmulator
 from .piper import DEFAULT_BUS
 
 MESSAGE_BYTES = 20
 FIRST_ACTUATOR = 0x10
 
 
-class KinovaEmulator(Emulator):
+class KinovaEmulator(PolledEmulator):
     """Six actuators on a line."""
 
     JOINTS = 6
@@ -32,13 +30,14 @@ class KinovaEmulator(Emulator):
         """Open a pseudo-terminal, or join a CAN bus."""
         self._buffer = b""
         if self.version == "serial":
-            self._line, port = open_line(address, "kinova, version serial,")
+            self._line, port = self.open_line(address)
             self._address = f"serial://{port}?parity=none"  # it has none
             self.watch(self._line, self._read_line)
             return
         bus = parse_can_address(address or DEFAULT_BUS)
         self._address = f"can://{address or DEFAULT_BUS}"
         self._bus = open_bus(bus)
+        self.opened.callback(self._bus.shutdown)
         self._transfer = isotp.TransportLayerLogic(
             rxfn=self._receive_frame,
             txfn=self._send_frame,
@@ -50,21 +49,6 @@ class KinovaEmulator(Emulator):
     def driver_address(self) -> str:
         """The line or the bus."""
         return f"kinova:{self._address}"
-
-    @property
-    def streaming(self) -> bool:
-        """Nothing is sent that was not asked for."""
-        return False
-
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
-        """Send nothing: these actuators only answer."""
-
-    def close(self) -> None:
-        """Close the line, or leave the bus."""
-        if self.version == "can":
-            self._bus.shutdown()
-        else:
-            os.close(self._line)
 
     def _read_line(self) -> None:
         self._buffer += os.read(self._line, 4096)
@@ -91,7 +75,7 @@ class KinovaEmulator(Emulator):
             return []
         self.begin()
         moment = self.moment
-        if any(self.sabotage.strikes(kind, moment) for kind in ("hangup", "busy")):
+        if self.is_away(moment):
             return []
         state = self.next_state(moment)
         torque = state.effort[joint] if state.effort else 0.0

@@ -10,8 +10,8 @@ import zlib
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
-from .emulator import Emulator, stranger_socket
-from .sabotage import COMMON_KINDS
+from .emulator import STRANGER, Emulator
+from .fault_injection import COMMON_KINDS
 
 MONITORING_WAIT, MONITORING_READY, COMMANDING_ACTIVE = 1, 2, 4
 START_OF_CLOCK = 1_700_000_000
@@ -32,9 +32,8 @@ class KukaEmulator(Emulator):
         )
         self._client = (endpoint.options.get("client", "127.0.0.1"), endpoint.port)
         self._multiplier = endpoint.options.integer("multiplier", 1)
-        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._udp.bind((endpoint.host, endpoint.port))
-        self._stranger = stranger_socket()
+        self._udp = self.open_udp((endpoint.host, endpoint.port))
+        self._stranger = self.open_udp(STRANGER)
         self._replies = 0
         self._answered = False
         self.watch(self._udp.fileno(), self._reply)
@@ -47,20 +46,20 @@ class KukaEmulator(Emulator):
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one monitoring message."""
-        if any(self.sabotage.strikes(kind, moment) for kind in ("hangup", "busy")):
+        if self.is_away(moment):
             return
         message = self._encode(number, state, moment)
         for _, payload in self.packets(message, moment):
             self._send(self._udp, payload)
-        if self.sabotage.strikes("stranger", moment):
+        if self.faults.is_active("stranger", moment):
             wrong = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
             self._send(self._stranger, self._encode(number, wrong, moment))
 
     def _encode(self, number: int, state: JointState, moment: float) -> bytes:
         session = MONITORING_READY if self._answered else MONITORING_WAIT
-        if self.sabotage.strikes("commanding", moment):
+        if self.faults.is_active("commanding", moment):
             session = COMMANDING_ACTIVE
-        identifier = 0x245199 if self.sabotage.strikes("version", moment) else 0x245142
+        identifier = 0x245199 if self.faults.is_active("version", moment) else 0x245142
         return encode_message(
             self.version,
             header=(identifier, number, max(0, self._replies - 1)),

@@ -28,6 +28,7 @@ class PiperEmulator(Emulator):
         """Join the bus; every frame of anybody else is noted."""
         self._address = address or DEFAULT_BUS
         self._bus = open_bus(parse_can_address(self._address))
+        self.opened.callback(self._bus.shutdown)
         self._own: Counter[tuple[int, bytes]] = Counter()
         self.watch(self._bus.fileno(), self._overhear)
         self.begin()
@@ -39,7 +40,7 @@ class PiperEmulator(Emulator):
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send the three frames of one state."""
-        if self.sabotage.strikes("hangup", moment) or self.sabotage.strikes("busy", moment):
+        if self.is_away(moment):
             return
         counts = [round(math.degrees(angle) * 1000) for angle in state.position]
         for index, identifier in enumerate(JOINT_FRAMES):
@@ -47,10 +48,6 @@ class PiperEmulator(Emulator):
             for sent_as, data in self.packets(pair, moment, identifier):
                 self._own[sent_as, data] += 1
                 self._bus.send(can.Message(arbitration_id=sent_as, data=data, is_extended_id=False))
-
-    def close(self) -> None:
-        """Leave the bus."""
-        self._bus.shutdown()
 
     def _overhear(self) -> None:
         """Note a frame, unless it is one of ours that the bus brings back."""

@@ -1,13 +1,11 @@
-"""Servos on a line, whatever their make: registers that are read, and an arm behind them."""
+"""Base of the emulated servos on a line: registers that are read, and an arm behind them."""
 
 import os
 from abc import abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar
 
-from ...drivers import JointState
-from .emulator import Emulator
-from .line import open_line
+from .emulator import PolledEmulator
 
 Request = tuple[int, int, bytes]
 """A packet: number of the servo, instruction, parameters."""
@@ -16,20 +14,20 @@ PING, READ, SYNC_READ = 0x01, 0x02, 0x82
 MEMORY = 256  # bytes of registers
 STEPS = 4096  # in a turn
 TURN = 6.283185307179586  # rad
-STILL_BYTES = 4096
+MOST_BYTES = 4096
 
 
-class ServoEmulator(Emulator):
+class ServoEmulator(PolledEmulator):
     """Servos that answer when they are asked; what is written to them they ignore."""
 
     POSITION: ClassVar[int]
     """The register in which the position begins."""
     IDS: ClassVar[dict[str, tuple[int, ...]]]
-    """The servos that turn the joints of each version's arm."""
+    """Numbers of the servos that turn the joints of each version's arm."""
     OTHERS: ClassVar[dict[str, tuple[int, ...]]]
-    """Those of its gripper, and those that help others."""
+    """Numbers of those of its gripper, and of those that help others."""
     stiff = False
-    """Whether the torque is on."""
+    """True if the torque is on."""
 
     @classmethod
     def joints(cls, version: str) -> int:
@@ -39,52 +37,40 @@ class ServoEmulator(Emulator):
     def listen(self, address: str) -> None:
         """Open a pseudo-terminal."""
         self._buffer = bytearray()
-        self.line, self.port = open_line(address, type(self).__name__)
+        self.errors: dict[int, int] = {}
+        """Error code of a servo, by its number."""
+        self.turned: dict[int, int] = {}
+        """Position of a servo that does not follow its joint, by its number."""
+        self.line, self.port = self.open_line(address)
         self.watch(self.line, self._read_line)
 
-    @property
-    def streaming(self) -> bool:
-        """Nothing is sent that was not asked for."""
-        return False
-
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
-        """Send nothing: servos only answer."""
-
-    def close(self) -> None:
-        """Close the line."""
-        os.close(self.line)
-
     @abstractmethod
-    def take_request(self, received: bytearray) -> Request | None:
+    def _take_request(self, received: bytearray) -> Request | None:
         """Take the next whole packet off; bytes that are none are dropped."""
 
     @abstractmethod
-    def sync_request(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
-        """Return the first register, how many, and the servos of a sync read."""
+    def _registers(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
+        """Return the first register that is asked for, how many, and of which servos if told."""
 
     @abstractmethod
-    def read_request(self, parameters: bytes) -> tuple[int, int]:
-        """Return the first register of a read, and how many."""
-
-    @abstractmethod
-    def pong(self, servo: int) -> bytes:
+    def _pong(self, servo: int) -> bytes:
         """Return the data of the answer to a ping."""
 
     @abstractmethod
-    def status(self, servo: int, data: bytes) -> bytes:
+    def _status(self, servo: int, data: bytes) -> bytes:
         """Return a servo's answer."""
 
     @abstractmethod
-    def fill(self, servo: int, memory: bytearray, steps: int) -> None:
+    def _fill(self, servo: int, memory: bytearray, steps: int) -> None:
         """Write a servo's registers, its position among them."""
 
     def _read_line(self) -> None:
         try:
-            self._buffer += os.read(self.line, STILL_BYTES)
+            self._buffer += os.read(self.line, MOST_BYTES)
         except OSError:  # nobody has the other end open
             return
         before = bytes(self._buffer)
-        while (request := self.take_request(self._buffer)) is not None:
+        while (request := self._take_request(self._buffer)) is not None:
             self.journal.received("line", before[: len(before) - len(self._buffer)])
             before = bytes(self._buffer)
             self._answer(*request)
@@ -93,16 +79,14 @@ class ServoEmulator(Emulator):
         known = (*self.IDS[self.version], *self.OTHERS[self.version])
         self.begin()
         moment = self.moment
-        if any(self.sabotage.strikes(kind, moment) for kind in ("hangup", "busy")):
+        if self.is_away(moment):
             return
         asked: Sequence[int] = [one for one in known if servo in (one, 0xFE)]
         if instruction == PING:
-            answers = [(one, self.pong(one)) for one in asked]
+            answers = [(one, self._pong(one)) for one in asked]
         elif instruction in (READ, SYNC_READ):
-            if instruction == READ:
-                first, count = self.read_request(parameters)
-            else:
-                first, count, asked = self.sync_request(parameters)
+            first, count, servos = self._registers(parameters)
+            asked = asked if instruction == READ else servos
             steps = self._steps(first, count, moment)
             answers = [(one, self._memory(one, steps)[first : first + count]) for one in asked]
         else:
@@ -111,7 +95,7 @@ class ServoEmulator(Emulator):
             packet
             for one, data in answers
             if one in known
-            for _, packet in self.packets(self.status(one, data), moment)
+            for _, packet in self.packets(self._status(one, data), moment)
         ]
         os.write(self.line, b"".join(sent))  # at once, as a USB adapter hands them over
 
@@ -125,5 +109,5 @@ class ServoEmulator(Emulator):
 
     def _memory(self, servo: int, steps: dict[int, int]) -> bytes:
         memory = bytearray(MEMORY)
-        self.fill(servo, memory, steps.get(servo, STEPS // 2))
+        self._fill(servo, memory, self.turned.get(servo, steps.get(servo, STEPS // 2)))
         return bytes(memory)

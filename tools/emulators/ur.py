@@ -3,13 +3,13 @@
 Proven against ur-rtde 1.6.5, whose requests it was written from.
 """
 
-import socket
 import struct
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
 from .emulator import Emulator
-from .sabotage import COMMON_KINDS
+from .fault_injection import COMMON_KINDS
+from .tcp_server import TcpServer
 
 TYPES = {
     "timestamp": "DOUBLE",
@@ -32,32 +32,30 @@ class UrEmulator(Emulator):
     def listen(self, address: str) -> None:
         """Open TCP port 30004."""
         endpoint = parse_endpoint(address, 30004, default_host="127.0.0.1")
-        self._client: socket.socket | None = None
-        self._server = socket.create_server((endpoint.host, endpoint.port))
-        self.watch(self._server.fileno(), self._accept)
+        self._tcp = TcpServer(self, (endpoint.host, endpoint.port))
+        self._tcp.on_message, self._tcp.on_leave = self._requests, self._forget
         self._forget()
 
     @property
     def driver_address(self) -> str:
         """HOST:PORT."""
-        host, port = self._server.getsockname()
-        return f"ur:{host}:{port}"
+        return f"ur:{self._tcp.address}"
 
     @property
     def streaming(self) -> bool:
-        """Whether the client has started the stream."""
+        """True once the client has started the stream."""
         return self._started
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one data package."""
-        if self.sabotage.strikes("hangup", moment):
-            self._hang_up()
+        if self.faults.is_active("hangup", moment):
+            self._tcp.hang_up()
             return
         if number % self._every:
             return
         package = packed(b"U", b"\x01" + self._values(number, state))
         for _, payload in self.packets(package, moment):
-            self._send(payload)
+            self._tcp.send(payload)
 
     def _values(self, number: int, state: JointState) -> bytes:
         values = {
@@ -69,27 +67,8 @@ class UrEmulator(Emulator):
         }
         return b"".join(values[name] for name in self._names)
 
-    def _accept(self) -> None:
-        client, _ = self._server.accept()
-        held = self._client is not None
-        if held or any(self.sabotage.strikes(kind, self.moment) for kind in ("busy", "hangup")):
-            client.close()
-            return
-        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._client = client
-        self.watch(client.fileno(), self._requests)
-
-    def _requests(self) -> None:
+    def _requests(self, received: bytes) -> None:
         """Answer all requests that have come in whole."""
-        assert self._client is not None
-        try:
-            received = self._client.recv(4096)
-        except ConnectionError:
-            received = b""
-        if not received:
-            self._hang_up()
-            return
-        self.journal.received("tcp", received)
         self._buffer += received
         while len(self._buffer) >= 3:
             size = int.from_bytes(self._buffer[:2], "big")
@@ -100,15 +79,15 @@ class UrEmulator(Emulator):
 
     def _answer(self, kind: bytes, payload: bytes) -> None:
         if kind == b"V":
-            known = payload == b"\0\2" and not self.sabotage.strikes("version", self.moment)
-            self._send(packed(kind, bytes([known])))
+            known = payload == b"\0\2" and not self.faults.is_active("version", self.moment)
+            self._tcp.send(packed(kind, bytes([known])))
         elif kind == b"v":
             major, minor = map(int, self.version.split("."))
-            self._send(packed(kind, struct.pack(">4I", major, minor, 0, 0)))
+            self._tcp.send(packed(kind, struct.pack(">4I", major, minor, 0, 0)))
         elif kind == b"O":
             self._set_up(payload)
         elif kind in (b"S", b"P"):
-            self._send(packed(kind, b"\x01"))
+            self._tcp.send(packed(kind, b"\x01"))
             self._started = kind == b"S"
             self.begin()
 
@@ -117,23 +96,9 @@ class UrEmulator(Emulator):
         self._every = max(1, round(self.arm.rate / frequency))
         self._names = payload[8:].decode().rstrip(",").split(",")
         types = ",".join(TYPES.get(name, "NOT_FOUND") for name in self._names)
-        self._send(packed(b"O", bytes(["NOT_FOUND" not in types]) + types.encode()))
-
-    def _send(self, package: bytes) -> None:
-        assert self._client is not None
-        try:
-            self._client.sendall(package)
-        except ConnectionError:
-            self._hang_up()
-
-    def _hang_up(self) -> None:
-        if self._client is not None:
-            self.unwatch(self._client.fileno())
-            self._client.close()
-        self._forget()
+        self._tcp.send(packed(b"O", bytes(["NOT_FOUND" not in types]) + types.encode()))
 
     def _forget(self) -> None:
-        self._client = None
         self._buffer = b""
         self._names: list[str] = []
         self._every = 1

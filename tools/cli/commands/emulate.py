@@ -2,13 +2,14 @@
 
 import argparse
 import importlib
+import math
 import signal
 import sys
 from pathlib import Path
 
-from ....drivers.arms import SimulatedArm
+from ....drivers.arms import Fault, SimulatedArm
 from ....errors import MukcaError
-from ...emulators import KINDS, Emulator, Fault, FaultInjector, Journal, replay_arm, wandering_arm
+from ...emulators import KINDS, Emulator, FaultInjector, Journal, replay_arm, wandering_arm
 from .. import Terminal
 
 EMULATORS = {
@@ -83,17 +84,20 @@ def open_emulator(arguments: argparse.Namespace) -> Emulator:
         raise MukcaError(
             f"{arguments.controller} has no version {version}; one of: {', '.join(kind.VERSIONS)}"
         )
-    faults = [Fault.parse(text) for text in arguments.fault]
+    try:
+        faults = [Fault.parse(text, KINDS, math.inf) for text in arguments.fault]
+    except ValueError as error:
+        raise MukcaError(str(error)) from None
     for fault in faults:
         if fault.kind not in kind.FAULTS:
             raise MukcaError(
                 f"no fault {fault.kind!r} at {arguments.controller}; "
                 f"there are: {', '.join(kind.FAULTS)}"
             )
-    journal, sabotage = Journal(arguments.journal), FaultInjector(faults, arguments.seed)
+    journal, injector = Journal(arguments.journal), FaultInjector(faults, arguments.seed)
     arm = _arm(arguments, kind, version)
     try:
-        return kind(arguments.address, version, arm, sabotage, journal)
+        return kind(arguments.address, version, arm, injector, journal)
     except OSError as error:
         raise MukcaError(f"{arguments.controller}: cannot listen: {error}") from None
 
