@@ -1,18 +1,21 @@
 """What tests of the report share: calibrations of a simulated arm, and a reader of pages."""
 
 import json
+import os
+import re
 from collections.abc import Callable
 from html.parser import HTMLParser
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from mukca.solver.results import FORMAT, CalibrationDocument
-from mukca.solver.results.files import decode
 from mukca.tools.cli import main
 
 VOID = {"meta", "link", "input", "br", "img"}
+INLINE = {"a", "code", "i", "label", "option", "select", "small", "span", "strong", "input"}
+UNREAD = {"details", "script", "style", "svg", "title"}
 
 
 class Page(HTMLParser):
@@ -44,6 +47,60 @@ class Page(HTMLParser):
         return [(a, "".join(words)) for _, a, words in self.elements if attribute in a]
 
 
+class PageText(HTMLParser):
+    """The words that a page says, a line for each paragraph, row or item; no plots, no details."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.words: list[str] = []
+        self.unread = 0
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.unread += tag in UNREAD
+        self.words += [] if tag in INLINE else [" | " if tag in ("td", "th") else "\0"]
+
+    def handle_endtag(self, tag: str) -> None:
+        self.unread -= tag in UNREAD
+        self.words += [] if tag in (*INLINE, "td", "th") else ["\0"]
+
+    def handle_data(self, data: str) -> None:
+        self.words += [] if self.unread else [data]
+
+    @property
+    def lines(self) -> list[str]:
+        lines = [" ".join(line.split()) for line in "".join(self.words).split("\0")]
+        return [line for line in lines if re.search(r"\w", line)]
+
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
+PASSING = re.compile(r"/\S*/(?=session/|arms/)|\d{4}-\d\d-\d\d(T\S*)?|\b[0-9a-f]{64}\b")
+"""Folders, dates and digests: they differ from run to run."""
+
+
+@pytest.fixture(scope="session")
+def says() -> Callable[[str, str], None]:
+    """Compare what a page says with what it said; numbers may differ in the last digit.
+
+    After a change that is meant: ``MUKCA_KEEP_PAGES=1 pytest tests/tools/report``, and look at it.
+    """
+
+    def says(name: str, html: str) -> None:
+        lines = [PASSING.sub("*", line) for line in PageText(html).lines]
+        lines = [line for line in lines if not line.startswith("| versions")]
+        file = Path(__file__).parent / "pages" / f"{name}.txt"
+        if os.environ.get("MUKCA_KEEP_PAGES"):
+            file.write_text("\n".join(lines) + "\n")
+        kept = file.read_text().splitlines()
+        assert [NUMBER.sub("#", line) for line in lines] == [NUMBER.sub("#", line) for line in kept]
+        for line, old in zip(lines, kept, strict=True):
+            for one, other in zip(NUMBER.findall(line), NUMBER.findall(old), strict=True):
+                digit = 10.0 ** -len(other.partition(".")[2])
+                assert float(one) == pytest.approx(float(other), abs=2 * digit), (line, old)
+
+    return says
+
+
 @pytest.fixture(scope="session")
 def read_page() -> Callable[[Path], Page]:
     return lambda file: Page(file.read_text(encoding="utf-8"))
@@ -67,24 +124,31 @@ def document(calibrated: Path) -> dict[str, Any]:
     return json.loads((calibrated / "calibration.json").read_text())
 
 
-@pytest.fixture(scope="session")
-def typed() -> Callable[[dict[str, Any]], CalibrationDocument]:
-    """Read a document as if it stood in a file."""
-    return lambda document: decode(json.dumps(document).encode(), CalibrationDocument, FORMAT, "")
-
-
 @pytest.fixture
 def written(tmp_path: Path) -> Callable[[dict[str, Any]], Path]:
     """Write a document to a folder of its own and return the file."""
+    numbers = count()
 
     def write(document: dict[str, Any]) -> Path:
-        folder = tmp_path / "changed"
+        folder = tmp_path / f"changed-{next(numbers)}"
         folder.mkdir()
         file = folder / "calibration.json"
         file.write_text(json.dumps(document))
         return file
 
     return write
+
+
+@pytest.fixture
+def report(written: Callable[[dict[str, Any]], Path]) -> Callable[..., dict[str, Any]]:
+    """Return the figures of a document's report."""
+
+    def report(document: dict[str, Any], *options: str) -> dict[str, Any]:
+        file = written(document)
+        assert main(["report", str(file), *options]) in (0, 1)
+        return json.loads((file.parent / "report.json").read_text())
+
+    return report
 
 
 @pytest.fixture

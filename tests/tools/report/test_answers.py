@@ -1,51 +1,39 @@
-"""The answers: use, next, data; and the parts of the 3D view."""
+"""The answers of a report (use, next, data), and the arm that it draws."""
 
 import json
+from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from mukca.solver.assessment import area, percent, short_names
-from mukca.solver.diagnostics import farthest_place
-from mukca.solver.results import Model, calibrated_robot, encode
-from mukca.solver.robot import load_robot
+import mukca
 from mukca.tools.cli import main
-from mukca.tools.report import build_report
-from mukca.tools.report.build import Options
-from mukca.tools.report.figures.answer_next import hardly_moved
-from mukca.tools.report.figures.arm import frames
-from mukca.tools.report.figures.meshes import link_meshes, thin_out
+
+pytestmark = pytest.mark.slow
 
 
-@pytest.mark.slow
-def test_the_task_is_answered_place_by_place(document, typed) -> None:
-    figures = build_report(typed(document), "").figures
-    left = figures.placements[1].quantiles.calibrated
-    largest, p95 = left.max, left.p95
+def test_the_task_is_answered_place_by_place(document, report) -> None:
+    errors = report(document)["placements"][1]["quantiles"]["calibrated"]
     answers = {
-        tolerance: build_report(typed(document), "", Options(tolerance=tolerance)).figures
-        for tolerance in (1.01 * largest, 0.99 * largest, 0.99 * p95)
+        tolerance: report(document, "--tolerance-mm", str(1e3 * tolerance))["answers"]["use"]
+        for tolerance in (1.01 * errors["max"], 0.99 * errors["max"], 0.99 * errors["p95"])
     }
-    words = [f.answers.use.rows[1].answer for f in answers.values()]
-    assert words == ["yes", "mostly", "no"]
-    assert all(f.answers.use.rows[0].answer == "trained on" for f in answers.values())
+    assert [use["rows"][1]["answer"] for use in answers.values()] == ["yes", "mostly", "no"]
+    assert all(use["rows"][0]["answer"] == "trained on" for use in answers.values())
 
 
-@pytest.mark.slow
-def test_a_place_whose_distance_is_off_cannot_be_used(document, typed) -> None:
+def test_a_place_whose_distance_is_off_cannot_be_used(document, report) -> None:
     """Small errors do not help where the model has shrunk."""
-    row = document["placements"][1]
-    row["calibrated"]["distance_error"] = -2e-3
-    use = build_report(typed(document), "").figures.answers.use
-    assert use.rows[1].answer == "no" and use.rows[2].answer != "no"
+    document["placements"][1]["calibrated"]["distance_error"] = -2e-3
+    rows = report(document)["answers"]["use"]["rows"]
+    assert rows[1]["answer"] == "no" and rows[2]["answer"] != "no"
 
 
-@pytest.mark.slow
-def test_what_is_expected_of_distances_is_told_where_none_was_measured(document, typed) -> None:
-    between = build_report(typed(document), "").figures.answers.use.between
+def test_what_is_expected_of_distances_is_told_where_none_was_measured(
+    document, extended, report
+) -> None:
+    del document["uncertainty"]
+    between = report(document)["answers"]["use"]["between"]
     assert between.endswith("since no such distance is known.")
     document["uncertainty"] = {
         "weak_directions": [],
@@ -54,160 +42,115 @@ def test_what_is_expected_of_distances_is_told_where_none_was_measured(document,
         "distance_deviation": {"median": 6.8e-4, "worst": 1.5e-3},
         "cannot_see": [],
     }
-    between = build_report(typed(document), "").figures.answers.use.between
+    between = report(document)["answers"]["use"]["between"]
     assert "expects 0.68 mm (one standard deviation" in between
 
 
-@pytest.mark.slow
-def test_a_recording_that_is_wrong_comes_first(document, typed) -> None:
-    answers = build_report(typed(document), "").figures.answers
-    assert "First mend" not in answers.next.text and "rest on" not in answers.data.text
+def test_a_recording_that_is_wrong_comes_first(document, report) -> None:
+    answers = report(document)["answers"]
+    assert "First mend" not in answers["next"]["text"] and "rest on" not in answers["data"]["text"]
     bad = {"level": "error", "code": "moved", "text": "the base moved", "advice": "record it again"}
     for row, said in ((document["placements"][0], True), (document["placements"][1], False)):
         document["checks"] = [{**bad, "where": f"/home/me/{row['name']}/hole_1.csv:12"}]
-        answers = build_report(typed(document), "").figures.answers
+        answers = report(document)["answers"]
         name = row["name"].split("/")[-1]
-        assert answers.next.text.startswith(f"First mend {name}, see below.")
-        assert (f"All figures here rest on {name}, trained on." in answers.data.text) == said
+        assert answers["next"]["text"].startswith(f"First mend {name}, see below.")
+        words = f"All figures here rest on {name}, trained on."
+        assert (words in answers["data"]["text"]) == said
     document["checks"] = [{**bad, "where": "all placements"}]
-    answers = build_report(typed(document), "").figures.answers
-    assert answers.next.text.startswith("First mend front, left and right, see below.")
-    assert "rest on front, trained on" in answers.data.text
+    answers = report(document)["answers"]
+    assert answers["next"]["text"].startswith("First mend front, left and right, see below.")
+    assert "rest on front, trained on" in answers["data"]["text"]
 
 
-@pytest.mark.slow
-def test_a_placement_alone_leaves_the_same_everywhere(document, typed, session, capsys) -> None:
+def test_a_placement_alone_leaves_the_same_everywhere(document, report, session, capsys) -> None:
     """The terminal and the page say one number by the same words."""
     assert main(["check", str(session), "--robot", "panda", "--json"]) == 0
     told = {row["name"]: row["floor"] for row in json.loads(capsys.readouterr().out)["placements"]}
-    answer = build_report(typed(document), "").figures.answers.data
-    assert {f"session/{row.name}": row.mean_absolute_error for row in answer.floors} == told
+    answer = report(document)["answers"]["data"]
+    floors = {f"session/{row['name']}": row["mean_absolute_error"] for row in answer["floors"]}
+    assert floors == told
     low, high = (f"{1e3 * f(told.values()):.3f} mm" for f in (min, max))
-    assert f"Fitted alone, the placements leave {low} to {high}: none stands out." in answer.text
+    assert f"Fitted alone, the placements leave {low} to {high}: none stands out." in answer["text"]
 
 
-def test_places_off_the_middle_are_told_with_their_side(document, typed) -> None:
-    text = build_report(typed(document), "").figures.answers.use.text
+def test_places_off_the_middle_are_told_with_their_side(document, report) -> None:
+    text = report(document)["answers"]["use"]["text"]
     assert "left (to the robot's left)" in text and "right (to the robot's right)" in text
 
 
-def test_a_joint_that_hardly_moved_is_named(document, typed) -> None:
-    figures = build_report(typed(document), "").figures
-    assert figures.answers.next.joints == ()
-    for sample in document["data"][0]["samples"]:
-        sample["position"][6] = 0.1 + 1e-3 * sample["position"][6]
-    robot = calibrated_robot(typed(document), "").robot
-    assert robot.joint_names[6] == "panda_joint7"
-    positions = np.array([s["position"] for s in document["data"][0]["samples"]])
-    coverage = figures.coverage
-    still = msgspec.structs.replace(
-        coverage.sockets[0],
-        low=tuple(positions.min(axis=0).tolist()),
-        high=tuple(positions.max(axis=0).tolist()),
-    )
-    sockets = (still, *coverage.sockets[1:])
-    assert "panda_joint7" in hardly_moved(msgspec.structs.replace(coverage, sockets=sockets))
+def test_a_joint_that_hardly_moved_is_named(session: Path, tmp_path: Path) -> None:
+    still = tmp_path / "still/front"
+    still.mkdir(parents=True)
+    for file in (session / "front").glob("hole_*.csv"):
+        rows = [line.split(",") for line in file.read_text().split()]
+        text = "\n".join(",".join([*row[:6], "0.1"]) for row in rows)
+        (still / file.name).write_text(f"{text}\n")
+    words = [str(still), "--robot", "panda", "--method", "paper", "--accept-distorted"]
+    main(["solve", *words, "--out", str(tmp_path / "out")])
+    told = json.loads((tmp_path / "out/report.json").read_text())["answers"]["next"]
+    assert told["joints"] == ["panda_joint7"] and "Turn panda_joint7 more" in told["text"]
 
 
-places = st.lists(
-    st.tuples(st.floats(0.3, 0.7), st.floats(-0.5, 0.5), st.floats(0.0, 0.5)),
-    min_size=1,
-    max_size=6,
-)
-
-
-@pytest.mark.slow
-@settings(deadline=None)
-@given(places)
-def test_the_next_place_stands_apart_and_is_as_far_as_the_others(points) -> None:
-    positions = np.array(points)
-    place = farthest_place(positions)
+def test_the_next_place_is_as_far_as_the_others_and_apart_from_them(calibrated: Path) -> None:
+    figures = json.loads((calibrated / "report.json").read_text())
+    positions = np.array([row["position"] for row in figures["placements"]])
+    place = np.array(figures["answers"]["next"]["place"])
     assert np.hypot(*place[:2]) == pytest.approx(np.hypot(*positions[:, :2].T).mean())
     assert place[2] == pytest.approx(positions[:, 2].mean())
     assert place[0] > -1e-9
     assert np.linalg.norm(positions - place, axis=1).min() > 0.05
 
 
-def test_places_are_told_as_the_robot_sees_them() -> None:
-    assert area([0.5, -0.2, 0.001]) == "0.50 m ahead, 0.20 m to its right"
-    assert area([-0.1, 0.3, -0.05]) == "0.10 m behind, 0.30 m to its left, 0.05 m below"
-    assert short_names(["s/a", "s/b"]) == ["a", "b"]
-    assert short_names(["s/a", "t/a"]) == ["s/a", "t/a"]
-    assert (percent(0.9999), percent(1.0), percent(1e-9), percent(0.0)) == (
-        "99 %",
-        "100 %",
-        "1 %",
-        "0 %",
-    )
+def test_the_drawn_arm_is_stiff_and_ends_at_the_ball(calibrated: Path) -> None:
+    document = json.loads((calibrated / "calibration.json").read_text())
+    arm = json.loads((calibrated / "report.json").read_text())["arm"]
+    samples = [sample["position"] for row in document["data"] for sample in row["samples"]]
+    robot = mukca.load_calibration(calibrated / "calibration.json").calibrated
+    drawn = np.array(arm["calibrated"])
+    assert np.allclose(drawn[:, -1], robot.ball(np.array(samples)), atol=1e-5)
+    lengths = np.linalg.norm(np.diff(drawn, axis=1), axis=2)
+    assert np.allclose(lengths, lengths[0], atol=3e-5)
 
 
-def test_the_drawn_arm_ends_at_the_ball(document, typed) -> None:
-    calibration = calibrated_robot(typed(document), "")
-    q = np.array([s["position"] for s in document["data"][0]["samples"]])
-    assert not calibration.deflection.extensions
-    origins = calibration.model.origins(calibration.values)
-    T = frames(calibration.robot, origins, q)
-    assert np.allclose(T[:, 0], np.eye(4))
-    for i, xyz in enumerate(origins[:, :3]):  # each joint stands where its parent's frame says
-        assert np.allclose(T[:, i + 1, :3, 3], T[:, i, :3, :3] @ xyz + T[:, i, :3, 3])
-    assert np.allclose(T[:, -1, :3, 3], calibration.ball(q), atol=1e-12)
-    R = T[:, :, :3, :3]
-    assert np.allclose(R @ R.transpose(0, 1, 3, 2), np.eye(3))
+SHAPES = """<link name="panda_link0"><visual><origin xyz="0 0 1"/><geometry>
+  <box size="0.2 0.2 0.4"/></geometry></visual></link>"""
+MESHES = """<link name="panda_link1"><visual><geometry><mesh filename="package://some/ball.stl"/>
+  </geometry></visual><visual><geometry><mesh filename="http://localhost/x.stl"/></geometry>
+  </visual></link>"""
 
 
-def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(tmp_path) -> None:
+def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(
+    document, report, tmp_path: Path
+) -> None:
     import trimesh
 
     trimesh.creation.icosphere(subdivisions=4, radius=0.1).export(tmp_path / "ball.stl")
-    text = """<robot name="r"><link name="base"><visual><origin xyz="0 0 1"/><geometry>
-      <box size="0.2 0.2 0.4"/></geometry></visual></link>
-      <joint name="a" type="revolute"><parent link="base"/><child link="arm"/>
-        <origin xyz="0 0 0.3"/><axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint>
-      <link name="arm"><visual><geometry><mesh filename="package://some/ball.stl"/></geometry>
-        </visual><visual><geometry><mesh filename="http://localhost/x.stl"/></geometry></visual>
-      </link>
-      <joint name="b" type="fixed"><parent link="arm"/><child link="ball_link"/>
-        <origin xyz="0.5 0 0"/></joint><link name="ball_link"/></robot>"""
-    file = tmp_path / "robot.urdf"
-    file.write_text(text)
-    robot = load_robot(str(file))
-    model = Model(
-        name="r",
-        source=str(file),
-        sha256="",
-        base="base",
-        tip="ball_link",
-        joint_names=robot.joint_names,
-        nominal_urdf=text,
-        calibrated_urdf=text,
-    )
-    meshes = link_meshes(model, robot)
-    assert [mesh.frame for mesh in meshes] == [0, 1]
-    box, ball = (np.array(mesh.vertices) for mesh in meshes)
+    model = document["model"]
+    model["source"] = str(tmp_path / "robot.urdf")
+    plain = model["nominal_urdf"]
+    for name, link in (("panda_link0", SHAPES), ("panda_link1", MESHES)):
+        start = plain.index(f'<link name="{name}"')
+        end = plain.index(">", start) + 1
+        if plain[end - 2] != "/":
+            end = plain.index("</link>", start) + len("</link>")
+        plain = plain[:start] + link + plain[end:]
+    model["nominal_urdf"] = plain
+    arm = report(document)["arm"]
+    assert [mesh["frame"] for mesh in arm["meshes"]] == [1, 2]
+    box, ball = (np.array(mesh["vertices"]) for mesh in arm["meshes"])
     assert np.allclose(box.min(axis=0), [-0.1, -0.1, 0.8])
     assert np.allclose(box.max(axis=0), [0.1, 0.1, 1.2])
     assert np.linalg.norm(ball, axis=1) == pytest.approx(0.1, abs=0.02)
-    assert 100 < len(meshes[1].faces) <= 600
+    faces = np.array(arm["meshes"][1]["faces"])
+    assert 100 < len(faces) <= 600 and faces.max() < len(ball)
+    assert len(arm["frames"]) == len(arm["calibrated"])
 
 
-@pytest.mark.slow
-@settings(deadline=None, max_examples=20)
-@given(st.integers(4, 200))
-def test_thinning_keeps_within_bounds(most) -> None:
-    import trimesh
-
-    mesh = trimesh.creation.icosphere(subdivisions=3)
-    vertices, faces = thin_out(np.array(mesh.vertices), np.array(mesh.faces), most)
-    assert 0 < len(faces) <= most
-    assert faces.max() < len(vertices)
-    assert np.abs(vertices).max() <= 1 + 1e-9
-
-
-@pytest.mark.slow
-def test_large_sessions_are_drawn_in_part_and_counted_whole(document, typed) -> None:
+def test_large_sessions_are_drawn_in_part_and_counted_whole(document, report, tmp_path) -> None:
     rows = document["data"][1]["samples"]
     document["data"][1]["samples"] = [s for s in rows for _ in range(150)]
-    figures = build_report(typed(document), "").figures
-    assert len(figures.samples) <= 3000
-    assert figures.summary.test.samples == 24 * 150 + 24
-    assert len(encode(figures)) < 4_000_000
+    figures = report(document)
+    assert len(figures["samples"]) <= 3000
+    assert figures["summary"]["test"]["samples"] == 24 * 150 + 24
+    assert len(json.dumps(figures)) < 4_000_000

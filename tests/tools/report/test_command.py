@@ -1,17 +1,16 @@
 """`mukca report` as a user meets it: what it writes, refuses, and prints."""
 
-import io
 import json
+import os
+import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from mukca.tools.cli import main
-from mukca.tools.report import show
-from mukca.tools.report.console import sparkline
-from mukca.tools.report.figures.types_report import read_report
 
 
 @pytest.fixture
@@ -55,21 +54,20 @@ def test_json_is_the_report(run, copy) -> None:
     assert "Verdict" in err
 
 
-def test_open_without_a_screen_says_where_the_page_is(run, copy, monkeypatch) -> None:
-    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("sys.platform", "linux")
-    monkeypatch.setattr("webbrowser.open", lambda _: pytest.fail("opened"))
-    _, out, _ = run(str(copy / "calibration.json"), "--open")
-    assert f"copy {copy}/report.html" in out
-
-
-def test_open_shows_the_page(run, copy, monkeypatch) -> None:
-    opened: list[str] = []
-    monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
-    run(str(copy / "calibration.json"), "--open")
-    assert opened == [(copy / "report.html").as_uri()]
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="screens are told by the environment")
+def test_open_shows_the_page_where_there_is_a_screen(copy, tmp_path) -> None:
+    browser, seen = tmp_path / "browser", tmp_path / "seen"
+    browser.write_text(f'#!/bin/sh\nprintf %s "$1" >{seen}\n')
+    browser.chmod(0o755)
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    bare = {name: value for name, value in os.environ.items() if name not in screens}
+    words = [sys.executable, "-m", "mukca", "report", str(copy / "calibration.json"), "--open"]
+    said = subprocess.run(words, env=bare, capture_output=True, text=True, check=False)
+    assert f"copy {copy}/report.html" in said.stdout and not seen.exists()
+    shown = subprocess.run(words, env={**bare, "BROWSER": f"{browser} %s"}, check=False)
+    assert shown.returncode == said.returncode
+    assert seen.read_text() == (copy / "report.html").as_uri()
 
 
 @pytest.mark.parametrize(
@@ -127,20 +125,12 @@ def test_known_distances_come_from_a_file_too(run, copy, tmp_path) -> None:
     assert row["distance"] == 0.43 and row["standard_deviation"] == 1e-4
 
 
-def test_a_pipe_gets_text_and_a_terminal_curves(calibrated) -> None:
-    figures = read_report(calibrated / "report.json")
-    pipe, terminal = io.StringIO(), io.StringIO()
-    show(Console(file=pipe, width=120), figures)
-    show(Console(file=terminal, force_terminal=True, width=120), figures)
-    assert "\x1b" not in pipe.getvalue() and "▁" not in pipe.getvalue()
-    assert "▁" in terminal.getvalue() and "\x1b" in terminal.getvalue()
+def test_a_pipe_gets_text_and_a_terminal_curves(run, copy, monkeypatch) -> None:
+    _, pipe, _ = run(str(copy / "calibration.json"))
+    assert "\x1b" not in pipe and "▁" not in pipe
     for words in ("PASS", "front", "left", "Use:", "Next:", "Data:", "Not evaluated"):
-        assert words in pipe.getvalue()
-
-
-def test_a_sparkline_keeps_the_largest_of_each_stretch() -> None:
-    import numpy as np
-
-    values = np.zeros(100)
-    values[37] = 1.0
-    assert sorted(sparkline(values, 1.0, width=10)) == ["▁"] * 9 + ["█"]
+        assert words in pipe
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    _, terminal, _ = run(str(copy / "calibration.json"))
+    assert re.search("[▁▂▃▄▅▆▇]+█", terminal) and "\x1b" in terminal

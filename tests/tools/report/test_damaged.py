@@ -1,4 +1,4 @@
-"""Damaged and foreign files get one line that names the key; a bug in a plot is no damaged file."""
+"""Damaged and foreign files get one line that names the key."""
 
 import copy
 import json
@@ -7,15 +7,9 @@ from typing import Any
 
 import pytest
 
+import mukca
 from mukca import MukcaError
-from mukca.solver.results import FORMAT, CalibrationDocument, DocumentError, encode
-from mukca.solver.results.files import decode
 from mukca.tools.cli import main
-from mukca.tools.report import build_report
-from mukca.tools.report.figures import ReportDocument
-from mukca.tools.report.figures.types_report import FORMAT as REPORT
-from mukca.tools.report.figures.types_report import read_report
-from mukca.tools.report.plots import use
 
 OPTIONAL = {
     "deviation",
@@ -70,37 +64,46 @@ def paths(value: Any, path: Path = ()) -> Iterator[Path]:
         yield from paths(value[0], (*path, 0))
 
 
-def shortened(value: Any) -> Any:
-    """Return a document whose lists of objects and of rows end after the first."""
-    if isinstance(value, dict):
-        return {key: shortened(inner) for key, inner in value.items()}
-    if isinstance(value, list) and value and isinstance(value[0], dict | list):
-        return [shortened(value[0])]
-    return value
-
-
 def at(document: Any, path: Path) -> Any:
     for key in path:
         document = document[key]
     return document
 
 
-def read(document: dict[str, Any]) -> None:
-    data = json.dumps(document).encode()
-    build_report(decode(data, CalibrationDocument, FORMAT, "file.json"), "file.json")
+@pytest.fixture
+def load(tmp_path) -> Any:
+    """Read a document as it stands in a file."""
+
+    def load(document: dict[str, Any]) -> mukca.Calibration:
+        file = tmp_path / "calibration.json"
+        file.write_text(json.dumps(document))
+        return mukca.load_calibration(file)
+
+    return load
 
 
-def message(document: dict[str, Any]) -> str:
+@pytest.fixture
+def read(load, tmp_path) -> Any:
+    """Write the report of a document."""
+    return lambda document: mukca.write_report(load(document), tmp_path / "out", force=True)
+
+
+@pytest.fixture
+def message(read, tmp_path) -> Any:
     """Return the one line about a damaged document."""
-    with pytest.raises(MukcaError) as caught:
-        read(document)
-    assert "\n" not in str(caught.value)
-    assert str(caught.value).startswith("file.json: ")
-    return str(caught.value)
+
+    def message(document: dict[str, Any]) -> str:
+        with pytest.raises(MukcaError) as caught:
+            read(document)
+        assert "\n" not in str(caught.value)
+        assert str(caught.value).startswith(f"{tmp_path / 'calibration.json'}: ")
+        return str(caught.value)
+
+    return message
 
 
 @pytest.mark.slow
-def test_each_key_that_is_gone_is_named(extended) -> None:
+def test_each_key_that_is_gone_is_named(extended, load, message) -> None:
     ways = list(paths(extended))
     assert len(ways) > 120
     for path in ways:
@@ -109,12 +112,12 @@ def test_each_key_that_is_gone_is_named(extended) -> None:
         damaged = copy.deepcopy(extended)
         del at(damaged, path[:-1])[path[-1]]
         if path[-1] in OPTIONAL and path not in REQUIRED:
-            decode(json.dumps(damaged).encode(), CalibrationDocument, FORMAT, "")
+            load(damaged)
         else:
             assert f"`{path[-1]}`" in message(damaged), path
 
 
-def test_without_what_only_some_methods_leave_a_report_is_made(extended) -> None:
+def test_without_what_only_some_methods_leave_a_report_is_made(extended, read) -> None:
     for path in [*paths(extended)][::-1]:
         if path[-1] in OPTIONAL and path not in REQUIRED:
             del at(extended, path[:-1])[path[-1]]
@@ -122,7 +125,7 @@ def test_without_what_only_some_methods_leave_a_report_is_made(extended) -> None
 
 
 @pytest.mark.slow
-def test_each_value_of_another_kind_is_named(extended) -> None:
+def test_each_value_of_another_kind_is_named(extended, message) -> None:
     for path in paths(extended):
         damaged = copy.deepcopy(extended)
         at(damaged, path[:-1])[path[-1]] = [{"wrong": "kind"}]
@@ -156,7 +159,7 @@ def test_each_value_of_another_kind_is_named(extended) -> None:
         (("model", "tip"), "nowhere", "`model`: panda: no link is called 'nowhere'"),
     ],
 )
-def test_parts_that_do_not_fit_each_other_are_named(document, path, value, said) -> None:
+def test_parts_that_do_not_fit_each_other_are_named(document, message, path, value, said) -> None:
     at(document, path[:-1])[path[-1]] = value
     assert said in message(document)
 
@@ -186,44 +189,6 @@ def test_a_file_that_cannot_be_read_gets_one_line(
     assert list(tmp_path.iterdir()) == [file]
 
 
-@pytest.mark.parametrize("mistake", [TypeError, KeyError, ValueError, AttributeError, IndexError])
-def test_a_bug_in_a_plot_is_a_traceback(document, typed, monkeypatch, mistake) -> None:
-    def broken(*_: Any) -> None:
-        raise mistake("a bug")
-
-    monkeypatch.setattr(use, "map_sentence", broken)
-    with pytest.raises(mistake, match="a bug") as caught:
-        build_report(typed(document), "")
-    assert not isinstance(caught.value, MukcaError)
-
-
-def test_a_report_is_read_back_as_it_was_written(calibrated, extended, typed) -> None:
-    data = (calibrated / "report.json").read_bytes()
-    assert encode(read_report(calibrated / "report.json")) + b"\n" == data
-    figures = build_report(typed(extended), "").figures
-    assert decode(encode(figures), ReportDocument, REPORT, "") == figures
-
-
-@pytest.mark.slow
-def test_each_key_that_a_report_lacks_is_named(calibrated) -> None:
-    report = shortened(json.loads((calibrated / "report.json").read_text()))
-    for path in paths(report):
-        if path[-1] in OPTIONAL or (path[0] == "provenance" and len(path) > 2):
-            continue
-        damaged = copy.deepcopy(report)
-        del at(damaged, path[:-1])[path[-1]]
-        with pytest.raises(DocumentError, match=f"`{path[-1]}`"):
-            decode(json.dumps(damaged).encode(), ReportDocument, REPORT, "")
-
-
-def test_a_report_without_what_later_versions_added_is_read(calibrated) -> None:
-    report = json.loads((calibrated / "report.json").read_text())
-    for key in ("todo", "distance_text", "scale"):
-        report.pop(key, None)
-    read_again = decode(json.dumps(report).encode(), ReportDocument, REPORT, "")
-    assert (read_again.todo, read_again.distance_text) == ((), "")
-
-
-def test_a_folder_whose_name_is_not_utf_8_does_not_hurt(document) -> None:
+def test_a_folder_whose_name_is_not_utf_8_does_not_hurt(document, read) -> None:
     document["data"][0]["files"] = ["front\udcff/hole_0.csv"]
     read(document)

@@ -70,6 +70,11 @@ def test_insertions_in_words_and_numbers() -> None:
     assert len(re.findall(r'class="model-\d train"', page)) == 2 + 3 + 1
 
 
+@pytest.mark.parametrize("experiment", ["insertion", "drawing"])
+def test_the_page_says_what_it_said(experiment: str, says: Any) -> None:
+    says(experiment, simulation_page(result(experiment), {"picture.png": b"p"}))
+
+
 def test_lines_in_words_and_numbers() -> None:
     page = simulation_page(result("drawing"), {})
     assert "The nominal model's 2 lines lie 12.50 mm apart on average and 25.00 mm" in words(page)
