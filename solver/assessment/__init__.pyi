@@ -1,5 +1,5 @@
-from .assessment import DRAWN as DRAWN
 from .assessment import Assessment as Assessment
+from .assessment import DRAWN as DRAWN
 from .assessment import Options as Options
 from .assessment import judged as judged
 from .assessment import limits_of as limits_of
@@ -30,11 +30,7 @@ from .scale_check import distance_text as distance_text
 from .scale_check import joints_wrong as joints_wrong
 from .scale_check import likely_distance as likely_distance
 from .scale_check import scale_text as scale_text
-from .types_report_drawing import ArmDrawing as ArmDrawing
 from .types_report_drawing import Coverage as Coverage
-from .types_report_drawing import Displacement as Displacement
-from .types_report_drawing import LinkMesh as LinkMesh
-from .types_report_errors import CrossPlacement as CrossPlacement
 from .types_report_errors import KnownDistanceErrors as KnownDistanceErrors
 from .types_report_errors import ModelName as ModelName
 from .types_report_errors import PlacementReport as PlacementReport
@@ -42,17 +38,8 @@ from .types_report_errors import Point as Point
 from .types_report_errors import Quantiles as Quantiles
 from .types_report_errors import RoleSummaries as RoleSummaries
 from .types_report_errors import SampleErrors as SampleErrors
-from .types_report_verdict import Answer as Answer
-from .types_report_verdict import Answers as Answers
-from .types_report_verdict import DataAnswer as DataAnswer
 from .types_report_verdict import Limits as Limits
-from .types_report_verdict import LoneFit as LoneFit
-from .types_report_verdict import NextAnswer as NextAnswer
 from .types_report_verdict import Outcome as Outcome
-from .types_report_verdict import Step as Step
-from .types_report_verdict import UseAnswer as UseAnswer
-from .types_report_verdict import UseAtPlacement as UseAtPlacement
 from .types_report_verdict import Verdict as Verdict
-from .types_report_verdict import WorstSample as WorstSample
 from .verification import ValidityPosterior as ValidityPosterior
 from .verification import odds_of as odds_of

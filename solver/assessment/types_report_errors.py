@@ -135,12 +135,3 @@ class SampleErrors(Document, kw_only=True, frozen=True):
     def error(self, model: ModelName = "calibrated") -> float:
         """Return the length of the deviation by one model [m]."""
         return math.hypot(*self.of(model))
-
-
-class CrossPlacement(Document, kw_only=True, frozen=True):
-    """Errors everywhere after training on one placement alone, the paper's Fig. 6."""
-
-    method: str
-    names: tuple[str, ...]
-    matrix: tuple[tuple[float, ...] | None, ...]
-    """[i][j]: MAE on placement j after training on i [m]; None where i cannot be fitted alone."""

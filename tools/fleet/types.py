@@ -2,8 +2,9 @@
 
 from typing import Literal
 
-from ...solver.assessment import Outcome, Step
+from ...solver.assessment import Outcome
 from ...solver.results import Document
+from ..report.figures import (Step)
 
 FORMAT = "mukca-fleet-1"
 

@@ -14,7 +14,8 @@ from .figures import ReportDocument
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ...solver.assessment import Limits, Step, Verdict
+    from ...solver.assessment import Limits, Verdict
+    from .figures import (Step)
 
 _BARS = "▁▂▃▄▅▆▇█"
 _STYLES = {

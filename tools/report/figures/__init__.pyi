@@ -8,8 +8,11 @@ from .model_comparison import comparison_sentence as comparison_sentence
 from .model_comparison import contenders_of as contenders_of
 from .model_comparison import shared_data as shared_data
 from .recommendations import steps as steps
+from .types_answers import Answer as Answer
+from .types_answers import Step as Step
 from .types_comparison import ComparisonDocument as ComparisonDocument
 from .types_comparison import ComparisonPlot as ComparisonPlot
 from .types_comparison import ErrorsAtPlacement as ErrorsAtPlacement
+from .types_drawing import CrossPlacement as CrossPlacement
 from .types_report import PlotCaption as PlotCaption
 from .types_report import ReportDocument as ReportDocument

@@ -6,7 +6,6 @@ import numpy as np
 
 from ....solver.assessment import (
     Coverage,
-    NextAnswer,
     PlacementReport,
     area,
     as_point,
@@ -17,6 +16,7 @@ from ....solver.assessment import (
 from ....solver.diagnostics import Diagnostic, farthest_place
 from ....solver.results import NextPlacement
 from .answer_data import placements_with_errors
+from .types_answers import NextAnswer
 
 HARDLY_MOVED = float(np.radians(30))
 """A joint that turns less than this in a socket tells little about itself [rad]."""

@@ -3,12 +3,9 @@
 from collections.abc import Sequence
 
 from ....solver.assessment import (
-    Answer,
     Limits,
     PlacementReport,
     RoleSummaries,
-    UseAnswer,
-    UseAtPlacement,
     Verdict,
     brief_area,
     joined,
@@ -16,6 +13,7 @@ from ....solver.assessment import (
     short_names,
 )
 from ....solver.results.calibration import Uncertainty
+from .types_answers import Answer, UseAnswer, UseAtPlacement
 
 _ANSWERS: dict[Answer, str] = {"yes": "yes", "mostly": "mostly (19 of 20 samples)", "no": "no"}
 _BUT = {

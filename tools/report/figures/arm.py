@@ -5,12 +5,13 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from ....solver.assessment import ArmDrawing, Displacement, Predictions, as_point, nice_above, norms
+from ....solver.assessment import Predictions, as_point, nice_above, norms
 from ....solver.data import Measurement
 from ....solver.results import CalibratedRobot
 from ....solver.robot import Robot, RowFunction, link_frames
 from ....solver.robot.urdf import Joint
 from .meshes import link_meshes
+from .types_drawing import ArmDrawing, Displacement
 
 CONFIGURATIONS = 400
 """Configurations drawn at most."""

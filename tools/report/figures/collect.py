@@ -1,14 +1,6 @@
 """All figures of a report, worked out from a calibration: the way into this folder."""
 
-from ....solver.assessment import (
-    DRAWN,
-    Answers,
-    Options,
-    distance_text,
-    judged,
-    sample_errors,
-    setting,
-)
+from ....solver.assessment import DRAWN, Options, distance_text, judged, sample_errors, setting
 from ....solver.diagnostics import fitted_alone
 from ....solver.results import CalibrationDocument, fields_of
 from .answer_data import data_answer
@@ -18,6 +10,7 @@ from .arm import arm_drawing
 from .commands import solve_command
 from .cross_placement import cross_placement
 from .recommendations import steps
+from .types_answers import Answers
 from .types_report import FORMAT, ReportDocument, ReportProvenance
 
 

@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 from ....errors import MukcaError
-from ....solver.assessment import CrossPlacement, PlacementPrediction, Predictions
+from ....solver.assessment import PlacementPrediction, Predictions
 from ....solver.data import evaluate
 from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
 from ....solver.robot import Parameter, all_parameters
+from .types_drawing import CrossPlacement
 
 
 def cross_placement(

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ....solver.assessment import LinkMesh
 from ....solver.results import Model
 from ....solver.robot import Robot
+from .types_drawing import LinkMesh
 
 Shape = tuple[np.ndarray, np.ndarray]
 """Corners, shape (V, 3), and triangles by corner, shape (F, 3)."""

@@ -7,15 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ....errors import MukcaError
-from ....solver.assessment import (
-    Displacement,
-    calibrated_points,
-    measurements_of,
-    mm,
-    norms,
-    plural,
-    quantiles,
-)
+from ....solver.assessment import calibrated_points, measurements_of, mm, norms, plural, quantiles
 from ....solver.data import Measurement, evaluate, kabsch, mean_metrics, socket_centres
 from ....solver.results import (
     CalibratedRobot,
@@ -34,6 +26,7 @@ from .types_comparison import (
     ErrorsAtPlacement,
     ErrorsOverall,
 )
+from .types_drawing import Displacement
 
 NOMINAL = "nominal"
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)

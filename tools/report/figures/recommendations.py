@@ -8,7 +8,6 @@ from ....errors import MukcaError
 from ....solver.assessment import (
     PlacementReport,
     Predictions,
-    Step,
     Verdict,
     joined,
     joints_wrong,
@@ -23,6 +22,7 @@ from ....solver.results import CalibrationDocument, Outlook
 from ....solver.results.calibration import Scale
 from .answer_data import placements_with_errors
 from .commands import check_command, record_command, solve_command
+from .types_answers import Step
 
 _SPAN = 0.5
 """A distance in the workspace [m]."""

@@ -1,7 +1,8 @@
 """What ``compare.json`` holds: several calibrations of one robot on the same data; in metres."""
 
-from ....solver.assessment import Displacement, Quantiles
+from ....solver.assessment import Quantiles
 from ....solver.results import Document
+from .types_drawing import Displacement
 
 FORMAT = "mukca-comparison-1"
 

@@ -7,16 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from ....solver.assessment import (
-    Answers,
-    ArmDrawing,
     Coverage,
-    CrossPlacement,
     KnownDistanceErrors,
     Limits,
     PlacementReport,
     RoleSummaries,
     SampleErrors,
-    Step,
     Verdict,
 )
 from ....solver.diagnostics import Diagnostic
@@ -38,6 +34,8 @@ from ....solver.results.calibration import (
     Scale,
     Uncertainty,
 )
+from .types_answers import Answers, Step
+from .types_drawing import ArmDrawing, CrossPlacement
 
 FORMAT = "mukca-report-1"
 

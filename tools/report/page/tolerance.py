@@ -6,9 +6,10 @@ versions of the page's sentences. All are written here; the page's script only c
 
 from collections.abc import Sequence
 
-from ....solver.assessment import Answer, PlacementReport
+from ....solver.assessment import PlacementReport
 from ....solver.results import Document
 from ..figures import ReportDocument, answer_at, use_text
+from ..figures import (Answer)
 from ..plots import map_sentence
 
 _NUMBER = "\0"

@@ -6,9 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from ....solver.assessment import CrossPlacement, joined, mm, plural, short_names
+from ....solver.assessment import joined, mm, plural, short_names
 from ....solver.results.calibration import Iteration, Role
 from ..figures import ReportDocument
+from ..figures import (CrossPlacement)
 from .figure import LINE, Axis, Panel, Rows, element
 from .plot import BOTH, HOLLOW, MODELS, Plot
 
