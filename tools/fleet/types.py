@@ -4,7 +4,7 @@ from typing import Literal
 
 from ...solver.assessment import Outcome
 from ...solver.results import Document
-from ..report.figures import (Step)
+from ..report.figures import Step
 
 FORMAT = "mukca-fleet-1"
 

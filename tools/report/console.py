@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ...solver.assessment import Limits, Verdict
-    from .figures import (Step)
+    from .figures import Step
 
 _BARS = "▁▂▃▄▅▆▇█"
 _STYLES = {

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 
 from ....solver.assessment import PlacementReport
 from ....solver.results import Document
-from ..figures import ReportDocument, answer_at, use_text
-from ..figures import (Answer)
+from ..figures import Answer, ReportDocument, answer_at, use_text
 from ..plots import map_sentence
 
 _NUMBER = "\0"

@@ -8,8 +8,7 @@ import numpy as np
 
 from ....solver.assessment import joined, mm, plural, short_names
 from ....solver.results.calibration import Iteration, Role
-from ..figures import ReportDocument
-from ..figures import (CrossPlacement)
+from ..figures import CrossPlacement, ReportDocument
 from .figure import LINE, Axis, Panel, Rows, element
 from .plot import BOTH, HOLLOW, MODELS, Plot
 

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....solver.assessment import PlacementReport, Point, area, joined, mm, percent
-from ..figures import ReportDocument
-from ..figures import (Answer)
+from ..figures import Answer, ReportDocument
 from .figure import Axis, Panel, Rows, to_scale
 from .plot import BOTH, HOLLOW, MODELS, Plot, judged_role, lengths, names_of
 
