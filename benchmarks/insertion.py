@@ -28,11 +28,16 @@ import numpy as np
 from mukca.recorder import write_holes
 from mukca.tools.cli import main as mukca
 from mukca.tools.cli.commands.demo import DEMO_SEED, demo_arm
+from mukca.tools.experiments import Drawing, Insertions
 from mukca.tools.experiments.cell import Cell, build_cell
-from mukca.tools.experiments.drawing import retrace
-from mukca.tools.experiments.insertion import Trial, insert_at_centre, insert_on_cross
-from mukca.tools.experiments.models import record_placements
-from mukca.tools.experiments.results import drawing_figures, insertion_figures
+from mukca.tools.experiments.drawing import drawing_results, retrace
+from mukca.tools.experiments.insertion import (
+    Trial,
+    insert_at_centre,
+    insert_on_cross,
+    insertion_results,
+)
+from mukca.tools.experiments.runs import record_placements
 from mukca.tools.experiments.scene import TIME_STEP, urdf_of
 from mukca.tools.parallel import Workers, add_workers, workers_of
 
@@ -103,14 +108,14 @@ def drawn(models: dict[int, dict[str, bytes]], which: tuple[str, int]) -> Run:
     return run(retrace(build_cell(true, models[arm][word]), LINES, SEED))
 
 
-def row(arm: str, name: str, count: str, figures: dict[str, Any]) -> str:
+def row(arm: str, name: str, count: str, figures: Drawing | Insertions) -> str:
     """Return a line of the table; lengths in mm, forces in N."""
-    force, peak, each = figures["force"], figures["peak_force"], figures["each"]
-    elbows = np.degrees([one["elbow"] for one in each])
+    force, peak = figures.force, figures.peak_force
+    elbows = np.degrees([one.elbow for one in figures.each])
     return (
-        f"| {arm} | {name} | {count} | {1e3 * figures['tracking_error']:.2f} "
-        f"({1e3 * figures['max_tracking_error']:.2f}) | {force['mean']:.1f} "
-        f"({force['min']:.1f} to {force['max']:.1f}) | {peak['mean']:.1f} ({peak['max']:.1f}) | "
+        f"| {arm} | {name} | {count} | {1e3 * figures.tracking_error:.2f} "
+        f"({1e3 * figures.max_tracking_error:.2f}) | {force.mean:.1f} "
+        f"({force.min:.1f} to {force.max:.1f}) | {peak.mean:.1f} ({peak.max:.1f}) | "
         f"{elbows.min():.0f} to {elbows.max():.0f} |"
     )
 
@@ -126,8 +131,8 @@ def insertions(models: dict[int, dict[str, bytes]], workers: Workers) -> list[Ru
         each = {str(arm): r.trials for (k, arm), r in zip(pieces, runs, strict=True) if k == i}
         each["all"] = [trial for trials in each.values() for trial in trials]
         for arm, trials in each.items():
-            figures = insertion_figures(trials)
-            print(row(arm, name, f"{figures['inserted']} of {len(trials)}", figures))
+            figures = insertion_results(trials)
+            print(row(arm, name, f"{figures.inserted} of {len(trials)}", figures))
     return runs
 
 
@@ -137,8 +142,8 @@ def drawings(models: dict[int, dict[str, bytes]], workers: Workers) -> list[Run]
     print("| arm | model | spread | off the figure | force | peak force | elbow |")
     print("|---|---|---|---|---|---|---|")
     for (word, arm), done in zip(pieces, runs, strict=True):
-        figures = drawing_figures(done.trials)
-        spread = f"{1e3 * figures['spread']:.2f} ({1e3 * figures['max_spread']:.2f})"
+        figures = drawing_results(done.trials)
+        spread = f"{1e3 * figures.spread:.2f} ({1e3 * figures.max_spread:.2f})"
         print(row(str(arm), word, spread, figures))
     return runs
 

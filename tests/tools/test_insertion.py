@@ -8,7 +8,6 @@ import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import redirect_stdout
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -19,14 +18,8 @@ pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 
 from PIL import Image
 
-from mukca.recorder import write_holes
-from mukca.solver.robot import ModelError
+import mukca
 from mukca.tools.cli import main
-from mukca.tools.cli.commands.demo import demo_arm
-from mukca.tools.experiments import drawing, film, pictures
-from mukca.tools.experiments.controller import ArmModel
-from mukca.tools.experiments.models import record_placements
-from mukca.tools.experiments.scene import urdf_of
 
 pytestmark = pytest.mark.slow
 
@@ -40,46 +33,22 @@ def simulate(*words: str) -> dict:
 
 
 @pytest.fixture(scope="module")
-def calibrated(shared) -> str:
-    """The URDF that a user gets: the arm recorded at four placements, and solved."""
-
-    def make(folder: Path) -> None:
-        for placement in record_placements(demo_arm(keep_size=False)[1], seed=0):
-            write_holes(placement, folder / "recordings" / placement.name)
-        recordings, out = str(folder / "recordings"), str(folder / "out")
-        # The experiments' arm is 2 % larger than its model, as no real arm is: it is written, and
-        # refused.
-        assert main(["solve", recordings, "--robot", "panda", "--out", out]) == 1
-
-    return str(shared("simulated", make) / "out/calibrated.urdf")
-
-
-def words_of(experiment: str, model: str, out: Path) -> tuple[str, ...]:
-    words = (experiment, "--model", model, "--trials", "2", "--out", str(out))
-    return (*words, "--cross", "1") if experiment == "insertion" else words
-
-
-@pytest.fixture(scope="module")
-def report(calibrated: str, shared) -> Report:
-    """Return the folder with an experiment's report: the calibrated model, the nominal beside it.
-
-    The figure is drawn in half the usual time, which makes lines worse if anything.
-    """
+def report(shared) -> Report:
+    """Return the folder of an experiment, with the calibrated model and the nominal one."""
 
     def report(experiment: str) -> Path:
         def make(out: Path) -> None:
-            with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(film, "INTERVAL", 2.0)
-                patch.setattr(drawing, "SECONDS", 0.5 * drawing.SECONDS)
-                for module in (film, pictures):  # small ones are drawn sooner
-                    patch.setattr(module, "WIDTH", 160)
-                    patch.setattr(module, "HEIGHT", 120)
-                result = simulate(*words_of(experiment, calibrated, out))
+            result = simulate(*words_of(experiment, out))
             assert json.loads((out / "simulation.json").read_text()) == result
 
         return shared(f"simulated-{experiment}", make)
 
     return report
+
+
+def words_of(experiment: str, out: Path) -> tuple[str, ...]:
+    words = (experiment, "--model", "calibrated", "--trials", "2", "--out", str(out))
+    return (*words, "--cross", "1") if experiment == "insertion" else words
 
 
 def figures(folder: Path) -> tuple[dict, dict]:
@@ -105,47 +74,20 @@ def test_lines_of_the_calibrated_model_lie_together(report: Report) -> None:
     assert all(line["touching"] > 0.95 for line in calibrated["each"])
 
 
-def test_the_word_calibrated_stands_for_what_solve_exports(calibrated: str, monkeypatch) -> None:
-    """A seed repeats recordings and calibration, but for their digits."""
-    given: list[bytes] = []
-
-    def attempt(settings, arm, name: str, urdf: bytes, progress) -> None:
-        given.append(urdf)
-        raise ModelError("seen")
-
-    monkeypatch.setattr("mukca.tools.experiments.attempt.attempt", attempt)
-    assert main(["simulate", "insertion", "--model", "calibrated", "--trials", "1"]) == 2
-    _, arm = demo_arm(keep_size=False)
-    one, other = (
-        ArmModel(urdf, arm.joint_names, arm.tip) for urdf in (*given, Path(calibrated).read_bytes())
-    )
-    for q in np.random.default_rng(0).uniform(-1, 1, (5, 7)):
-        assert one.pose(q).homogeneous == pytest.approx(other.pose(q).homogeneous, abs=1e-9)
-
-
-def test_the_model_is_the_arm_that_it_says() -> None:
-    nominal, arm = demo_arm(keep_size=False)
-    q = np.array([0, -0.5, 0.2, -2.0, 0.1, 1.8, 0.3])
-    poses = [
-        ArmModel(text, arm.joint_names, arm.tip).pose(q).translation
-        for text in (nominal.text.data, urdf_of(arm))
-    ]
-    assert 1e-3 < np.linalg.norm(poses[0] - poses[1]) < 5e-2
-
-
-def renders() -> bool:
-    """Tell whether this machine can make pictures."""
-    try:
-        pictures._gl_context().free()
-    except pictures.PictureError:
-        return False
-    return True
+def test_a_model_may_be_a_file(tmp_path: Path) -> None:
+    model = tmp_path / "mine.urdf"
+    model.write_bytes(mukca.load_robot("panda").text.data)
+    words = ("insertion", "--trials", "1", "--hole-mm", "40", "--model")
+    by_file, by_word = simulate(*words, str(model)), simulate(*words, "nominal")
+    assert by_file.pop("model") == str(model) and by_word.pop("model") == "nominal"
+    assert by_file == by_word
 
 
 @pytest.mark.parametrize("experiment", ["insertion", "drawing"])
-@pytest.mark.skipif(not renders(), reason="neither EGL nor OSMesa: apt-get install libegl1")
-def test_a_report_shows_both_models(calibrated: str, report: Report, experiment: str) -> None:
+def test_a_report_shows_both_models(report: Report, experiment: str) -> None:
     out = report(experiment)
+    if not (out / "picture.png").exists():
+        pytest.skip("neither EGL nor OSMesa: apt-get install libegl1")
     nominal, result = figures(out)
     assert {file.name for file in out.iterdir()} == {
         "report.html",
@@ -153,18 +95,18 @@ def test_a_report_shows_both_models(calibrated: str, report: Report, experiment:
         "picture.png",
         "animation.gif",
     }
-    assert (nominal["model"], result["model"]) == ("nominal", calibrated)
+    assert (nominal["model"], result["model"]) == ("nominal", "calibrated")
     with Image.open(out / "animation.gif") as frames:
         assert frames.n_frames > 5
     with Image.open(out / "picture.png") as picture:
-        shown = np.asarray(picture.convert("RGB"), dtype=float)[pictures.TITLE :]
+        shown = np.asarray(picture.convert("RGB"), dtype=float)[20:]  # less the title
     half = shown.shape[1] // 2
     assert shown.std() > 10
     assert np.abs(shown[:, :half] - shown[:, half:]).max() > 50
     page = (out / "report.html").read_text()
     assert page.count("data:image/") == 2
     assert not re.search(r"(src|href)=\"(?!data:)", page)
-    assert main(["simulate", *words_of(experiment, calibrated, out)]) == 2  # nothing is overwritten
+    assert main(["simulate", *words_of(experiment, out)]) == 2  # nothing is overwritten
 
 
 def test_without_opengl_the_figures_are_given_all_the_same(tmp_path: Path) -> None:
@@ -227,8 +169,9 @@ def test_bad_arguments_get_one_line(capsys, words: tuple[str, ...]) -> None:
     assert len(error.strip().splitlines()) == 1
 
 
-def test_a_model_of_another_arm_is_named(capsys) -> None:
-    other = str(files("mukca.solver.robot") / "shipped" / "ur5e.urdf")
+def test_a_model_of_another_arm_is_named(capsys, tmp_path: Path) -> None:
+    other = str(tmp_path / "ur5e.urdf")
+    Path(other).write_bytes(mukca.load_robot("ur5e").text.data)
     assert main(["simulate", "insertion", "--model", other]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert other in line

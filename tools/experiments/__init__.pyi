@@ -1,8 +1,10 @@
-from .attempt import ExperimentRun as ExperimentRun
-from .attempt import Settings as Settings
-from .models import model_urdf as model_urdf
 from .pictures import PictureError as PictureError
-from .types import Drawing as Drawing
-from .types import Insertions as Insertions
-from .types import ModelTrials as ModelTrials
-from .types import SimulationDocument as SimulationDocument
+from .pictures import film as film
+from .results import Drawing as Drawing
+from .results import Insertions as Insertions
+from .results import ModelTrials as ModelTrials
+from .results import SimulationDocument as SimulationDocument
+from .runs import ExperimentRun as ExperimentRun
+from .runs import Settings as Settings
+from .runs import model_urdf as model_urdf
+from .runs import run_experiment as run_experiment

@@ -1,7 +1,5 @@
 """A simulated arm at its table: where it is taught, where it starts, how it is moved."""
 
-# Pinocchio has no types.
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,7 +16,7 @@ TABLE = 0.08
 READY = np.array([0, -np.pi / 4, 0, -3 * np.pi / 4, 0, np.pi / 2, np.pi / 4])
 """A Panda's usual posture, elbow up."""
 START_ASIDE = 0.02
-"""How far to each side of the first goal a trial starts, at most [m]; as far and more above."""
+"""Largest distance of a start to each side of the first goal [m]; as far and more above."""
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,6 @@
 Phi, J, C and g are those of the model that the controller is given. The arm itself moves by others.
 """
 
-# Pinocchio has no types.
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -86,7 +84,7 @@ class Gains:
     stiffness: tuple[float, float, float, float, float, float]
     """K: three in N/m, three in N m/rad."""
     window: float
-    """How long the compensator integrates, Delta t [s]."""
+    """Time over which the compensator integrates, Delta t [s]."""
 
     @property
     def damping(self) -> np.ndarray:

@@ -5,8 +5,6 @@ model's own forward kinematics. Then the figure is retraced from other postures,
 apart by as much as the model contradicts itself.
 """
 
-# Pinocchio has no types.
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -18,6 +16,7 @@ from .cell import TABLE, Cell
 from .controller import TABLE_II, Pose
 from .motion import Log, Phase, hold, move, smooth
 from .postures import pose_above, reach, stratified
+from .results import Drawing, Retracing
 
 CENTRE = np.array([0.5, 0.0])
 """Of the figure, on the paper [m]."""
@@ -29,11 +28,11 @@ SECONDS = 16.0
 HOVER = 0.03
 """Height above the first point from which the pen is put down [m]."""
 PRESS = 0.003
-"""How far below the paper the pen is led, against a spring of 2000 N/m [m]."""
+"""Depth below the paper to which the pen is led, against a spring of 2000 N/m [m]."""
 
 
 @dataclass(frozen=True)
-class Retracing:
+class Line:
     """One drawing of the figure."""
 
     log: Log
@@ -41,8 +40,8 @@ class Retracing:
     """The elbow's angle at the start [rad]."""
 
     @property
-    def line(self) -> np.ndarray:
-        """Where the pen truly was on the paper, step by step, shape (N, 2) [m]."""
+    def path(self) -> np.ndarray:
+        """True path of the pen on the paper, step by step, shape (N, 2) [m]."""
         return self.log.tip[self.log.during("draw"), :2]
 
     @property
@@ -52,14 +51,14 @@ class Retracing:
 
     @property
     def touching(self) -> np.ndarray:
-        """Whether the pen touched the paper, step by step, shape (N,)."""
+        """True where the pen touched the paper, step by step, shape (N,)."""
         return self.forces > 0
 
     @property
     def tracking_error(self) -> float:
         """Mean distance of the line's points from the demonstrated figure [m]."""
         shown = figure(np.linspace(0, 1, 2000))
-        points = self.line[::4]
+        points = self.path[::4]
         return float(np.linalg.norm(points[:, None] - shown[None], axis=2).min(axis=1).mean())
 
 
@@ -87,7 +86,7 @@ def upwards(poses: Sequence[Pose]) -> np.ndarray:
     return normal * np.sign(normal[2])
 
 
-def retrace(cell: Cell, count: int, seed: int) -> Iterator[Retracing]:
+def retrace(cell: Cell, count: int, seed: int) -> Iterator[Line]:
     """Draw the demonstrated figure again from starts that span the elbow's range."""
     generator = np.random.default_rng([seed, 3])
     shown = demonstrate(cell)
@@ -106,7 +105,7 @@ def retrace(cell: Cell, count: int, seed: int) -> Iterator[Retracing]:
                 Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction))),
             ],
         )
-        yield Retracing(log, cell.elbow(start))
+        yield Line(log, cell.elbow(start))
 
 
 def _shifted(pose: Pose, offset: np.ndarray) -> Pose:
@@ -120,8 +119,36 @@ def _along(path: Sequence[Pose], fraction: float) -> Pose:
     return pin.SE3.Interpolate(path[before], path[before + 1], place - before)
 
 
-def spread(retracings: Sequence[Retracing]) -> np.ndarray:
+def spread(lines: Sequence[Line]) -> np.ndarray:
     """Return the largest distance between any two lines at each moment, shape (N,) [m]."""
-    lines = [retracing.line for retracing in retracings]
-    apart = [np.linalg.norm(one - other, axis=1) for one, other in combinations(lines, 2)]
+    paths = [line.path for line in lines]
+    apart = [np.linalg.norm(one - other, axis=1) for one, other in combinations(paths, 2)]
     return np.max(apart, axis=0)
+
+
+LINE_EVERY = 20
+"""Rows of a log from one point of a result's line to the next."""
+
+
+def drawing_results(lines: Sequence[Line]) -> Drawing:
+    """Return the distances between the lines, tracking errors and forces, and each line."""
+    apart = spread(lines)
+    return Drawing(
+        retracings=len(lines),
+        spread=float(apart.mean()),
+        max_spread=float(apart.max()),
+        each=tuple(map(_retracing, lines)),
+        **Drawing.fields_of(lines),
+    )
+
+
+def _retracing(line: Line) -> Retracing:
+    points: list[list[float]] = np.round(line.path[::LINE_EVERY], 6).tolist()
+    return Retracing(
+        elbow=line.elbow,
+        tracking_error=line.tracking_error,
+        touching=float(line.touching.mean()),
+        force=float(line.forces.mean()),
+        peak_force=float(line.forces.max()),
+        line=tuple((x, y) for x, y in points),
+    )

@@ -8,9 +8,7 @@ was measured. So no direction is taken from the model's axes: the way out of the
 well, and so are the axes of the table along which the hole is moved.
 """
 
-# Pinocchio has no types.
-
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,12 +17,13 @@ from .cell import TABLE, Cell
 from .controller import TABLE_II, Pose
 from .motion import Log, hold, move
 from .postures import stratified
+from .results import Insertion, Insertions
 from .scene import HOLE_DEPTH
 
 CENTRE = np.array([0.5, 0.0])
-"""Where the hole was taught, on the table [m]."""
+"""The taught hole on the table [m]."""
 TAUGHT_DEPTH = 0.015
-"""How deep the peg was in the hole when the goal was taught [m]."""
+"""Depth of the peg in the hole when the goal was taught [m]."""
 INSERTED_DEPTH = 0.005
 """A peg whose tip came this far below the hole's rim is in it [m]."""
 HOVER = 0.035
@@ -39,7 +38,7 @@ BRANCHES = np.array([[1, 1], [-1, -1], [1, -1], [-1, 1]]) / 2**0.5
 
 @dataclass(frozen=True)
 class Taught:
-    """What was taught, all by the model's forward kinematics."""
+    """The taught goal, by the model's forward kinematics."""
 
     goal: Pose
     """The peg's pose in the hole."""
@@ -64,28 +63,28 @@ class Trial:
 
     log: Log
     hole: np.ndarray
-    """Where the hole's axis truly was on the table, shape (2,) [m]."""
+    """True position of the hole's axis on the table, shape (2,) [m]."""
     elbow: float
     """The elbow's angle at the start [rad]."""
 
     @property
     def depth(self) -> float:
-        """How far the tip was below the hole's rim in the end, negative above it [m]."""
+        """Final depth of the tip below the hole's rim, negative above it [m]."""
         return float(TABLE + HOLE_DEPTH - self.log.tip[-1, 2])
 
     @property
     def inserted(self) -> bool:
-        """Whether the peg was in the hole in the end; nothing but the hole lets it below."""
+        """True if the peg was in the hole in the end; nothing but the hole lets it below."""
         return self.depth > INSERTED_DEPTH
 
     @property
     def tracking_error(self) -> float:
-        """How far the tip truly was from its place above the hole, before it went down [m]."""
+        """True distance of the tip from its place above the hole, before it went down [m]."""
         return float(np.linalg.norm(self.miss))
 
     @property
     def miss(self) -> np.ndarray:
-        """Where the tip was just before it went down, less where it should be, shape (3,) [m]."""
+        """Offset of the tip just before it went down from where it should be, shape (3,) [m]."""
         return self.log.tip[self.log.during("compensate")[-1]] - tip_at(self.hole, HOVER)
 
     @property
@@ -148,9 +147,9 @@ def insert(
 
     Args:
         cell: The arm and its surroundings.
-        hole: Where the hole's axis truly is on the table, shape (2,) [m].
-        taught: Where the model has it.
-        fraction: Where in the elbow's range the arm starts, 0 to 1.
+        hole: True position of the hole's axis on the table, shape (2,) [m].
+        taught: The goal by the model.
+        fraction: Start in the elbow's range, 0 to 1.
         generator: Source of randomness.
     """
     start = cell.start(tip_at(hole, HOVER), fraction, generator)
@@ -165,3 +164,26 @@ def insert(
         ],
     )
     return Trial(log, hole, cell.elbow(start))
+
+
+def insertion_results(trials: Sequence[Trial]) -> Insertions:
+    """Return counts, tracking errors and forces of some insertions, and each by itself."""
+    return Insertions(
+        inserted=sum(trial.inserted for trial in trials),
+        trials=len(trials),
+        each=tuple(map(_insertion, trials)),
+        **Insertions.fields_of(trials),
+    )
+
+
+def _insertion(trial: Trial) -> Insertion:
+    x, y, z = trial.miss.tolist()
+    return Insertion(
+        hole=tuple(trial.hole.tolist()),
+        elbow=trial.elbow,
+        inserted=trial.inserted,
+        depth=trial.depth,
+        miss=(x, y, z),
+        force=float(trial.forces.mean()),
+        peak_force=float(trial.forces.max()),
+    )

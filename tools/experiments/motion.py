@@ -1,7 +1,5 @@
 """Motions of the tool, phase after phase, and what was measured in them."""
 
-# Pinocchio has no types.
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -22,7 +20,7 @@ class Phase:
     goal: Callable[[float], Pose]
     """x_goal at a fraction of the duration, 0 to 1."""
     compensate: bool = False
-    """Whether the offset compensator is on."""
+    """True while the offset compensator is on."""
 
 
 def smooth(fraction: float) -> float:
@@ -60,7 +58,7 @@ class Log:
     q: np.ndarray
     """Joint positions, shape (N, m) [rad]."""
     tip: np.ndarray
-    """Where the tip truly was, shape (N, 3) [m]."""
+    """True position of the tip, shape (N, 3) [m]."""
     force: np.ndarray
     """Contact force on the tool, shape (N, 3) [N]."""
     offset: np.ndarray

@@ -1,7 +1,5 @@
 """Configurations that hold one pose of the tool: the null space of a redundant arm."""
 
-# Pinocchio has no types.
-
 import numpy as np
 import pinocchio as pin
 
@@ -9,7 +7,7 @@ from ...solver.robot import SimulationError
 from .controller import ArmModel, Pose, pose_error
 
 MARGIN = 0.1
-"""How far from their limits joints stay [rad]."""
+"""Least distance of joints from their limits [rad]."""
 STEP = 0.02
 """Between neighbours on a self-motion, as the norm of the change of all joints [rad]."""
 

@@ -1,76 +1,131 @@
-"""What the experiments measured, as plain numbers in SI units."""
+"""Results of a simulated experiment, as ``mukca simulate --json`` prints them, in SI units."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from .drawing import Retracing, spread
-from .insertion import Trial
+from ...solver.results import Document
 
 
-def insertion_figures(trials: Sequence[Trial]) -> dict[str, Any]:
-    """Return counts, tracking errors and forces of some insertions, and each by itself."""
-    errors = [trial.tracking_error for trial in trials]
-    return {
-        "inserted": sum(trial.inserted for trial in trials),
-        "trials": len(trials),
-        "tracking_error": float(np.mean(errors)),
-        "max_tracking_error": max(errors),
-        "force": _statistics([float(trial.forces.mean()) for trial in trials]),
-        "peak_force": _statistics([float(trial.forces.max()) for trial in trials]),
-        "each": [_insertion(trial) for trial in trials],
-    }
+class Motion(Protocol):
+    """A trial of either experiment."""
+
+    @property
+    def tracking_error(self) -> float:
+        """Distance of the tool from where it should be [m]."""
+        ...
+
+    @property
+    def forces(self) -> np.ndarray:
+        """Magnitude of the contact force, shape (N,) [N]."""
+        ...
 
 
-def _insertion(trial: Trial) -> dict[str, Any]:
-    return {
-        "hole": trial.hole.tolist(),
-        "elbow": trial.elbow,
-        "inserted": trial.inserted,
-        "depth": trial.depth,
-        "miss": trial.miss.tolist(),
-        "force": float(trial.forces.mean()),
-        "peak_force": float(trial.forces.max()),
-    }
+class Statistics(Document, kw_only=True, frozen=True):
+    """Mean and range of some trials' values."""
+
+    mean: float
+    min: float
+    max: float
+
+    @classmethod
+    def of(cls, values: Sequence[float]) -> "Statistics":
+        """Return those of some values."""
+        numbers: np.ndarray = np.array(values)
+        return cls(mean=float(numbers.mean()), min=float(numbers.min()), max=float(numbers.max()))
 
 
-def drawing_figures(retracings: Sequence[Retracing]) -> dict[str, Any]:
-    """Return how far apart the lines lie, and what each retracing came to."""
-    apart = spread(retracings)
-    errors = [retracing.tracking_error for retracing in retracings]
-    return {
-        "retracings": len(retracings),
-        "spread": float(apart.mean()),
-        "max_spread": float(apart.max()),
-        "tracking_error": float(np.mean(errors)),
-        "max_tracking_error": max(errors),
-        "force": _statistics([float(retracing.forces.mean()) for retracing in retracings]),
-        "peak_force": _statistics([float(retracing.forces.max()) for retracing in retracings]),
-        "each": [_retracing(retracing) for retracing in retracings],
-    }
+class Trials(Document, kw_only=True, frozen=True):
+    """All trials with one model at one place."""
+
+    tracking_error: float
+    """Mean distance of the tool from where it should be [m]."""
+    max_tracking_error: float
+    force: Statistics
+    """Mean force of each trial [N]."""
+    peak_force: Statistics
+
+    @staticmethod
+    def fields_of(motions: Sequence[Motion]) -> dict[str, Any]:
+        """Return the values of these fields for some trials."""
+        errors = [motion.tracking_error for motion in motions]
+        return {
+            "tracking_error": float(np.mean(errors)),
+            "max_tracking_error": max(errors),
+            "force": Statistics.of([float(motion.forces.mean()) for motion in motions]),
+            "peak_force": Statistics.of([float(motion.forces.max()) for motion in motions]),
+        }
 
 
-def _retracing(retracing: Retracing) -> dict[str, Any]:
-    return {
-        "elbow": retracing.elbow,
-        "tracking_error": retracing.tracking_error,
-        "touching": float(retracing.touching.mean()),
-        "force": float(retracing.forces.mean()),
-        "peak_force": float(retracing.forces.max()),
-        "line": np.round(retracing.line[::LINE_EVERY], 6).tolist(),
-    }
+class Insertion(Document, kw_only=True, frozen=True):
+    """One peg put into a hole, or beside it."""
+
+    hole: tuple[float, ...]
+    """Its position [m]."""
+    elbow: float
+    inserted: bool
+    depth: float
+    """Depth that the peg reached [m]."""
+    miss: tuple[float, float, float]
+    """Offset of the peg above the hole, just before it went down [m]."""
+    force: float
+    peak_force: float
 
 
-LINE_EVERY = 20
-"""Rows of a log from one point of a line to the next."""
+class Insertions(Trials, kw_only=True, frozen=True):
+    """Pegs put into holes."""
+
+    inserted: int
+    trials: int
+    each: tuple[Insertion, ...]
 
 
-def _statistics(values: Sequence[float]) -> dict[str, float]:
-    """Return mean, least and largest of some trials' values."""
-    numbers: np.ndarray = np.array(values)
-    return {
-        "mean": float(numbers.mean()),
-        "min": float(numbers.min()),
-        "max": float(numbers.max()),
-    }
+class Retracing(Document, kw_only=True, frozen=True):
+    """One line drawn."""
+
+    elbow: float
+    tracking_error: float
+    touching: float
+    """Share of the time in which the pen touched the paper."""
+    force: float
+    peak_force: float
+    line: tuple[tuple[float, float], ...]
+    """The pen's true path over the paper [m]."""
+
+
+class Drawing(Trials, kw_only=True, frozen=True):
+    """Lines drawn one over the other."""
+
+    retracings: int
+    spread: float
+    """Largest distance between any two lines at one moment, mean over time [m]."""
+    max_spread: float
+    each: tuple[Retracing, ...]
+
+
+class ModelTrials(Document, kw_only=True, frozen=True):
+    """All trials of one model."""
+
+    model: str
+    centre: Insertions | None = None
+    """At the place where it was taught."""
+    cross: Insertions | None = None
+    """At other places."""
+    drawing: Drawing | None = None
+
+
+class SimulationDocument(ModelTrials, kw_only=True, frozen=True):
+    """The whole experiment."""
+
+    experiment: str
+    """``insertion`` or ``drawing``."""
+    arm: int
+    """Seed of the true arm."""
+    seed: int
+    hole: float | None = None
+    """Its diameter, for insertions [m]."""
+    beside: ModelTrials | None = None
+    """The other model, where two were compared."""
+    outputs: dict[str, str] | None = None
+    """The files written, by kind."""

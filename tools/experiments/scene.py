@@ -1,14 +1,12 @@
 """The arm as it truly is, its tool, and what it touches, in MuJoCo."""
 
-# MuJoCo's types are partial.
-
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from ...solver.robot import Robot, set_origins
-from .looks import HIDDEN, ORANGE, add_looks, add_open_block, add_stem
+from .visuals import HIDDEN, ORANGE, add_open_block, add_stem, add_visuals
 
 TIME_STEP = 1e-3
 """Of the physics, and of the controller [s]."""
@@ -66,7 +64,7 @@ class Scene:
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         _add_motors(spec, friction)
-        add_looks(spec, arm)
+        add_visuals(spec, arm)
         _add_table(spec, table)
         if hole is None:
             _add_pen(spec.body(arm.tip))
@@ -102,7 +100,7 @@ class Scene:
 
     @property
     def tip(self) -> np.ndarray:
-        """Where the peg's or pen's tip truly is, shape (3,) [m]."""
+        """True position of the peg's or pen's tip, shape (3,) [m]."""
         return self.data.xpos[self._tool].copy()
 
     def contact_force(self) -> np.ndarray:

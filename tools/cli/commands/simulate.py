@@ -2,11 +2,10 @@
 
 import argparse
 import importlib
-import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ....errors import MukcaError
 from ....solver.results import refuse_existing, write_files
@@ -15,7 +14,14 @@ from ..robot_arguments import UsageError
 from .demo import DEMO_SEED, demo_arm
 
 if TYPE_CHECKING:
-    from ...experiments import ExperimentRun, Settings
+    from ...experiments import (
+        Drawing,
+        ExperimentRun,
+        Insertions,
+        ModelTrials,
+        Settings,
+        SimulationDocument,
+    )
 
 EXAMPLE = """example:
   mukca simulate insertion --model nominal --hole-mm 16
@@ -89,20 +95,41 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     if out is not None:
         refuse_existing(out, FILES, force=arguments.force)
         words.insert(0, "calibrated" if arguments.model == "nominal" else "nominal")
-    *beside, asked = attempts(arguments, words, terminal)
-    result: dict[str, Any] = {key: getattr(arguments, key) for key in ("experiment", "arm", "seed")}
-    if arguments.experiment == "insertion":
-        result["hole"] = arguments.hole_mm / 1e3
-    result.update(model=asked.model, **asked.figures)
-    for one in (*beside, asked):
-        for place, figures in one.figures.items():
-            terminal.say(f"{one.model}, {place}: {spoken(arguments, figures)}")
+    models = attempts(arguments, words, terminal)
+    for model in models:
+        for place, figures in trials_of(model.results):
+            terminal.say(f"{model.results.model}, {place}: {spoken(arguments, figures)}")
+    result = document_of(arguments, models)
     if out is not None:
-        result["beside"] = {"model": beside[0].model, **beside[0].figures}
-        write(out, result, (*beside, asked), terminal)
+        result = write(out, result, models, terminal)
     if arguments.json:
         terminal.emit(result)
     return 0
+
+
+def document_of(
+    arguments: argparse.Namespace, models: "Sequence[ExperimentRun]"
+) -> "SimulationDocument":
+    """Return the result of the model asked for, which is the last, beside the other one."""
+    import msgspec
+
+    from ...experiments import SimulationDocument
+
+    *other, asked = models
+    return SimulationDocument(
+        experiment=arguments.experiment,
+        arm=arguments.arm,
+        seed=arguments.seed,
+        hole=arguments.hole_mm / 1e3 if arguments.experiment == "insertion" else None,
+        beside=other[0].results if other else None,
+        **msgspec.structs.asdict(asked.results),
+    )
+
+
+def trials_of(model: "ModelTrials") -> "list[tuple[str, Insertions | Drawing]]":
+    """Return the trials of a model, by the name of their place."""
+    places = (("centre", model.centre), ("cross", model.cross), ("drawing", model.drawing))
+    return [(name, trials) for name, trials in places if trials is not None]
 
 
 def settle(arguments: argparse.Namespace) -> None:
@@ -134,14 +161,15 @@ def attempts(
         MissingExtra: The packages are not installed.
     """
     _load_mujoco()
-    from ...experiments import model_urdf
-    from ...experiments.attempt import attempt
+    from ...experiments import model_urdf, run_experiment
 
     settings = _settings(arguments)
     nominal, arm = demo_arm(arguments.arm, keep_size=False)
     with terminal.progress(settings.count * len(words)) as progress:
         return [
-            attempt(settings, arm, word, model_urdf(word, nominal, arm, arguments.seed), progress)
+            run_experiment(
+                settings, arm, word, model_urdf(word, nominal, arm, arguments.seed), progress
+            )
             for word in words
         ]
 
@@ -180,28 +208,31 @@ def _missing(error: ImportError) -> MissingExtra:
 
 
 def write(
-    folder: Path, result: dict[str, Any], models: "Sequence[ExperimentRun]", terminal: Terminal
-) -> None:
+    folder: Path,
+    result: "SimulationDocument",
+    models: "Sequence[ExperimentRun]",
+    terminal: Terminal,
+) -> "SimulationDocument":
     """Write the report, its figures, and pictures where this machine can make them."""
     import msgspec
 
-    from ...experiments import SimulationDocument
+    from ....solver.results import encode
     from ...report.page import simulation_page
 
     pictures = pictures_of(models, terminal)
     names = [REPORT, RESULT, *pictures]
-    result["outputs"] = {name.split(".")[0]: str(folder / name) for name in names}
-    page = simulation_page(msgspec.convert(result, SimulationDocument), pictures)
-    document = json.dumps(result, allow_nan=False) + "\n"
-    write_files(folder, {REPORT: page.encode(), RESULT: document.encode(), **pictures})
+    outputs = {name.split(".")[0]: str(folder / name) for name in names}
+    result = msgspec.structs.replace(result, outputs=outputs)
+    page = simulation_page(result, pictures).encode()
+    write_files(folder, {REPORT: page, RESULT: encode(result) + b"\n", **pictures})
     terminal.say(f"Report: {folder / REPORT}")
+    return result
 
 
 def pictures_of(models: "Sequence[ExperimentRun]", terminal: Terminal) -> dict[str, bytes]:
     """Return the picture and the animation; none, with a warning, where nothing can render."""
     try:
-        from ...experiments import PictureError
-        from ...experiments.film import film
+        from ...experiments import PictureError, film
     except ImportError as error:
         terminal.warn(f"no pictures: {_missing(error)}")
         return {}
@@ -213,20 +244,22 @@ def pictures_of(models: "Sequence[ExperimentRun]", terminal: Terminal) -> dict[s
     return {PICTURE: made.picture, ANIMATION: made.animation}
 
 
-def spoken(arguments: argparse.Namespace, figures: dict[str, Any]) -> str:
-    """Return the figures of one place for people."""
-    if arguments.experiment == "drawing":
+def spoken(arguments: argparse.Namespace, trials: "Insertions | Drawing") -> str:
+    """Return the results at one place for people."""
+    from ...experiments import Drawing
+
+    if isinstance(trials, Drawing):
         what = (
-            f"{figures['retracings']} lines apart by {1e3 * figures['spread']:.2f} mm on average, "
-            f"{1e3 * figures['max_spread']:.2f} mm at most; off the figure by"
+            f"{trials.retracings} lines apart by {1e3 * trials.spread:.2f} mm on average, "
+            f"{1e3 * trials.max_spread:.2f} mm at most; off the figure by"
         )
     else:
         what = (
-            f"{figures['inserted']} of {figures['trials']} into {arguments.hole_mm:g} mm; "
+            f"{trials.inserted} of {trials.trials} into {arguments.hole_mm:g} mm; "
             "above the hole off by"
         )
     return (
-        f"{what} {1e3 * figures['tracking_error']:.2f} mm on average, "
-        f"{1e3 * figures['max_tracking_error']:.2f} mm at most; contact force "
-        f"{figures['force']['mean']:.1f} N on average, {figures['peak_force']['max']:.1f} N at most"
+        f"{what} {1e3 * trials.tracking_error:.2f} mm on average, "
+        f"{1e3 * trials.max_tracking_error:.2f} mm at most; contact force "
+        f"{trials.force.mean:.1f} N on average, {trials.peak_force.max:.1f} N at most"
     )

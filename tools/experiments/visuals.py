@@ -1,6 +1,4 @@
-"""How the scene looks in pictures: nothing here is touched or weighs anything."""
-
-# MuJoCo's types are partial.
+"""Visual shapes of the scene: nothing here is touched or weighs anything."""
 
 from typing import Any
 
@@ -12,12 +10,12 @@ from ...solver.robot import Robot
 HIDDEN = 3
 """Group of what is touched but not shown."""
 OPEN_TO = -50.0
-"""Where the block is cut open, as the direction from the hole on the table [degrees]."""
+"""Direction on the table in which the block is cut open, from the hole [degrees]."""
 CUT = 110.0
-"""How wide it is open [degrees]."""
+"""Angle of the cut [degrees]."""
 SLICES = 40
 TOOL = 0.08
-"""How far before the tip the arm ends, so that peg or pen are seen [m]."""
+"""Length before the tip without an arm, so that peg or pen are seen [m]."""
 SHADOW = 1024
 """Of a lamp's map of shadows, to a side; MuJoCo's 4096 take a processor twice as long [pixels]."""
 ORANGE = [0.85, 0.3, 0.1, 1]
@@ -26,7 +24,7 @@ LIGHT = [0.9, 0.9, 0.92, 1]
 BLUE = [0.3, 0.5, 0.7, 1]
 
 
-def add_looks(spec: Any, arm: Robot) -> None:
+def add_visuals(spec: Any, arm: Robot) -> None:
     """Add a pale sky, a lamp, a capsule from each joint to the next, and a drum on each joint."""
     sky, gradient = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
     pale = {"rgb1": [0.97, 0.98, 0.99], "rgb2": [0.85, 0.88, 0.91]}

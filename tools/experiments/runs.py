@@ -1,0 +1,136 @@
+"""An experiment with one model: settings, the model that the controller is given, and results."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from ...recorder.dataset import Placement
+from ...solver.calibration import calibrate
+from ...solver.robot import ModelError, Robot
+from ..simulation import Base, record
+from .cell import build_cell
+from .drawing import Line, drawing_results, retrace
+from .insertion import Trial, insert_at_centre, insert_on_cross, insertion_results
+from .results import ModelTrials
+from .scene import Scene, urdf_of
+
+One = TypeVar("One", Trial, Line)
+WORDS = ("nominal", "calibrated", "true")
+SEAT_NOISE = 5e-5
+"""Standard deviation of the ball's seat, per axis [m]."""
+ALONG_X, ALONG_Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+PLACEMENTS = {
+    "front": ((0.5, 0.0, 0.1), ALONG_Y),
+    "left": ((0.35, 0.4, 0.1), ALONG_Y),
+    "right": ((0.35, -0.4, 0.1), ALONG_Y),
+    "far": ((0.6, 0.0, 0.1), ALONG_X),
+}
+"""Position of the socket base, and the direction from socket 0 to socket 1."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """An experiment: its trials, and their seed."""
+
+    trials: int
+    """Insertions at the centre, or retracings of the drawing."""
+    seed: int
+    """Of teaching and starts."""
+    hole: float | None = None
+    """Its diameter [m]; None for a drawing."""
+    cross: int = 0
+    """Insertions on the X."""
+
+    @property
+    def count(self) -> int:
+        """Number of motions with one model."""
+        return self.trials + self.cross
+
+
+@dataclass(frozen=True)
+class ExperimentRun:
+    """An experiment with one model, and its results."""
+
+    results: ModelTrials
+    scene: Scene
+    trials: Sequence[Trial | Line]
+    """At the centre, or of the drawing."""
+
+
+def run_experiment(
+    settings: Settings, arm: Robot, name: str, urdf: bytes, progress: Callable[[str], None]
+) -> ExperimentRun:
+    """Try a model on an arm.
+
+    Args:
+        settings: The experiment.
+        arm: The arm as it truly is.
+        name: Of the model.
+        urdf: Its text.
+        progress: Told the name after each motion.
+
+    Raises:
+        ModelError: The model is not one of this arm.
+        SimulationError: The arm cannot reach a place.
+    """
+    try:
+        cell = build_cell(arm, urdf, settings.hole)
+    except ModelError as error:
+        raise ModelError(f"model {name!r}: {error}; give one solved for this arm") from None
+    if settings.hole is None:
+        lines = _each(retrace(cell, settings.trials, settings.seed), name, progress)
+        results = ModelTrials(model=name, drawing=drawing_results(lines))
+        return ExperimentRun(results, cell.scene, lines)
+    trials = _each(insert_at_centre(cell, settings.trials, settings.seed), name, progress)
+    cross = None
+    if settings.cross:
+        on_cross = insert_on_cross(cell, settings.cross, settings.seed)
+        cross = insertion_results(_each(on_cross, name, progress))
+    results = ModelTrials(model=name, centre=insertion_results(trials), cross=cross)
+    return ExperimentRun(results, cell.scene, trials)
+
+
+def _each(motions: Iterable[One], name: str, progress: Callable[[str], None]) -> list[One]:
+    done: list[One] = []
+    for motion in motions:
+        progress(name)
+        done.append(motion)
+    return done
+
+
+def record_placements(arm: Robot, seed: int) -> list[Placement]:
+    """Return four placements recorded with an arm, 30 configurations in each socket."""
+    generator = np.random.default_rng([seed, 2])
+    bases = [Base(name, np.array(p), np.array(u)) for name, (p, u) in PLACEMENTS.items()]
+    return [record(arm, base, generator, noise=SEAT_NOISE) for base in bases]
+
+
+def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:
+    """Return the text of a model that a controller may be given.
+
+    Args:
+        word: ``nominal``; ``calibrated`` from recordings made now; ``true``; or a URDF file.
+        nominal: The arm's nominal model.
+        arm: The arm as it truly is.
+        seed: Of the recordings.
+
+    Raises:
+        ModelError: The file cannot be read.
+    """
+    if word == "nominal":
+        return nominal.text.data
+    if word == "calibrated":
+        # In the order of their names, as `mukca solve` reads them from a folder.
+        placements = sorted(record_placements(arm, seed), key=lambda placement: placement.name)
+        return calibrate(nominal, placements).calibrated.urdf()
+    if word == "true":
+        return urdf_of(arm)
+    try:
+        return Path(word).read_bytes()
+    except OSError as error:
+        words = ", ".join(WORDS)
+        reason = error.strerror or "cannot be read"
+        raise ModelError(f"model {word!r}: {reason}; give a URDF file, or {words}") from None
