@@ -119,7 +119,6 @@ def _inspected(
     Returns:
         The placements to train on, split where a base moved if asked for; and what was found.
     """
-    parameters = choose_parameters(robot)
     points = [m for m in train if m.kind == "points"]
     train, test = ([m for m in part if m.kind == "sockets"] for part in (train, test))
     if not train and not test:
@@ -129,7 +128,6 @@ def _inspected(
     def look(placements: Sequence[Measurement]) -> Survey:
         return inspect_all(
             robot,
-            parameters,
             placements,
             known=known,
             deviation=settings.deviation,
@@ -141,4 +139,4 @@ def _inspected(
         alone = look(train) if test else survey
         train = [split_at(one.measured, one.changes) for one in alone.placements]
     hint = NextPlacement(text=next_placement(robot, survey))
-    return [*train, *points], Inspected(survey.findings, hint)
+    return [*train, *points], Inspected(survey.diagnostics, hint)

@@ -3,6 +3,7 @@ from .expected_accuracy import ErrorMap as ErrorMap
 from .expected_accuracy import JointEffect as JointEffect
 from .expected_accuracy import error_map as error_map
 from .expected_accuracy import joint_effects as joint_effects
+from .expected_accuracy import predicted_error as predicted_error
 from .expected_accuracy import predicted_posterior as predicted_posterior
 from .expected_accuracy import workspace_samples as workspace_samples
 from .knowledge import ParameterCovariance as ParameterCovariance

@@ -8,10 +8,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..bayes.inference import Posterior
-from ..bayes.model import ExtendedModel
-from ..data import SEAT_DEVIATION, Load
-from ..robot import gravity_moments, workspace
+from ..bayes.inference import Posterior, estimate
+from ..bayes.model import ExtendedModel, extend
+from ..bayes.model.effects import JOINT_OFFSET
+from ..bayes.results import workspace_deviation
+from ..data import (
+    CALIPER_DEVIATION,
+    SEAT_DEVIATION,
+    KnownDistance,
+    KnownError,
+    Load,
+    Measurement,
+    observe,
+)
+from ..paper import NotConverged
+from ..robot import Robot, choose_parameters, gravity_moments, workspace
 
 POSES = 2000
 """Random poses of the workspace."""
@@ -160,3 +171,25 @@ def joint_effects(
         np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (there, squares(poses.slopes))
     )
     return tuple(map(JointEffect, joints, recorded, over_workspace))
+
+
+def predicted_error(
+    robot: Robot,
+    measurements: Sequence[Measurement],
+    load: Load,
+    known: Sequence[KnownDistance] = (),
+    deviation: float = CALIPER_DEVIATION,
+    *,
+    zeros: bool = False,
+) -> float | None:
+    """Return the error of distances in the workspace that a calibration would have [m].
+
+    The median over random poses, one standard deviation; None where it cannot be told.
+    """
+    try:
+        data = observe(measurements, robot, known=known, deviation=deviation, load=load)
+        model = extend(robot, choose_parameters(robot), (JOINT_OFFSET.name,) if zeros else ())
+        median = workspace_deviation(estimate(model, data), load)[0]
+    except (KnownError, NotConverged):
+        return None
+    return median if np.isfinite(median) else None

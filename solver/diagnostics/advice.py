@@ -1,37 +1,33 @@
-"""Which placements to train on, and where to record the next one."""
-
-from collections.abc import Sequence
+"""Advice on placements: which to train on, and a place for the next one."""
 
 import numpy as np
 
 from ..robot import Robot
+from .inspection import Survey
 
 
-def place_advice(
-    robot: Robot, names: Sequence[str], centres: np.ndarray, sound: Sequence[bool]
-) -> str:
-    """Return which placements to train on, and where to record the next one.
+def next_placement(robot: Robot, survey: Survey) -> str:
+    """Return in words which placements to train on, and a place for the next one.
 
     The two most distant placements serve best (paper, Fig. 6), if nothing is wrong with them.
-
-    Args:
-        robot: The robot.
-        names: Of the placements.
-        centres: Of their sockets in the base frame, shape (P, 3) [m].
-        sound: Which of them have no error.
     """
+    mistaken = any(diagnostic.level == "error" for diagnostic in survey.shared)
+    names = [one.measured.name for one in survey.placements]
+    sound = np.array([one.sound and not mistaken for one in survey.placements])
+    centres = np.array([one.centre for one in survey.placements])[sound]
     wrong = [name for name, good in zip(names, sound, strict=True) if not good]
-    good = np.flatnonzero(sound)
     words = [f"First mend {' and '.join(wrong)}: see the errors."] if wrong else []
-    if len(good) == 0:
+    if not sound.any():
         return " ".join(words)
-    if len(good) > 1:
-        apart = np.linalg.norm(centres[good][:, None] - centres[good], axis=2)
-        i, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
-        best = f"{names[int(good[i])]} and {names[int(good[j])]}"
+    if len(centres) > 1:
+        apart = np.linalg.norm(centres[:, None] - centres, axis=2)
+        pair = np.unravel_index(int(np.argmax(apart)), apart.shape)
+        good = [name for name, fine in zip(names, sound.tolist(), strict=True) if fine]
+        best = " and ".join(good[int(i)] for i in pair)
         words.append(f"To train on two, {best} serve best: they are the most distant.")
-    x, y, z = place = farthest_place(centres[good])
-    gap = float(np.linalg.norm(centres[good] - place, axis=1).min())
+    place = farthest_place(centres)
+    x, y, z = place.tolist()
+    gap = float(np.linalg.norm(centres - place, axis=1).min())
     side = "left" if y > 0.1 * np.hypot(x, y) else "right" if y < -0.1 * np.hypot(x, y) else "front"
     words.append(
         f"Next, record a placement near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
@@ -42,7 +38,7 @@ def place_advice(
 
 
 def farthest_place(centres: np.ndarray) -> np.ndarray:
-    """Return where a new placement would be farthest from those recorded, shape (3,) [m].
+    """Return a place for a new placement, farthest from those recorded, shape (3,) [m].
 
     Candidates stand as far from the base axis and as high as those recorded, on all sides of
     the robot but its back.

@@ -1,12 +1,12 @@
-"""What joint positions alone tell of a recording: near-duplicates, and joints that stood still."""
+"""Checks of the joint positions alone: near-duplicates, and joints that stood still."""
 
 from itertools import product
 
 import numpy as np
 
 from ..data import Measurement
-from ..robot import Robot
 from .diagnostic import Diagnostic, row_of, where_of
+from .evidence import Evidence
 
 NEAR = np.deg2rad(1.0)
 """Two configurations closer than this on every joint are nearly the same."""
@@ -16,23 +16,23 @@ STILL = np.deg2rad(5.0)
 """A joint that moved less than this in a placement tells hardly anything."""
 
 
-def duplicate_findings(measured: Measurement) -> list[Diagnostic]:
+def duplicates(_: Evidence, measured: Measurement) -> list[Diagnostic]:
     """Return samples that are nearly the configuration of one before, in the same socket."""
-    findings: list[Diagnostic] = []
+    found: list[Diagnostic] = []
     for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
         twins = near_duplicates(rows)
-        for later, first in list(twins.items())[:LISTED]:
-            more = f", one of {len(twins)} such" if len(twins) > LISTED else ""
-            findings.append(
-                Diagnostic(
-                    "warning",
-                    "duplicate",
-                    row_of(measured, socket, later),
-                    f"nearly the configuration of sample {first + 1} of socket {socket}{more}",
-                    "it adds little: guide the arm to other configurations",
-                )
+        more = f", one of {len(twins)} such" if len(twins) > LISTED else ""
+        found += [
+            Diagnostic(
+                "warning",
+                "duplicate",
+                row_of(measured, socket, later),
+                f"nearly the configuration of sample {first + 1} of socket {socket}{more}",
+                "it adds little: guide the arm to other configurations",
             )
-    return findings
+            for later, first in list(twins.items())[:LISTED]
+        ]
+    return found
 
 
 def near_duplicates(rows: np.ndarray) -> dict[int, int]:
@@ -59,24 +59,22 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
     return nearest
 
 
-def still_findings(measured: Measurement, robot: Robot) -> list[Diagnostic]:
+def motionless_joints(evidence: Evidence, measured: Measurement) -> list[Diagnostic]:
     """Return joints that hardly moved in a placement."""
-    findings: list[Diagnostic] = []
-    for k, joint in enumerate(robot.actuated):
-        travel = float(np.ptp(measured.positions[:, k]))
-        if travel < STILL:
-            how = (
+    travels = np.ptp(measured.positions, axis=0).tolist()
+    return [
+        Diagnostic(
+            "warning",
+            "still",
+            where_of([measured]),
+            f"joint {joint.name!r} "
+            + (
                 "did not move at all"
                 if travel < 1e-9
                 else f"moved by {np.rad2deg(travel):.1f} deg only"
-            )
-            findings.append(
-                Diagnostic(
-                    "warning",
-                    "still",
-                    where_of([measured]),
-                    f"joint {joint.name!r} {how}",
-                    "its parameters stay near nominal: move every joint by 60 deg or more",
-                )
-            )
-    return findings
+            ),
+            "its parameters stay near nominal: move every joint by 60 deg or more",
+        )
+        for joint, travel in zip(evidence.robot.actuated, travels, strict=True)
+        if travel < STILL
+    ]

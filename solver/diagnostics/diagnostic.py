@@ -1,4 +1,4 @@
-"""One thing that was seen in recordings, in words."""
+"""A diagnostic: one thing that was seen in recordings, in words."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -7,9 +7,9 @@ from typing import Any
 from ..data import Measurement
 
 OF_JOINTS = ("sign", "swap", "zero", "model")
-"""Codes of findings on what the columns mean: such a mistake makes the arm's size wrong, too."""
+"""Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
 EVERYWHERE = "all placements"
-"""Where something stands that concerns several placements."""
+"""Place of a diagnostic that concerns several placements."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,13 @@ class Diagnostic:
 
 
 def where_of(measurements: Sequence[Measurement]) -> str:
-    """Return what some placements are called: the folder where it is one."""
+    """Return the name of some placements: the folder where it is one."""
     if len(measurements) > 1:
         return EVERYWHERE
     return str(measurements[0].placement.path or measurements[0].name)
 
 
 def row_of(measured: Measurement, socket: int, sample: int) -> str:
-    """Return where a sample stands, by its number from 0 in its socket."""
+    """Return file and line of a sample, by its number from 0 in its socket."""
     rows = [s for s in measured.placement.samples if s.socket == socket]
     return rows[sample].where or f"{measured.name} socket {socket} sample {sample + 1}"

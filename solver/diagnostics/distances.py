@@ -1,4 +1,4 @@
-"""The distance between the sockets, against what the arm's model says of it.
+"""Check of the distances between sockets, against the size of the arm's model.
 
 Recordings of a ball do not tell how large an arm is: the sockets' distance does. So a wrong
 distance makes a wrong arm, and fits as well as the right one. But a link is machined to better
@@ -24,8 +24,8 @@ from .diagnostic import Diagnostic, where_of
 from .robust_fit import RigidFit
 
 SUSPECT, WRONG = 0.003, 0.01
-"""How far an arm's size may differ from its model's, as a share: more than the first is doubtful,
-more than the second is a mistake."""
+"""Shares by which an arm's size may differ from its model's: more than the first is doubtful, more
+than the second is a mistake."""
 ARMS = 0.002
 """Standard deviation of the scale of real arms about their models."""
 DEVIATIONS = 3
@@ -51,17 +51,17 @@ _SOURCES = {
 
 @dataclass(frozen=True)
 class Scale:
-    """What measured distances say of an arm's size, before any fit believes them."""
+    """The size of an arm by measured distances, before any fit believes them."""
 
     value: float
-    """By how much the arm is larger than its model, 0.02 for 2 %."""
+    """Relative excess of the arm's size over its model's, 0.02 for 2 %."""
     deviation: float
 
 
 def size_level(
     value: float, deviation: float | None
 ) -> Literal["error", "unknown", "warning"] | None:
-    """Return whether an arm that came out so much larger than its model is the arm at all.
+    """Return how doubtful an arm's size is, that came out so much larger; None for not at all.
 
     Arms scatter by 0.2 %. One that is off by more than three standard deviations of that and of
     what is known of it, which is 0.6 % with a caliper's distance, has most likely a wrong distance.
@@ -81,19 +81,19 @@ def size_level(
 
 @dataclass(frozen=True)
 class DistanceVerdict:
-    """What is wrong with known distances, and the size of the arm by those that are right."""
+    """Errors of known distances, and the size of the arm by those that are right."""
 
     shared: tuple[Diagnostic, ...]
-    """What concerns all placements, or a distance between two of them."""
+    """Diagnostics of all placements, or of a distance between two of them."""
     single: dict[str, Diagnostic]
-    """What is wrong at single placements, by name."""
+    """Diagnostics of single placements, by name."""
     scale: Scale | None
     """None where no distance is known, or all are wrong."""
 
     @property
-    def size(self) -> bool:
-        """Whether the arm's size is not believable."""
-        return any(finding.code == "scale" for finding in self.shared)
+    def doubts_scale(self) -> bool:
+        """True where the arm's size is not believable."""
+        return any(diagnostic.code == "scale" for diagnostic in self.shared)
 
 
 @dataclass(frozen=True)
@@ -118,14 +118,14 @@ class _Ratios:
         return Scale(float(np.expm1(mean)), (scatter / total) ** 0.5)
 
 
-def judge_distances(
+def check_distances(
     measurements: Sequence[Measurement],
     fit: RigidFit,
     moved: Collection[str] = (),
     known: Sequence[KnownDistance] = (),
     deviation: float = CALIPER_DEVIATION,
 ) -> DistanceVerdict:
-    """Return what the model says of the distances that are known.
+    """Compare the distances that are known with the model's.
 
     Args:
         measurements: The placements.
@@ -158,7 +158,7 @@ def judge_distances(
         return DistanceVerdict(tuple(wrong), single, None)
     scale = ratios.scale(kept)
     judged = [m for m in bases if m.name not in single]
-    return DistanceVerdict((*wrong, *_scale_findings(judged, scale)), single, scale)
+    return DistanceVerdict((*wrong, *_scale_diagnostics(judged, scale)), single, scale)
 
 
 def _rulers(
@@ -216,13 +216,13 @@ def _ratios(rulers: Sequence[Known], fit: RigidFit) -> _Ratios:
 
 
 def _measured_anew(bases: Sequence[Measurement]) -> list[bool]:
-    """Return of which bases the distance is another than of most."""
+    """Return a mask of bases whose distance is another than most's."""
     distances = np.array([m.distance for m in bases])
     return (np.abs(distances - np.median(distances)) > SAME_DISTANCE).tolist() if bases else []
 
 
 def _odd(ratios: _Ratios, limits: np.ndarray) -> np.ndarray:
-    """Return which distances contradict the others by more than each may.
+    """Return a mask of distances that contradict the others by more than each may.
 
     Of two, it is the one that is not nearly what the model says; of one, nothing can be said.
     """
@@ -258,27 +258,22 @@ def _one_socket(measured: Measurement, length: float) -> Diagnostic:
 
 
 def _other_distance(measured: Measurement, length: float, anew: bool) -> Diagnostic:
-    if anew:
-        return Diagnostic(
-            "error",
-            "distance",
-            where_of([measured]),
-            f"its sockets are {1e3 * length:.1f} mm apart by the model and the other recordings, "
-            f"not {1e3 * measured.distance:.1f}",
-            f"that distance is {_SOURCES[measured.distance_source]}",
-        )
+    by, rest = (" and the other recordings", "") if anew else ("", " as in the others")
     return Diagnostic(
         "error",
         "distance",
         where_of([measured]),
-        f"its sockets are {1e3 * length:.1f} mm apart by the model, not "
-        f"{1e3 * measured.distance:.1f} as in the others",
-        "the base moved between its sockets, or a file is another placement's: record it again",
+        f"its sockets are {1e3 * length:.1f} mm apart by the model{by}, not "
+        f"{1e3 * measured.distance:.1f}{rest}",
+        f"that distance is {_SOURCES[measured.distance_source]}"
+        if anew
+        else "the base moved between its sockets, or a file is another placement's: record it "
+        "again",
     )
 
 
-def _scale_findings(judged: Sequence[Measurement], scale: Scale) -> list[Diagnostic]:
-    """Return whether the arm's size is believable; nothing without a base, whose distance it is."""
+def _scale_diagnostics(judged: Sequence[Measurement], scale: Scale) -> list[Diagnostic]:
+    """Return an arm's size that is not believable; nothing without a base, whose distance it is."""
     level = size_level(scale.value, scale.deviation)
     if not judged or level is None or abs(np.log1p(scale.value)) < DEVIATIONS * scale.deviation:
         return []

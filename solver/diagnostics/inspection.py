@@ -1,209 +1,146 @@
-"""A look at the data before they are fitted: what a person would want to know at once.
+"""Inspection of recordings before they are fitted, and the table of its checks.
 
-Quick fits, of each placement alone and of all together, show bases that moved, samples in another
-socket or far away, a wrong distance between the sockets, and columns with a wrong sign, order or
-zero; the joint positions show near-duplicates and joints that stood still. No fit here believes
-the sockets' distance, and none can fail to settle.
+To add a check of a placement:
+
+1. Write a file with one function of (Evidence, Measurement) that returns diagnostics, each with a
+   code of its own: what it looks for, by what evidence, in which words.
+2. Put the function into FIT_CHECKS if it believes the robust fit, so that it is silent where wrong
+   columns spoil that, or into RECORDING_CHECKS if it needs the recording alone.
+3. Test by ``mukca check`` that it finds the mistake, and is silent on sound recordings.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..data import CALIPER_DEVIATION, KnownDistance, Measurement
-from ..robot import Parameter, Robot, choose_parameters
-from .advice import place_advice
-from .change_points import Change, find_parts
-from .columns import UNEXPLAINED, column_findings, columns_behind
-from .configurations import duplicate_findings, still_findings
-from .diagnostic import Diagnostic, where_of
-from .distances import Scale, judge_distances, named
-from .robust_fit import RigidModel, samples_of
-from .sample_count import few_findings
-from .socket_outliers import Sockets, elsewhere, explained_by_backlash, far_samples
+from ..robot import Robot
+from .change_points import Change
+from .columns import column_behind_scale, column_diagnostics
+from .configurations import duplicates, motionless_joints
+from .diagnostic import Diagnostic
+from .distances import DistanceVerdict, Scale, check_distances, named
+from .evidence import Evidence, gather
+from .far_samples import far_samples
+from .outside_socket import outside_socket
+from .robust_fit import UNEXPLAINED, RigidFit
+from .sample_count import few_samples
 
-BAD_FLOOR = 2.5
-"""A placement is not to be trusted if the fit to it alone leaves this many times the error that is
-usual for the others."""
-EXACT = 1e-5
-"""What the fit leaves of fewer samples than it has unknowns, at most [m]: it says nothing."""
+Check = Callable[[Evidence, Measurement], list[Diagnostic]]
+FIT_CHECKS: tuple[Check, ...] = (outside_socket, far_samples)
+RECORDING_CHECKS: tuple[Check, ...] = (few_samples, duplicates, motionless_joints)
 
 
 @dataclass(frozen=True)
 class Inspection:
-    """What one placement shows by itself."""
+    """Diagnostics of one placement."""
 
     measured: Measurement
     floor: float
-    """Mean error of a fit to this placement alone, see :func:`fitted_alone` [m]."""
+    """Mean error of a fit to this placement alone, see :func:`.fit_error.fitted_alone` [m]."""
     changes: tuple[Change, ...]
-    findings: tuple[Diagnostic, ...]
+    """Moves of its base."""
+    diagnostics: tuple[Diagnostic, ...]
     centre: np.ndarray
     """Between its sockets, as the fit to all placements predicts it, shape (3,) [m]."""
 
     @property
     def sound(self) -> bool:
-        """Whether nothing has to be mended before it is trained on."""
-        return all(finding.level != "error" for finding in self.findings)
+        """True where nothing has to be mended before it is trained on."""
+        return all(diagnostic.level != "error" for diagnostic in self.diagnostics)
 
 
 @dataclass(frozen=True)
 class Survey:
-    """What recordings show before they are fitted."""
+    """Diagnostics of several placements, and the size of the arm by them."""
 
     placements: tuple[Inspection, ...]
     shared: tuple[Diagnostic, ...]
-    """What concerns all placements, or the arm."""
+    """Diagnostics of all placements, or of the arm."""
     scale: Scale | None
-    """What the distances say of the arm's size; None where none is known."""
+    """The arm's size by known distances; None where none is known."""
 
     @property
-    def findings(self) -> tuple[Diagnostic, ...]:
-        """All findings, those on all placements first."""
-        return (*self.shared, *(f for one in self.placements for f in one.findings))
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """All diagnostics, those of all placements first."""
+        return (*self.shared, *(d for one in self.placements for d in one.diagnostics))
 
 
 def inspect_all(
     robot: Robot,
-    parameters: Sequence[Parameter],
     measurements: Sequence[Measurement],
     *,
     known: Sequence[KnownDistance] = (),
     deviation: float = CALIPER_DEVIATION,
     zeros: bool = False,
 ) -> Survey:
-    """Inspect placements: each fitted alone, and all together to see whether a base moved.
+    """Inspect placements: each by itself, and all together.
 
     Args:
         robot: The robot.
-        parameters: What of its geometry is free.
         measurements: The placements; those that an instrument measured are passed over.
         known: Distances measured beside those between each placement's sockets.
         deviation: Standard deviation of the latter [m].
-        zeros: Whether the joints' zeros may be off by degrees, as on arms made of servos: then
-            that is no mistake.
+        zeros: The joints may have offsets of degrees, as on arms made of servos: then that is no
+            mistake.
 
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
-    measurements = [m for m in measurements if m.kind == "sockets"]
-    known = named(measurements, known)
-    if not measurements:
+    seated = [m for m in measurements if m.kind == "sockets"]
+    known = named(seated, known)
+    if not seated:
         return Survey((), (), None)
-    model = RigidModel(robot, parameters, zeros=zeros)
-    alone = {m.name: find_parts(model, samples_of([m])) for m in measurements}
-    floors = [fit.error for fit, _ in alone.values()]
-    bad = {
-        m.name: [] if typical is None else _bad(model, m, floor, typical)
-        for m, floor, typical in zip(measurements, floors, standing_out(floors), strict=True)
-    }
-    good = [m for m in measurements if not bad[m.name]]
-    together, parts = alone[good[0].name] if len(good) == 1 else find_parts(model, samples_of(good))
-    labels = tuple((m.name, socket) for m in good for socket in m.sockets)
-    sockets = Sockets(labels, together.centres[: len(labels)], together.noise)
-    placed = {m.name: elsewhere(m, parts, together, sockets, zeros=zeros) for m in good}
-    apart = together.error < UNEXPLAINED and any(findings for findings, _ in placed.values())
-    columns = column_findings(model, good, together.samples if apart else None)
+    evidence = gather(robot, seated, known=known, deviation=deviation, zeros=zeros)
+    columns = _check_columns(evidence)
     # A mistake in all columns shows as anything: told first, and alone.
-    explained = any(finding.level == "error" for finding in columns)
-    moved = [name for name, (_, changes) in placed.items() if changes]
-    kept = {m.name for m in good}
-    usable = [k for k in known if {k.first[0], k.second[0]} <= kept]
-    distances = judge_distances(good, together, moved, usable, deviation)
-    behind = columns_behind(model, good) if distances.size and not explained else None
-    if behind is not None:
-        columns = [*columns, behind[0]]
-        distances = judge_distances(good, behind[1], moved, usable, deviation)
-    inspections: list[Inspection] = []
-    for i, measured in enumerate(measurements):
-        changes: tuple[Change, ...] = ()
-        findings = bad[measured.name]
-        if not explained and not findings:
-            findings, changes = placed[measured.name]
-            fit, own = alone[measured.name]
-            findings += far_samples(measured, own, fit, sockets)
-            findings += (
-                [distances.single[measured.name]] if measured.name in distances.single else []
-            )
-        findings = [
-            *findings,
-            *few_findings(measured),
-            *duplicate_findings(measured),
-            *still_findings(measured, robot),
-        ]
-        points = model.ball.points(model.ball.nominal + together.x, measured.positions)
-        centre = np.mean([np.median(points[rows], axis=0) for rows in measured.slices], axis=0)
-        inspections.append(Inspection(measured, floors[i], changes, tuple(findings), centre))
-    moves = [move for _, own in placed.values() for move in own]
-    loose = not zeros and any(explained_by_backlash(sockets, move) for move in moves)
-    # Play makes an arm seem longer or shorter: it is told first, and then what is left.
-    sizes = [f for f in distances.shared if not (loose and f.code == "scale")]
-    shared = columns if explained else [*columns, *sizes]
-    return Survey(tuple(inspections), tuple(shared), distances.scale)
-
-
-def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:
-    """Return what each placement leaves when fitted alone, by its name [m].
-
-    It is the mean distance of its samples from their socket, each by its weight, by a robust
-    rigid fit to nothing but them, parts apart where the base moved.
-    """
-    model = RigidModel(robot, choose_parameters(robot))
-    return {m.name: find_parts(model, samples_of([m]))[0].error for m in measurements}
-
-
-def standing_out(floors: Sequence[float]) -> list[float | None]:
-    """Return, for each placement that stands out, what it should leave by the others [m].
-
-    Args:
-        floors: What each leaves when fitted alone [m].
-
-    Returns:
-        None for each that leaves about as much as the others.
-    """
-    typical = [_typical([*floors[:i], *floors[i + 1 :]]) for i in range(len(floors))]
-    return [
-        t if f > BAD_FLOOR * max(t, EXACT) else None for f, t in zip(floors, typical, strict=True)
-    ]
-
-
-def next_placement(robot: Robot, survey: Survey) -> str:
-    """Return which placements to train on, and where to record the next one."""
-    inspections = survey.placements
-    mistaken = any(finding.level == "error" for finding in survey.shared)
-    return place_advice(
-        robot,
-        [one.measured.name for one in inspections],
-        np.array([one.centre for one in inspections]),
-        [one.sound and not mistaken for one in inspections],
+    explained = any(diagnostic.level == "error" for diagnostic in columns)
+    distances = _check_distances(evidence, evidence.together)
+    if distances.doubts_scale and not explained:
+        behind = column_behind_scale(evidence.model, evidence.good)
+        if behind is not None:
+            columns = [*columns, behind[0]]
+            distances = _check_distances(evidence, behind[1])
+    inspections = tuple(
+        _inspect(evidence, m, None if explained else distances) for m in evidence.measurements
     )
+    loose = any(evidence.explained_by_backlash(c) for m in evidence.good for c in evidence.moves(m))
+    # Backlash makes an arm seem longer or shorter: it is told first, and then what is left.
+    sizes = [d for d in distances.shared if not (loose and d.code == "scale")]
+    return Survey(inspections, (*columns, *([] if explained else sizes)), distances.scale)
 
 
-def _typical(others: Sequence[float]) -> float:
-    """Return the error that a placement should leave by those that others leave [m].
-
-    Infinity where they do not tell: there are none, or no better.
-    """
-    typical = float(np.median(others)) if others else np.inf
-    if len(others) == 1:
-        typical = max(typical, UNEXPLAINED / BAD_FLOOR)
-    return typical if typical < UNEXPLAINED else np.inf
+def _check_columns(evidence: Evidence) -> list[Diagnostic]:
+    """Return mistakes in the columns of all placements."""
+    fit = evidence.together
+    displaced = any(evidence.displacements(m) for m in evidence.good)
+    apart = fit.samples if displaced and fit.error < UNEXPLAINED else None
+    return column_diagnostics(evidence.model, evidence.good, apart)
 
 
-def _bad(
-    model: RigidModel, measured: Measurement, floor: float, typical: float
-) -> list[Diagnostic]:
-    """Return why a placement alone leaves much more than the others do, if columns tell."""
-    columns = [f for f in column_findings(model, [measured]) if f.level == "error"]
-    if any(finding.code != "model" for finding in columns):
-        return columns
-    return [
-        Diagnostic(
-            "error",
-            "floor",
-            where_of([measured]),
-            f"fitted alone it leaves {1e3 * floor:.2f} mm, the others {1e3 * typical:.2f} mm",
-            "no model explains it: record it again, or leave it out",
-        )
-    ]
+def _check_distances(evidence: Evidence, fit: RigidFit) -> DistanceVerdict:
+    """Compare the distances that are known with a fit's."""
+    good = evidence.good
+    names = {m.name for m in good}
+    moved = [m.name for m in good if evidence.moves(m)]
+    usable = [k for k in evidence.known if {k.first[0], k.second[0]} <= names]
+    return check_distances(good, fit, moved, usable, evidence.deviation)
+
+
+def _inspect(
+    evidence: Evidence, measured: Measurement, distances: DistanceVerdict | None
+) -> Inspection:
+    """Inspect one placement; without distances where wrong columns explain all that a fit shows."""
+    name = measured.name
+    found = list(evidence.bad[name])
+    changes: tuple[Change, ...] = ()
+    if distances is not None and not found:
+        changes = evidence.moves(measured)
+        found += [d for check in FIT_CHECKS for d in check(evidence, measured)]
+        found += [distances.single[name]] if name in distances.single else []
+    found += [d for check in RECORDING_CHECKS for d in check(evidence, measured)]
+    ball = evidence.model.ball
+    points = ball.points(ball.nominal + evidence.together.x, measured.positions)
+    centre = np.mean([np.median(points[rows], axis=0) for rows in measured.slices], axis=0)
+    return Inspection(measured, evidence.alone[name][0].error, changes, tuple(found), centre)

@@ -1,9 +1,9 @@
 """A quick, robust fit of a rigid arm to samples, which always ends, and believes no distance.
 
-It is a look at the data, not a calibration: Gauss-Newton steps for the joint origins, held near
-nominal by priors of fixed width, with Student's noise, so that samples far from their socket weigh
-little. The sockets' centres are the weighted means of the samples in them. The arm's scale is held
-at nominal: what the sockets' distances come out as is then what the model says they should be.
+Gauss-Newton steps for the joint origins, held near nominal by priors of fixed width, with Student's
+noise, so that samples far from their socket weigh little. The sockets' centres are the weighted
+means of the samples in them. The arm's scale is held at nominal: the sockets' distances come out as
+the model says they should be.
 """
 
 from collections.abc import Sequence
@@ -24,18 +24,20 @@ TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
 SCALE = 1e-5
 """Standard deviation of the prior that holds the arm's scale at nominal."""
 ITERATIONS = 40
-FAR_ZERO = np.deg2rad(30)
-"""So far may a joint's zero be off that is sought [rad]."""
+MAX_OFFSET = np.deg2rad(30)
+"""Largest joint offset that is sought [rad]."""
 SEED_ITERATIONS = 6
-"""Iterations for the ball's place, and zeros."""
+"""Iterations for the ball's place, and joint offsets."""
 SETTLED = 1e-2
 """Relative change of the noise, and change of the unknowns in widths, at which a fit ends."""
 LARGEST_STEP = 0.2
 """Of any unknown in an iteration [m], [rad]."""
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
+UNEXPLAINED = 5e-3
+"""A fit to sound recordings leaves less than this [m]."""
 BACKLASH_NOISE = 1.9e-3
-"""The same for arms made of servos [m]: their play moves whole sockets."""
+"""The same for arms made of servos [m]: their backlash moves whole sockets."""
 ENOUGH, LEAST = 4000, 20
 """A fit uses about the first number of samples in all, and at least the second of each socket; more
 would hardly change it."""
@@ -43,7 +45,7 @@ would hardly change it."""
 
 @dataclass(frozen=True)
 class Samples:
-    """Joint positions, and the socket of each."""
+    """Joint positions and their sockets."""
 
     positions: np.ndarray
     """Shape (N, m)."""
@@ -57,7 +59,7 @@ class Samples:
 
     @cached_property
     def rows(self) -> list[np.ndarray]:
-        """Which samples are in each socket."""
+        """Indices of the samples in each socket."""
         return [np.flatnonzero(self.sockets == k) for k in range(self.count)]
 
     @cached_property
@@ -68,11 +70,11 @@ class Samples:
 
     @cached_property
     def starts(self) -> np.ndarray:
-        """Where each socket begins in that order."""
+        """First index of each socket in that order."""
         return np.searchsorted(self.sockets[self.order], np.arange(self.count))
 
-    def tell(self, unknowns: int) -> bool:
-        """Whether they are enough: twice as many numbers as unknowns beside the sockets'."""
+    def is_overdetermined(self, unknowns: int) -> bool:
+        """Return True for twice as many numbers as unknowns, the sockets' centres left out."""
         return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
 
     def thinned(self, enough: int) -> "Samples":
@@ -93,7 +95,7 @@ def samples_of(measurements: Sequence[Measurement]) -> Samples:
 
 @dataclass(frozen=True)
 class RigidFit:
-    """Where a fit arrived."""
+    """The result of a fit."""
 
     samples: Samples
     points: np.ndarray
@@ -115,7 +117,7 @@ class RigidFit:
 
     @cached_property
     def errors(self) -> np.ndarray:
-        """How far each sample is from its socket's centre, shape (N,) [m]."""
+        """Distance of each sample from its socket's centre, shape (N,) [m]."""
         return np.linalg.norm(self.points - self.centres[self.samples.sockets], axis=1)
 
     @property
@@ -130,7 +132,7 @@ class RigidModel:
     Args:
         robot: The nominal robot.
         parameters: What of its geometry is free.
-        zeros: Whether the joints' zeros may be off by degrees.
+        zeros: The joints may have offsets of degrees.
     """
 
     def __init__(
@@ -153,32 +155,24 @@ class RigidModel:
         self._prior = np.linalg.inv(usual) + np.outer(by_scale, by_scale) / SCALE**2
 
     def nominal_error(self, samples: Samples) -> float:
-        """Return the error [m] of the model as it is, with the best place of the ball.
+        """Return the weighted mean distance of samples from their socket by the nominal model [m].
 
-        Zeros that may be off by degrees are the best ones, too. It is the mean distance of samples
-        from their socket, each by its weight.
+        The place of the ball is the best one, and so are joint offsets, if there may be any.
         """
         joints = range(samples.positions.shape[1]) if self.zeros else ()
-        return self._glance(samples, joints, JOINT_OFFSET.typical_shift)[1]
+        return self._seed(samples, joints, JOINT_OFFSET.typical_shift)[1]
 
-    def nominal_zeros(self, samples: Samples, joints: Sequence[int]) -> np.ndarray:
-        """Return how far off zeros of some joints are by the model as it is, to first order.
+    def nominal_offsets(self, samples: Samples, joints: Sequence[int]) -> np.ndarray:
+        """Return the best offsets of some joints by the nominal model, to first order [rad].
 
-        A joint is truly at q less that where it reads q. Of all sets of zeros, it is the one with
-        the best place of the ball.
+        A joint is truly at q less its offset where it reads q.
         """
-        return self._glance(samples, joints, FAR_ZERO)[0][3:]
+        return self._seed(samples, joints, MAX_OFFSET)[0][3:]
 
-    def _glance(
+    def _seed(
         self, samples: Samples, joints: Sequence[int], width: float
     ) -> tuple[np.ndarray, float]:
-        """Return by how much the ball's place and some zeros are off, and the error without.
-
-        Args:
-            samples: The samples.
-            joints: Those whose zeros may be off.
-            width: By about so much [rad].
-        """
+        """Return errors of the ball's place, and offsets of some joints; and the error left."""
         linear = self._place.linearise(self._place.nominal, samples.positions)
         points, by_joints = linear.points, linear.by_joints[:, :, list(joints)]
         values = np.concatenate([points[:, :, None], linear.by_parameters, by_joints], axis=2)

@@ -1,24 +1,17 @@
-"""How much there is in recordings, what a calibration on them would know, and what is missing."""
+"""Check of the amount of data: sockets with few samples, and placements without a known length."""
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from ..bayes.inference import estimate
-from ..bayes.model import extend
-from ..bayes.model.effects import JOINT_OFFSET
-from ..bayes.results import workspace_deviation
-from ..data import CALIPER_DEVIATION, KnownDistance, KnownError, Load, Measurement, observe
-from ..paper import NotConverged
-from ..robot import Parameter, Robot
+from ..data import KnownDistance, Measurement
 from .diagnostic import Diagnostic, where_of
 from .distances import named
+from .evidence import Evidence
 
 FEWEST, ADVISED = 10, 30
 """Samples in a socket below which it tells little, and that are advised."""
 
 
-def few_findings(measured: Measurement) -> list[Diagnostic]:
+def few_samples(_: Evidence, measured: Measurement) -> list[Diagnostic]:
     """Return sockets of a placement with too few samples."""
     return [
         Diagnostic(
@@ -33,12 +26,12 @@ def few_findings(measured: Measurement) -> list[Diagnostic]:
     ]
 
 
-def single_placement_diagnostics(
+def single_socket_diagnostics(
     measurements: Sequence[Measurement], known: Sequence[KnownDistance] = ()
 ) -> list[Diagnostic]:
     """Return placements with one socket, which no known distance ties to a length."""
     whole = named(measurements, known)
-    tied = {name for k in whole for name, _ in (k.first, k.second)}
+    scaled = {name for k in whole for name, _ in (k.first, k.second)}
     return [
         Diagnostic(
             "error",
@@ -48,29 +41,5 @@ def single_placement_diagnostics(
             "record the other socket too, or tie it by a known distance, solve --known",
         )
         for m in measurements
-        if m.kind == "sockets" and not m.has_distance and m.name not in tied
+        if m.kind == "sockets" and not m.has_distance and m.name not in scaled
     ]
-
-
-def predicted_error(
-    robot: Robot,
-    parameters: Sequence[Parameter],
-    measurements: Sequence[Measurement],
-    load: Load | None = None,
-    known: Sequence[KnownDistance] = (),
-    deviation: float = CALIPER_DEVIATION,
-    *,
-    zeros: bool = False,
-) -> float | None:
-    """Return the error of distances in the workspace that a calibration would have [m].
-
-    The median over random poses, one standard deviation; None where it cannot be told.
-    """
-    load = load or Load()
-    try:
-        data = observe(measurements, robot, known=known, deviation=deviation, load=load)
-        posterior = estimate(extend(robot, parameters, (JOINT_OFFSET.name,) if zeros else ()), data)
-    except (KnownError, NotConverged):
-        return None
-    median = workspace_deviation(posterior, load)[0]
-    return median if np.isfinite(median) else None

@@ -9,7 +9,6 @@ import pytest
 from mukca.recorder.dataset import Placement
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import Survey, inspect_all
-from mukca.solver.robot import choose_parameters
 from mukca.tools.simulation import Base, record
 
 Look = Callable[..., Survey]
@@ -30,7 +29,7 @@ def placements(true_panda) -> list[Placement]:
 def look(panda) -> Look:
     def look(placements: list[Placement], distance: float | None = None) -> Survey:
         measured = [measure(p, panda, distance, sockets=1) for p in placements]
-        return inspect_all(panda, choose_parameters(panda), measured)
+        return inspect_all(panda, measured)
 
     return look
 

@@ -9,14 +9,14 @@ import pytest
 from mukca.recorder import find_placements, read_placement
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import Diagnostic, Survey, inspect_all, next_placement, split_at
-from mukca.solver.robot import choose_parameters, load_robot
+from mukca.solver.robot import load_robot
 from mukca.tools.simulation import Base, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
 
 def codes(seen: Survey) -> list[str]:
-    return [finding.code for finding in seen.findings]
+    return [finding.code for finding in seen.diagnostics]
 
 
 @pytest.mark.slow
@@ -54,7 +54,7 @@ def test_samples_in_the_wrong_socket_or_far_away_are_told(look, placements) -> N
     samples[7] = replace(samples[7], position=tuple(q.tolist()))
     seen = look([replace(front, samples=tuple(samples)), *placements[1:]])
     assert sorted(codes(seen)) == ["far", "mislabelled"]
-    assert "weight 0.0" in str(seen.placements[0].findings[0])
+    assert "weight 0.0" in str(seen.placements[0].diagnostics[0])
 
 
 @pytest.mark.slow
@@ -64,7 +64,9 @@ def test_duplicates_and_stuck_joints_are_told(look, placements) -> None:
     samples[1] = replace(samples[0], position=tuple(np.array(samples[0].position) + 1e-5))
     assert codes(look([replace(front, samples=tuple(samples)), *placements[1:]])) == ["duplicate"]
     stuck = [replace(s, position=(*s.position[:6], 0.1)) for s in front.samples]
-    found = [f for f in look([replace(front, samples=tuple(stuck))]).findings if f.code == "still"]
+    found = [
+        f for f in look([replace(front, samples=tuple(stuck))]).diagnostics if f.code == "still"
+    ]
     assert "panda_joint7" in found[0].text and "did not move at all" in found[0].text
 
 
@@ -75,7 +77,7 @@ def test_a_placement_that_no_model_explains_is_told(look, placements) -> None:
         for s in placements[0].samples
     ]
     seen = look([replace(placements[0], samples=tuple(loose)), *placements[1:]])
-    assert "floor" in [finding.code for finding in seen.placements[0].findings]
+    assert "floor" in [finding.code for finding in seen.placements[0].diagnostics]
 
 
 def test_the_next_placement_is_away_from_those_there_are(panda, look, placements) -> None:
@@ -83,7 +85,7 @@ def test_the_next_placement_is_away_from_those_there_are(panda, look, placements
     assert "to its right" in next_placement(panda, seen)
     assert "front" in next_placement(panda, seen) and "left" in next_placement(panda, seen)
     moved = replace(
-        seen.placements[1], findings=(Diagnostic("error", "x", "there", "bad", "mend"),)
+        seen.placements[1], diagnostics=(Diagnostic("error", "x", "there", "bad", "mend"),)
     )
     hint = next_placement(panda, replace(seen, placements=(seen.placements[0], moved)))
     assert "First mend left" in hint and "serve best" not in hint
@@ -95,7 +97,7 @@ def test_the_drop_in_a_real_recording_is_found(recordings: Path) -> None:
     for arm in ("panda_3", "kuka_14", "dinova_2"):
         robot = load_robot(str(recordings / arm / "nominal.urdf"))
         measured = [measure(read_placement(p), robot) for p in find_placements([recordings / arm])]
-        for one in inspect_all(robot, choose_parameters(robot), measured).placements:
+        for one in inspect_all(robot, measured).placements:
             found |= {(one.measured.name, c.socket, c.sample + 1): c.jump for c in one.changes}
     assert found["dinova_2/front_rotated", 1, 12] == pytest.approx(4e-3, abs=5e-4)
     assert not [name for name, _, _ in found if not name.startswith("dinova_2")]

@@ -8,7 +8,7 @@ import pytest
 from mukca.solver.data import measure
 from mukca.solver.data.measurements import MeasurementError
 from mukca.solver.diagnostics import inspect_all
-from mukca.solver.robot import choose_parameters, load_robot
+from mukca.solver.robot import load_robot
 from mukca.tools.simulation import perturb, record, simulate_recordings
 from mukca.tools.simulation.simulated_arms import reachable_bases
 
@@ -30,7 +30,7 @@ def flipped(joint: int):
 )
 def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code, words) -> None:
     seen = look([change(placement, mistake) for placement in placements])
-    (finding,) = [f for f in seen.findings if f.level == "error"]
+    (finding,) = [f for f in seen.diagnostics if f.level == "error"]
     assert (finding.code, finding.where) == (code, "all placements")
     assert words in finding.text, finding.text
 
@@ -38,10 +38,10 @@ def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code
 @pytest.mark.slow
 def test_a_mistake_in_one_placement_is_found_there(look, change, placements) -> None:
     seen = look([placements[0], change(placements[1], flipped(4)), placements[2]])
-    (finding,) = seen.findings
-    assert finding.code == "sign" and finding in seen.placements[1].findings
+    (finding,) = seen.diagnostics
+    assert finding.code == "sign" and finding in seen.placements[1].diagnostics
     seen = look([placements[0], change(placements[1], flipped(4))])
-    assert [f.code for f in seen.placements[1].findings] == ["sign"]
+    assert [f.code for f in seen.placements[1].diagnostics] == ["sign"]
     assert seen.placements[0].sound and not seen.shared
 
 
@@ -49,7 +49,7 @@ def test_a_mistake_in_one_placement_is_found_there(look, change, placements) -> 
 def test_what_no_single_mistake_explains_is_told(look, change, placements) -> None:
     generator = np.random.default_rng(0)
     wild = [change(p, lambda q: q + generator.normal(0, 0.2, 7)) for p in placements]
-    (finding,) = [f for f in look(wild).findings if f.level == "error"]
+    (finding,) = [f for f in look(wild).diagnostics if f.level == "error"]
     assert finding.code == "model" and "is it this robot's model" in finding.advice
 
 
@@ -62,7 +62,7 @@ def test_a_few_samples_accuse_no_joint(look, panda) -> None:
     """Three in each socket can be explained by almost anything, here by another last sign."""
     _, (whole,) = simulate_recordings(panda, 1, samples=20, seed=3)
     few = replace(whole, samples=(*whole.samples[:3], *whole.samples[20:23]))
-    assert [(f.level, f.code) for f in look([few]).findings] == [("warning", "few")] * 2
+    assert [(f.level, f.code) for f in look([few]).diagnostics] == [("warning", "few")] * 2
 
 
 @pytest.mark.slow
@@ -82,5 +82,5 @@ def test_only_a_flipped_last_joint_looks_flipped(name: str, change) -> None:
         ([change(p, flipped(last)) for p in data], ["sign"]),
     ):
         measured = [measure(p, robot) for p in placements]
-        found = inspect_all(robot, choose_parameters(robot), measured).findings
+        found = inspect_all(robot, measured).diagnostics
         assert [f.code for f in found] == codes

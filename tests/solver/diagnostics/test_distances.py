@@ -31,7 +31,7 @@ ALONG_Y = np.array([0.0, 1.0, 0.0])
 @pytest.mark.slow
 def test_a_wrong_distance_is_found(look, placements, given, level, words) -> None:
     seen = look(placements, given)
-    (finding,) = seen.findings
+    (finding,) = seen.diagnostics
     assert (finding.level, finding.code, finding.where) == (level, "scale", "all placements")
     assert words in finding.text, finding.text
     assert f"more likely the sockets are 50.0 mm apart than {1e3 * given:.1f}" in finding.text
@@ -44,15 +44,15 @@ def test_a_wrong_distance_is_found(look, placements, given, level, words) -> Non
 def test_samples_that_any_model_fits_accuse_no_placement(look, placements) -> None:
     """Of three in each socket the fit leaves nothing but rounding."""
     few = [replace(p, samples=(*p.samples[:3], *p.samples[20:23])) for p in placements]
-    assert not [f for one in look(few).placements for f in one.findings if f.level == "error"]
+    assert not [f for one in look(few).placements for f in one.diagnostics if f.level == "error"]
 
 
 @pytest.mark.slow
 def test_a_forgotten_distance_is_found(look, true_panda) -> None:
     base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y, distance=0.12)
     long = record(true_panda, base, np.random.default_rng(3), samples=20, noise=1e-4)
-    assert look([long]).findings == ()
-    (finding,) = look([replace(long, distance=None)]).findings
+    assert look([long]).diagnostics == ()
+    (finding,) = look([replace(long, distance=None)]).diagnostics
     assert finding.level == "error" and "more likely the sockets are 12" in finding.text
     assert "nothing but the default" in finding.advice
 
@@ -66,8 +66,8 @@ def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(
     samples = (*placements[0].samples[:20], *after.samples[20:])
     for others in (placements[1:], placements[1:2]):
         seen = look([replace(placements[0], samples=samples), *others])
-        (finding,) = seen.findings
-        assert finding.code == "distance" and finding in seen.placements[0].findings
+        (finding,) = seen.diagnostics
+        assert finding.code == "distance" and finding in seen.placements[0].diagnostics
     assert "350." in finding.text and "mm apart by the model, not 50.0" in finding.text
 
 
@@ -78,7 +78,9 @@ def test_both_sockets_recorded_in_one_are_told(look, true_panda, placements) -> 
     twice = [replace(s, socket=1) for s in again.samples[:20]]
     samples = (*placements[0].samples[:20], *twice)
     for others in ([], placements[1:]):
-        codes = [f.code for f in look([replace(placements[0], samples=samples), *others]).findings]
+        codes = [
+            f.code for f in look([replace(placements[0], samples=samples), *others]).diagnostics
+        ]
         assert codes == ["one-socket"]
 
 
@@ -99,11 +101,10 @@ def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int
     (base,) = reachable_bases(robot, generator, 1)
     sound = record(arm, base, generator, samples=20, noise=1e-4)
     off = change(sound, lambda q: q + 0.1 * (np.arange(len(q)) == joint))
-    parameters = choose_parameters(robot)
 
     def seen(placement: Placement, distance: float | None = None) -> list[Diagnostic]:
         measured = measure(placement, robot, distance)
-        return list(inspect_all(robot, parameters, [measured]).shared)
+        return list(inspect_all(robot, [measured]).shared)
 
     (finding,) = seen(off)
     assert (finding.level, finding.code) == ("error", "zero")
@@ -124,8 +125,8 @@ def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) ->
     (base,) = reachable_bases(arm, generator, 1)
     placement = record(arm, base, generator, samples=20, imperfection=play)
     measured = measure(change(placement, lambda q: q - zeros), robot, distance)
-    seen = inspect_all(robot, choose_parameters(robot), [measured], zeros=True)
-    assert [f.code for f in seen.findings] == ([] if distance is None else ["scale"])
+    seen = inspect_all(robot, [measured], zeros=True)
+    assert [f.code for f in seen.diagnostics] == ([] if distance is None else ["scale"])
     assert seen.scale is not None
     true = 0.0 if distance is None else 0.1
     assert abs(seen.scale.value - true) < 3 * seen.scale.deviation < 0.06
@@ -136,8 +137,8 @@ def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) ->
 def test_the_recording_whose_distance_is_out_of_line_is_named(look, placements, count) -> None:
     wrong = [placements[0], replace(placements[1], distance=0.0508), *placements[2:count]]
     seen = look(wrong)
-    (finding,) = seen.findings
-    assert finding.code == "distance" and finding in seen.placements[1].findings
+    (finding,) = seen.diagnostics
+    assert finding.code == "distance" and finding in seen.placements[1].diagnostics
     assert "50.0 mm apart by the model and the other recordings, not 50.8" in finding.text
     assert "as placement.json has it" in finding.advice
-    assert look([replace(placements[0], distance=0.0502), placements[1]]).findings == ()
+    assert look([replace(placements[0], distance=0.0502), placements[1]]).diagnostics == ()

@@ -8,7 +8,7 @@ import pytest
 from mukca.recorder.dataset import Placement
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
-from mukca.solver.robot import choose_parameters, load_robot
+from mukca.solver.robot import load_robot
 from mukca.tools.simulation import Base, perturb, record
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
@@ -30,7 +30,7 @@ def test_a_base_that_moved_far_is_told_by_the_first_row(
     front = placements[0]
     samples = (*front.samples[: 20 + first], *elsewhere.samples[20 + first :])
     seen = look([replace(front, samples=samples), *placements[1:]])
-    (finding,) = seen.findings
+    (finding,) = seen.diagnostics
     assert finding.code == "moved" and f"before sample {first + 1} of socket 1" in finding.text
     (change,) = seen.placements[0].changes
     assert change.jump == pytest.approx(0.371, abs=1e-3)
@@ -46,15 +46,15 @@ def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begi
     for i in range(20 + begin, 20 + begin + many):
         samples[i] = replace(more.samples[i - 20], socket=1)
     seen = look([replace(placements[0], samples=tuple(samples)), *placements[1:]])
-    assert {f.code for f in seen.findings} == {"mislabelled"}
-    told = " ".join(map(str, seen.findings))
+    assert {f.code for f in seen.diagnostics} == {"mislabelled"}
+    told = " ".join(map(str, seen.diagnostics))
     assert "wrong socket number" in told
-    if len(seen.findings) == 1:
+    if len(seen.diagnostics) == 1:
         assert f"samples {begin + 1} to {begin + many} of socket 1 lie in socket 0" in told or (
             many == 1 and f"socket 1 sample {begin + 1}:" in told
         )
     else:
-        assert len(seen.findings) == many
+        assert len(seen.diagnostics) == many
         assert all(f"socket 1 sample {begin + k + 1}:" in told for k in range(many))
 
 
@@ -63,14 +63,14 @@ def test_samples_of_another_placement_are_told(look, true_panda, placements) -> 
     base = Base("right", np.array([0.35, -0.4, 0.1]), ALONG_Y)
     more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)
     samples = (*placements[0].samples[:33], *more.samples[33:])
-    (finding,) = look([replace(placements[0], samples=samples), *placements[1:]]).findings
+    (finding,) = look([replace(placements[0], samples=samples), *placements[1:]]).diagnostics
     assert "samples 14 to 20 of socket 1 lie in socket 1 of right" in finding.text
 
 
 def test_one_sample_from_elsewhere_was_not_badly_seated(look, placements, elsewhere) -> None:
     samples = list(placements[0].samples)
     samples[31] = elsewhere.samples[31]
-    (finding,) = look([replace(placements[0], samples=tuple(samples)), *placements[1:]]).findings
+    (finding,) = look([replace(placements[0], samples=tuple(samples)), *placements[1:]]).diagnostics
     assert finding.code == "elsewhere"
     assert finding.where.endswith("sample 12") and "another base position" in finding.advice
 
@@ -78,7 +78,7 @@ def test_one_sample_from_elsewhere_was_not_badly_seated(look, placements, elsewh
 def test_a_base_that_moved_amid_the_only_placement_is_no_wrong_model(look, placements) -> None:
     samples = list(placements[0].samples)
     samples[30:] = placements[2].samples[30:]
-    (finding,) = look([replace(placements[0], samples=tuple(samples))]).findings
+    (finding,) = look([replace(placements[0], samples=tuple(samples))]).diagnostics
     assert finding.code == "moved" and finding.where.endswith("sample 11")
 
 
@@ -100,12 +100,14 @@ def test_play_moves_samples_together_and_is_no_moved_base(
         )
         rows = sorted((*first.samples, *then.samples), key=lambda sample: sample.socket)
         measured = measure(replace(first, samples=tuple(rows)), robot, None)
-        seen = inspect_all(robot, choose_parameters(robot), [measured], zeros=True)
-        assert any(finding.level == "error" for finding in seen.findings) == (moved > 0.005), seed
+        seen = inspect_all(robot, [measured], zeros=True)
+        assert any(finding.level == "error" for finding in seen.diagnostics) == (moved > 0.005), (
+            seed
+        )
         if moved == 0.0045:  # nobody has said that this arm is made of servos
-            found = inspect_all(robot, choose_parameters(robot), [measured]).findings
+            found = inspect_all(robot, [measured]).diagnostics
             assert any("say --zeros" in finding.advice for finding in found)
-            assert not any("say --zeros" in finding.advice for finding in seen.findings)
+            assert not any("say --zeros" in finding.advice for finding in seen.diagnostics)
 
 
 @pytest.mark.slow
@@ -122,8 +124,6 @@ def test_what_may_be_play_is_told_before_the_distance_of_the_sockets() -> None:
         samples = tuple(replace(sample, position=tuple(q)) for sample, q in rows)
         measured.append(measure(replace(placement, samples=samples), robot, 0.15))
     errors = [
-        finding
-        for finding in inspect_all(robot, choose_parameters(robot), measured).findings
-        if finding.level == "error"
+        finding for finding in inspect_all(robot, measured).diagnostics if finding.level == "error"
     ]
     assert errors and all("say --zeros" in finding.advice for finding in errors)

@@ -40,13 +40,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     from ....solver.data import check_distinct
+    from ....solver.design import predicted_error
     from ....solver.diagnostics import (
         inspect_all,
         next_placement,
-        predicted_error,
-        single_placement_diagnostics,
+        single_socket_diagnostics,
     )
-    from ....solver.robot import choose_parameters
 
     robot, settings = robot_of(arguments), settings_of(arguments)
     data = measure_all(arguments.data, robot, arguments.distance, sockets=1)
@@ -55,17 +54,14 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     for line in warnings:
         terminal.warn(line)
     known, deviation = settings.distances, settings.deviation
-    parameters = choose_parameters(robot)
     zeros = bool(settings.zeros)
-    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation, zeros=zeros)
-    lone = single_placement_diagnostics(data, known)
-    shared, findings = (*survey.shared, *lone), (*survey.findings, *lone)
+    survey = inspect_all(robot, data, known=known, deviation=deviation, zeros=zeros)
+    lone = single_socket_diagnostics(data, known)
+    shared, findings = (*survey.shared, *lone), (*survey.diagnostics, *lone)
     broken = any(finding.level == "error" for finding in findings)
     predicted = None
     if not broken:
-        predicted = predicted_error(
-            robot, parameters, data, settings.load, known, deviation, zeros=zeros
-        )
+        predicted = predicted_error(robot, data, settings.load, known, deviation, zeros=zeros)
     hint = next_placement(robot, survey) if survey.placements else POINTS_HINT
     points = [
         f"{m.name}: {sum(m.counts)} points that an instrument measured"
@@ -99,7 +95,7 @@ def _row(one: "Inspection") -> dict[str, Any]:
         "distance": one.measured.distance if one.measured.has_distance else None,
         "distance_source": one.measured.distance_source,
         "floor": one.floor,
-        "findings": [finding.as_dict() for finding in one.findings],
+        "findings": [finding.as_dict() for finding in one.diagnostics],
     }
 
 
@@ -118,7 +114,7 @@ def _seen(survey: "Survey", shared: "Sequence[Diagnostic]") -> list[str]:
             f"{measured.name}: {counts} samples{distance}; fitted alone it leaves "
             f"{1e3 * one.floor:.3f} mm"
         )
-        lines += [f"  {finding.level}: {finding}" for finding in one.findings]
+        lines += [f"  {finding.level}: {finding}" for finding in one.diagnostics]
     return lines
 
 

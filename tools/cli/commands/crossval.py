@@ -71,8 +71,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     parameters = choose_parameters(robot)
     known, deviation = named(data, settings.distances), settings.deviation
     zeros = bool(settings.zeros)
-    survey = inspect_all(robot, parameters, data, known=known, deviation=deviation, zeros=zeros)
-    for finding in survey.findings:
+    survey = inspect_all(robot, data, known=known, deviation=deviation, zeros=zeros)
+    for finding in survey.diagnostics:
         terminal.warn(str(finding))
     plan = Plan(
         robot=robot,
