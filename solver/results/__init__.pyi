@@ -6,6 +6,7 @@ from .arms import VisitedSocket as VisitedSocket
 from .calibrated import CalibratedRobot as CalibratedRobot
 from .calibration import FORMAT as FORMAT
 from .calibration import CalibrationDocument as CalibrationDocument
+from .calibration import FitResult as FitResult
 from .calibration import Model as Model
 from .calibration import NextPlacement as NextPlacement
 from .calibration import Provenance as Provenance

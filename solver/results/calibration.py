@@ -71,19 +71,14 @@ class Provenance(Document, kw_only=True, frozen=True):
     versions: dict[str, str]
 
 
-class Result(Document, kw_only=True, frozen=True):
-    """What a calibration says of itself: the object that ``mukca solve --json`` prints."""
+class FitResult(Document, kw_only=True, frozen=True):
+    """Result of a fit: parameters, uncertainty and history, in calibration.json and report.json."""
 
     robot: str
+    """As it was named to ``mukca solve``."""
     method: str
     optimizer: str
     iterations: int
-    converged: bool
-    solve_seconds: float
-    placements: tuple[PlacementErrors, ...]
-    summary: Summaries
-    distorted: tuple[str, ...]
-    """Training placements whose distance between sockets the model does not reproduce."""
     parameters: tuple[ParameterValue, ...]
     coefficients: tuple[Coefficient, ...] | None = None
     groups: tuple[PriorWidth, ...] | None = None
@@ -92,17 +87,34 @@ class Result(Document, kw_only=True, frozen=True):
     uncertainty: Uncertainty | None = None
     scale: Scale | None = None
     frames: tuple[FramePose, ...] | None = None
-    """Where the frames stand in which positions were measured; None where there is none."""
+    """Poses of the frames in which positions were measured; None where there is none."""
     choices: tuple[str, ...] | None = None
-    """What became of each extension, and why."""
+    """Decision on each extension, and its reason."""
     history: tuple[Iteration, ...]
+    checks: tuple[Diagnostic, ...] | None = None
+    """Diagnostics of the recordings; None where they could not be checked."""
+    next_placement: NextPlacement | None = None
+    warnings: tuple[str, ...]
+    outlook: Outlook | None = None
+    """None where it was not worked out."""
+    arm_name: str = ""
+    """Where several robots were calibrated together, the name of this one."""
+    arms: ArmsDocument | None = None
+    """Its relations to the others."""
+
+
+class Result(FitResult, kw_only=True, frozen=True):
+    """Result of a calibration: the object that ``mukca solve --json`` prints."""
+
+    converged: bool
+    solve_seconds: float
+    placements: tuple[PlacementErrors, ...]
+    summary: Summaries
+    distorted: tuple[str, ...]
+    """Training placements whose distance between sockets the model does not reproduce."""
     settings: dict[str, Any]
     """The options of ``mukca solve`` that make this result again."""
     provenance: Provenance
-    checks: tuple[Diagnostic, ...] | None = None
-    """What was found in the recordings; None where they could not be checked."""
-    next_placement: NextPlacement | None = None
-    warnings: tuple[str, ...]
     outputs: dict[str, str]
     """The files written, by kind."""
 
@@ -129,12 +141,6 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     """Coefficients of each extension of the geometry."""
     load: CarriedLoad
     data: tuple[PlacementSamples, ...]
-    outlook: Outlook | None = None
-    """None where it was not worked out."""
-    arm_name: str = ""
-    """Where several robots were calibrated together, the name of this one."""
-    arms: ArmsDocument | None = None
-    """What it has in common with the others."""
 
 
 def read_calibration(file: Path) -> CalibrationDocument:

@@ -8,7 +8,7 @@ import msgspec
 from ...solver.assessment import Options
 from ...solver.calibration import Calibration
 from ...solver.results import CalibrationDocument, encode, refuse_existing, write_files
-from .figures import PlotCaption, ReportDocument, report_figures
+from .figures import ReportDocument, ReportPlot, report_figures
 from .page import report_page
 from .plots import plots_of
 
@@ -52,7 +52,7 @@ def build_report(
     figures = report_figures(document, source, options)
     plots = plots_of(figures)
     captions = tuple(
-        PlotCaption(id=plot.id, section=section, title=plot.title, sentence=plot.sentence)
+        ReportPlot(id=plot.id, section=section, title=plot.title, sentence=plot.sentence)
         for section, group in plots.items()
         for plot in group
     )

@@ -105,12 +105,12 @@ def write(folder: Path, result: "ComparisonDocument") -> Path:
     import msgspec
 
     from ....solver.results import encode
-    from ...report.figures import ComparisonPlot
+    from ...report.figures import PlotCaption
     from ...report.page import comparison_page
     from ...report.plots import comparison_plots
 
     plots = tuple(
-        ComparisonPlot(id=plot.id, title=plot.title, sentence=plot.sentence)
+        PlotCaption(id=plot.id, title=plot.title, sentence=plot.sentence)
         for plot in comparison_plots(result)
     )
     figures = msgspec.structs.replace(result, plots=plots)

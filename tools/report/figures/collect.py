@@ -1,17 +1,23 @@
 """All figures of a report, worked out from a calibration: the way into this folder."""
 
-from ....solver.assessment import DRAWN, Options, distance_text, judged, sample_errors, setting
+from ....solver.assessment import (
+    DRAWN,
+    Options,
+    distance_text,
+    judged,
+    sample_errors,
+    setting,
+)
 from ....solver.diagnostics import fitted_alone
-from ....solver.results import CalibrationDocument, fields_of
+from ....solver.results import CalibrationDocument, FitResult, fields_of
 from .answer_data import data_answer
-from .answer_next import next_answer
-from .answer_use import use_answer
+from .answers import next_answer, use_answer
 from .arm import arm_drawing
 from .commands import solve_command
 from .cross_placement import cross_placement
 from .recommendations import steps
+from .types import REPORT, ReportDocument, ReportProvenance
 from .types_answers import Answers
-from .types_report import FORMAT, ReportDocument, ReportProvenance
 
 
 def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
@@ -40,11 +46,8 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         data=data_answer(placements, samples, floors, document.checks),
     )
     return ReportDocument(
-        format=FORMAT,
-        robot=document.robot,
-        method=document.method,
-        optimizer=document.optimizer,
-        iterations=document.iterations,
+        **{name: getattr(document, name) for name in FitResult.__struct_fields__},
+        format=REPORT,
         robot_name=predictions.robot.name,
         summary=found.summary,
         placements=placements,
@@ -52,25 +55,9 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         tolerance=tolerance,
         limits=limits,
         samples=samples,
-        history=document.history,
         cross_placement=matrix,
         coverage=covered,
-        parameters=document.parameters,
-        checks=document.checks,
-        choices=document.choices,
-        coefficients=document.coefficients,
-        groups=document.groups,
-        log_evidence=document.log_evidence,
-        scale=document.scale,
-        frames=document.frames,
-        arm_name=document.arm_name,
-        arms=document.arms,
         distance_text=distance_text(document.placements),
-        next_placement=document.next_placement,
-        noise=document.noise,
-        uncertainty=document.uncertainty,
-        outlook=document.outlook,
-        warnings=document.warnings,
         provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
         command=solve_command(document),
         verdict=verdict,

@@ -16,8 +16,8 @@ from ....solver.results import (
     fields_of,
     read_calibration,
 )
-from .types_comparison import (
-    FORMAT,
+from .types import (
+    COMPARISON,
     ComparedModel,
     ComparedPair,
     ComparedPlacement,
@@ -151,7 +151,7 @@ def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> Com
     fair = [i for i, placement in enumerate(tried) if not any(placement.trained)]
     judged = [tried[i] for i in fair]
     return ComparisonDocument(
-        format=FORMAT,
+        format=COMPARISON,
         robot_name=first.robot.name,
         models=tuple(
             ComparedModel(name=name, summary=_overall(k, judged) if judged else None)
