@@ -4,7 +4,6 @@ The result of a piece of work depends on what it is given alone, seeds included,
 wherever it was done. A worker that is lost costs what it was doing, which another one does again.
 """
 
-import argparse
 import multiprocessing
 import os
 import signal
@@ -17,10 +16,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import wait
 from typing import TypeVar
 
-from ...solver.calibration import UsageError
 from .dask_cluster import WorkersLostError, map_on_cluster
-
-__all__ = ["Workers", "WorkersLostError", "add_workers", "workers_of"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -68,30 +64,6 @@ class Workers:
         if self.processes == 1 or len(items) < 2:
             return list(_here(work, items, done))
         return _by_processes(min(self.processes, len(items)), work, items, done)
-
-
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add ``--processes`` and ``--cluster``."""
-    group = parser.add_argument_group("workers")
-    group.add_argument(
-        "--processes", type=int, default=os.cpu_count(), metavar="N", help="(default: all cores)"
-    )
-    group.add_argument(
-        "--cluster",
-        metavar="ADDRESS",
-        help="of a Dask scheduler, whose workers do the work; needs mukca[cluster]",
-    )
-
-
-def workers_of(arguments: argparse.Namespace) -> Workers:
-    """Return the workers that the arguments of :func:`add_workers` name.
-
-    Raises:
-        UsageError: Less than one process.
-    """
-    if arguments.processes < 1:
-        raise UsageError(f"--processes {arguments.processes}: expected 1 or more")
-    return Workers(arguments.processes, arguments.cluster)
 
 
 def _here(

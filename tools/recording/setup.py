@@ -24,7 +24,7 @@ from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, Stre
 from ...recorder.terminal import Keyboard, Lines, Outcome, Recorder, Screen, Script, keys_with
 from ...solver.calibration import UsageError
 from ...solver.robot import Robot
-from ..cli import Terminal, load_of
+from ..cli import Terminal
 from .guidance_process import BackgroundGuidance, goal_for
 from .outlier_checks import FIRST_FAR, OutlierCheck, gravity_of, similar_models
 
@@ -93,7 +93,7 @@ def record_session(
             title=_title(arguments, robot),
             keyboard=keyboard,
             script=script,
-            contact=ContactDetector(joints, gravity_of(robot, load_of(arguments))),
+            contact=ContactDetector(joints, gravity_of(robot, arguments.load.validated().load)),
             check=OutlierCheck(robot, arguments.distance),
             plausible=OutlierCheck(robot, arguments.distance, far=FIRST_FAR),
             keys=keys,

@@ -1,12 +1,14 @@
 """``mukca check``: look at recordings before they are fitted."""
 
-import argparse
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import Terminal, add_load, add_measured, add_robot, measure_all, robot_of, settings_of
+from ....solver.calibration import SolveOptions
+from .. import Terminal
+from ..arguments import JsonOption, argument, part
+from ..robots import RobotOptions, measure_all
 
 if TYPE_CHECKING:
     from ....solver.data import Measurement
@@ -24,20 +26,17 @@ POINTS_HINT = (
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    parser.add_argument("data", nargs="+", type=Path, metavar="DATA", help="placements")
-    add_robot(parser)
-    parser.add_argument(
-        "--distance", type=float, metavar="M", help="distance of the sockets' centres in metres"
+@dataclass(frozen=True, kw_only=True)
+class Options(RobotOptions, JsonOption):
+    """Options of ``mukca check``."""
+
+    data: Sequence[Path] = argument("placements", "DATA")
+    settings: SolveOptions = part(
+        SolveOptions, "distance", "known", "distance_deviation", "zeros", "payload", "gravity"
     )
-    add_measured(parser)
-    add_load(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     from ....solver.data import check_distinct
     from ....solver.design import predicted_error
@@ -47,8 +46,8 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         single_socket_diagnostics,
     )
 
-    robot, settings = robot_of(arguments), settings_of(arguments)
-    data = measure_all(arguments.data, robot, arguments.distance, sockets=1)
+    robot, settings = options.load_robot(), options.settings.validated()
+    data = measure_all(options.data, robot, settings.distance, sockets=1)
     check_distinct(data)
     warnings = [line for measured in data for line in measured.warnings]
     for line in warnings:
@@ -72,10 +71,10 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         terminal.say(line)
     if not findings:
         terminal.say("Nothing wrong was seen.")
-    if arguments.json:
+    if options.json:
         terminal.emit(
             {
-                "robot": arguments.robot,
+                "robot": options.robot,
                 "findings": [finding.as_dict() for finding in shared],
                 "placements": [_row(one) for one in survey.placements],
                 "scale": None if survey.scale is None else asdict(survey.scale),

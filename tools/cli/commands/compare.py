@@ -1,12 +1,13 @@
 """``mukca compare``: several calibrations of one robot on the same data."""
 
-import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....solver.results import refuse_existing, write_files
 from .. import Terminal, measure_all
-from ..robot_arguments import UsageError
+from ..arguments import OutputOptions, UsageError, argument, option
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,81 +22,73 @@ Without --data, on all placements that the calibrations were trained or tested o
 are judged on placements that none of them was trained on."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    parser.add_argument(
-        "calibrations", nargs="+", type=Path, metavar="CALIBRATION", help="calibration.json"
+@dataclass(frozen=True, kw_only=True)
+class Options(OutputOptions):
+    """Options of ``mukca compare``."""
+
+    calibrations: Sequence[Path] = argument("calibration.json", "CALIBRATION")
+    data: Sequence[Path] = option("placements to compare on", "DATA", ())
+    distance: float | None = option(
+        "distance of the sockets' centres in --data, in metres (default: the recording's)", "M"
     )
-    parser.add_argument(
-        "--data", nargs="+", type=Path, default=[], metavar="DATA", help="placements to compare on"
-    )
-    parser.add_argument(
-        "--distance",
-        type=float,
-        metavar="M",
-        help="distance of the sockets' centres in --data, in metres (default: the recording's)",
-    )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="write compare.html and .json here")
-    parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
-    parser.add_argument("--open", action="store_true", help="show the page in the web browser")
-    parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
+    out: Path | None = option("write compare.html and .json here", "DIR", group="output")
+    open: bool = option("show the page in the web browser", default=False, group="output")
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Compare, show the tables, and write the page."""
     from ...report.figures import compare, contenders_of, shared_data
     from .report import open_page
 
-    if arguments.open and arguments.out is None:
+    if options.open and options.out is None:
         raise UsageError("--open needs --out DIR, where the page is written")
-    if arguments.out is not None:
-        refuse_existing(arguments.out, force=arguments.force)
-    contenders = contenders_of(arguments.calibrations)
+    if options.out is not None:
+        refuse_existing(options.out, force=options.force)
+    contenders = contenders_of(options.calibrations)
     robot = contenders[0].calibration.robot
-    if arguments.data:
-        data = measure_all(arguments.data, robot, arguments.distance, sockets=1)
+    if options.data:
+        data = measure_all(options.data, robot, options.distance, sockets=1)
     else:
         data = shared_data(contenders)
     result = compare(contenders, data)
     show(terminal.console, result)
-    if arguments.out is not None:
-        page = write(arguments.out, result)
+    if options.out is not None:
+        page = write(options.out, result)
         terminal.say(f"Wrote {page}")
-        if arguments.open:
+        if options.open:
             open_page(page, terminal)
-    if arguments.json:
+    if options.json:
         terminal.emit(result)
     return 0
 
 
 def show(console: "Console", result: "ComparisonDocument") -> None:
     """Print the errors of every model at every placement, and what is better."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
     from rich.text import Text
 
     from ....solver.assessment import short_names
+    from ....solver.calibration import millimetres
     from ...report.figures import comparison_sentence
+    from ..tables import table
 
-    table = Table(box=SIMPLE_HEAD, title="MAE in mm; * trained on", title_justify="left")
-    table.add_column("placement", overflow="fold")
-    for model in result.models:
-        table.add_column(Text(model.name), justify="right")
     names = short_names([row.name for row in result.placements])
+    rows: list[list[str]] = []
     for name, row in zip(names, result.placements, strict=True):
         cells = [
-            f"{1e3 * model.mean_absolute_error:.3f}{'*' if model.trained_on else ' '}"
+            f"{millimetres(model.mean_absolute_error)}{'*' if model.trained_on else ' '}"
             for model in row.models
         ]
-        table.add_row(Text(name), *cells)
-    table.add_section()
-    means = [
-        f"{1e3 * model.summary.mean_absolute_error:.3f} " if model.summary else "- "
-        for model in result.models
-    ]
-    table.add_row(f"= mean of {len(result.fair)} held out by all", *means, style="bold")
-    console.print(table)
+        rows.append([name, *cells])
+    means = [model.summary and model.summary.mean_absolute_error for model in result.models]
+    rows.append(
+        [
+            f"= mean of {len(result.fair)} held out by all",
+            *(f"{millimetres(mean)} " for mean in means),
+        ]
+    )
+    heads = ["placement", *(model.name for model in result.models)]
+    bold = (len(rows) - 1,)
+    console.print(table("MAE in mm; * trained on", heads, rows, bold=bold))
     for pair in result.pairs:
         console.print(Text(comparison_sentence(result, pair)))
 

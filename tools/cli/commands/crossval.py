@@ -1,27 +1,22 @@
 """``mukca crossval``: leave each placement out once, and train on each alone."""
 
-import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...parallel import Workers, add_workers, workers_of
-from .. import (
-    Terminal,
-    add_load,
-    add_measured,
-    add_robot,
-    add_type_prior,
-    measure_all,
-    robot_of,
-    settings_of,
-)
-from ..robot_arguments import UsageError
+from ....solver.calibration import SolveOptions
+from .. import Terminal
+from ..arguments import JsonOption, UsageError, argument, option, part
+from ..robots import RobotOptions, WorkerOptions, measure_all
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from ....solver.calibration import HeldOutErrors, Job, Plan
     from ....solver.data import Metrics
+    from ...parallel import Workers
 
 WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
@@ -30,44 +25,35 @@ EXAMPLE = """example:
   mukca crossval recordings --robot panda --distance 0.0501"""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    parser.add_argument("data", nargs="+", type=Path, metavar="DATA", help="placements, 2 or more")
-    add_robot(parser)
-    parser.add_argument("--method", choices=("auto", "paper"), default="auto")
-    parser.add_argument(
-        "--distance", type=float, metavar="M", help="distance of the sockets' centres in metres"
+@dataclass(frozen=True, kw_only=True)
+class Options(RobotOptions, WorkerOptions, JsonOption):
+    """Options of ``mukca crossval``."""
+
+    data: Sequence[Path] = argument("placements, 2 or more", "DATA")
+    bootstrap: int = option(
+        "fit N times to samples drawn anew, for the spread of the errors", "N", 0
     )
-    parser.add_argument(
-        "--bootstrap",
-        type=int,
-        default=0,
-        metavar="N",
-        help="fit N times to samples drawn anew, for the spread of the errors",
+    settings: SolveOptions = part(
+        SolveOptions,
+        *("method", "distance", "known", "distance_deviation", "zeros", "type_prior", "payload"),
+        "gravity",
     )
-    add_measured(parser)
-    add_type_prior(parser)
-    add_load(parser)
-    add_workers(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
     from ....solver.calibration import Plan, jobs, type_priors
     from ....solver.data import check_distinct
     from ....solver.diagnostics import inspect_all, named
     from ....solver.robot import choose_parameters
 
-    workers = workers_of(arguments)
-    robot, settings = robot_of(arguments), settings_of(arguments, arguments.method)
-    data = measure_all(arguments.data, robot, arguments.distance)
+    robot, settings = options.load_robot(), options.settings.validated()
+    data = measure_all(options.data, robot, settings.distance)
     check_distinct(data)
     if len(data) < 2:
         raise UsageError("crossval needs two placements or more; there is one")
-    if arguments.bootstrap == 1 or arguments.bootstrap < 0:
-        raise UsageError(f"--bootstrap {arguments.bootstrap}: a spread needs 2 fits or more")
+    if options.bootstrap == 1 or options.bootstrap < 0:
+        raise UsageError(f"--bootstrap {options.bootstrap}: a spread needs 2 fits or more")
     parameters = choose_parameters(robot)
     known, deviation = named(data, settings.distances), settings.deviation
     zeros = bool(settings.zeros)
@@ -78,30 +64,30 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         robot=robot,
         parameters=parameters,
         measurements=tuple(data),
-        method=arguments.method,
+        method=settings.method,
         load=settings.load,
         known=tuple(known),
         deviation=deviation,
         zeros=zeros,
         of_type=type_priors(settings.type_prior, [robot])[0],
     )
-    work = jobs(len(data), arguments.bootstrap)
-    metrics = run_all(plan, work, workers, terminal)
+    work = jobs(len(data), options.bootstrap)
+    metrics = run_all(plan, work, options.workers, terminal)
     result = {
-        "robot": arguments.robot,
-        "method": arguments.method,
+        "robot": options.robot,
+        "method": settings.method,
         **summary([m.name for m in data], work, metrics),
     }
     wrong = [one.measured.name for one in survey.placements if not one.sound]
     result["advice"] = advice(result, wrong)
     show(result, terminal)
-    if arguments.json:
+    if options.json:
         terminal.emit(result)
     return 0
 
 
 def run_all(
-    plan: "Plan", work: "list[Job]", workers: Workers, terminal: Terminal
+    plan: "Plan", work: "list[Job]", workers: "Workers", terminal: Terminal
 ) -> "list[HeldOutErrors | None]":
     """Run fits, in order, with a progress bar; None where one failed."""
     from ....solver.calibration import run_job
@@ -192,10 +178,41 @@ def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:
     )
 
 
-def show(result: dict[str, Any], terminal: Terminal) -> None:
+def show(result: Mapping[str, Any], terminal: Terminal) -> None:
     """Print the tables for people."""
-    from .. import left_out_table, matrix_table
-
-    terminal.console.print(left_out_table(result))
-    terminal.console.print(matrix_table(result["cross_placement"]))
+    terminal.console.print(_left_out_table(result))
+    terminal.console.print(_matrix_table(result["cross_placement"]))
     terminal.say(result["advice"])
+
+
+def _left_out_table(result: Mapping[str, Any]) -> "Table":
+    """Table of the errors in each placement when it was left out [mm]."""
+    from ....solver.calibration import HEADS, millimetres
+    from ..tables import table
+
+    spreads = {row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])}
+    heads = ["placement", *HEADS[2:], "MAE of the URDF alone"]
+    heads += ["MAE over bootstrap fits to all"] if spreads else []
+    rows: list[list[str]] = []
+    for row in [*result["left_out"], {"name": "= mean", **result["summary"]}]:
+        cells = [millimetres(row[name]) for name in _NOTHING]
+        cells.append(millimetres(row["loaded"]["mean_absolute_error"]))
+        spread = spreads.get(row["name"])
+        cells += ["" if spread is None else f"+- {millimetres(spread)}"] if spreads else []
+        rows.append([row["name"], *cells])
+    return table("errors in mm of each placement, trained on all others", heads, rows)
+
+
+def _matrix_table(matrix: Mapping[str, Any]) -> "Table":
+    """Table of mean absolute errors, trained on the row's placement alone [mm]."""
+    from ....solver.calibration import millimetres
+    from ..tables import table
+
+    names: list[str] = matrix["names"]
+    rows: list[list[str]] = []
+    for i, (name, row) in enumerate(zip(names, matrix["matrix"], strict=True)):
+        values = map(millimetres, row or [None] * len(names))  # no fit, no figures
+        cells = [f"({cell})" if i == j else cell for j, cell in enumerate(values)]
+        rows.append([f"{i + 1} {name}", *cells])
+    title = "MAE in mm: trained on the row's placement alone, measured on the column's"
+    return table(title, ["", *(str(i + 1) for i in range(len(names)))], rows)

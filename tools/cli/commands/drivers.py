@@ -1,28 +1,24 @@
 """``mukca drivers``: the arms that can be read."""
 
-import argparse
-
 from ....drivers import DriverInfo, is_installed, list_drivers, try_plugin
 from .. import Terminal
+from ..arguments import JsonOption
 
-_EXAMPLE = """example:
+EXAMPLE = """example:
   mukca drivers
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = _EXAMPLE
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+Options = JsonOption
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """List all drivers."""
     drivers = [try_plugin(info) for info in list_drivers()]
     for info in drivers:
         if info.broken:
             terminal.warn(info.broken)
-    if arguments.json:
+    if options.json:
         terminal.emit({"drivers": [_as_json(info) for info in drivers]})
         return 0
     width = max(len(info.name) for info in drivers)

@@ -1,91 +1,82 @@
 """``mukca export``: write a calibration as other programs read it."""
 
-import argparse
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Literal
 
 from ...export import FORMATS
 from .. import Terminal
-from ..robot_arguments import UsageError
+from ..arguments import JsonOption, UsageError, argument, option
 
-EXAMPLE = """example:
+_FORMATS = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
+EXAMPLE = f"""example:
   mukca export calibrated/calibration.json --to mdh --out panda_mdh.csv
 
 formats:
-{formats}
+{_FORMATS}
 
 What a format cannot say is named, with what that costs at the ball."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    lines = [f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items()]
-    parser.epilog = EXAMPLE.format(formats="\n".join(lines))
-    parser.add_argument(
-        "calibration", type=Path, metavar="CALIBRATION", help="calibration.json of mukca solve"
+@dataclass(frozen=True, kw_only=True)
+class Options(JsonOption):
+    """Options of ``mukca export``."""
+
+    calibration: Path = argument("calibration.json of mukca solve", "CALIBRATION")
+    to: str = option("see below", "FORMAT", ..., choices=FORMATS)
+    out: Path = option("where to write", "FILE", ...)
+    flange: str | None = option(
+        "(c, urdf) the link whose pose C gives, or that carries tools (default: the one that "
+        "carries the ball)",
+        "LINK",
     )
-    parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help="see below")
-    parser.add_argument("--out", required=True, type=Path, metavar="FILE", help="where to")
-    parser.add_argument(
-        "--flange",
-        metavar="LINK",
-        help="(c, urdf) the link whose pose C gives, or that carries tools "
-        "(default: the one that carries the ball)",
+    tool: Sequence[str] = option(
+        "(urdf) add a link, fixed to the flange: metres and radians; may be repeated",
+        "NAME=X,Y,Z,R,P,Y",
+        (),
+        repeated=True,
     )
-    parser.add_argument(
-        "--tool",
-        metavar="NAME=X,Y,Z,R,P,Y",
-        action="append",
-        default=[],
-        help="(urdf) add a link, fixed to the flange: metres and radians; may be repeated",
+    like: Path | None = option(
+        "(ur) the file that ur_calibration wrote, whose hash is kept; (mjcf) the model to correct; "
+        "(lerobot) the arm's present calibration file",
+        "FILE",
     )
-    parser.add_argument(
-        "--like",
-        type=Path,
-        metavar="FILE",
-        help="(ur) the file that ur_calibration wrote, whose hash is kept; "
-        "(mjcf) the model to correct; (lerobot) the arm's present calibration file",
+    joints: str | None = option(
+        "(mjcf) how the model calls the joints: names in chain order, between commas; or one word "
+        "in which * is the URDF's name, as in left/*",
+        "NAMES",
     )
-    parser.add_argument(
-        "--joints",
-        metavar="NAMES",
-        help="(mjcf) how the model calls the joints: names in chain order, between commas; or one "
-        "word in which * is the URDF's name, as in left/*",
+    servos: Literal["feetech", "dynamixel"] | None = option(
+        "(lerobot) the make of the arm's servos"
     )
-    parser.add_argument(
-        "--servos", choices=("feetech", "dynamixel"), help="(lerobot) the make of the arm's servos"
-    )
-    parser.add_argument(
-        "--serial-number", metavar="TEXT", help="the arm's (default: as noted while recording)"
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite FILE")
-    parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
+    serial_number: str | None = option("the arm's (default: as noted while recording)", "TEXT")
+    force: bool = option("overwrite FILE", default=False)
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Write the files, and say what they leave out."""
     from ....solver.calibration import load_calibration
     from ...export import export
 
-    tools = _tools(arguments.tool)
-    calibration = load_calibration(arguments.calibration)
+    tools = _tools(options.tool)
+    calibration = load_calibration(options.calibration)
     if calibration.document.distorted:
         places = ", ".join(calibration.document.distorted)
         terminal.warn(
-            f"{arguments.calibration}: the model does not reproduce the sockets' distance at "
+            f"{options.calibration}: the model does not reproduce the sockets' distance at "
             f"{places}; it was accepted by --accept-distorted"
         )
     exported = export(
         calibration,
-        arguments.to,
-        arguments.out,
-        serial_number=arguments.serial_number,
-        force=arguments.force,
-        like=arguments.like,
-        joints=arguments.joints,
-        servos=arguments.servos,
-        flange=arguments.flange,
+        options.to,
+        options.out,
+        serial_number=options.serial_number,
+        force=options.force,
+        like=options.like,
+        joints=options.joints,
+        servos=options.servos,
+        flange=options.flange,
         tools=tools,
     )
     for loss in exported.losses:
@@ -94,10 +85,10 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
         terminal.say(line)
     for file in exported.outputs.values():
         terminal.say(f"Wrote {file}")
-    if arguments.json:
+    if options.json:
         terminal.emit(
             {
-                "format": arguments.to,
+                "format": options.to,
                 "outputs": exported.outputs,
                 "losses": [asdict(loss) for loss in exported.losses],
             }

@@ -1,17 +1,18 @@
 """``mukca extract``: find the rests of an arm in a log, and make a recording of them."""
 
-import argparse
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ....recorder.stream import STILL, WINDOW
 from ....solver.results import refuse_existing, write_files
 from ...recording import joints_of
-from .. import Terminal, add_robot, robot_of
-from ..robot_arguments import UsageError
+from .. import Terminal
+from ..arguments import OutputOptions, argument, option
+from ..robots import DISTANCES, SPREADS, WINDOWS, RobotOptions
 
 if TYPE_CHECKING:
     from ....recorder.stream import JointLimits
@@ -29,68 +30,77 @@ can tell. --assign says which:
   --assign front:0=1-30 --assign front:1=31-60"""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    add = parser.add_argument
-    add("log", type=Path, metavar="LOG", help="a bag, a data set, a CSV file, or a recording")
-    add_robot(parser)
-    add("--out", type=Path, metavar="DIR", help="write a folder for each placement here")
-    add("--force", action="store_true", help="overwrite what is in DIR")
-    add("--distance", type=float, default=0.05, metavar="M", help="between the centres of sockets "
-        "0 and 1, in metres, as measured with a caliper (default: %(default)s)")  # fmt: skip
-    add("--assign", action="append", default=[], metavar="NAME:SOCKET=RESTS", help="what the rests "
-        "are, by their numbers, instead of what is proposed; may be repeated")  # fmt: skip
-    add("--topic", metavar="T", help="(bags) the topic (default: the one with most states)")
-    add("--joints", metavar="NAMES", help="how the log calls the joints: names in chain order, "
-        "between commas; or one word in which * is the model's name, as in left_*")  # fmt: skip
-    add("--units", metavar="U", help="(lerobot, CSV) radians, degrees, or lerobot's calibration "
-        "file of the arm, for values from -100 to 100")  # fmt: skip
-    add("--efforts", action="store_true", help="(bags) take the efforts: they are in N m")
-    add(
-        "--window",
-        type=float,
-        default=WINDOW,
-        metavar="S",
-        help="seconds that a sample averages (default: %(default)s)",
+@dataclass(frozen=True, kw_only=True)
+class Options(RobotOptions, OutputOptions):
+    """Options of ``mukca extract``."""
+
+    log: Path = argument("a bag, a data set, a CSV file, or a recording", "LOG")
+    distance: float = option(
+        "between the centres of sockets 0 and 1, in metres, as measured with a caliper",
+        "M",
+        0.05,
+        between=DISTANCES,
     )
-    add("--still", type=float, metavar="RAD", help="largest standard deviation over the window of "
-        f"an arm that is still (default: {STILL}, or the step of its encoders)")  # fmt: skip
-    add("--json", action="store_true", help="print one JSON object, SI units")
+    assign: Sequence[str] = option(
+        "what the rests are, by their numbers, instead of what is proposed; may be repeated",
+        "NAME:SOCKET=RESTS",
+        (),
+        repeated=True,
+    )
+    topic: str | None = option("(bags) the topic (default: the one with most states)", "T")
+    joints: str | None = option(
+        "how the log calls the joints: names in chain order, between commas; or one word in which "
+        "* is the model's name, as in left_*",
+        "NAMES",
+    )
+    units: str | None = option(
+        "(lerobot, CSV) radians, degrees, or lerobot's calibration file of the arm, for values "
+        "from -100 to 100",
+        "U",
+    )
+    efforts: bool = option("(bags) take the efforts: they are in N m", default=False)
+    window: float = option("seconds that a sample averages", "S", WINDOW, between=WINDOWS)
+    still: float | None = option(
+        "largest standard deviation over the window of an arm that is still "
+        f"(default: {STILL}, or the step of its encoders)",
+        "RAD",
+        between=SPREADS,
+    )
+    out: Path | None = option("write a folder for each placement here", "DIR", group="output")
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
     from ...extract import assign, find_rests, placements_of, read_log
     from ...extract.propose import propose
 
-    _check(arguments)
-    robot = robot_of(arguments)
+    _check(options)
+    robot = options.load_robot()
     joints = joints_of(robot)
     with terminal.progress() as step:
-        step(f"reading {arguments.log}")
-        log = read_log(_question(arguments, joints))
-        window = max(arguments.window, log.least_window)
-        still = max(STILL, log.resolution) if arguments.still is None else arguments.still
+        step(f"reading {options.log}")
+        log = read_log(_question(options, joints))
+        window = max(options.window, log.least_window)
+        still = max(STILL, log.resolution) if options.still is None else options.still
         step(f"looking for rests in {len(log.stamps)} states")
         rests = find_rests(log, joints, window=window, still=still)
     for note in log.notes:
         terminal.say(note)
-    proposals = propose(robot, rests, joints, arguments.distance)
-    if arguments.assign:
-        proposals = assign(proposals, arguments.assign)
+    proposals = propose(robot, rests, joints, options.distance)
+    if options.assign:
+        proposals = assign(proposals, options.assign)
     _show(proposals, terminal)
-    folders = placements_of(proposals, robot.joint_names, arguments.distance)
+    folders = placements_of(proposals, robot.joint_names, options.distance)
     outputs: dict[str, str] = {}
-    if arguments.out is not None and folders:
-        session = {"extracted_from": str(arguments.log), "window": window, "still": still}
-        about = {**_about(arguments, robot, joints), "sessions": [session]}
-        outputs = _write(arguments.out, folders, about, log, proposals, robot)
-    _say_outputs(outputs, folders, arguments, terminal)
-    if arguments.json:
+    if options.out is not None and folders:
+        session = {"extracted_from": str(options.log), "window": window, "still": still}
+        about = {**_about(options, robot, joints), "sessions": [session]}
+        outputs = _write(options.out, folders, about, log, proposals, robot)
+    _say_outputs(outputs, folders, options, terminal)
+    if options.json:
         terminal.emit(
             {
-                "robot": arguments.robot,
+                "robot": options.robot,
                 "rests": [_row(proposal) for proposal in proposals],
                 "outputs": outputs,
             }
@@ -98,62 +108,54 @@ def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return 0 if folders else 1
 
 
-def _check(arguments: argparse.Namespace) -> None:
-    """Refuse numbers that mean nothing, and an output that exists."""
-    for name, low, high in (("distance", 1e-3, 10.0), ("window", 0.02, 10.0), ("still", 1e-9, 0.1)):
-        value = getattr(arguments, name)
-        if value is not None and not low <= value <= high:
-            raise UsageError(f"--{name} {value:g}: expected {low:g} to {high:g}")
-    if arguments.out is not None:
-        refuse_existing(arguments.out, force=arguments.force)
+def _check(options: Options) -> None:
+    if options.out is not None:
+        refuse_existing(options.out, force=options.force)
 
 
-def _question(arguments: argparse.Namespace, joints: "Sequence[JointLimits]") -> "Question":
+def _question(options: Options, joints: "Sequence[JointLimits]") -> "Question":
     from ...extract import Question
 
     return Question(
-        path=arguments.log,
+        path=options.log,
         joints=tuple(joint.name for joint in joints),
         prismatic=tuple(joint.prismatic for joint in joints),
-        named=arguments.joints,
-        topic=arguments.topic,
-        units=arguments.units,
-        efforts=arguments.efforts,
+        named=options.joints,
+        topic=options.topic,
+        units=options.units,
+        efforts=options.efforts,
     )
 
 
 def _show(proposals: "Sequence[Proposal]", terminal: Terminal) -> None:
     """Print one line for each rest."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+    from ..tables import table
 
-    table = Table(box=SIMPLE_HEAD, title="rests", title_justify="left")
-    for title in ("rest", "from s", "for s", "ball by the nominal model, mm", "spread mrad"):
-        table.add_column(title, justify="right")
-    table.add_column("sample of")
+    heads = ("rest", "from s", "for s", "ball by the nominal model, mm", "spread mrad", "sample of")
+    rows: list[list[str]] = []
     for number, proposal in enumerate(proposals, start=1):
         rest = proposal.timed
         named = f"{proposal.placement}, socket {proposal.socket}"
-        table.add_row(
-            str(number),
-            f"{rest.begin - proposals[0].timed.begin:.1f}",
-            f"{rest.end - rest.begin:.1f}",
-            " ".join(f"{1e3 * value:7.0f}" for value in proposal.ball),
-            f"{1e3 * max(rest.rest.spread):.3f}",
-            named if proposal.placement else f"none: {proposal.why}",
+        rows.append(
+            [
+                str(number),
+                f"{rest.begin - proposals[0].timed.begin:.1f}",
+                f"{rest.end - rest.begin:.1f}",
+                " ".join(f"{1e3 * value:7.0f}" for value in proposal.ball),
+                f"{1e3 * max(rest.rest.spread):.3f}",
+                named if proposal.placement else f"none: {proposal.why}",
+            ]
         )
-    terminal.console.print(table)
+    terminal.console.print(table("rests", heads, rows, left=(5,)))
 
 
-def _about(
-    arguments: argparse.Namespace, robot: "Robot", joints: "Sequence[JointLimits]"
-) -> dict[str, Any]:
+def _about(options: Options, robot: "Robot", joints: "Sequence[JointLimits]") -> dict[str, Any]:
     """Return what ``mukca record`` would note of the robot."""
     return {
         "robot": robot.name,
         "joints": list(robot.joint_names),
         "units": [joint.unit for joint in joints],
-        "distance": arguments.distance,
+        "distance": options.distance,
         "sockets": 2,
         "model_sha256": robot.sha256,
     }
@@ -181,7 +183,7 @@ def _write(
 def _say_outputs(
     outputs: dict[str, str],
     folders: dict[str, dict[str, bytes]],
-    arguments: argparse.Namespace,
+    options: Options,
     terminal: Terminal,
 ) -> None:
     if not folders:
@@ -193,7 +195,7 @@ def _say_outputs(
     if outputs:
         terminal.say(
             "Look at the picture: only you know whether the ball sat in a socket at each rest. "
-            f"Next: mukca check {arguments.out} --robot {arguments.robot}"
+            f"Next: mukca check {options.out} --robot {options.robot}"
         )
 
 

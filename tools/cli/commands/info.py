@@ -1,7 +1,8 @@
 """``mukca info``: show what is in recordings."""
 
-import argparse
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,42 +19,37 @@ from ....recorder import (
     set_distance,
 )
 from ....recorder.dataset import Placement
-from ....solver.calibration import UsageError
 from .. import Terminal
+from ..arguments import JsonOption, argument, option
 
 EXAMPLE = """example:
   mukca info data
   mukca info data/front --set-distance 0.0501"""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    parser.add_argument(
-        "paths", nargs="+", type=Path, metavar="PATH", help="placements, or folders of them"
+@dataclass(frozen=True, kw_only=True)
+class Options(JsonOption):
+    """Options of ``mukca info``."""
+
+    paths: Sequence[Path] = argument("placements, or folders of them", "PATH")
+    set_distance: float | None = option(
+        "correct the distance between the sockets' centres first; what it was is kept",
+        "M",
+        between=(1e-3, 10),
     )
-    parser.add_argument(
-        "--set-distance",
-        type=float,
-        metavar="M",
-        help="correct the distance between the sockets' centres first; what it was is kept",
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Read and describe all placements."""
-    folders = find_placements(arguments.paths)
-    if arguments.set_distance is not None:
-        if not 1e-3 <= arguments.set_distance <= 10:
-            raise UsageError(f"--set-distance {arguments.set_distance:g}: expected 0.001 to 10")
+    folders = find_placements(options.paths)
+    if options.set_distance is not None:
         for folder in folders:
-            before = set_distance(folder, arguments.set_distance)
-            if not arguments.json:
-                to = f"to {_length(arguments.set_distance)} in {folder / METADATA}"
+            before = set_distance(folder, options.set_distance)
+            if not options.json:
+                to = f"to {_length(options.set_distance)} in {folder / METADATA}"
                 terminal.say(f"distance changed from {_length(before)} {to}")
     placements = [describe(folder) for folder in folders]
-    if arguments.json:
+    if options.json:
         terminal.emit({"placements": placements})
         return 0
     for placement in placements:

@@ -8,12 +8,12 @@ import argparse
 import importlib
 import os
 import sys
-from collections.abc import Sequence
-from typing import NoReturn
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 from ...._version import __version__
 from ....errors import MukcaError
-from .. import Command, Terminal
+from .. import Terminal
 
 # The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
 VERBS: dict[str, str] = {
@@ -40,18 +40,34 @@ VERBS: dict[str, str] = {
 }
 
 
+class Command(Protocol):
+    """Module of a verb."""
+
+    EXAMPLE: str
+    """Text below the options."""
+    Options: type[Any] | Mapping[str, type[Any]]
+    """Dataclass of the options, as :func:`..arguments.add_options` takes it."""
+
+    def run(self, options: Any, terminal: Terminal) -> int:
+        """Do the work and return the exit status.
+
+        Raises:
+            MukcaError: What is wrong with the input, in one line.
+        """
+        ...
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status."""
     # The matrices here are small: threads of the linear algebra cost more than they bring.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = list(sys.argv[1:] if argv is None else argv)
-    parser = build_parser(words[0] if words else None)
-    arguments = parser.parse_args(words)
+    arguments = build_parser(words[0] if words else None).parse_args(words)
     terminal = Terminal(json=bool(getattr(arguments, "json", False)))
     try:
-        return _command(arguments.verb).run(arguments, terminal)
+        return run(arguments, terminal)
     except MukcaError as error:
-        sys.stderr.write(f"mukca {arguments.verb}: {_one_line(error)}\n")
+        sys.stderr.write(f"mukca {arguments.verb}: {' '.join(str(error).split())}\n")
         return 1 if error.failed else 2
     except KeyboardInterrupt:
         sys.stderr.write(f"mukca {arguments.verb}: interrupted\n")
@@ -61,14 +77,30 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 141
 
 
+def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+    """Run the verb that was typed, and return its exit status.
+
+    Raises:
+        MukcaError: What is wrong with the input, in one line.
+    """
+    from ..arguments import read_options
+
+    return _command(arguments.verb).run(read_options(arguments), terminal)
+
+
 def build_parser(verb: str | None) -> argparse.ArgumentParser:
-    """Return the parser; only the given verb's own arguments are filled in."""
+    """Return the parser; only the given verb's own options are filled in."""
     parser = argparse.ArgumentParser(
         prog="mukca",
         description="Calibrate a robot arm with a printed ball and socket base.",
         epilog="mukca VERB --help shows a verb's options and an example.",
     )
-    parser.add_argument("--version", action=_ShowVersion, nargs=0, help="show the version and exit")
+    parser.add_argument(
+        "--version",
+        action="version",
+        version=f"mukca {__version__}",
+        help="show the version and exit",
+    )
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, line in VERBS.items():
         sub = verbs.add_parser(
@@ -78,16 +110,12 @@ def build_parser(verb: str | None) -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         if name == verb:
-            _command(name).add_arguments(sub)
+            from ..arguments import add_options
+
+            command = _command(name)
+            sub.epilog = command.EXAMPLE
+            add_options(sub, command.Options)
     return parser
-
-
-class _ShowVersion(argparse.Action):
-    """Print the version."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        sys.stdout.write(f"mukca {__version__}\n")
-        parser.exit()
 
 
 def _command(verb: str) -> Command:
@@ -95,7 +123,3 @@ def _command(verb: str) -> Command:
         f".{verb.replace('-', '_')}", __package__
     )
     return module
-
-
-def _one_line(error: MukcaError) -> str:
-    return " ".join(str(error).split())

@@ -1,13 +1,14 @@
 """``mukca plan``: what bases, placements and samples would bring, before the first print."""
 
-import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...parallel import add_workers, workers_of
-from .. import Terminal, add_robot, robot_of
-from ..robot_arguments import UsageError
+from .. import Terminal
+from ..arguments import OutputOptions, option
+from ..robots import RobotOptions, WorkerOptions
 
 if TYPE_CHECKING:
     from ....solver.design import Plan
@@ -21,71 +22,62 @@ pairs of poses: for an arm as far from its model as calibrations expect, 0.1 mm 
 measured with a caliper, and well chosen poses."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    add_robot(parser)
-    add = parser.add_argument
-    add("--placements", type=int, default=3, metavar="N", help="up to so many (default: 3)")
-    add("--samples", type=int, default=12, metavar="K", help="in each socket (default: 12)")
-    add("--distance", type=float, nargs="+", default=[0.05, 0.1, 0.2], metavar="M", help="of the "
-        "base's sockets, in metres (default: 0.05 0.1 0.2)")  # fmt: skip
-    add("--out", type=Path, metavar="FILE.svg", help="write a picture of the placements")
-    add("--force", action="store_true", help="overwrite the picture")
-    add("--json", action="store_true", help="print one JSON object, SI units")
-    add_workers(parser)
+@dataclass(frozen=True, kw_only=True)
+class Options(RobotOptions, WorkerOptions, OutputOptions):
+    """Options of ``mukca plan``."""
+
+    placements: int = option("up to so many", "N", 3, between=(1, 8))
+    samples: int = option("in each socket", "K", 12, between=(3, 100))
+    distance: Sequence[float] = option(
+        "of the base's sockets, in metres", "M", (0.05, 0.1, 0.2), between=(0.01, 1)
+    )
+    out: Path | None = option("write a picture of the placements", "FILE.svg", group="output")
+    force: bool = option("overwrite the picture", default=False, group="output")
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Show the table, and write the picture."""
     from ....solver.design import picture
     from ....solver.design.plan_placements import plan
     from ....solver.results import refuse_existing, write_files
 
-    for name, low, high in (("placements", 1, 8), ("samples", 3, 100)):
-        if not low <= getattr(arguments, name) <= high:
-            raise UsageError(f"--{name} {getattr(arguments, name)}: expected {low} to {high}")
-    for distance in arguments.distance:
-        if not 0.01 <= distance <= 1:
-            raise UsageError(f"--distance {distance:g}: expected 0.01 to 1")
-    if arguments.out:
-        refuse_existing(arguments.out.parent, [arguments.out.name], force=arguments.force)
-    robot = robot_of(arguments)
-    work = partial(plan, robot, placements=arguments.placements, samples=arguments.samples)
-    with terminal.progress(len(arguments.distance)) as progress:
-        plans = workers_of(arguments).map(
+    if options.out:
+        refuse_existing(options.out.parent, [options.out.name], force=options.force)
+    robot = options.load_robot()
+    work = partial(plan, robot, placements=options.placements, samples=options.samples)
+    with terminal.progress(len(options.distance)) as progress:
+        plans = options.workers.map(
             work,
-            arguments.distance,
-            lambda i: progress(f"sockets {1e3 * arguments.distance[i]:g} mm apart"),
+            options.distance,
+            lambda i: progress(f"sockets {1e3 * options.distance[i]:g} mm apart"),
         )
-    _show(plans, arguments, terminal)
-    if arguments.out:
-        write_files(arguments.out.parent, {arguments.out.name: picture(robot, plans[0]).encode()})
-        terminal.say(f"Picture: {arguments.out}")
-    if arguments.json:
+    _show(plans, options, terminal)
+    if options.out:
+        write_files(options.out.parent, {options.out.name: picture(robot, plans[0]).encode()})
+        terminal.say(f"Picture: {options.out}")
+    if options.json:
         terminal.emit(
             {
-                "robot": arguments.robot,
-                "samples": arguments.samples,
+                "robot": options.robot,
+                "samples": options.samples,
                 "plans": [one.as_dict() for one in plans],
             }
         )
     return 0
 
 
-def _show(plans: "list[Plan]", arguments: argparse.Namespace, terminal: Terminal) -> None:
-    from rich.table import Table
+def _show(plans: "list[Plan]", options: Options, terminal: Terminal) -> None:
+    from ....solver.assessment import plural
+    from ..tables import table
 
-    table = Table(
-        title=f"Predicted error of distances \\[mm], {arguments.samples} samples a socket"
-    )
-    table.add_column("sockets apart")
-    for count in range(1, arguments.placements + 1):
-        table.add_column(f"{count} placement{'s' * (count > 1)}", justify="right")
+    counts = range(1, options.placements + 1)
+    heads = ["sockets apart", *(plural(count, "placement") for count in counts)]
+    rows: list[list[str]] = []
     for one in plans:
         cells = [f"{1e3 * error:.2f}" for error in one.errors]
-        cells += ["-"] * (arguments.placements - len(cells))
-        table.add_row(f"{1e3 * one.distance:g} mm", *cells)
-    terminal.console.print(table)
+        cells += ["-"] * (options.placements - len(cells))
+        rows.append([f"{1e3 * one.distance:g} mm", *cells])
+    title = f"Predicted error of distances [mm], {options.samples} samples a socket"
+    terminal.console.print(table(title, heads, rows))
     places = ", then ".join("x {:+.2f} y {:+.2f} z {:+.2f} m".format(*p) for p in plans[0].places)
     terminal.say(f"Placements, in this order: {places}; in the frame of the robot's base.")

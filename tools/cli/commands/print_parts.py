@@ -1,8 +1,9 @@
 """``mukca print-parts``: the socket base and the ball as files for a 3D printer."""
 
-import argparse
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -27,8 +28,9 @@ from ...printables import (
     part_names,
 )
 from .. import Terminal
+from ..arguments import OutputOptions, option
 
-_EPILOG = """mounts:
+EXAMPLE = """mounts:
   franka-hand     a block between the fingers of the Franka hand
   franka-flange   four M6 on the Franka arms' flange
   iso-50-4-m6     any flange with the pattern ISO 9409-1-50-4-M6: UR, Kinova Gen3, ...
@@ -45,149 +47,147 @@ examples:
   mukca print-parts --out parts --bolt-circle-mm 31.5 --bolts 4 --screw M5
   mukca print-parts --out parts --mount so101 --anchor so101 --plate-mm 80 45
 """
-_MOUNT_HELP = "what holds the ball at the arm, see below (default: all of them)"
-_FORMAT_HELP = "of the files (default: stl 3mf); step needs mukca[step]"
-_DISTANCE_HELP = "between the sockets' centres, in metres (default: 0.05)"
-_PLATE_HELP = (
-    "of the arm's plate, measured: its width at its front edge, and how far that edge is from the "
-    "first joint's axis"
-)
-_GRIP_HELP = (
-    "a block for a gripper: between its fingers, along their width, along their length; "
-    "the ball's place then counts from the fingertips"
-)
+_base = partial(option, group="socket base")
+_ball = partial(option, group="ball")
+_own = partial(option, group="a mount of your own")
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = _EPILOG
-    add = parser.add_argument
-    add("--out", type=Path, required=True, metavar="DIR", help="where to write")
-    add("--mount", nargs="+", choices=[*MOUNTS, "none"], metavar="NAME", help=_MOUNT_HELP)
-    add("--format", nargs="+", choices=FORMATS, default=["stl", "3mf"], help=_FORMAT_HELP)
-    add("--json", action="store_true", help="print one JSON object")
-    add("--force", action="store_true", help="overwrite files")
-    add = parser.add_argument_group("socket base").add_argument
-    add("--sockets", type=int, default=2, metavar="N", help="2, or 3 in a triangle (default: 2)")
-    add("--distance", type=float, default=0.05, metavar="D", help=_DISTANCE_HELP)
-    _add_length(add, "--height", 30.0, "of the sockets' centres above the table")
-    _add_length(add, "--clearance", 0.5, "gap between ball and seat beside its pads")
-    add("--anchor", choices=ARMS, help="with a clip for this arm's own base plate")
-    add("--plate-mm", type=float, nargs=2, metavar=("WIDTH", "FRONT"), help=_PLATE_HELP)
-    add = parser.add_argument_group("ball").add_argument
-    _add_length(add, "--ball-diameter", 20.0, "of the ball, in all parts")
-    add("--bought-ball", action="store_true", help="a cup, to glue a bearing ball into")
-    _add_length(add, "--neck", None, "the neck's diameter at the ball; default: 0.45 of the ball's")
-    _add_length(add, "--reach", None, "from the flange to the ball's centre, for one mount")
-    add = parser.add_argument_group("a mount of your own").add_argument
-    _add_length(add, "--bolt-circle", None, "a plate with holes on a circle of this diameter")
-    add("--bolts", type=int, metavar="N", help="holes in it (default: 4)")
-    add("--screw", choices=SCREWS, help="their screws (default: M6)")
-    add("--grip-mm", type=float, nargs=3, metavar=("WIDTH", "DEPTH", "LENGTH"), help=_GRIP_HELP)
+@dataclass(frozen=True, kw_only=True)
+class Options(OutputOptions):
+    """Options of ``mukca print-parts``."""
+
+    out: Path = option("where to write", "DIR", ..., group="output")
+    mount: Sequence[str] | None = option(
+        "what holds the ball at the arm, see below (default: all of them)",
+        "NAME",
+        choices=[*MOUNTS, "none"],
+    )
+    format: Sequence[str] = option(
+        "of the files (default: stl 3mf); step needs mukca[step]",
+        default=("stl", "3mf"),
+        choices=FORMATS,
+    )
+    sockets: int = _base("2, or 3 in a triangle", "N", 2)
+    distance: float = _base("between the sockets' centres, in metres", "D", 0.05)
+    height_mm: float = _base("of the sockets' centres above the table", "MM", 30.0)
+    clearance_mm: float = _base("gap between ball and seat beside its pads", "MM", 0.5)
+    anchor: str | None = _base("with a clip for this arm's own base plate", choices=ARMS)
+    plate_mm: tuple[float, float] | None = _base(
+        "of the arm's plate, measured: its width at its front edge, and how far that edge is from "
+        "the first joint's axis",
+        ("WIDTH", "FRONT"),
+    )
+    ball_diameter_mm: float = _ball("of the ball, in all parts", "MM", 20.0)
+    bought_ball: bool = _ball("a cup, to glue a bearing ball into", default=False)
+    neck_mm: float | None = _ball(
+        "the neck's diameter at the ball (default: 0.45 of the ball's)", "MM"
+    )
+    reach_mm: float | None = _ball("from the flange to the ball's centre, for one mount", "MM")
+    bolt_circle_mm: float | None = _own("a plate with holes on a circle of this diameter", "MM")
+    bolts: int | None = _own("holes in it (default: 4)", "N")
+    screw: str | None = _own("their screws (default: M6)", choices=SCREWS)
+    grip_mm: tuple[float, float, float] | None = _own(
+        "a block for a gripper: between its fingers, along their width, along their length; the "
+        "ball's place then counts from the fingertips",
+        ("WIDTH", "DEPTH", "LENGTH"),
+    )
 
 
-def _add_length(
-    add: Callable[..., argparse.Action], name: str, default: float | None, text: str
-) -> None:
-    note = "" if default is None else f" (default: {default:g})"
-    add(f"{name}-mm", type=float, default=default, metavar="MM", help=text + note)
-
-
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Build, check and write the parts."""
-    base = _base(arguments)
-    balls = _balls(arguments)
+    base = _socket_base(options)
+    balls = _balls(options)
     if find_spec("manifold3d") is None:
         raise PrintableError(
             "the parts are cut by manifold3d, which is not installed: pip install 'mukca[print]'"
         )
-    suffixes = list(dict.fromkeys(arguments.format))
+    suffixes = list(dict.fromkeys(options.format))
     tables: dict[str, bytes] = {}
     if isinstance(base, AnchoredBase):
         tables[f"sockets-at-{base.arm}.csv"] = base.sockets_at().encode()
     names = [f"{part}.{suffix}" for part in (*part_names(base), *balls) for suffix in suffixes]
     names += tables
-    refuse_existing(arguments.out, names, force=arguments.force)
+    refuse_existing(options.out, names, force=options.force)
     with terminal.console.status("building and checking the parts"):
         parts = list(build_parts(base, balls))
         contents = [encode(suffix, part) for part in parts for suffix in suffixes]
-    write_files(arguments.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
-    _describe(terminal, arguments, parts)
-    if arguments.json:
+    write_files(options.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
+    _describe(terminal, options, parts)
+    if options.json:
         terminal.emit(
             {
                 "parts": [dict(part.facts) for part in parts],
-                "outputs": [str(arguments.out / name) for name in names],
+                "outputs": [str(options.out / name) for name in names],
             }
         )
     return 0
 
 
-def _base(arguments: argparse.Namespace) -> SocketBase:
-    if (arguments.anchor is None) != (arguments.plate_mm is None):
+def _socket_base(options: Options) -> SocketBase:
+    if (options.anchor is None) != (options.plate_mm is None):
         raise PrintableError(
             "--anchor goes with --plate-mm WIDTH FRONT: the plate's size is not published"
         )
     lengths = {
-        "distance": 1000 * arguments.distance,
-        "sockets": arguments.sockets,
-        "ball": arguments.ball_diameter_mm,
-        "clearance": arguments.clearance_mm,
-        "height": arguments.height_mm,
+        "distance": 1000 * options.distance,
+        "sockets": options.sockets,
+        "ball": options.ball_diameter_mm,
+        "clearance": options.clearance_mm,
+        "height": options.height_mm,
     }
-    if arguments.anchor is None:
+    if options.anchor is None:
         return SocketBase(**lengths)
-    width, front = arguments.plate_mm
-    return AnchoredBase(arm=arguments.anchor, width=width, front=front, **lengths)
+    width, front = options.plate_mm
+    return AnchoredBase(arm=options.anchor, width=width, front=front, **lengths)
 
 
-def _balls(arguments: argparse.Namespace) -> Mapping[str, BallPart]:
-    mounts = _mounts(arguments)
-    if arguments.reach_mm is not None and len(mounts) != 1:
+def _balls(options: Options) -> Mapping[str, BallPart]:
+    mounts = _mounts(options)
+    if options.reach_mm is not None and len(mounts) != 1:
         raise PrintableError("--reach-mm goes with one mount: name it with --mount")
-    return {f"ball-{name}": _ball(name, mount, arguments) for name, mount in mounts.items()}
+    return {f"ball-{name}": _ball_part(name, mount, options) for name, mount in mounts.items()}
 
 
-def _ball(name: str, mount: BoltCircle | Grip, arguments: argparse.Namespace) -> BallPart:
+def _ball_part(name: str, mount: BoltCircle | Grip, options: Options) -> BallPart:
     try:
         return BallPart(
             mount.mount(),
-            ball=arguments.ball_diameter_mm,
-            neck=arguments.neck_mm,
-            reach=arguments.reach_mm,
-            bought=arguments.bought_ball,
+            ball=options.ball_diameter_mm,
+            neck=options.neck_mm,
+            reach=options.reach_mm,
+            bought=options.bought_ball,
         )
     except PrintableError as error:
         raise PrintableError(f"ball-{name}: {error}") from None
 
 
-def _mounts(arguments: argparse.Namespace) -> dict[str, BoltCircle | Grip]:
+def _mounts(options: Options) -> dict[str, BoltCircle | Grip]:
     """Return the mounts that were asked for: named ones, the user's own, or else all."""
     own: dict[str, BoltCircle | Grip] = {}
-    if arguments.bolt_circle_mm is not None:
+    if options.bolt_circle_mm is not None:
         own["bolt-circle"] = BoltCircle(
-            arguments.bolt_circle_mm,
-            4 if arguments.bolts is None else arguments.bolts,
-            arguments.screw or "M6",
+            options.bolt_circle_mm,
+            4 if options.bolts is None else options.bolts,
+            options.screw or "M6",
         )
-    elif arguments.bolts is not None or arguments.screw is not None:
+    elif options.bolts is not None or options.screw is not None:
         raise PrintableError("--bolts and --screw go with --bolt-circle-mm")
-    if arguments.grip_mm is not None:
-        own["gripper"] = Grip.of(*arguments.grip_mm)
-    if arguments.mount is None:
+    if options.grip_mm is not None:
+        own["gripper"] = Grip.of(*options.grip_mm)
+    if options.mount is None:
         return own or dict(MOUNTS)
-    if "none" in arguments.mount and (own or len(arguments.mount) > 1):
+    if "none" in options.mount and (own or len(options.mount) > 1):
         raise PrintableError("--mount none stands alone")
-    return {name: MOUNTS[name] for name in arguments.mount if name != "none"} | own
+    return {name: MOUNTS[name] for name in options.mount if name != "none"} | own
 
 
-def _describe(terminal: Terminal, arguments: argparse.Namespace, parts: list[Part]) -> None:
+def _describe(terminal: Terminal, options: Options, parts: list[Part]) -> None:
     for part in parts:
         facts = part.facts
         size = " x ".join(f"{1000 * edge:.0f}" for edge in facts["size"])
-        suffixes = ", ".join(f".{suffix}" for suffix in arguments.format)
+        suffixes = ", ".join(f".{suffix}" for suffix in options.format)
         terminal.say(
-            f"{arguments.out / part.name} ({suffixes})   {size} mm, {facts['volume'] * 1e6:.0f} cm3"
+            f"{options.out / part.name} ({suffixes})   {size} mm, {facts['volume'] * 1e6:.0f} cm3"
         )
         for line in _lines(facts):
             terminal.say(f"  {line}")

@@ -5,18 +5,22 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from ....recorder import SOCKETS
 from ....recorder.session import TARGET
 from ....recorder.stream import STILL, WINDOW
-from .. import Terminal, add_load, add_robot, robot_of
-from ..robot_arguments import UsageError
+from ....solver.calibration import SolveOptions
+from .. import Terminal
+from ..arguments import UsageError, option, part
+from ..robots import DISTANCES, SPREADS, WINDOWS, RobotOptions
 
 if TYPE_CHECKING:
     from ....recorder.terminal import Outcome
@@ -50,88 +54,111 @@ Its end finishes the session. The status is then 1 if a capture was refused, or 
 no new rest within 30 s. A session ended by a signal returns 129, 130, 131 or 143; all is saved."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    add_robot(parser)
-    required = parser.add_argument_group("recording")
-    add = required.add_argument
-    add("--driver", required=True, metavar="NAME[:ADDRESS]", help="see mukca drivers")
-    add("--out", required=True, type=Path, metavar="DIR/PLACEMENT", help="continued if it exists")
-    add("--robot-name", metavar="NAME", help="which of several robots it is, as solve --robot "
-        "NAME=R has it")  # fmt: skip
-    add("--distance", type=float, metavar="M", help="between the centres of sockets 0 and 1, in "
-        "metres, as measured with a caliper (default: what is continued, or 0.05)")  # fmt: skip
-    add("--sockets", type=int, metavar="N", help=f"1 to 10 (default: {SOCKETS})")
-    add("--target", type=int, metavar="N", help=f"samples for each socket (default: {TARGET})")
-    add(
-        "--window",
-        type=float,
-        default=WINDOW,
-        metavar="S",
-        help="seconds that a capture averages (default: %(default)s)",
+_recording = partial(option, group="recording")
+_hands = partial(option, group="hands and ears")
+_guide = partial(option, group="guide")
+_quick = partial(option, group="in two minutes")
+_notes = partial(option, group="notes, kept with the recording")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(RobotOptions):
+    """Options of ``mukca record``."""
+
+    driver: str = _recording("see mukca drivers", "NAME[:ADDRESS]", ...)
+    out: Path = _recording("continued if it exists", "DIR/PLACEMENT", ...)
+    robot_name: str | None = _recording(
+        "which of several robots it is, as solve --robot NAME=R has it", "NAME"
     )
-    add(
-        "--still",
-        type=float,
-        metavar="RAD",
-        help="largest standard deviation over the window of an arm that is still "
+    distance: float | None = _recording(
+        "between the centres of sockets 0 and 1, in metres, as measured with a caliper "
+        "(default: what is continued, or 0.05)",
+        "M",
+        between=DISTANCES,
+    )
+    sockets: int | None = _recording(f"1 to 10 (default: {SOCKETS})", "N", between=(1, 10))
+    target: int | None = _recording(
+        f"samples for each socket (default: {TARGET})", "N", between=(1, 10_000)
+    )
+    window: float = _recording("seconds that a capture averages", "S", WINDOW, between=WINDOWS)
+    still: float | None = _recording(
+        "largest standard deviation over the window of an arm that is still "
         f"(default: {STILL}, or the step of its encoders)",
+        "RAD",
+        between=SPREADS,
     )
-    add("--keys", type=Path, metavar="FILE", help="read keys from a script")
-    add("--keep-stream", action="store_true", help="keep every state in a compact file beside the "
-        "samples, for mukca extract to look at again")  # fmt: skip
-    hands = parser.add_argument_group("hands and ears")
-    hands.add_argument("--auto", action="store_true", help="capture without a key wherever the arm "
-        "comes to rest at a new, plausible pose; a key at each change of socket")  # fmt: skip
-    hands.add_argument("--key", action="append", default=[], metavar="ACTION=KEY,...", help="let "
-        "keys do something, as in capture=Enter,PageDown for a foot pedal or a presenter: capture, "
-        "undo, redo, delete, relabel, next, finish, help")  # fmt: skip
-    hands.add_argument("--sound", choices=("bell", "off"), default="bell", help="the terminal's "
-        "bell: once captured, twice refused, three times a socket done")  # fmt: skip
-    guide = parser.add_argument_group("guide")
-    guide.add_argument(
-        "--goal-mm",
-        type=float,
-        metavar="MM",
-        help="what the predicted error of distances in the workspace should come to (default: "
-        "three times the arm's repeatability)",
+    keys: Path | None = _recording("read keys from a script", "FILE")
+    keep_stream: bool = _recording(
+        "keep every state in a compact file beside the samples, for mukca extract to look at again",
+        default=False,
     )
-    guide.add_argument("--page", action="store_true", help="show the same on a page, read-only, "
-        "for a tablet beside the arm; its address is on the screen")  # fmt: skip
-    guide.add_argument("--page-host", metavar="HOST", default="127.0.0.1", help="where the page is "
-        "served; 0.0.0.0 lets the whole network see it (default: this computer alone)")  # fmt: skip
-    guide.add_argument("--no-guide", action="store_true", help="no fit while recording")
-    quick = parser.add_argument_group("in two minutes")
-    quick.add_argument("--quick", action="store_true", help="one socket, ten poses: how far off is "
-        "this arm, and is it worth calibrating?")  # fmt: skip
-    quick.add_argument("--calibration", type=Path, metavar="FILE", help="with --quick: does this "
-        "calibration still hold? Exit status 1 if not")  # fmt: skip
-    add_load(parser, "noticing a hand on the arm")
-    notes = parser.add_argument_group("notes, kept with the recording")
-    notes.add_argument("--operator", metavar="NAME")
-    notes.add_argument("--serial-number", metavar="TEXT", help="of the arm")
-    notes.add_argument("--warm-up", type=float, metavar="MIN", help="minutes since power-on")
-    notes.add_argument("--temperature", type=float, metavar="C", help="degrees Celsius")
-    notes.add_argument("--notes", metavar="TEXT")
+    auto: bool = _hands(
+        "capture without a key wherever the arm comes to rest at a new, plausible pose; a key at "
+        "each change of socket",
+        default=False,
+    )
+    key: Sequence[str] = _hands(
+        "let keys do something, as in capture=Enter,PageDown for a foot pedal or a presenter: "
+        "capture, undo, redo, delete, relabel, next, finish, help",
+        "ACTION=KEY,...",
+        (),
+        repeated=True,
+    )
+    sound: Literal["bell", "off"] = _hands(
+        "the terminal's bell: once captured, twice refused, three times a socket done",
+        default="bell",
+    )
+    goal_mm: float | None = _guide(
+        "what the predicted error of distances in the workspace should come to (default: three "
+        "times the arm's repeatability)",
+        "MM",
+        between=(1e-3, 1e3),
+    )
+    page: bool = _guide(
+        "show the same on a page, read-only, for a tablet beside the arm; its address is on the "
+        "screen",
+        default=False,
+    )
+    page_host: str = _guide(
+        "where the page is served; 0.0.0.0 lets the whole network see it (default: this computer "
+        "alone)",
+        "HOST",
+        "127.0.0.1",
+    )
+    no_guide: bool = _guide("no fit while recording", default=False)
+    quick: bool = _quick(
+        "one socket, ten poses: how far off is this arm, and is it worth calibrating?",
+        default=False,
+    )
+    calibration: Path | None = _quick(
+        "with --quick: does this calibration still hold? Exit status 1 if not", "FILE"
+    )
+    load: SolveOptions = part(
+        SolveOptions, "payload", "gravity", group="load, for noticing a hand on the arm"
+    )
+    operator: str | None = _notes("", "NAME")
+    serial_number: str | None = _notes("of the arm", "TEXT")
+    warm_up: float | None = _notes("minutes since power-on", "MIN", between=(0, 1e6))
+    temperature: float | None = _notes("degrees Celsius", "C", between=(-100, 200))
+    notes: str | None = _notes("", "TEXT")
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Record until the operator finishes."""
     if find_spec("termios") is None:
         raise UsageError(
             "recording does not yet work on Windows; record on Linux, on macOS or in WSL. "
             "check, solve, validate and report do work here"
         )
+    arguments = argparse.Namespace(**vars(options))
     with _interruptible():
-        _check(arguments)
         _fill_in(arguments)
         if sys.stdout.isatty():
             terminal.say("loading ...")
             sys.stdout.flush()
         from ...recording import is_scripted, record_session
 
-        robot = robot_of(arguments)
+        robot = options.load_robot()
         calibration = _calibration(arguments)
         outcome = record_session(arguments, robot, terminal)
         while outcome.new_placement and outcome.signal is None:
@@ -214,24 +241,6 @@ def _interruptible() -> Generator[None, None, None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def _check(arguments: argparse.Namespace) -> None:
-    """Refuse numbers that mean nothing."""
-    for name, low, high in (
-        ("distance", 1e-3, 10.0),
-        ("window", 0.02, 10.0),
-        ("still", 1e-9, 0.1),
-        ("sockets", 1, 10),
-        ("target", 1, 10_000),
-        ("warm_up", 0, 1e6),
-        ("temperature", -100, 200),
-        ("goal_mm", 1e-3, 1e3),
-    ):
-        value = getattr(arguments, name)
-        if value is not None and not low <= value <= high:
-            option = name.replace("_", "-")
-            raise UsageError(f"--{option} {value:g}: expected {low:g} to {high:g}")
 
 
 def _say_outcome(outcome: "Outcome", arguments: argparse.Namespace, terminal: Terminal) -> None:

@@ -1,6 +1,5 @@
 """``mukca robots``: the robot models that come with the package."""
 
-import argparse
 import re
 from dataclasses import asdict, dataclass
 
@@ -9,8 +8,9 @@ import numpy as np
 from ....solver.assessment import ARMS
 from ....solver.robot import BallModel, Robot, link_frames, load_robot, shipped_robots, workspace
 from .. import Terminal
+from ..arguments import JsonOption
 
-_EXAMPLE = """example:
+EXAMPLE = """example:
   mukca robots
 
 The reach is how far the ball comes from the second joint, about. Without a repeatability the report
@@ -47,16 +47,13 @@ class RobotInfo:
     source: str
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = _EXAMPLE
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+Options = JsonOption
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """List all shipped robots."""
     robots = [describe(name) for name in shipped_robots()]
-    if arguments.json:
+    if options.json:
         terminal.emit({"robots": [asdict(info) for info in robots]})
         return 0
     width = max(len(info.name) for info in robots)

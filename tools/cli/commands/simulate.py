@@ -1,17 +1,17 @@
 """``mukca simulate``: the paper's experiments in simulation, with the model under test."""
 
-import argparse
 import importlib
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ....errors import MukcaError
+from ....solver.calibration import UsageError
 from ....solver.results import refuse_existing, write_files
 from .. import Terminal
-from ..robot_arguments import UsageError
-from .demo import DEMO_SEED, demo_arm
+from ..arguments import JsonOption, option
 
 if TYPE_CHECKING:
     from ...experiments import (
@@ -32,8 +32,7 @@ The arm moves by its true kinematics; its controller, Cartesian impedance contro
 model that it is given: nominal, calibrated (from four placements recorded with this arm, made
 now), true, or the file of a calibrated URDF of this arm. Goals are taught once, elbow up; each
 trial starts with the elbow elsewhere. Needs the extra: pip install 'mukca[simulation]'"""
-INSERTION = "put a peg into a hole from other postures than that in which it was taught"
-DRAWING = "retrace a drawing from other postures than that in which it was shown"
+SEEDS = (0, 2**63)
 REPORT, RESULT, PICTURE, ANIMATION = FILES = (
     "report.html",
     "simulation.json",
@@ -46,69 +45,70 @@ class MissingExtra(MukcaError):  # noqa: N818 (the situation's name)
     """A package of the extra ``simulation`` is not installed."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    experiments = parser.add_subparsers(dest="experiment", metavar="EXPERIMENT", required=True)
-    insertion = experiments.add_parser("insertion", help=INSERTION, description=INSERTION)
-    insertion.add_argument(
-        "--hole-mm", type=float, default=10.4, metavar="MM", help="its diameter; the peg has 10 mm"
+@dataclass(frozen=True, kw_only=True)
+class Common(JsonOption):
+    """Options of each experiment."""
+
+    model: str = option("nominal, calibrated, true, or a URDF file", default="calibrated")
+    arm: int | None = option("which true arm (default: the demo's)", "SEED", between=SEEDS)
+    seed: int = option("of recordings, teaching and starts (default: 0)", default=0, between=SEEDS)
+    out: Path | None = option(
+        "try the nominal model too (with --model nominal, the calibrated one), and write a report "
+        "with both side by side",
+        "DIR",
     )
-    insertion.add_argument(
-        "--cross",
-        type=int,
-        default=0,
-        metavar="N",
-        help="then at N positions of an X of 25 mm steps, 24 at most (default: 0)",
-    )
-    drawing = experiments.add_parser("drawing", help=DRAWING, description=DRAWING)
-    for experiment, trials in ((insertion, 20), (drawing, 6)):
-        _add_common(experiment, trials)
+    force: bool = option("overwrite results in DIR", default=False)
 
 
-def _add_common(parser: argparse.ArgumentParser, trials: int) -> None:
-    parser.add_argument(
-        "--model",
-        default="calibrated",
-        help="nominal, calibrated, true, or a URDF file (default: calibrated)",
+@dataclass(frozen=True, kw_only=True)
+class InsertionOptions(Common):
+    """Put a peg into a hole from other postures than that in which it was taught."""
+
+    experiment: ClassVar = "insertion"
+    hole_mm: float = option("its diameter; the peg has 10 mm", "MM", 10.4, between=(10.1, 40))
+    cross: int = option(
+        "then at N positions of an X of 25 mm steps, 24 at most (default: 0)",
+        "N",
+        0,
+        between=(0, 24),
     )
-    parser.add_argument(
-        "--trials", type=int, default=trials, metavar="N", help="(default: %(default)s)"
-    )
-    parser.add_argument("--arm", type=int, default=DEMO_SEED, metavar="SEED", help="which true arm")
-    parser.add_argument("--seed", type=int, default=0, help="of recordings, teaching and starts")
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="try the nominal model too (with --model nominal, the calibrated one), and write a "
-        "report with both side by side",
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite results in DIR")
-    parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
+    trials: int = option("", "N", 20, between=(1, 10_000))
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+@dataclass(frozen=True, kw_only=True)
+class DrawingOptions(Common):
+    """Retrace a drawing from other postures than that in which it was shown."""
+
+    experiment: ClassVar = "drawing"
+    trials: int = option("lines to hold together", "N", 6, between=(2, 10_000))
+
+
+Experiment = InsertionOptions | DrawingOptions
+Options = {"insertion": InsertionOptions, "drawing": DrawingOptions}
+
+
+def run(options: Experiment, terminal: Terminal) -> int:
     """Run the trials, and show what came of them."""
-    settle(arguments)
-    words, out = [arguments.model], arguments.out
+    if options.force and options.out is None:
+        raise UsageError("--force belongs to --out DIR; nothing is written without it")
+    words, out = [options.model], options.out
     if out is not None:
-        refuse_existing(out, FILES, force=arguments.force)
-        words.insert(0, "calibrated" if arguments.model == "nominal" else "nominal")
-    models = attempts(arguments, words, terminal)
+        refuse_existing(out, FILES, force=options.force)
+        words.insert(0, "calibrated" if options.model == "nominal" else "nominal")
+    models = attempts(options, words, terminal)
     for model in models:
         for place, figures in trials_of(model.results):
-            terminal.say(f"{model.results.model}, {place}: {spoken(arguments, figures)}")
-    result = document_of(arguments, models)
+            terminal.say(f"{model.results.model}, {place}: {spoken(options, figures)}")
+    result = document_of(options, models)
     if out is not None:
         result = write(out, result, models, terminal)
-    if arguments.json:
+    if options.json:
         terminal.emit(result)
     return 0
 
 
 def document_of(
-    arguments: argparse.Namespace, models: "Sequence[ExperimentRun]"
+    options: Experiment, models: "Sequence[ExperimentRun]"
 ) -> "SimulationDocument":
     """Return the result of the model asked for, which is the last, beside the other one."""
     import msgspec
@@ -117,10 +117,10 @@ def document_of(
 
     *other, asked = models
     return SimulationDocument(
-        experiment=arguments.experiment,
-        arm=arguments.arm,
-        seed=arguments.seed,
-        hole=arguments.hole_mm / 1e3 if arguments.experiment == "insertion" else None,
+        experiment=options.experiment,
+        arm=_arm(options),
+        seed=options.seed,
+        hole=options.hole_mm / 1e3 if isinstance(options, InsertionOptions) else None,
         beside=other[0].results if other else None,
         **msgspec.structs.asdict(asked.results),
     )
@@ -132,28 +132,15 @@ def trials_of(model: "ModelTrials") -> "list[tuple[str, Insertions | Drawing]]":
     return [(name, trials) for name, trials in places if trials is not None]
 
 
-def settle(arguments: argparse.Namespace) -> None:
-    """See that the numbers can be.
+def _arm(options: Experiment) -> int:
+    """Seed of the true arm."""
+    from ...simulation import DEMO_SEED
 
-    Raises:
-        UsageError: One of them cannot, or an option would do nothing.
-    """
-    if arguments.force and arguments.out is None:
-        raise UsageError("--force belongs to --out DIR; nothing is written without it")
-    if arguments.arm < 0 or arguments.seed < 0:
-        raise UsageError("--arm and --seed are at least 0")
-    if arguments.experiment == "drawing":
-        if arguments.trials < 2:
-            raise UsageError(f"--trials {arguments.trials}: give 2 or more lines to hold together")
-        return
-    if not 10.1 <= arguments.hole_mm <= 40:
-        raise UsageError(f"--hole-mm {arguments.hole_mm}: give 10.1 to 40; the peg has 10 mm")
-    if arguments.trials < 1 or not 0 <= arguments.cross <= 24:
-        raise UsageError("--trials is at least 1, --cross 0 to 24")
+    return DEMO_SEED if options.arm is None else options.arm
 
 
 def attempts(
-    arguments: argparse.Namespace, words: Sequence[str], terminal: Terminal
+    options: Experiment, words: Sequence[str], terminal: Terminal
 ) -> "list[ExperimentRun]":
     """Try models on the arm, one after the other.
 
@@ -162,13 +149,14 @@ def attempts(
     """
     _load_mujoco()
     from ...experiments import model_urdf, run_experiment
+    from ...simulation import demo_arm
 
-    settings = _settings(arguments)
-    nominal, arm = demo_arm(arguments.arm, keep_size=False)
+    settings = _settings(options)
+    nominal, arm = demo_arm(_arm(options), keep_size=False)
     with terminal.progress(settings.count * len(words)) as progress:
         return [
             run_experiment(
-                settings, arm, word, model_urdf(word, nominal, arm, arguments.seed), progress
+                settings, arm, word, model_urdf(word, nominal, arm, options.seed), progress
             )
             for word in words
         ]
@@ -193,12 +181,12 @@ def _load_mujoco() -> None:
         os.environ["MUJOCO_GL"] = wish
 
 
-def _settings(arguments: argparse.Namespace) -> "Settings":
+def _settings(options: Experiment) -> "Settings":
     from ...experiments import Settings
 
-    if arguments.experiment == "drawing":
-        return Settings(arguments.trials, arguments.seed)
-    return Settings(arguments.trials, arguments.seed, arguments.hole_mm / 1e3, arguments.cross)
+    if isinstance(options, DrawingOptions):
+        return Settings(options.trials, options.seed)
+    return Settings(options.trials, options.seed, options.hole_mm / 1e3, options.cross)
 
 
 def _missing(error: ImportError) -> MissingExtra:
@@ -244,7 +232,7 @@ def pictures_of(models: "Sequence[ExperimentRun]", terminal: Terminal) -> dict[s
     return {PICTURE: made.picture, ANIMATION: made.animation}
 
 
-def spoken(arguments: argparse.Namespace, trials: "Insertions | Drawing") -> str:
+def spoken(options: Experiment, trials: "Insertions | Drawing") -> str:
     """Return the results at one place for people."""
     from ...experiments import Drawing
 
@@ -255,7 +243,7 @@ def spoken(arguments: argparse.Namespace, trials: "Insertions | Drawing") -> str
         )
     else:
         what = (
-            f"{trials.inserted} of {trials.trials} into {arguments.hole_mm:g} mm; "
+            f"{trials.inserted} of {trials.trials} into {options.hole_mm:g} mm; "
             "above the hole off by"
         )
     return (

@@ -1,22 +1,23 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
-import argparse
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+from ....solver.calibration import SolveOptions
 from ....solver.results import refuse_existing
-from .. import (
-    Terminal,
-    add_options,
-    placements_by_robot,
-    placements_of,
-    robots_of,
-    split_by_robot,
-    split_test,
-)
+from .. import Terminal
+from ..arguments import OutputOptions, argument, option, part
+from ..robots import RobotsOptions, placements_by_robot, placements_of, split_by_robot
 
 if TYPE_CHECKING:
-    from ....solver.assessment import Verdict
+    from rich.table import Table
+
     from ....solver.calibration import ArmsCalibration, Calibration
+    from ....solver.results import FramePose
+    from ....solver.results.calibration import ParameterValue
 
 EXAMPLE = """example:
   mukca solve recordings/front --test recordings --robot panda --distance 0.0501 --out calibrated
@@ -26,148 +27,132 @@ placements stands for all of them. Two arms that recorded at the same bases:
   mukca solve left:session/left right:session/right --robot left=panda --robot right=fr3"""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    add_options(parser)
+@dataclass(frozen=True, kw_only=True)
+class Options(RobotsOptions, OutputOptions):
+    """Options of ``mukca solve``."""
+
+    train: Sequence[Path] = argument("placements to fit", "TRAIN")
+    test: Sequence[Path] = option("placements held out", "HELD_OUT", ())
+    settings: SolveOptions = part(SolveOptions)
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
-    from ....solver.calibration import ArmsCalibration
+    if options.out is not None:
+        refuse_existing(options.out, force=options.force)
+    calibration = calibrated(options, terminal)
+    robots = calibration if isinstance(calibration, Mapping) else {"": calibration}
+    for name, one in robots.items():
+        _say_name(name, terminal)
+        show(terminal, one)
+    refused = [
+        one.distortion
+        for one in robots.values()
+        if one.document.distorted and not options.settings.accept_distorted
+    ]
+    outputs = _save(calibration, options) if options.out and not refused else {}
+    verdict = {"status": "fail", "title": "FAIL", "text": " ".join(refused)}
+    verdicts = [verdict] if refused else [_judge(*one, terminal) for one in robots.items()]
+    for line in refused:
+        terminal.warn(line)
+        terminal.say("Verdict: FAIL, the sockets' distance is not reproduced. Nothing was written.")
+    if isinstance(calibration, Mapping):
+        for pair in calibration.document.between.values():
+            terminal.say(pair.text)
+    for line in [] if refused else _closing_lines(outputs):
+        terminal.say(line)
+    if options.json and isinstance(calibration, Mapping):
+        terminal.emit({**calibration.as_dict(), "outputs": outputs})
+    elif options.json:
+        result = calibration.result.as_dict()
+        terminal.emit({**result, "outputs": outputs, "verdict": verdicts[0]})
+    return 1 if any(verdict["status"] == "fail" for verdict in verdicts) else 0
+
+
+def _say_name(name: str, terminal: Terminal) -> None:
+    """Head the lines of one of several robots."""
+    if name:
+        terminal.say(f"Robot {name}")
+
+
+def _save(calibration: "ArmsCalibration | Calibration", options: Options) -> dict[str, str]:
     from ...report import report_files
 
-    if arguments.out is not None:
-        refuse_existing(arguments.out, force=arguments.force)
-    calibration = calibrated(arguments, terminal)
-    if isinstance(calibration, ArmsCalibration):
-        return _run_several(calibration, arguments, terminal)
-    show(terminal, calibration)
-    outputs = dict[str, str]()
-    verdict: dict[str, Any] = {"status": "fail", "title": "FAIL", "text": calibration.distortion}
-    if not _refused(calibration, arguments, terminal):
-        if arguments.out is not None:
-            outputs = calibration.save(
-                arguments.out,
-                force=arguments.force,
-                accept_distorted=arguments.accept_distorted,
-                pages=report_files,
-            )
-        verdict = judge(calibration, terminal).as_dict()
-        for line in last_words(outputs):
-            terminal.say(line)
-    if arguments.json:
-        verdict = {key: verdict[key] for key in ("status", "title", "text")}
-        result = calibration.result.as_dict()
-        terminal.emit({**result, "outputs": outputs, "verdict": verdict})
-    return 1 if verdict["status"] == "fail" else 0
+    assert options.out is not None
+    return calibration.save(
+        options.out,
+        force=options.force,
+        accept_distorted=options.settings.accept_distorted,
+        pages=report_files,
+    )
 
 
-def _refused(calibration: "Calibration", arguments: argparse.Namespace, terminal: Terminal) -> bool:
-    """Say so where a model does not reproduce the sockets' distance, and is not to be used."""
-    if not calibration.document.distorted or arguments.accept_distorted:
-        return False
-    terminal.warn(calibration.distortion)
-    terminal.say("Verdict: FAIL, the sockets' distance is not reproduced. Nothing was written.")
-    return True
-
-
-def judge(calibration: "Calibration", terminal: Terminal) -> "Verdict":
-    """Print the verdict, and return it."""
+def _judge(name: str, calibration: "Calibration", terminal: Terminal) -> dict[str, str]:
+    """Print the verdict, and return it for JSON."""
     from ...report import show_verdict
     from ...report.figures import steps
 
+    _say_name(name, terminal)
     found = calibration.assessment
     todo = steps(found.predictions, found.placements, found.verdict)
     show_verdict(terminal.console, found.verdict, found.limits, todo)
-    return found.verdict
+    return {key: getattr(found.verdict, key) for key in ("status", "title", "text")}
 
 
-def _run_several(
-    calibrations: "ArmsCalibration", arguments: argparse.Namespace, terminal: Terminal
-) -> int:
-    """Show and write the calibrations of several robots, and where they stand."""
-    from ...report import report_files
+def calibrated(options: Options, terminal: Terminal) -> "ArmsCalibration | Calibration":
+    """Calibrate by the options, and say what to heed."""
+    from ....solver.calibration import calibrate
 
-    for name, calibration in calibrations.items():
-        terminal.say(f"Robot {name}")
-        show(terminal, calibration)
-    refused = [_refused(one, arguments, terminal) for one in calibrations.values()]
-    failed, outputs = any(refused), dict[str, str]()
-    if not any(refused):
-        if arguments.out is not None:
-            outputs = calibrations.save(
-                arguments.out,
-                force=arguments.force,
-                accept_distorted=arguments.accept_distorted,
-                pages=report_files,
-            )
-        for name, calibration in calibrations.items():
-            terminal.say(f"Robot {name}")
-            verdict = judge(calibration, terminal)
-            failed |= verdict.status == "fail"
-    for pair in calibrations.document.between.values():
-        terminal.say(pair.text)
-    if outputs:
-        terminal.say(
-            f"Wrote {outputs['urdf']}, all robots in one URDF, and a folder for each robot."
-        )
-    else:
-        terminal.say("Nothing was written; add --out DIR to keep the calibrated URDFs.")
-    if arguments.json:
-        terminal.emit({**calibrations.as_dict(), "outputs": outputs})
-    return 1 if failed else 0
-
-
-def calibrated(
-    arguments: argparse.Namespace, terminal: Terminal
-) -> "Calibration | ArmsCalibration":
-    """Return the calibration that the arguments ask for, and say what to heed."""
-    from ....solver.calibration import calibrate, option_table
-
-    robot = robots_of(arguments)
+    robots = options.load_robots()
+    train, test, left_out = split_by_robot(options.train, options.test, robots)
+    settings = vars(options.settings)
     with terminal.progress() as progress:
-        options = {name: getattr(arguments, name) for name in option_table()}
-        if isinstance(robot, dict):
-            mine, others, left_out = split_by_robot(arguments.train, arguments.test, robot)
-            train, test = placements_by_robot(mine), placements_by_robot(others)
-            calibration = calibrate(robot, train, test, progress, **options)
-            every = list(calibration.values())
+        if "" in robots:
+            data = placements_of(train[""]), placements_of(test[""])
+            calibration = calibrate(robots[""], *data, progress, **settings)
         else:
-            held_out, left_out = split_test(arguments.train, arguments.test)
-            train, test = placements_of(arguments.train), placements_of(held_out)
-            calibration = calibrate(robot, train, test, progress, **options)
-            every = [calibration]
+            several = placements_by_robot(train), placements_by_robot(test)
+            calibration = calibrate(robots, *several, progress, **settings)
     for line in left_out:
         terminal.say(line)
-    for document in (one.document for one in every):
-        for line in document.warnings:
+    for one in calibration.values() if isinstance(calibration, Mapping) else [calibration]:
+        for line in one.document.warnings:
             terminal.warn(line)
-        for finding in document.checks or ():
-            terminal.warn(str(finding), finding.level)
+        for found in one.document.checks or ():
+            terminal.warn(str(found), found.level)
     return calibration
 
 
 def show(terminal: Terminal, calibration: "Calibration") -> None:
     """Print the figures for people."""
     from ....solver.assessment import distance_text, scale_text
-    from .. import metrics_table, parameters_table
+    from .validate import errors_table
 
     terminal.say(distance_text(calibration.document.placements))
     if calibration.document.scale is not None:
         words = scale_text(calibration.document.scale)
         terminal.say(f"Size: {words}.")
     errors = calibration.errors
-    terminal.console.print(metrics_table(errors.placements, errors.summary))
-    terminal.console.print(parameters_table(calibration.result.parameters))
+    terminal.console.print(errors_table(errors.placements, errors.summary))
+    terminal.console.print(_parameters_table(calibration.result.parameters))
     for line in spoken(calibration):
         terminal.say(line)
 
 
+def _parameters_table(rows: "Sequence[ParameterValue]") -> "Table":
+    """Table of what the calibration changed, in mm and mrad; one line a joint."""
+    from ....solver.robot import COMPONENTS
+    from ..tables import table
+
+    changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}
+    joints = dict.fromkeys(row.joint for row in rows)
+    cells = [[joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)] for joint in joints]
+    heads = ("joint", *COMPONENTS)
+    return table("change of the joint origins, in mm and mrad", heads, cells, no_wrap=True)
+
+
 def spoken(calibration: "Calibration") -> list[str]:
     """Return what the tables do not say."""
-    from .. import frame_lines
-
     result = calibration.document
     lines = [
         f"{result.optimizer}: {result.iterations} iterations in "
@@ -180,7 +165,7 @@ def spoken(calibration: "Calibration") -> list[str]:
             f"With only the ball refitted, the nominal model stands at {error:.3f} mm MAE."
         )
     lines += result.choices or ()
-    lines += frame_lines(result.frames or ())
+    lines += _frame_lines(result.frames or ())
     if result.uncertainty is not None:
         distance = result.uncertainty.distance_deviation
         lines.append(
@@ -193,10 +178,41 @@ def spoken(calibration: "Calibration") -> list[str]:
     return lines
 
 
-def last_words(outputs: dict[str, str]) -> list[str]:
-    """Return what to do with the result."""
+def _frame_lines(frames: "Sequence[FramePose]") -> list[str]:
+    """Pose of each frame and its deviation, a line each."""
+    from ....solver.calibration import millimetres
+
+    lines: list[str] = []
+    for frame in frames:
+        off = ""
+        if frame.socket_error is not None:
+            sockets = f"{frame.sockets} socket{'s are' if frame.sockets > 1 else ' is'}"
+            off = f"; its {sockets} {millimetres(frame.socket_error)} mm off (rms)"
+        if frame.name == "base":
+            lines.append(f"Frame base: the robot's own{off}.")
+            continue
+        if not frame.turn_known:
+            lines.append(
+                f"Frame {frame.name}: direction unknown{off}; it needs three places or more that "
+                "are not on one line."
+            )
+            continue
+        place = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
+        deviation = millimetres(max(frame.xyz_deviation))
+        turned = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)
+        lines.append(
+            f"Frame {frame.name} stands at {place} mm (+- {deviation}), turned "
+            f"{turned} deg (+- {math.degrees(max(frame.turn_deviation)):.3f}) in the base{off}."
+        )
+    return lines
+
+
+def _closing_lines(outputs: dict[str, str]) -> list[str]:
+    """Lines on the files and their use."""
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
+    if "arms" in outputs:
+        return [f"Wrote {outputs['urdf']}, all robots in one URDF, and a folder for each robot."]
     lines = [
         f"Wrote {outputs['calibration']}, and {outputs['report']} to read; report.json beside it "
         "holds the same figures for scripts",

@@ -1,16 +1,16 @@
 """``mukca stream``: a robot's live joint angles, to check a connection before recording."""
 
-import argparse
 import logging
 import math
 import sys
 import textwrap
 from contextlib import ExitStack
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ....drivers import DriverError, JointState, Reason, Reconnecting, clock, open_driver
-from ....errors import MukcaError
 from .. import Terminal
+from ..arguments import POSITIVE, option
 from .stream_rate import Meter
 
 if TYPE_CHECKING:
@@ -21,33 +21,32 @@ READ_SECONDS = 0.2
 WAITED_SECONDS = 5e-5  # a read that took less found its state waiting
 SCREEN_SECONDS = 0.1
 LINE_SECONDS = 1.0
-_EXAMPLE = """examples:
+EXAMPLE = """examples:
   mukca stream --driver franka:172.16.0.2
   mukca stream --driver 'kinova:serial:///dev/ttyUSB0?baud=115200'
   mukca stream --driver ur:192.168.1.10 --json --count 1000 > states.jsonl
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = _EXAMPLE
-    parser.add_argument(
-        "--driver", required=True, metavar="NAME[:ADDRESS]", help="see mukca drivers"
-    )
-    parser.add_argument("--count", type=int, metavar="N", help="end after so many states")
-    parser.add_argument("--seconds", type=float, metavar="S", help="end after so long")
-    parser.add_argument("--json", action="store_true", help="print one JSON object a state")
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Options of ``mukca stream``."""
+
+    driver: str = option("see mukca drivers", "NAME[:ADDRESS]", ...)
+    count: int | None = option("end after so many states", "N", between=POSITIVE)
+    seconds: float | None = option("end after so long", "S", between=POSITIVE)
+    json: bool = option("print one JSON object a state", default=False)
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Show states until the end that was asked for, or Ctrl-C."""
     logging.getLogger("mukca").addHandler(logging.NullHandler())  # drops are told here
-    name, _, address = arguments.driver.partition(":")
+    name, _, address = options.driver.partition(":")
     with ExitStack() as stack:
         driver = Reconnecting(lambda: open_driver(name, address))
         stack.callback(driver.close)
-        monitor = Monitor(driver, arguments.count, arguments.seconds)
-        if arguments.json:
+        monitor = Monitor(driver, options.count, options.seconds)
+        if options.json:
             monitor.write_json(terminal)
         elif sys.stdout.isatty():
             monitor.show_screen(terminal)
@@ -66,8 +65,6 @@ class Monitor:
     """
 
     def __init__(self, driver: Reconnecting, count: int | None, seconds: float | None) -> None:
-        if (count is not None and count < 1) or (seconds is not None and not seconds > 0):
-            raise MukcaError("--count and --seconds are positive")
         self._driver = driver
         self._left = math.inf if count is None else count
         self._end = math.inf if seconds is None else clock.now() + seconds
@@ -164,21 +161,17 @@ class Monitor:
         return Group(self._table(), *map(Text, lines))
 
     def _table(self) -> "Table":
-        from rich.table import Table
+        from ..tables import table
 
-        table = Table()
-        table.add_column("joint")
-        for unit in ("deg", "rad", "N m"):
-            table.add_column(unit, justify="right", min_width=10)
-        state = self._state
+        rows: list[list[str]] = []
         for index, name in enumerate(self._driver.joint_names):
-            if state is None:
-                table.add_row(name)
-                continue
-            angle = state.position[index]
-            effort = f"{state.effort[index]:.2f}" if state.effort else ""
-            table.add_row(name, f"{math.degrees(angle):.3f}", f"{angle:.5f}", effort)
-        return table
+            cells = [""] * 3
+            if (state := self._state) is not None:
+                angle = state.position[index]
+                effort = f"{state.effort[index]:.2f}" if state.effort else ""
+                cells = [f"{math.degrees(angle):.3f}", f"{angle:.5f}", effort]
+            rows.append([name, *(f"{cell:>10}" for cell in cells)])
+        return table("", ("joint", "deg", "rad", "N m"), rows)
 
 
 def _finite(value: float) -> float | None:

@@ -1,10 +1,20 @@
 """``mukca validate``: measure a calibration on other recordings."""
 
-import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from .. import Terminal, add_repeatability, measure_all
+from ....solver.calibration import SolveOptions
+from .. import Terminal
+from ..arguments import JsonOption, argument, part
+from ..robots import measure_all
 from .report import metres
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ....solver.results import PlacementErrors, Summaries
 
 EXAMPLE = """example:
   mukca validate calibrated/calibration.json recordings/left recordings/right
@@ -12,48 +22,52 @@ EXAMPLE = """example:
 Exit status 1: the calibration does not hold there."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
-    parser.epilog = EXAMPLE
-    parser.add_argument("calibration", type=Path, metavar="CALIBRATION", help="calibration.json")
-    parser.add_argument("data", nargs="+", type=Path, metavar="DATA", help="placements")
-    parser.add_argument(
-        "--distance",
-        type=float,
-        metavar="M",
-        help="distance of the sockets' centres in metres (default: the recording's, or 0.05)",
-    )
-    add_repeatability(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object, SI units")
+@dataclass(frozen=True, kw_only=True)
+class Options(JsonOption):
+    """Options of ``mukca validate``."""
+
+    calibration: Path = argument("calibration.json", "CALIBRATION")
+    data: Sequence[Path] = argument("placements", "DATA")
+    settings: SolveOptions = part(SolveOptions, "distance", "repeatability_mm")
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run(options: Options, terminal: Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
     from ....solver.assessment import Options, judge_drift, limits_of
     from ....solver.calibration import load_calibration
-    from .. import metrics_table
 
-    repeatability = metres("--repeatability-mm", arguments.repeatability_mm)
-    calibration = load_calibration(arguments.calibration)
-    data = measure_all(arguments.data, calibration.robot, arguments.distance, sockets=1)
+    repeatability = metres(options.settings.validated().repeatability_mm)
+    calibration = load_calibration(options.calibration)
+    data = measure_all(options.data, calibration.robot, options.settings.distance, sockets=1)
     for line in (line for measured in data for line in measured.warnings):
         terminal.warn(line)
     errors = calibration.errors_of(data)
-    terminal.console.print(metrics_table(errors.placements, errors.summary))
+    terminal.console.print(errors_table(errors.placements, errors.summary))
     if errors.summary.train is not None:
         terminal.say("Placements with role `train` were fitted: their errors prove little.")
     limits = limits_of(
-        calibration.document, str(arguments.calibration), Options(repeatability=repeatability)
+        calibration.document, str(options.calibration), Options(repeatability=repeatability)
     )
     new = errors.summary.test or errors.summary.train
     assert new is not None  # there is data
     held_out = [m for m in data if not calibration.was_trained_on(m)]
     drift = judge_drift(calibration.document, calibration.calibrated, new, held_out or data, limits)
     terminal.say(drift.text)
-    if arguments.json:
+    if options.json:
         document = calibration.result.as_dict()
         kept = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
         said = {key: document[key] for key in kept}
         verdict = drift.as_dict()
         terminal.emit({**said, **errors.as_dict(), "outputs": {}, "verdict": verdict})
     return 1 if drift.status == "invalid" else 0
+
+
+def errors_table(placements: "Sequence[PlacementErrors]", summaries: "Summaries") -> "Table":
+    """Table of the nominal and the calibrated errors of each placement, and the summaries."""
+    from ....solver.calibration import HEADS, error_rows, errors_title
+    from ..tables import table
+
+    rows = error_rows(placements, summaries)
+    bold = [number for number, (summed, _) in enumerate(rows) if summed]
+    cells = [cells for _, cells in rows]
+    return table(errors_title(placements), HEADS, cells, bold=bold, no_wrap=True)

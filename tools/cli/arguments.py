@@ -1,0 +1,180 @@
+"""Options of a verb: from a dataclass to ``argparse``, and from what was typed to the dataclass.
+
+The name, type and default of a field say how its option is written: ``bool`` is a flag, a sequence
+takes several values, a tuple so many, ``Literal`` a choice. :func:`option` says the rest, or an
+``Annotated`` with what the solver says of it.
+"""
+
+import argparse
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from inspect import get_annotations
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+from ...solver.calibration import UsageError
+
+POSITIVE = (5e-324, sys.float_info.max)
+"""Range of any positive number."""
+NOT_NEGATIVE = (0.0, sys.float_info.max)
+MILLIMETRES = (1e-4, 1e4)
+"""Range of a length in millimetres."""
+
+
+def option(
+    text: str, metavar: str | tuple[str, ...] | None = None, default: Any = None, **more: Any
+) -> Any:
+    """Field of a dataclass that is an option.
+
+    Args:
+        text: Help; a default that it does not name is added.
+        metavar: Placeholder of the value.
+        default: Value where the option is not given; ``...`` if it must be given.
+        **more: ``choices``; ``group``, a title to stand under; ``between``, the lowest and the
+            highest number; ``repeated``, for a value each time the option is given.
+    """
+    metadata = {"text": text, "metavar": metavar, **more}
+    return field(default=MISSING if default is ... else default, metadata=metadata)
+
+
+def argument(text: str, metavar: str | None = None, **more: Any) -> Any:
+    """Field of a dataclass that is an argument without a name; of several if it is a sequence."""
+    return option(text, metavar, ..., positional=True, **more)
+
+
+def part(options: type[Any], *names: str, group: str | None = None) -> Any:
+    """Field of a dataclass that holds another one, of which the options named are offered."""
+    every = tuple(one.name for one in fields(options))
+    return field(default_factory=options, metadata={"names": names or every, "group": group})
+
+
+@dataclass(frozen=True, kw_only=True)
+class JsonOption:
+    """Option of each verb that scripts read."""
+
+    json: bool = option("print one JSON object, SI units", default=False, group="output")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputOptions(JsonOption):
+    """Options of a verb that writes files."""
+
+    out: Path | None = option("write the results to this folder", "DIR", group="output")
+    force: bool = option("overwrite what is there", default=False, group="output")
+
+
+def add_options(
+    parser: argparse.ArgumentParser, options: type[Any] | Mapping[str, type[Any]]
+) -> None:
+    """Add the options of a dataclass; or of one for each kind of work, by the kind's name."""
+    if isinstance(options, Mapping):
+        kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
+        for name, kind in options.items():
+            line = str(kind.__doc__)
+            add_options(kinds.add_parser(name, help=line, description=line), kind)
+        return
+    groups: dict[str | None, Any] = {None: parser}
+    for one, kind, about in _described(options):
+        title = about.get("group")
+        if title not in groups:
+            groups[title] = parser.add_argument_group(title)
+        positional = about.get("positional", False)
+        required = {"required": True} if one.default is MISSING and not positional else {}
+        name = one.name if positional else _name(one)
+        groups[title].add_argument(name, **_keywords(kind, about), **required)
+    parser.set_defaults(options=options)
+
+
+def read_options(arguments: argparse.Namespace) -> Any:
+    """Return the dataclass of what was typed.
+
+    Raises:
+        UsageError: A number outside the range of its option.
+    """
+    return _read(arguments.options, vars(arguments))
+
+
+def _read(options: type[Any], given: Mapping[str, Any]) -> Any:
+    values: dict[str, Any] = {}
+    for one in fields(options):
+        if is_dataclass(one.type):
+            names = one.metadata["names"]
+            values[one.name] = _read(one.type, {n: given[n] for n in names if n in given})  # pyright: ignore[reportArgumentType]
+        elif one.name in given:
+            value = given[one.name]
+            values[one.name] = tuple(value) if isinstance(value, list) else value  # pyright: ignore[reportUnknownArgumentType]
+            _check_range(one, values[one.name])
+    return options(**values)
+
+
+def _described(
+    options: type[Any], names: Sequence[str] = (), group: str | None = None
+) -> Iterator[tuple["Field[Any]", Any, Mapping[str, Any]]]:
+    """Yield fields, types and descriptions, those of the class before those of its bases."""
+    hints = get_type_hints(options, include_extras=True)
+    known = {one.name: one for one in fields(options)}
+    order = dict.fromkeys(name for base in options.__mro__ for name in get_annotations(base))
+    for name in order:
+        if name not in known or (names and name not in names):
+            continue
+        one, kind = known[name], hints[name]
+        if get_origin(kind) is Annotated:
+            kind, about = get_args(kind)
+            title = group or (f"method {about.method}" if about.method else "fit")
+            yield one, kind, {**vars(about), "text": about.help, "group": title}
+        elif "names" in one.metadata:
+            yield from _described(kind, one.metadata["names"], one.metadata["group"])
+        else:
+            yield one, kind, {**one.metadata, "text": _help(one)}
+
+
+def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keywords of ``add_argument`` for a type and a description."""
+    keywords: dict[str, Any] = {
+        "help": about["text"].replace("%", "%%"),
+        "default": argparse.SUPPRESS,
+    }
+    kinds = [one for one in get_args(kind) if one is not NoneType]
+    if get_origin(kind) is UnionType or NoneType in get_args(kind):
+        kind = next((one for one in kinds if get_origin(one) is Sequence), kinds[0])
+    if kind is bool:
+        return {**keywords, "action": "store_true"}
+    if get_origin(kind) in (tuple, Sequence):
+        if about.get("repeated"):
+            keywords["action"] = "append"
+        else:
+            placeholders = about["metavar"]
+            keywords["nargs"] = len(placeholders) if isinstance(placeholders, tuple) else "+"
+        kind = get_args(kind)[0]
+        kind = get_args(kind)[0] if get_origin(kind) is UnionType else kind
+    choices = get_args(kind) if get_origin(kind) is Literal else about.get("choices")
+    keywords |= {"choices": choices} if choices else {"type": kind}
+    return {**keywords, "metavar": about["metavar"]}
+
+
+def _help(one: "Field[Any]") -> str:
+    """Return the help of a field, with its default."""
+    text, default = one.metadata["text"], one.default
+    if default in (MISSING, None, False, "", ()) or "(default: " in text:
+        return text
+    values = default if isinstance(default, tuple) else (default,)
+    shown = " ".join(f"{one:g}" if isinstance(one, float) else str(one) for one in values)
+    return f"{text} (default: {shown})".strip()
+
+
+def _check_range(one: "Field[Any]", value: Any) -> None:
+    """Refuse a number outside the range of an option."""
+    if "between" not in one.metadata or value is None:
+        return
+    low, high = one.metadata["between"]
+    named = {POSITIVE: "a positive number", NOT_NEGATIVE: "0 or more"}
+    expected = named.get((low, high), f"{low:g} to {high:g}")
+    for number in value if isinstance(value, tuple) else (value,):
+        if not low <= number <= high:
+            raise UsageError(f"{_name(one)} {number:g}: expected {expected}")
+
+
+def _name(one: "Field[Any]") -> str:
+    return f"--{one.name.replace('_', '-')}"

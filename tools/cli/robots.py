@@ -1,0 +1,251 @@
+"""Options of the robot or the robots, their placements, and the workers of a verb."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...solver.calibration import UsageError
+from .arguments import option
+
+if TYPE_CHECKING:
+    from ...recorder.dataset import Placement
+    from ...solver.data import Measurement
+    from ...solver.robot import Robot
+    from ..parallel import Workers
+
+DISTANCES = (1e-3, 10.0)
+"""Range of a distance between sockets [m]."""
+WINDOWS = (0.02, 10.0)
+"""Range of the time that a sample averages [s]."""
+SPREADS = (1e-9, 0.1)
+"""Range of the standard deviation of an arm that is still [rad]."""
+_robot = partial(option, group="robot")
+_each = "; of several robots NAME=LINK"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotOptions:
+    """Options of one robot: its model, and the two ends of its chain."""
+
+    robot: str = _robot("a shipped robot's name, or a URDF file", "R", ...)
+    base: str | None = _robot("the base link (default: the root)", "LINK")
+    tip: str = _robot("the ball's link", "LINK", "ball_link")
+    flange: str | None = _robot("for a URDF without a ball: the link that carries it", "LINK")
+    ball: tuple[float, float, float] | None = _robot(
+        "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
+    )
+
+    def load_robot(self) -> "Robot":
+        """Read the model of the robot.
+
+        Raises:
+            ModelError: No such robot, link, or chain, or one of --flange and --ball without the
+                other.
+        """
+        from ...solver.robot import load_robot
+
+        return load_robot(
+            self.robot, base=self.base, tip=self.tip, flange=self.flange, ball=self.ball
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotsOptions:
+    """Options of one robot, or of several by their names."""
+
+    robot: Sequence[str] = _robot(
+        "a shipped robot's name, or a URDF file; several as NAME=R, each by an option of its own",
+        "R",
+        ...,
+        repeated=True,
+    )
+    base: Sequence[str] = _robot(
+        f"the base link (default: the root{_each})", "LINK", (), repeated=True
+    )
+    tip: Sequence[str] = _robot(
+        f"the ball's link (default: ball_link{_each})", "LINK", (), repeated=True
+    )
+    flange: Sequence[str] = _robot(
+        f"for a URDF without a ball: the link that carries it{_each}", "LINK", (), repeated=True
+    )
+    ball: tuple[float, float, float] | None = _robot(
+        "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
+    )
+
+    def load_robots(self) -> "dict[str, Robot]":
+        """Read the models of the robots by their names; the name of a single robot is empty.
+
+        Raises:
+            UsageError: A robot without a name beside others, or a name that is there twice.
+            ModelError: No such robot, link, or chain.
+        """
+        from ...solver.robot import BALL_LINK, load_robot
+
+        named = _named(self.robot)
+        base, tip, flange = (
+            _by_name(getattr(self, key), key, named) for key in ("base", "tip", "flange")
+        )
+        shared = len(set(named.values())) < len(named) and any(flange.values())
+        return {
+            name: load_robot(
+                robot,
+                base=base[name],
+                tip=tip[name] or (f"{name}_{BALL_LINK}" if shared and flange[name] else BALL_LINK),
+                flange=flange[name],
+                ball=self.ball if flange[name] or not name else None,
+            )
+            for name, robot in named.items()
+        }
+
+
+def _named(given: Sequence[str]) -> dict[str, str]:
+    """Robots by their names; a single one has none."""
+    if len(given) == 1:
+        name, _, alone = given[0].partition("=")
+        if alone and name.isidentifier():
+            raise UsageError(f"--robot {given[0]}: one robot needs no name; write --robot {alone}")
+        return {"": given[0]}
+    named: dict[str, str] = {}
+    for words in given:
+        name, _, robot = words.partition("=")
+        if not robot or not name.replace("_", "").replace("-", "").isalnum():
+            raise UsageError(
+                f"--robot {words}: of several robots each needs a name, as in --robot left=panda"
+            )
+        if name in named:
+            raise UsageError(f"--robot {words}: two robots are called {name!r}")
+        named[name] = robot
+    return named
+
+
+def _by_name(given: Sequence[str], key: str, robots: Mapping[str, str]) -> dict[str, str | None]:
+    """Value of an option for each robot; one without a name is for all of them."""
+    by_name: dict[str, str | None] = dict.fromkeys(robots)
+    if "" in robots:
+        if len(given) > 1:
+            raise UsageError(f"--{key} {given[1]}: one robot has one {key}")
+        return dict.fromkeys(robots, given[0]) if given else by_name
+    for words in given:
+        name, _, link = words.partition("=")
+        if link and name not in robots:
+            known = ", ".join(robots)
+            raise UsageError(f"--{key} {words}: no robot is called {name!r}; there are: {known}")
+        by_name |= {name: link} if link else dict.fromkeys(robots, words)
+    return by_name
+
+
+def split_by_robot(
+    train: Sequence[Path], test: Sequence[Path], robots: "Mapping[str, Robot]"
+) -> tuple[dict[str, list[Path]], dict[str, list[Path]], list[str]]:
+    """Sort paths by their robots, and leave out of the test what is trained on.
+
+    Args:
+        train: Placements, or folders of them; of several robots ``NAME:PATH``, or as the recording
+            says.
+        test: Likewise.
+        robots: By name; the name of a single robot is empty.
+
+    Returns:
+        The placements to train on and those to test on, and a line for each one left out.
+
+    Raises:
+        UsageError: A path of no robot, or one to train on that is named for the test too.
+    """
+    trained, tested = _by_robot(train, robots), _by_robot(test, robots)
+    left_out: list[str] = []
+    for name in robots:
+        tested[name], lines = _held_out(trained[name], tested[name])
+        left_out += lines
+    return trained, tested, left_out
+
+
+def _by_robot(paths: Sequence[Path], robots: "Mapping[str, Robot]") -> dict[str, list[Path]]:
+    from ...recorder import METADATA, find_placements, read_metadata
+
+    if "" in robots:
+        return {"": list(paths)}
+    by_robot: dict[str, list[Path]] = {name: [] for name in robots}
+    for path in paths:
+        name, _, rest = str(path).partition(":")
+        if rest and name in robots:
+            by_robot[name].append(Path(rest))
+            continue
+        if rest and not path.exists() and Path(rest).exists():
+            raise UsageError(f"{path}: no robot is called {name!r}; there are: {', '.join(robots)}")
+        for folder in find_placements([path]):
+            owner = read_metadata(folder / METADATA).get("robot_name")
+            if owner not in robots:
+                known, example = ", ".join(robots), next(iter(robots))
+                said = f"of robot {owner!r}" if owner else "whose is it?"
+                raise UsageError(
+                    f"{folder}: {said}; write {example}:{folder}; the robots are {known}"
+                )
+            by_robot[owner].append(folder)
+    return by_robot
+
+
+def _held_out(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Held-out placements without those trained on, and a line for each of these."""
+    from ...recorder import find_placements
+
+    trained = {path.resolve() for path in find_placements(train)}
+    kept: list[Path] = []
+    left_out: list[str] = []
+    for path in test:
+        for placement in find_placements([path]):
+            if placement.resolve() not in trained:
+                kept.append(placement)
+            elif placement == path:
+                raise UsageError(f"{path}: trained on, so it cannot be held out as well")
+            else:
+                left_out.append(f"{placement}: trained on, so left out of the test")
+    return kept, left_out
+
+
+def placements_of(paths: Sequence[Path]) -> "list[Placement]":
+    """Read all placements that paths stand for."""
+    from ...recorder import find_placements, read_placement
+
+    return [read_placement(path) for path in find_placements(paths)]
+
+
+def placements_by_robot(paths: Mapping[str, Sequence[Path]]) -> "dict[str, list[Placement]]":
+    """Read the placements of each robot."""
+    return {name: placements_of(own) for name, own in paths.items() if own}
+
+
+def measure_all(
+    paths: Sequence[Path], robot: "Robot", distance: float | None, *, sockets: int = 2
+) -> "list[Measurement]":
+    """Read and check all placements that paths stand for.
+
+    Raises:
+        MukcaError: A placement that cannot be read or used; the message names it.
+    """
+    from ...solver.data import measure
+
+    return [measure(p, robot, distance, sockets=sockets) for p in placements_of(paths)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkerOptions:
+    """Options of a verb whose work is shared out."""
+
+    processes: int = option(
+        "(default: all cores)", "N", os.cpu_count() or 1, group="workers", between=(1, 4096)
+    )
+    cluster: str | None = option(
+        "of a Dask scheduler, whose workers do the work; needs mukca[cluster]",
+        "ADDRESS",
+        group="workers",
+    )
+
+    @property
+    def workers(self) -> "Workers":
+        """Workers that were asked for."""
+        from ..parallel import Workers
+
+        return Workers(self.processes, self.cluster)
