@@ -24,7 +24,7 @@ from mukca.solver.calibration.fit import fit_by_paper
 from mukca.solver.data import Measurement, evaluate, measure
 from mukca.solver.paper import REGULARIZATION
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
-from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, record
 from mukca.tools.simulation.error_magnitudes import TRANSLATION, TURN, realistic_flaws
 from mukca.tools.simulation.simulated_arms import reachable_bases
@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument("--robot", default="panda")
     parser.add_argument("--arms", type=int, default=15)
     parser.add_argument("--picture", type=Path)
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     if arguments.placements:
         robot = load_robot(arguments.robot)
@@ -125,7 +125,7 @@ def main() -> None:
         draws = [errors(robot, [measure(p, robot) for p in found])]
         title = f"{robot.name}: mean absolute error at other places, mm"
     else:
-        draws = workers_of(arguments).map(draw, range(arguments.arms))
+        draws = read_options(arguments).workers.map(draw, range(arguments.arms))
         title = f"{len(draws)} simulated arms: mean absolute error at other places, mm"
     rows = {name: [draw[name] for draw in draws] for name in draws[0]}
     print(title)

@@ -25,9 +25,9 @@ from mukca.solver.bayes.inference import Posterior
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import KnownDistance, Measurement, measure, observe
 from mukca.solver.robot import Robot, choose_parameters, gravity_moments, load_robot, workspace
-from mukca.tools.cli.commands.demo import demo_arm, demo_bases
-from mukca.tools.parallel import Workers, add_workers, workers_of
-from mukca.tools.simulation import perturb, record
+from mukca.tools.cli import WorkerOptions, add_options, read_options
+from mukca.tools.parallel import Workers
+from mukca.tools.simulation import demo_arm, demo_bases, perturb, record
 from mukca.tools.simulation.simulated_arms import reachable_bases
 
 OFF = 5e-5
@@ -134,7 +134,7 @@ def main() -> None:
     parser.add_argument("placements", nargs="*", type=Path)
     parser.add_argument("--robot", default="panda")
     parser.add_argument("--arms", type=int, default=20)
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     robot = load_robot(arguments.robot)
     if arguments.placements:
@@ -143,7 +143,7 @@ def main() -> None:
         generator = np.random.default_rng(0)
         recorded = [record(demo_arm()[1], b, generator, noise=5e-5) for b in demo_bases()]
     costs(robot, [measure(p, robot) for p in recorded])
-    scale(arguments.arms, workers_of(arguments))
+    scale(arguments.arms, read_options(arguments).workers)
 
 
 if __name__ == "__main__":

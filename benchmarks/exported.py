@@ -23,7 +23,7 @@ from mukca.solver.calibration.fit import fit_by_paper
 from mukca.solver.data import Measurement, measure
 from mukca.solver.robot import InverseKinematics, Robot, choose_parameters, load_robot
 from mukca.solver.robot.inverse_kinematics import MAX_TILT
-from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, record
 from mukca.tools.simulation.error_magnitudes import realistic_flaws
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
@@ -109,11 +109,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=9000, help="of the first arm")
     parser.add_argument("--step", type=float, help="of a timid hand, per joint [rad]")
     parser.add_argument("--rigid", action="store_true", help="arms that neither bend nor wobble")
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     work = partial(draw, arguments.rigid, arguments.step)
     seeds = range(arguments.seed, arguments.seed + arguments.arms)
-    draws = list(workers_of(arguments).map(work, seeds))
+    draws = list(read_options(arguments).workers.map(work, seeds))
     print(
         f"{'trained on':24s}{'paper':>9s}  URDF/paper: mean median  worst  >1.001  >1.01   by 2 s"
     )

@@ -22,7 +22,7 @@ from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import measure, observe
 from mukca.solver.paper import NotConverged
 from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
-from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, record
 from mukca.tools.simulation.error_magnitudes import NOISE, TRANSLATION, TURN
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
@@ -50,10 +50,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", type=int, default=216)
     parser.add_argument("--first", type=int, default=0)
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     tried, kept, arms, most = Counter[str](), Counter[str](), set[int](), -np.inf
-    workers, end = workers_of(arguments), arguments.first + arguments.arms
+    workers, end = read_options(arguments).workers, arguments.first + arguments.arms
     for begin in range(arguments.first, end, ROUND):
         seeds = range(begin, min(begin + ROUND, end))
         for seed, (robot, notes) in zip(seeds, workers.map(notes_of, seeds), strict=True):

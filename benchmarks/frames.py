@@ -42,7 +42,8 @@ from mukca.solver.robot import (
     shipped_robots,
     workspace,
 )
-from mukca.tools.parallel import Workers, add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
+from mukca.tools.parallel import Workers
 from mukca.tools.simulation import Base, perturb, record, recorded_by_both
 from mukca.tools.simulation.simulated_arms import reachable_bases
 from mukca.tools.simulation.simulated_worlds import measured_points, random_pose, sockets_seen
@@ -240,9 +241,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=50)
     parser.add_argument("--robots", nargs="*", default=list(shipped_robots()))
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
-    workers = workers_of(arguments)
+    workers = read_options(arguments).workers
     print("exact: largest error in m", flush=True)
     print("\n".join(workers.map(exact, arguments.robots)), flush=True)
     if arguments.draws:

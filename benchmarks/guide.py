@@ -41,7 +41,8 @@ from mukca.solver.robot import (
     shipped_robots,
     workspace,
 )
-from mukca.tools.parallel import Workers, add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
+from mukca.tools.parallel import Workers
 from mukca.tools.recording import PoseSelector, goal_for
 from mukca.tools.simulation import Base, perturb, record
 from mukca.tools.simulation.simulated_arms import reachable_bases
@@ -235,13 +236,13 @@ def main() -> None:
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--each", type=int, default=15)
     parser.add_argument("--draws", type=int, default=200)
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     if arguments.recordings:
         recorded(arguments.recordings, arguments.each, arguments.draws)
     else:
         names = arguments.robots or list(shipped_robots())
-        simulate(arguments.arms, names, arguments.goal_mm, workers_of(arguments))
+        simulate(arguments.arms, names, arguments.goal_mm, read_options(arguments).workers)
 
 
 if __name__ == "__main__":

@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 
 from mukca.recorder import write_holes
+from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.cli import main as mukca
-from mukca.tools.cli.commands.demo import DEMO_SEED, demo_arm
 from mukca.tools.experiments import Drawing, Insertions
 from mukca.tools.experiments.cell import Cell, build_cell
 from mukca.tools.experiments.drawing import drawing_results, retrace
@@ -39,7 +39,8 @@ from mukca.tools.experiments.insertion import (
 )
 from mukca.tools.experiments.runs import record_placements
 from mukca.tools.experiments.scene import TIME_STEP, urdf_of
-from mukca.tools.parallel import Workers, add_workers, workers_of
+from mukca.tools.parallel import Workers
+from mukca.tools.simulation import DEMO_SEED, demo_arm
 
 Insert = Callable[[Cell, int, int], Iterator[Trial]]
 SEED = 0
@@ -151,9 +152,9 @@ def drawings(models: dict[int, dict[str, bytes]], workers: Workers) -> list[Run]
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", type=int, nargs="+", default=[1, 2, 3, 4, 5, DEMO_SEED])
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
-    arms, workers = arguments.arms, workers_of(arguments)
+    arms, workers = arguments.arms, read_options(arguments).workers
     models = dict(zip(arms, workers.map(models_of, arms), strict=True))
     print("Lengths in mm and forces in N, mean (largest) or mean (least to largest of the trials);")
     print("elbow in degrees from straight up, at the start.")

@@ -23,7 +23,7 @@ import numpy as np
 import mukca
 from mukca.recorder.dataset import Placement
 from mukca.solver.robot import Robot
-from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
 
 
 def split(points: Placement, trained: int, seed: int) -> tuple[Placement, Placement]:
@@ -62,13 +62,13 @@ def main() -> None:
     parser.add_argument("--ball", nargs=3, type=float, help="the reflector in that link [m]")
     parser.add_argument("--splits", type=int, default=10)
     parser.add_argument("--train", type=int, default=120, help="points to fit (default: 120)")
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     robot = mukca.load_robot(arguments.robot, flange=arguments.flange, ball=arguments.ball)
     (points,) = mukca.read_placements(arguments.points)
     begin = time.perf_counter()
     work = partial(held_out, robot, points, arguments.train)
-    rows = workers_of(arguments).map(work, range(arguments.splits))
+    rows = read_options(arguments).workers.map(work, range(arguments.splits))
     print("mean held-out error in mm: nominal, ball refitted, URDF alone, calibrated, by validate")
     for seed, row in enumerate(rows):
         print(f"split {seed}: " + "  ".join(f"{value:.4f}" for value in row))

@@ -18,8 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder import write_holes
-from mukca.tools.cli.commands.demo import SEAT_NOISE, demo_arm
-from mukca.tools.simulation import record
+from mukca.tools.simulation import SEAT_NOISE, demo_arm, record
 from mukca.tools.simulation.simulated_arms import reachable_bases
 
 

@@ -31,7 +31,7 @@ from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import Load, SocketAt, measure, observe
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import Origin, Robot, choose_parameters, load_robot, rotation, rotation_rpy
-from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Base, perturb, record
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
@@ -62,10 +62,10 @@ def main() -> None:
     parser.add_argument("--play", type=float, default=0.7, help="degrees")
     parser.add_argument("--angles", type=float, default=0.0, help="of the origins, deviation [rad]")
     parser.add_argument("--seed", type=int, default=0)
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     seeds = range(arguments.seed, arguments.seed + arguments.arms)
-    arms = workers_of(arguments).map(partial(one_arm, arguments), seeds)
+    arms = read_options(arguments).workers.map(partial(one_arm, arguments), seeds)
     print("\n".join(text for text, _ in arms))
     rows = np.concatenate([zeros for _, zeros in arms])
     decided = rows[rows[:, 1] <= math.degrees(DECIDED)]

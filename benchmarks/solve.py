@@ -22,8 +22,7 @@ from mukca.recorder import read_placement, write_holes
 from mukca.solver.data import measure
 from mukca.solver.paper import Problem, build_problem, solve
 from mukca.solver.robot import load_robot
-from mukca.tools.cli.commands.demo import demo_arm, demo_bases
-from mukca.tools.simulation import record
+from mukca.tools.simulation import demo_arm, demo_bases, record
 
 IMPORTS = {
     "import numpy, casadi": "import numpy, casadi",

@@ -23,7 +23,7 @@ from mukca.solver.calibration import fit_by_auto
 from mukca.solver.calibration.fit import fit_by_paper
 from mukca.solver.data import Measurement, evaluate, measure
 from mukca.solver.robot import Robot, choose_parameters, load_robot
-from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, record
 from mukca.tools.simulation.error_magnitudes import TRANSLATION, TURN
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
@@ -94,9 +94,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", type=int, default=11)
     parser.add_argument("--samples", type=int, default=10)
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
-    draws = list(workers_of(arguments).map(partial(draw, arguments.samples), range(arguments.arms)))
+    draws = list(
+        read_options(arguments).workers.map(partial(draw, arguments.samples), range(arguments.arms))
+    )
     for name in draws[0]:
         values, without = (np.array([row[key] for row in draws]) for key in (name, "none"))
         worst = 100 * (values / without).max() - 100

@@ -24,7 +24,7 @@ from mukca.solver.bayes.results.uncertainty import deviations, distance_deviatio
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure, observe
 from mukca.solver.robot import choose_parameters, gravity_moments, load_robot, workspace
-from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, record
 from mukca.tools.simulation.error_magnitudes import realistic_flaws
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
@@ -88,11 +88,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=200)
     parser.add_argument("--rigid", action="store_true", help="arms that neither bend nor wobble")
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     draws = arguments.draws
     begin = time.perf_counter()
-    results = workers_of(arguments).map(partial(draw, arguments.rigid), range(draws))
+    results = read_options(arguments).workers.map(partial(draw, arguments.rigid), range(draws))
     print(f"{draws} draws over {', '.join(ROBOTS)} in {time.perf_counter() - begin:.0f} s")
     kept = sum(bool(result["extended"][0]) for result in results)
     print(f"an extension was kept in {kept}")

@@ -29,7 +29,7 @@ import mukca
 from mukca.recorder.dataset import Placement
 from mukca.solver.assessment import ARMS
 from mukca.solver.robot import BallModel, shipped_robots, workspace
-from mukca.tools.parallel import add_workers, workers_of
+from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, record
 from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
 
@@ -222,9 +222,9 @@ def main() -> None:
     parser.add_argument("--good", type=int, default=60)
     parser.add_argument("--bad", type=int, default=60)
     parser.add_argument("--only", type=int, nargs="+", metavar="I", help="these of them alone")
-    add_workers(parser)
+    add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
-    workers = workers_of(arguments)
+    workers = read_options(arguments).workers
     sound, spoilt = (
         [i for i in range(count) if i in (arguments.only or range(count))]
         for count in (arguments.good, arguments.bad)

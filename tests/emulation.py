@@ -1,6 +1,5 @@
 """Emulated controllers in virtual time, which drivers in this process then live in too."""
 
-import argparse
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,19 +12,19 @@ from emulator_programs import Emulation, emulator_words
 from virtual_time import VirtualTime
 
 from mukca.drivers import clock
-from mukca.tools.cli.commands import emulate
+from mukca.tools.cli import build_parser, read_options
+from mukca.tools.cli.commands import open_emulator
 
 
 @contextmanager
 def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
     """Run an emulator in this process."""
     words, journal = emulator_words(name, folder, options)
-    parser = argparse.ArgumentParser()
-    emulate.add_arguments(parser)
+    asked = read_options(build_parser("emulate").parse_args(["emulate", *words]))
     with VirtualTime().running() as time, pytest.MonkeyPatch.context() as patch:
         patch.setattr(can, "Bus", VirtualBus)
         VirtualBus.network_is_down = False
-        running = _Peer(parser.parse_args(words), time)
+        running = _Peer(asked, time)
         try:
             address = running.emulator.driver_address.partition(":")[2]
             yield Emulation(name, address, running, journal)
@@ -36,12 +35,12 @@ def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
 class _Peer:
     """An emulator in this process."""
 
-    def __init__(self, arguments: argparse.Namespace, time: VirtualTime) -> None:
-        self.emulator = emulate.open_emulator(arguments)
+    def __init__(self, options: Any, time: VirtualTime) -> None:
+        self.emulator = open_emulator(options)
         self._time = time
         time.peers.append(self.emulator)
         self._reader, self._writer = os.pipe()
-        if arguments.wait:
+        if options.wait:
             self.emulator.wait_for_line(self._reader)
 
     def release(self) -> None:

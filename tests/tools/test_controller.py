@@ -8,12 +8,12 @@ pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 
 import pinocchio as pin
 
-from mukca.tools.cli.commands.demo import demo_arm
 from mukca.tools.experiments.cell import READY, build_cell
 from mukca.tools.experiments.controller import ArmModel, ImpedanceController, pose_error
 from mukca.tools.experiments.insertion import insert_at_centre
 from mukca.tools.experiments.motion import ROWS_PER_SECOND
 from mukca.tools.experiments.scene import ROTOR_INERTIA, Scene, urdf_of
+from mukca.tools.simulation import demo_arm
 
 K = np.array([15000.0, 15000.0, 2000.0, 40.0, 40.0, 40.0])
 TWO_LINKS = b"""<robot name="two links">

@@ -12,7 +12,7 @@ from mukca.recorder.session import Recording
 from mukca.recorder.session.recording_file import Metadata
 from mukca.solver.calibration import load_calibration
 from mukca.tools.cli import main
-from mukca.tools.cli.commands.demo import demo_arm
+from mukca.tools.simulation import demo_arm
 
 pytestmark = pytest.mark.slow
 

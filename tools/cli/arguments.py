@@ -123,11 +123,11 @@ def _described(
         if get_origin(kind) is Annotated:
             kind, about = get_args(kind)
             title = group or (f"method {about.method}" if about.method else "fit")
-            yield one, kind, {**vars(about), "text": about.help, "group": title}
+            yield one, kind, {**vars(about), "text": _help(about.help, one.default), "group": title}
         elif "names" in one.metadata:
             yield from _described(kind, one.metadata["names"], one.metadata["group"])
         else:
-            yield one, kind, {**one.metadata, "text": _help(one)}
+            yield one, kind, {**one.metadata, "text": _help(one.metadata["text"], one.default)}
 
 
 def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
@@ -145,8 +145,8 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
         if about.get("repeated"):
             keywords["action"] = "append"
         else:
-            placeholders = about["metavar"]
-            keywords["nargs"] = len(placeholders) if isinstance(placeholders, tuple) else "+"
+            several = isinstance(about["metavar"], tuple)
+            keywords["nargs"] = len(about["metavar"]) if several else "+"
         kind = get_args(kind)[0]
         kind = get_args(kind)[0] if get_origin(kind) is UnionType else kind
     choices = get_args(kind) if get_origin(kind) is Literal else about.get("choices")
@@ -154,14 +154,12 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
     return {**keywords, "metavar": about["metavar"]}
 
 
-def _help(one: "Field[Any]") -> str:
-    """Return the help of a field, with its default."""
-    text, default = one.metadata["text"], one.default
+def _help(text: str, default: Any) -> str:
+    """Return the help of an option, with its default."""
     if default in (MISSING, None, False, "", ()) or "(default: " in text:
         return text
-    values = default if isinstance(default, tuple) else (default,)
-    shown = " ".join(f"{one:g}" if isinstance(one, float) else str(one) for one in values)
-    return f"{text} (default: {shown})".strip()
+    shown = (f"{one:g}" if isinstance(one, float) else str(one) for one in _each(default))
+    return f"{text} (default: {' '.join(shown)})".strip()
 
 
 def _check_range(one: "Field[Any]", value: Any) -> None:
@@ -171,9 +169,13 @@ def _check_range(one: "Field[Any]", value: Any) -> None:
     low, high = one.metadata["between"]
     named = {POSITIVE: "a positive number", NOT_NEGATIVE: "0 or more"}
     expected = named.get((low, high), f"{low:g} to {high:g}")
-    for number in value if isinstance(value, tuple) else (value,):
+    for number in _each(value):
         if not low <= number <= high:
             raise UsageError(f"{_name(one)} {number:g}: expected {expected}")
+
+
+def _each(value: Any) -> Sequence[Any]:
+    return value if isinstance(value, tuple) else (value,)  # pyright: ignore[reportUnknownVariableType]
 
 
 def _name(one: "Field[Any]") -> str:

@@ -176,7 +176,7 @@ def _by_robot(paths: Sequence[Path], robots: "Mapping[str, Robot]") -> dict[str,
         if rest and not path.exists() and Path(rest).exists():
             raise UsageError(f"{path}: no robot is called {name!r}; there are: {', '.join(robots)}")
         for folder in find_placements([path]):
-            owner = read_metadata(folder / METADATA).get("robot_name")
+            owner = str(read_metadata(folder / METADATA).get("robot_name") or "")
             if owner not in robots:
                 known, example = ", ".join(robots), next(iter(robots))
                 said = f"of robot {owner!r}" if owner else "whose is it?"

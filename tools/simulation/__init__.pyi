@@ -1,3 +1,7 @@
+from .demo import DEMO_SEED as DEMO_SEED
+from .demo import demo_arm as demo_arm
+from .demo import demo_bases as demo_bases
+from .demo import simulate_hand as simulate_hand
 from .simulated_arms import Base as Base
 from .simulated_arms import perturb as perturb
 from .simulated_arms import record as record

@@ -1,0 +1,2 @@
+# keep: open_emulator
+from .emulate import open_emulator as open_emulator

@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ....solver.calibration import SolveOptions
-from .. import Terminal
-from ..arguments import JsonOption, argument, part
-from ..robots import RobotOptions, measure_all
+from .. import JsonOption, RobotOptions, Terminal, argument, measure_all, part
 
 if TYPE_CHECKING:
     from ....solver.data import Measurement

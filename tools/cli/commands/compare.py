@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ....solver.calibration import UsageError
 from ....solver.results import refuse_existing, write_files
-from .. import Terminal, measure_all
-from ..arguments import OutputOptions, UsageError, argument, option
+from .. import OutputOptions, Terminal, argument, measure_all, option
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -69,7 +69,7 @@ def show(console: "Console", result: "ComparisonDocument") -> None:
     from ....solver.assessment import short_names
     from ....solver.calibration import millimetres
     from ...report.figures import comparison_sentence
-    from ..tables import table
+    from .. import table
 
     names = short_names([row.name for row in result.placements])
     rows: list[list[str]] = []

@@ -14,8 +14,7 @@ from ....recorder import (
     sample_files,
 )
 from ....solver.results import OutputError, refuse_existing, write_files
-from .. import Terminal
-from ..arguments import POSITIVE, argument, option
+from .. import POSITIVE, Terminal, argument, option
 
 EXAMPLE = """example:
   mukca convert data/front --to holes --out front_for_the_authors_program

@@ -6,10 +6,17 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ....solver.calibration import SolveOptions
-from .. import Terminal
-from ..arguments import JsonOption, UsageError, argument, option, part
-from ..robots import RobotOptions, WorkerOptions, measure_all
+from ....solver.calibration import SolveOptions, UsageError
+from .. import (
+    JsonOption,
+    RobotOptions,
+    Terminal,
+    WorkerOptions,
+    argument,
+    measure_all,
+    option,
+    part,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -188,13 +195,14 @@ def show(result: Mapping[str, Any], terminal: Terminal) -> None:
 def _left_out_table(result: Mapping[str, Any]) -> "Table":
     """Table of the errors in each placement when it was left out [mm]."""
     from ....solver.calibration import HEADS, millimetres
-    from ..tables import table
+    from .. import table
 
     spreads = {row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])}
     heads = ["placement", *HEADS[2:], "MAE of the URDF alone"]
     heads += ["MAE over bootstrap fits to all"] if spreads else []
     rows: list[list[str]] = []
-    for row in [*result["left_out"], {"name": "= mean", **result["summary"]}]:
+    mean: dict[str, Any] = {"name": "= mean", **result["summary"]}
+    for row in (*result["left_out"], mean):
         cells = [millimetres(row[name]) for name in _NOTHING]
         cells.append(millimetres(row["loaded"]["mean_absolute_error"]))
         spread = spreads.get(row["name"])
@@ -206,7 +214,7 @@ def _left_out_table(result: Mapping[str, Any]) -> "Table":
 def _matrix_table(matrix: Mapping[str, Any]) -> "Table":
     """Table of mean absolute errors, trained on the row's placement alone [mm]."""
     from ....solver.calibration import millimetres
-    from ..tables import table
+    from .. import table
 
     names: list[str] = matrix["names"]
     rows: list[list[str]] = []

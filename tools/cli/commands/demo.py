@@ -6,10 +6,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from ....solver.results import OutputError, refuse_existing
-from .. import Terminal
-from ..arguments import option
-from .main import build_parser
-from .main import run as run_verb
+from .. import Terminal, option
+from .main import build_parser, run_verb
 
 EXAMPLE = """example:
   mukca demo --out demo

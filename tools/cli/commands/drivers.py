@@ -1,8 +1,7 @@
 """``mukca drivers``: the arms that can be read."""
 
 from ....drivers import DriverInfo, is_installed, list_drivers, try_plugin
-from .. import Terminal
-from ..arguments import JsonOption
+from .. import JsonOption, Terminal
 
 EXAMPLE = """example:
   mukca drivers

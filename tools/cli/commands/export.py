@@ -5,9 +5,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
+from ....solver.calibration import UsageError
 from ...export import FORMATS
-from .. import Terminal
-from ..arguments import JsonOption, UsageError, argument, option
+from .. import JsonOption, Terminal, argument, option
 
 _FORMATS = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
 EXAMPLE = f"""example:

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ....recorder.stream import STILL, WINDOW
 from ....solver.results import refuse_existing, write_files
 from ...recording import joints_of
-from .. import Terminal
-from ..arguments import OutputOptions, argument, option
-from ..robots import DISTANCES, SPREADS, WINDOWS, RobotOptions
+from .. import DISTANCES, SPREADS, WINDOWS, OutputOptions, RobotOptions, Terminal, argument, option
 
 if TYPE_CHECKING:
     from ....recorder.stream import JointLimits
@@ -129,7 +127,7 @@ def _question(options: Options, joints: "Sequence[JointLimits]") -> "Question":
 
 def _show(proposals: "Sequence[Proposal]", terminal: Terminal) -> None:
     """Print one line for each rest."""
-    from ..tables import table
+    from .. import table
 
     heads = ("rest", "from s", "for s", "ball by the nominal model, mm", "spread mrad", "sample of")
     rows: list[list[str]] = []

@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 from ....solver.calibration import SolveOptions
 from ....solver.results import refuse_existing, write_files
-from .. import Terminal
-from ..arguments import OutputOptions, argument, option, part
-from ..robots import RobotOptions, WorkerOptions
+from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, argument, option, part
 
 if TYPE_CHECKING:
     from ...fleet import ArmFolder, FleetDocument
@@ -37,8 +35,7 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
 def run(options: Options, terminal: Terminal) -> int:
     """Calibrate all arms, and write the page."""
     from ....solver.calibration import learn_types
-    from ....solver.calibration import SolveOptions
-from ....solver.results import encode
+    from ....solver.results import encode
     from ...fleet import (
         FORMAT,
         FleetDocument,
@@ -94,7 +91,7 @@ def _path_or_name(robot: str) -> str:
 def show(result: "FleetDocument", terminal: Terminal) -> None:
     """Print a row for each arm, and what to do."""
     from ...report.page import line_of, summary_of
-    from ..tables import table
+    from .. import table
 
     heads = ("arm", "last session", "nominal", "calibrated", "verdict")
     terminal.console.print(table("", heads, map(line_of, result.arms), left=(0, 1, 4)))

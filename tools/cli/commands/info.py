@@ -19,8 +19,7 @@ from ....recorder import (
     set_distance,
 )
 from ....recorder.dataset import Placement
-from .. import Terminal
-from ..arguments import JsonOption, argument, option
+from .. import JsonOption, Terminal, argument, option
 
 EXAMPLE = """example:
   mukca info data

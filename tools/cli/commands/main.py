@@ -65,7 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = build_parser(words[0] if words else None).parse_args(words)
     terminal = Terminal(json=bool(getattr(arguments, "json", False)))
     try:
-        return run(arguments, terminal)
+        return run_verb(arguments, terminal)
     except MukcaError as error:
         sys.stderr.write(f"mukca {arguments.verb}: {' '.join(str(error).split())}\n")
         return 1 if error.failed else 2
@@ -77,13 +77,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 141
 
 
-def run(arguments: argparse.Namespace, terminal: Terminal) -> int:
+def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Run the verb that was typed, and return its exit status.
 
     Raises:
         MukcaError: What is wrong with the input, in one line.
     """
-    from ..arguments import read_options
+    from .. import read_options
 
     return _command(arguments.verb).run(read_options(arguments), terminal)
 
@@ -110,7 +110,7 @@ def build_parser(verb: str | None) -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         if name == verb:
-            from ..arguments import add_options
+            from .. import add_options
 
             command = _command(name)
             sub.epilog = command.EXAMPLE

@@ -6,9 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .. import Terminal
-from ..arguments import OutputOptions, option
-from ..robots import RobotOptions, WorkerOptions
+from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option
 
 if TYPE_CHECKING:
     from ....solver.design import Plan
@@ -68,7 +66,7 @@ def run(options: Options, terminal: Terminal) -> int:
 
 def _show(plans: "list[Plan]", options: Options, terminal: Terminal) -> None:
     from ....solver.assessment import plural
-    from ..tables import table
+    from .. import table
 
     counts = range(1, options.placements + 1)
     heads = ["sockets apart", *(plural(count, "placement") for count in counts)]

@@ -27,8 +27,7 @@ from ...printables import (
     encode,
     part_names,
 )
-from .. import Terminal
-from ..arguments import OutputOptions, option
+from .. import OutputOptions, Terminal, option
 
 EXAMPLE = """mounts:
   franka-hand     a block between the fingers of the Franka hand
@@ -124,19 +123,19 @@ def run(options: Options, terminal: Terminal) -> int:
 
 
 def _socket_base(options: Options) -> SocketBase:
-    if (options.anchor is None) != (options.plate_mm is None):
-        raise PrintableError(
-            "--anchor goes with --plate-mm WIDTH FRONT: the plate's size is not published"
-        )
-    lengths = {
+    lengths: dict[str, Any] = {
         "distance": 1000 * options.distance,
         "sockets": options.sockets,
         "ball": options.ball_diameter_mm,
         "clearance": options.clearance_mm,
         "height": options.height_mm,
     }
-    if options.anchor is None:
+    if options.anchor is None and options.plate_mm is None:
         return SocketBase(**lengths)
+    if options.anchor is None or options.plate_mm is None:
+        raise PrintableError(
+            "--anchor goes with --plate-mm WIDTH FRONT: the plate's size is not published"
+        )
     width, front = options.plate_mm
     return AnchoredBase(arm=options.anchor, width=width, front=front, **lengths)
 

@@ -17,10 +17,8 @@ from typing import TYPE_CHECKING, Literal
 from ....recorder import SOCKETS
 from ....recorder.session import TARGET
 from ....recorder.stream import STILL, WINDOW
-from ....solver.calibration import SolveOptions
-from .. import Terminal
-from ..arguments import UsageError, option, part
-from ..robots import DISTANCES, SPREADS, WINDOWS, RobotOptions
+from ....solver.calibration import SolveOptions, UsageError
+from .. import DISTANCES, SPREADS, WINDOWS, RobotOptions, Terminal, option, part
 
 if TYPE_CHECKING:
     from ....recorder.terminal import Outcome
@@ -260,15 +258,15 @@ def _say_outcome(outcome: "Outcome", arguments: argparse.Namespace, terminal: Te
 def _next_steps(outcome: "Outcome", arguments: argparse.Namespace) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
     robot = ["--robot", str(arguments.robot)]
-    for option in ("base", "flange"):
-        value = getattr(arguments, option)
-        robot += [f"--{option}", value] if value else []
+    for name in ("base", "flange"):
+        value = getattr(arguments, name)
+        robot += [f"--{name}", value] if value else []
     robot += ["--tip", arguments.tip] if arguments.tip != "ball_link" else []
     robot += ["--ball", *map(repr, arguments.ball)] if arguments.ball else []
     out = str(arguments.out)
     again = ["--driver", arguments.driver, "--distance", repr(arguments.distance)]
     again += ["--robot-name", arguments.robot_name] if arguments.robot_name else []
-    again += [f"--{option}" for option in ("auto", "page") if getattr(arguments, option)]
+    again += [f"--{name}" for name in ("auto", "page") if getattr(arguments, name)]
     again += [word for keys in arguments.key for word in ("--key", keys)]
     again += ["--out", str(next_folder(arguments.out))]
     advised = outcome.advice.closing if outcome.advice else ()

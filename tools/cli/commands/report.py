@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....solver.results import OutputError, write_files
-from .. import Terminal
-from ..arguments import MILLIMETRES, OutputOptions, argument, option
+from .. import MILLIMETRES, OutputOptions, Terminal, argument, option
 
 if TYPE_CHECKING:
     from ...report.build import Options as ReportOptions

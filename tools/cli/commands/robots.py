@@ -7,8 +7,7 @@ import numpy as np
 
 from ....solver.assessment import ARMS
 from ....solver.robot import BallModel, Robot, link_frames, load_robot, shipped_robots, workspace
-from .. import Terminal
-from ..arguments import JsonOption
+from .. import JsonOption, Terminal
 
 EXAMPLE = """example:
   mukca robots

@@ -8,9 +8,17 @@ from typing import TYPE_CHECKING
 
 from ....solver.calibration import SolveOptions
 from ....solver.results import refuse_existing
-from .. import Terminal
-from ..arguments import OutputOptions, argument, option, part
-from ..robots import RobotsOptions, placements_by_robot, placements_of, split_by_robot
+from .. import (
+    OutputOptions,
+    RobotsOptions,
+    Terminal,
+    argument,
+    option,
+    part,
+    placements_by_robot,
+    placements_of,
+    split_by_robot,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -64,7 +72,7 @@ def run(options: Options, terminal: Terminal) -> int:
     if options.json and isinstance(calibration, Mapping):
         terminal.emit({**calibration.as_dict(), "outputs": outputs})
     elif options.json:
-        result = calibration.result.as_dict()
+        result = robots[""].result.as_dict()
         terminal.emit({**result, "outputs": outputs, "verdict": verdicts[0]})
     return 1 if any(verdict["status"] == "fail" for verdict in verdicts) else 0
 
@@ -142,7 +150,7 @@ def show(terminal: Terminal, calibration: "Calibration") -> None:
 def _parameters_table(rows: "Sequence[ParameterValue]") -> "Table":
     """Table of what the calibration changed, in mm and mrad; one line a joint."""
     from ....solver.robot import COMPONENTS
-    from ..tables import table
+    from .. import table
 
     changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}
     joints = dict.fromkeys(row.joint for row in rows)

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ....drivers import DriverError, JointState, Reason, Reconnecting, clock, open_driver
-from .. import Terminal
-from ..arguments import POSITIVE, option
+from .. import POSITIVE, Terminal, option
 from .stream_rate import Meter
 
 if TYPE_CHECKING:
@@ -161,7 +160,7 @@ class Monitor:
         return Group(self._table(), *map(Text, lines))
 
     def _table(self) -> "Table":
-        from ..tables import table
+        from .. import table
 
         rows: list[list[str]] = []
         for index, name in enumerate(self._driver.joint_names):

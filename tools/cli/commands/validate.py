@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....solver.calibration import SolveOptions
-from .. import Terminal
-from ..arguments import JsonOption, argument, part
-from ..robots import measure_all
+from .. import JsonOption, Terminal, argument, measure_all, part
 from .report import metres
 
 if TYPE_CHECKING:
@@ -65,7 +63,7 @@ def run(options: Options, terminal: Terminal) -> int:
 def errors_table(placements: "Sequence[PlacementErrors]", summaries: "Summaries") -> "Table":
     """Table of the nominal and the calibrated errors of each placement, and the summaries."""
     from ....solver.calibration import HEADS, error_rows, errors_title
-    from ..tables import table
+    from .. import table
 
     rows = error_rows(placements, summaries)
     bold = [number for number, (summed, _) in enumerate(rows) if summed]
