@@ -139,7 +139,7 @@ def test_a_drop_is_told_on_standard_error(tmp_path, stream):
         ),
         (["stream", "--driver", "franka:127.0.0.1:9"], "refused the connection: activate FCI"),
         (["stream", "--driver", "franka"], "a host is missing"),
-        (["stream", "--driver", "ur:127.0.0.1:9", "--count", "0"], "refused"),
+        (["stream", "--driver", "ur:127.0.0.1:9", "--count", "0"], "a positive number"),
         (["emulate", "franka", "--version", "99"], "no version 99; one of: 5, 3, 4"),
         (["emulate", "ur", "--fault", "explode"], "the kind one of drop"),
         (
@@ -150,7 +150,7 @@ def test_a_drop_is_told_on_standard_error(tmp_path, stream):
         (["emulate", "kinova", "--address", "x"], "leave --address out"),
         (["emulate", "ur", "--fault", "drop:2"], "the share is from 0 to 1"),
         (["emulate", "ur", "--fault", "drop@soon"], "KIND[:SHARE][@START[+DURATION]]"),
-        (["emulate", "ur", "--rate", "0"], "--rate and --move are positive"),
+        (["emulate", "ur", "--rate", "0"], "--rate 0: expected a positive number"),
         (["emulate", "ur", "--address", "8.8.8.8"], "cannot listen"),
         (["emulate", "ur", "--journal", "/nowhere/j"], "/nowhere/j: cannot be written"),
     ],

@@ -1,4 +1,5 @@
 from .demo import DEMO_SEED as DEMO_SEED
+from .demo import SEAT_NOISE as SEAT_NOISE
 from .demo import demo_arm as demo_arm
 from .demo import demo_bases as demo_bases
 from .demo import simulate_hand as simulate_hand
