@@ -11,8 +11,7 @@ from pathlib import Path
 from ....drivers.arms import Fault, SimulatedArm
 from ....errors import MukcaError
 from ...emulators import KINDS, Emulator, FaultInjector, Journal, replay_arm, wandering_arm
-from .. import Terminal
-from ..arguments import NOT_NEGATIVE, POSITIVE, argument, option
+from .. import NOT_NEGATIVE, POSITIVE, Terminal, argument, option
 
 EMULATORS = {
     "damiao": "damiao:DamiaoEmulator",

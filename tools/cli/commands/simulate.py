@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ....errors import MukcaError
 from ....solver.calibration import UsageError
 from ....solver.results import refuse_existing, write_files
-from .. import Terminal
-from ..arguments import JsonOption, option
+from .. import JsonOption, Terminal, option
 
 if TYPE_CHECKING:
     from ...experiments import (
@@ -96,9 +95,10 @@ def run(options: Experiment, terminal: Terminal) -> int:
         refuse_existing(out, FILES, force=options.force)
         words.insert(0, "calibrated" if options.model == "nominal" else "nominal")
     models = attempts(options, words, terminal)
+    hole_mm = options.hole_mm if isinstance(options, InsertionOptions) else 0.0
     for model in models:
         for place, figures in trials_of(model.results):
-            terminal.say(f"{model.results.model}, {place}: {spoken(options, figures)}")
+            terminal.say(f"{model.results.model}, {place}: {spoken(hole_mm, figures)}")
     result = document_of(options, models)
     if out is not None:
         result = write(out, result, models, terminal)
@@ -107,9 +107,7 @@ def run(options: Experiment, terminal: Terminal) -> int:
     return 0
 
 
-def document_of(
-    options: Experiment, models: "Sequence[ExperimentRun]"
-) -> "SimulationDocument":
+def document_of(options: Experiment, models: "Sequence[ExperimentRun]") -> "SimulationDocument":
     """Return the result of the model asked for, which is the last, beside the other one."""
     import msgspec
 
@@ -232,7 +230,7 @@ def pictures_of(models: "Sequence[ExperimentRun]", terminal: Terminal) -> dict[s
     return {PICTURE: made.picture, ANIMATION: made.animation}
 
 
-def spoken(options: Experiment, trials: "Insertions | Drawing") -> str:
+def spoken(hole_mm: float, trials: "Insertions | Drawing") -> str:
     """Return the results at one place for people."""
     from ...experiments import Drawing
 
@@ -242,10 +240,7 @@ def spoken(options: Experiment, trials: "Insertions | Drawing") -> str:
             f"{1e3 * trials.max_spread:.2f} mm at most; off the figure by"
         )
     else:
-        what = (
-            f"{trials.inserted} of {trials.trials} into {options.hole_mm:g} mm; "
-            "above the hole off by"
-        )
+        what = f"{trials.inserted} of {trials.trials} into {hole_mm:g} mm; above the hole off by"
     return (
         f"{what} {1e3 * trials.tracking_error:.2f} mm on average, "
         f"{1e3 * trials.max_tracking_error:.2f} mm at most; contact force "
