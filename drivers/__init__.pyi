@@ -5,11 +5,11 @@ from .driver import DriverError as DriverError
 from .driver import JointState as JointState
 from .driver import Reason as Reason
 from .driver import match_joints as match_joints
-from .polled import PolledDriver as PolledDriver
 from .reconnect import Reconnecting as Reconnecting
 from .registry import DriverInfo as DriverInfo
 from .registry import is_installed as is_installed
 from .registry import list_drivers as list_drivers
 from .registry import open_driver as open_driver
 from .registry import try_plugin as try_plugin
+from .validation import PolledDriver as PolledDriver
 from .validation import ValidatingDriver as ValidatingDriver

@@ -1,14 +1,7 @@
 """Even stamps for a robot that sends at a steady rate but gives no time of its own.
 
 USB adapters and kernels pass messages on in bursts: two states that were measured 5 ms apart may
-arrive 0.1 ms apart, so that the time of arrival is a poor stamp. An alpha-beta filter, a small
-tracking filter for a value and its rate, smooths the arrivals. For each state, from the stamp of
-the state before and the period between two states (all in s)::
-
-    predicted = stamp + period               when the state should arrive
-    error     = arrival - predicted          how much later it did
-    stamp     = predicted + ALPHA * error    the stamp of this state
-    period    = period + BETA * error        the period as learned so far
+arrive 0.1 ms apart.
 """
 
 ALPHA = 0.05
@@ -17,7 +10,14 @@ GREATEST_ERROR = 0.05  # s: a state that is later than this came after a pause; 
 
 
 class ArrivalTimeFilter:
-    """Turns the times at which states arrive into stamps.
+    """Alpha-beta filter of arrival times, which tracks a stamp and the period between two.
+
+    For each state, from the stamp before (all in s)::
+
+        predicted = stamp + period               when the state should arrive
+        error     = arrival - predicted          how much later it did
+        stamp     = predicted + ALPHA * error
+        period    = period + BETA * error
 
     Args:
         period: Roughly the time between two states [s]; the true one is learned.
@@ -25,14 +25,14 @@ class ArrivalTimeFilter:
 
     def __init__(self, period: float) -> None:
         self.period = period
-        """The time between two states, as learned so far [s]."""
+        """Time between two states, as learned so far [s]."""
         self._last: float | None = None
 
     def __call__(self, arrival: float) -> float:
         """Return the stamp of the next state [s], later than all before.
 
         Args:
-            arrival: When the state arrived [s], by any clock that keeps time.
+            arrival: Time at which the state arrived [s], by any clock that keeps time.
         """
         if self._last is None:
             self._last = arrival

@@ -1,21 +1,7 @@
 """The contract of a driver as tests, to be run on any driver. Needs pytest, when imported.
 
-A test module subclasses it once for each robot, or for each simulator of one::
-
-    class TestMyArm(DriverContract):
-        driver = MyArm
-        joints = 6
-
-        @pytest.fixture(scope="class")
-        @classmethod
-        def address(cls):
-            with my_simulated_arm() as port:
-                yield f"127.0.0.1:{port}"
-
-That angles are in radians and no state is lost can be seen only where it is known what was sent. A
-simulator knows: give its states by ``sent``, and by ``lossy`` those of one that loses some. It
-should take no position twice, as an arm that swings to and fro does: the states could not be told
-apart.
+A test module subclasses :class:`DriverContract` once for each robot, or for each simulator of one,
+and gives its address as a fixture; docs/new-arm.md shows how.
 """
 
 import math
@@ -39,13 +25,18 @@ OPEN_SECONDS = 15.0
 
 
 class DriverContract:
-    """What every driver must do, whatever its robot."""
+    """The contract that every driver keeps.
+
+    That angles are in radians and no state is lost can be seen only where it is known what was
+    sent. A simulator knows: give its states by ``sent``, and by ``lossy`` those of one that loses
+    some. It should take no position twice: the states could not be told apart.
+    """
 
     driver: type[Driver]
     """The class under test."""
 
     joints: int
-    """How many joints the robot has."""
+    """Number of the robot's joints."""
 
     model: Sequence[str] | None = None
     """Joint names of the robot's model, where the driver matches them with the robot's own."""
@@ -57,25 +48,24 @@ class DriverContract:
     """An address that cannot be understood; the test is skipped without one."""
 
     tolerance: float = 1e-6
-    """How far a position may be from the one that was sent [rad]."""
+    """Largest difference between a position and the one that was sent [rad]."""
 
     keeps_all: bool = True
-    """Whether the driver returns also the states that came while nobody read, as it should; False
-    where what it is built on cannot."""
+    """False for a driver that cannot return the states that came while nobody read."""
 
     @pytest.fixture
     def address(self) -> str:
-        """Where the robot is, or its stand-in; to be overridden."""
+        """Address of the robot, or of its simulator; to be overridden."""
         raise NotImplementedError("give an address fixture")
 
     @pytest.fixture
     def sent(self) -> Sent | None:
-        """What tells the states that the robot has sent; to be overridden where that is known."""
+        """Function that returns the states that the robot has sent, where that is known."""
         return None
 
     @pytest.fixture
     def lossy(self) -> tuple[str, Sent] | None:
-        """Where a robot is whose messages are lost now and then, and what it has sent."""
+        """Address of a robot whose messages are lost now and then, and the states it has sent."""
         return None
 
     @pytest.fixture
@@ -151,7 +141,7 @@ class DriverContract:
             self._assert_complete(states, lossy[1](), missed)
 
     def test_counts(self, opened: Driver) -> None:
-        """What was missed and rejected is counted, and the status is text."""
+        """Missed and rejected messages are counted, and the status is text."""
         opened.read(READ_SECONDS)
         assert isinstance(opened.missed, int)
         assert isinstance(opened.rejected, int)
@@ -185,7 +175,7 @@ class DriverContract:
         assert caught.value.reason is not Reason.SILENT
 
     def test_opens_again(self, address: str) -> None:
-        """What was closed can be opened again at once."""
+        """A robot whose connection was closed can be connected to again at once."""
         for _ in range(2):
             with self.driver(address) as driver:
                 assert driver.read(READ_SECONDS).position
@@ -235,7 +225,7 @@ class DriverContract:
         assert unread == missed, f"{unread} states were sent and not returned, {missed} counted"
 
     def _places(self, states: Sequence[JointState], truths: Sequence[JointState]) -> list[int]:
-        """Return where in what was sent each state is, after the one before."""
+        """Return the index of each state among those that were sent, after the one before."""
         places: list[int] = []
         for state in states:
             start = places[-1] + 1 if places else 0

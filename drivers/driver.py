@@ -2,16 +2,7 @@
 
 A driver connects to one kind of robot, decodes what the robot sends, and returns it as
 :class:`JointState`. It never sends a motion, torque, zeroing or parameter command. When it cannot
-go on it raises :class:`DriverError`, whose :class:`Reason` says what to do next::
-
-    UNREACHABLE       nothing answers at the address: look at cable, power, network, firewall
-    BUSY              another program holds the robot: close it
-    WRONG_MODE        the robot is in a mode in which this driver must not, or cannot, listen
-    SILENT            connected, but no state came in time: read again
-    PROTOCOL          what came cannot be decoded
-    WRONG_ROBOT       the robot has other joints than the model
-    BAD_ADDRESS       the address cannot be understood
-    MISSING_PACKAGE   a Python package that this driver needs is not installed
+go on it raises :class:`DriverError`, whose :class:`Reason` says what to do next.
 """
 
 from abc import ABC, abstractmethod
@@ -24,23 +15,31 @@ from ..errors import MukcaError
 
 
 class Reason(Enum):
-    """Why a driver cannot deliver; the module's docstring says what to do about each."""
+    """Reason for which a driver cannot deliver."""
 
     UNREACHABLE = "unreachable"
+    """Nothing answers at the address: look at cable, power, network, firewall."""
     BUSY = "busy"
+    """Another program holds the robot: close it."""
     WRONG_MODE = "wrong mode"
+    """The robot is in a mode in which this driver must not, or cannot, listen."""
     SILENT = "silent"
+    """Connected, but no state came in time: read again."""
     PROTOCOL = "protocol"
+    """The bytes that came cannot be decoded."""
     WRONG_ROBOT = "wrong robot"
+    """The robot has other joints than the model."""
     BAD_ADDRESS = "bad address"
+    """The address cannot be understood."""
     MISSING_PACKAGE = "missing package"
+    """A Python package that this driver needs is not installed."""
 
 
 class DriverError(MukcaError):
     """A driver cannot deliver joint states; the message says why, and what would work.
 
     Attributes:
-        reason: What kind of trouble it is, for programs; the message is for people.
+        reason: The kind of trouble, for programs; the message is for people.
     """
 
     def __init__(self, reason: Reason, message: str) -> None:
@@ -50,7 +49,7 @@ class DriverError(MukcaError):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class JointState:
-    """Where a robot's joints are at one moment, and how hard they push.
+    """Positions and efforts of a robot's joints at one moment.
 
     A robot sends some 100 to 1000 of these a second.
     """
@@ -81,7 +80,7 @@ class Driver(ABC):
             state = driver.read(timeout=1.0)
 
     Args:
-        address: Where the robot is, in the driver's own notation; may be empty where the driver
+        address: The robot's address in the driver's own notation; may be empty where the driver
             has a sensible default.
         joint_names: Names of the model's actuated joints, in chain order. None where no model
             is at hand: the driver then names the joints itself.
@@ -91,16 +90,16 @@ class Driver(ABC):
     """
 
     missed: int = 0
-    """How many states the robot sent that did not arrive, by its own sequence numbers."""
+    """Number of states that the robot sent and that did not arrive, by its own counting."""
 
     rejected: int = 0
-    """How many messages were thrown away: malformed, late, or from another host."""
+    """Number of messages that were thrown away: malformed, late, or from another host."""
 
     resolution: float = 0.0
-    """The smallest step of a position that is told [rad]; 0 where it is finer than any noise."""
+    """Smallest step of a position [rad]; 0 where it is finer than any noise."""
 
     status: str = ""
-    """What the robot says of itself, its mode and its errors, in words; empty if nothing."""
+    """Mode and errors of the robot, in words; empty if it tells none."""
 
     @abstractmethod
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None: ...
@@ -118,7 +117,7 @@ class Driver(ABC):
         returned first, none is skipped to be up to date.
 
         Args:
-            timeout: How long to wait at most [s].
+            timeout: Longest wait [s].
 
         Returns:
             The next state, with a position for each of :attr:`joint_names`.
@@ -159,8 +158,8 @@ def match_joints(joint_names: Sequence[str] | None, count: int, robot: str) -> t
 
     Args:
         joint_names: The model's actuated joints in chain order, or None without a model.
-        count: How many joints the robot has.
-        robot: What the robot is, for the message, as in ``"a UR arm"``.
+        count: Number of the robot's joints.
+        robot: The robot as the message names it, as in ``"a UR arm"``.
 
     Raises:
         DriverError: WRONG_ROBOT when the model has another number of joints.

@@ -24,7 +24,7 @@ class Reconnecting(Driver):
         connect: Makes a new connection, as in ``lambda: open_driver("ur:192.168.1.10")``.
         first_wait: Time before the first new attempt [s]; it doubles with every failure.
         longest_wait: The most that it grows to [s].
-        silence: How long a connection may be silent before it counts as lost [s].
+        silence: Time after which a silent connection counts as lost [s].
 
     Raises:
         DriverError: The first connection cannot be made.
@@ -50,9 +50,9 @@ class Reconnecting(Driver):
         self._next_attempt = 0.0
         self._closed = False
         self.drops = 0
-        """How often the connection was lost."""
+        """Number of times that the connection was lost."""
         self.trouble: str | None = None
-        """Why no states come, in words; None while they come."""
+        """Reason for which no states come, in words; None while they come."""
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -24,13 +24,13 @@ ENTRY_POINT_GROUP = "mukca.drivers"
 
 @dataclass(frozen=True)
 class DriverInfo:
-    """What is known of a driver before it is imported: one line of ``mukca drivers``."""
+    """Description of a driver before it is imported: one line of ``mukca drivers``."""
 
     name: str
     target: str
-    """Where the class is, ``module:Class``."""
+    """The class, ``module:Class``."""
     arms: str
-    """Which arms it reads, and over what."""
+    """The arms that it reads, and over what."""
     needs: tuple[str, ...] = ()
     """Python modules that it imports beyond the standard library."""
     optional: tuple[tuple[str, str], ...] = ()
@@ -38,7 +38,7 @@ class DriverInfo:
     source: str = "mukca"
     """The package that provides it, with its version where it is a plug-in."""
     broken: str = ""
-    """Why a plug-in cannot be imported, where that was tried; see :func:`try_plugin`."""
+    """Error of a plug-in that cannot be imported, where that was tried; see :func:`try_plugin`."""
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -98,7 +98,7 @@ DRIVERS: dict[str, DriverInfo] = {
 
 
 def is_installed(module: str) -> bool:
-    """Tell whether a module could be imported, without importing it."""
+    """Return whether a module could be imported, without importing it."""
     return find_spec(module) is not None
 
 
@@ -174,10 +174,7 @@ def _load(info: DriverInfo) -> type[Driver]:
             Reason.MISSING_PACKAGE,
             f"driver {info.name!r} of {info.source} needs {error.name}: {error}",
         ) from None
-    except (
-        Exception,
-        SystemExit,
-    ) as error:  # a plug-in may fail in any way; it is named and stops no other
+    except (Exception, SystemExit) as error:  # a plug-in may fail in any way, and stops no other
         raise DriverError(
             Reason.MISSING_PACKAGE, f"driver {info.name!r} of {info.source} is broken: {error!r}"
         ) from error

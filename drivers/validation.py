@@ -1,14 +1,4 @@
-"""The base of drivers for robots: a subclass connects and decodes, and this checks every state.
-
-What :meth:`ValidatingDriver.read` returns has
-
-* a finite position for each joint, and a finite effort for each joint or for none,
-* a stamp that is later than the one before, and plausible: the robot's clock did not jump ahead
-  of this computer's.
-
-What fails is thrown away and counted in :attr:`Driver.rejected`. One bad message costs itself,
-never the connection.
-"""
+"""Bases of drivers for robots: a subclass connects and decodes, and the base checks every state."""
 
 import math
 from abc import abstractmethod
@@ -19,7 +9,7 @@ from . import clock
 from .driver import Driver, DriverError, JointState, Reason
 
 AHEAD = 2.0
-"""How much further ahead of this computer's clock a stamp may be than any before it [s]."""
+"""A stamp may be further ahead of this computer's clock than any before it, by this much [s]."""
 LARGEST_STAMP = 1e10
 """No clock has counted more seconds than these, some 300 years [s]."""
 USELESS = 100
@@ -27,18 +17,21 @@ USELESS = 100
 
 
 class ValidatingDriver(Driver):
-    """A driver that writes down only what is special about its robot.
+    """A driver whose states are checked.
 
-    A subclass has
+    A state has a finite position for each joint, a finite effort for each joint or for none, and a
+    stamp that is later than the one before and not far ahead of this computer's clock. Others are
+    thrown away and counted in :attr:`Driver.rejected`: one bad message costs itself, never the
+    connection. A subclass has
 
     * a constructor, which calls this one, connects, and sets ``_joint_names``;
     * :meth:`_receive`, which returns the next state as it came;
     * :meth:`_disconnect`.
 
     Args:
-        where: What is read, for messages to people, as in ``"the robot at 172.16.0.2:1337"``.
-        period: The time between two states [s], where a gap between two stamps tells how many
-            states were missed; None where a gap tells nothing, or the subclass counts.
+        where: The robot as messages name it, as in ``"the robot at 172.16.0.2:1337"``.
+        period: Time between two states [s], where a gap between two stamps tells the number of
+            states that were missed; None where a gap tells nothing, or the subclass counts.
     """
 
     def __init__(self, where: str, period: float | None = None) -> None:
@@ -60,8 +53,8 @@ class ValidatingDriver(Driver):
         """Wait for the next state and return it unchecked.
 
         Args:
-            deadline: When to give up, by :func:`.clock.now` [s]. What has come by then is returned
-                even if the time is up.
+            deadline: Time at which to give up, by :func:`.clock.now` [s]; a state that has come by
+                then is returned even if the time is up.
 
         Raises:
             ValueError: What came is no state. It is counted, and this is called again.
@@ -167,3 +160,26 @@ class ValidatingDriver(Driver):
         if self._period and math.isfinite(self._last_stamp):
             self.missed += max(0, round((stamp - self._last_stamp) / self._period) - 1)
         self._last_stamp = stamp
+
+
+class PolledDriver(ValidatingDriver):
+    """A driver whose robot sends a state only when it is asked for one.
+
+    Args:
+        where: The robot as messages name it.
+    """
+
+    def __init__(self, where: str) -> None:
+        super().__init__(where)
+        self._next_poll = 0.0
+        """Time of the next request, by :func:`.clock.now` [s]; set by the subclass as it asks."""
+
+    def _await_turn(self, deadline: float) -> None:
+        """Wait until it is time to ask again; raise SILENT when that is after the deadline."""
+        asked = clock.now()
+        if self._next_poll > deadline:
+            clock.sleep(max(0.0, deadline - asked))
+            raise DriverError(
+                Reason.SILENT, f"no state from {self._where} for {deadline - asked:.3g} s"
+            )
+        clock.sleep(max(0.0, self._next_poll - asked))

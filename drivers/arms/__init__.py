@@ -1,4 +1,4 @@
-"""One family of arms a file (or folder): their wire protocols, read only."""
+"""Arms: one family a file, and the simulated arm."""
 
 import lazy_loader
 

@@ -1,32 +1,17 @@
-"""Damiao motors on a CAN bus: OpenArm, whose joints are asked where they are while they are off.
+"""Damiao motors on a CAN bus, as in OpenArm: they are polled while they are switched off.
 
-Two requests are sent, neither of which enables a motor::
+Two requests are sent, which enable no motor: *refresh* and the query for a register, PMAX. A motor
+that is enabled is refused, since another program moves the arm; so is another PMAX than 12.5 rad.
+Stamps are the time in the middle between the first request and the last answer.
 
-    7FF: motor 00 CC 00 00 00 00 00       where are you?
-    7FF: motor 00 33 15 00 00 00 00       how large is PMAX, the angle that a full count stands for?
-
-A motor answers on its own identifier, 10 (hex) above its number::
-
-    status * 16 + motor | position, 2 bytes, high first | velocity, torque, 3 bytes | temperatures
-
-    angle = position / 65535 * 2 PMAX - PMAX
-
-PMAX is 12.5 rad in all motors of these arms; another one would look like a wrong arm, and is
-refused. So is a motor that is enabled: another program moves the arm. Efforts are None, since a
-motor that is off carries nothing. Stamps are the time in the middle between the first request and
-the last answer.
-
-Address: ``[INTERFACE/]CHANNEL[?rate=HZ&ids=1,2,..&signs=1,-1,..]``, the bus as in
-:mod:`mukca.drivers.transport.can_bus`.
+Address: ``[INTERFACE/]CHANNEL[?rate=HZ&ids=1,2,..&signs=1,-1,..]``, see :mod:`..transport.can_bus`.
 """
 
 import struct
 from collections.abc import Sequence
 
-import can
-
 from .. import DriverError, JointState, PolledDriver, Reason, clock, match_joints
-from ..transport import open_bus, parse_can_address
+from ..transport import CanBus, parse_can_address
 
 JOINTS = 7
 EVERYBODY = 0x7FF
@@ -62,8 +47,11 @@ def encode_query(motor: int) -> bytes:
 def decode_feedback(data: bytes, motor: int) -> tuple[float, int]:
     """Return a motor's angle [rad] and its status.
 
-    Raises:
-        ValueError: Another length, another motor, or a status that there is not.
+    ::
+
+        status * 16 + motor | position, 2 bytes, high first | velocity, torque | temperatures
+
+        angle = position / 65535 * 2 PMAX - PMAX
     """
     if len(data) != 8 or data[0] & 0x0F != motor & 0x0F:
         raise ValueError(f"a frame that is no feedback of motor {motor}")
@@ -74,11 +62,7 @@ def decode_feedback(data: bytes, motor: int) -> tuple[float, int]:
 
 
 def decode_query(data: bytes, motor: int) -> float:
-    """Return a motor's PMAX [rad].
-
-    Raises:
-        ValueError: It is no such answer.
-    """
+    """Return a motor's PMAX [rad], the angle that a full count stands for."""
     if len(data) != 8 or data[:4] != bytes([motor, 0, QUERY, PMAX_REGISTER]):
         raise ValueError(f"a frame that is no answer of motor {motor}")
     return float(struct.unpack_from("<f", data, 4)[0])
@@ -100,7 +84,7 @@ class Damiao(PolledDriver):
             raise bus.options.wrong("signs", "1 or -1 for each joint")
         self._joint_names = match_joints(joint_names, len(self._motors), "the arm")
         self._interval = 1 / bus.options.positive("rate", RATE)
-        self._bus = open_bus(bus, tuple(ANSWERS + motor for motor in self._motors))
+        self._bus = CanBus(bus, tuple(ANSWERS + motor for motor in self._motors))
         with self._closed_on_error():
             self._inspect()
 
@@ -124,7 +108,7 @@ class Damiao(PolledDriver):
         return JointState((start + clock.now()) / 2, position)
 
     def _disconnect(self) -> None:
-        self._bus.shutdown()
+        self._bus.close()
 
     def _inspect(self) -> None:
         """See that all motors answer, and count as they should."""
@@ -146,45 +130,25 @@ class Damiao(PolledDriver):
     def _await_query(self, motor: int) -> float:
         end = clock.now() + FIRST_ANSWER_SECONDS
         while True:
-            self._send(encode_query(motor))
+            self._bus.send(EVERYBODY, encode_query(motor))
             try:
-                for data in self._answers(motor):
-                    if data[2:4] == bytes([QUERY, PMAX_REGISTER]):
-                        return decode_query(data, motor)
-                raise ValueError(f"no answer of motor {motor}")
+                return decode_query(self._answer(motor), motor)
             except ValueError:
                 if clock.now() > end:
                     raise
 
     def _ask_all(self) -> list[tuple[float, int]]:
-        """Return all motors' angles and statuses, one after the other.
-
-        Raises:
-            ValueError: A motor did not answer.
-        """
+        """Return all motors' angles and statuses, asked one after the other."""
         replies: list[tuple[float, int]] = []
         for motor in self._motors:
-            self._send(encode_refresh(motor))
-            data = next(iter(self._answers(motor)), None)
-            if data is None:
-                raise ValueError(f"no answer of motor {motor}")
-            replies.append(decode_feedback(data, motor))
+            self._bus.send(EVERYBODY, encode_refresh(motor))
+            replies.append(decode_feedback(self._answer(motor), motor))
         return replies
 
-    def _answers(self, motor: int) -> Sequence[bytes]:
-        """Return the next frame of a motor, none if it does not come; others are dropped."""
-        until = clock.now() + ANSWER_SECONDS
-        try:
-            while (frame := self._bus.recv(max(0.0, until - clock.now()))) is not None:
-                sound = not (frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame)
-                if sound and frame.arbitration_id == ANSWERS + motor:
-                    return [bytes(frame.data)]
-        except (can.CanError, OSError, ValueError) as error:
-            raise DriverError(Reason.UNREACHABLE, f"{self._where} is lost: {error}") from None
-        return []
-
-    def _send(self, data: bytes) -> None:
-        try:
-            self._bus.send(can.Message(arbitration_id=EVERYBODY, data=data, is_extended_id=False))
-        except (can.CanError, OSError, ValueError) as error:
-            raise DriverError(Reason.UNREACHABLE, f"{self._where} is lost: {error}") from None
+    def _answer(self, motor: int) -> bytes:
+        """Return the next frame of a motor; others are dropped."""
+        deadline = clock.now() + ANSWER_SECONDS
+        while (frame := self._bus.receive(deadline)) is not None:
+            if frame.arbitration_id == ANSWERS + motor:
+                return bytes(frame.data)
+        raise ValueError(f"no answer of motor {motor}")

@@ -1,13 +1,9 @@
 """Franka Panda (FER) and FR3: the Franka Control Interface, listened to.
 
-Over a TCP connection to port 1337 this computer and the robot agree on a protocol version, and this
-computer names a UDP port; the robot then sends its state there once a millisecond. Nothing more is
-ever sent: no motion, no command, not even a datagram. The TCP connection stays open, and closing it
-ends the stream.
-
-Efforts are ``tau_J``, measured by the torque sensors on the joints' link side. At rest they have
-the sign of the gravity torque: the vendor's force control example subtracts gravity from them to
-get what acts from outside. This was not proven on a robot here.
+Over TCP this computer and the robot agree on a protocol version, and this computer names a UDP
+port, to which the robot then sends its state once a millisecond. Nothing more is ever sent, not
+even a datagram. Closing the TCP connection ends the stream. Efforts are ``tau_J``, measured on the
+joints' link side; at rest they have the sign of the gravity torque (not proven on a robot here).
 
 Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
 """

@@ -1,19 +1,12 @@
-"""Franka's RobotState datagram: from bytes to joint angles, torques, mode and errors.
+"""Franka's RobotState datagrams, little-endian: joint angles, torques, mode and errors.
 
-Little-endian, without padding. The length alone says which layout a datagram has::
+::
 
     bytes  server versions   robots                    numbers   errors
     2085   3                 Panda, system 3.0         float64   37
     2341   4                 Panda, system 4.0         float64   37
     2373   5 to 9            Panda 4.2, FR3 to 5.7     float64   41
     1377   10                FR3 from 5.9              float32   41
-
-A state has no checksum of its own; its UDP datagram has one. Refused are: another length, a mode or
-an error flag that does not exist, a success rate that is no share, angles beyond a full turn, and
-torques that are not finite.
-
-The offsets are those of the headers in libfranka-common (Apache-2.0). The layouts of versions 5
-and 10 are proven against libfranka 0.9.2 and 0.21.3; those of 3 and 4 are taken from the source.
 """
 
 import math
@@ -82,7 +75,7 @@ ERRORS = (
 
 @dataclass(frozen=True, slots=True)
 class FrankaState:
-    """What is used of one RobotState."""
+    """The used part of a RobotState."""
 
     message_id: int
     """Counts the controller's milliseconds."""
@@ -97,19 +90,19 @@ class FrankaState:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where things stand in a RobotState of one length."""
+    """Offsets in a RobotState of one length [bytes], as in the headers of libfranka-common."""
 
     number: str
     """Format letter of its numbers: ``d`` or ``f``."""
     torque: int
     position: int
     errors: int
-    """Where the flags of the current errors begin; those of the last motion follow."""
+    """Offset of the flags of the current errors; those of the last motion follow."""
     error_count: int
 
     @property
     def mode(self) -> int:
-        """Where robot_mode stands, and after it the command success rate."""
+        """Offset of robot_mode; the command success rate follows."""
         return self.errors + 2 * self.error_count
 
     @property
@@ -118,7 +111,7 @@ class Layout:
         return self.mode + 1 + struct.calcsize(self.number)
 
     def compiled(self) -> struct.Struct:
-        """Return what reads message_id, tau_J, q, both groups of flags, robot_mode and rate."""
+        """Return the structure of message_id, tau_J, q, both groups of flags, mode and rate."""
         size = JOINTS * struct.calcsize(self.number)
         return struct.Struct(
             f"<Q{self.torque - 8}x{JOINTS}{self.number}"
@@ -140,11 +133,7 @@ LAYOUTS: dict[int, struct.Struct] = {
 
 
 def decode_state(datagram: bytes) -> FrankaState:
-    """Return what a RobotState datagram says.
-
-    Raises:
-        ValueError: An unknown length, or a field that cannot hold what it holds.
-    """
+    """Decode a RobotState datagram; its length alone tells its layout."""
     layout = LAYOUTS.get(len(datagram))
     if layout is None:
         raise ValueError(

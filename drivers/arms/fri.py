@@ -1,11 +1,10 @@
-"""KUKA's FRI messages: what is read of the controller's, and the one reply that keeps it sending.
+"""KUKA's FRI messages: the controller's state, and the one reply that keeps it sending.
 
 A message is protobuf. FRI 1.11 to 2.5 puts it into a datagram bare; FRI 2.7 frames it::
 
     u32 length | protobuf | u32 CRC-32 of the protobuf          (little-endian)
 
-The two are told apart by their first bytes: read as a length, those of a bare message are larger
-than any datagram. The reply is a command message that holds a header alone, and so no command.
+Read as a length, the first bytes of a bare message are larger than any datagram.
 """
 
 import math
@@ -40,7 +39,7 @@ class Session(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class StateMessage:
-    """What is used of one monitoring message."""
+    """The used part of a monitoring message."""
 
     sequence: int
     """Counts the messages of a session."""
@@ -63,11 +62,7 @@ QUALITIES = ("poor", "fair", "good", "excellent")
 
 
 def decode_message(datagram: bytes) -> StateMessage:
-    """Return what a monitoring message says.
-
-    Raises:
-        ValueError: It is not one, or a field holds what it cannot hold.
-    """
+    """Decode a monitoring message."""
     body, framed = _unframe(datagram)
     message = _fields(body)
     header = _fields(_bytes(message, 1))
@@ -102,12 +97,12 @@ def decode_message(datagram: bytes) -> StateMessage:
 
 
 def encode_reply(counter: int, reflected: int, framed: bool) -> bytes:
-    """Return the header-only reply to a monitoring message.
+    """Return the reply to a monitoring message: a command message of a header alone, no command.
 
     Args:
-        counter: How many replies went before this one.
-        reflected: The sequence counter of the message that is answered.
-        framed: Whether that message was framed.
+        counter: Number of replies before this one.
+        reflected: Sequence counter of the message that is answered.
+        framed: True for the framing of FRI 2.7.
     """
     header = b"".join(
         bytes([number << 3 | VARINT]) + _encode_varint(value)
@@ -120,7 +115,7 @@ def encode_reply(counter: int, reflected: int, framed: bool) -> bytes:
 
 
 def _unframe(datagram: bytes) -> tuple[bytes, bool]:
-    """Return the protobuf in a datagram, and whether it was framed."""
+    """Return the protobuf in a datagram, and True if it was framed."""
     if datagram[:1] == HEADER_KEY and int.from_bytes(datagram[:4], "little") > LARGEST_DATAGRAM:
         return datagram, False
     body = datagram[4:-4]
@@ -181,7 +176,7 @@ def _fields(body: bytes) -> Fields:
 
 
 def _size(body: bytes, at: int, wire: int) -> tuple[int, int]:
-    """Return how many bytes a field's value has, and where it begins."""
+    """Return the number of bytes of a field's value, and the offset at which it begins."""
     if wire == FIXED64:
         return 8, at
     if wire == FIXED32:

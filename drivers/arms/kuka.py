@@ -1,11 +1,8 @@
 """KUKA LBR iiwa and LBR Med: the Fast Robot Interface, monitored.
 
-The controller sends first, once a Sunrise application has opened an FRI session to this computer.
-The session stays open as long as messages are answered, as many as the session asks for. An answer
-is a header alone and carries no command. A session that goes on to command the arm is left at once.
-
-Efforts are the measured joint torques. Their sign was not proven: record at rest, compare with the
-model's gravity torque, and set ``effort=-1`` if they oppose each other.
+The controller sends first, once a Sunrise application has opened an FRI session to this computer,
+and expects answers, each a header without a command. A session that goes on to command the arm is
+left at once. Efforts are the measured joint torques; their sign was not proven (``effort=-1``).
 
 Address: ``HOST[:PORT][?bind=LOCAL&effort=-1]``. HOST is the controller; PORT (30200) is the UDP
 port that the application sends to, opened here on LOCAL, by default on all interfaces.
@@ -20,9 +17,7 @@ from .fri import Session, StateMessage, decode_message, encode_reply
 PORT = 30200
 FIRST_MESSAGE_SECONDS = 3.0
 RESTARTED = 100  # a sequence counter further behind than this belongs to a new session
-LONGEST_GAP = (
-    100_000  # messages: a counter further ahead than this tells nothing of what is missing
-)
+LONGEST_GAP = 100_000  # messages: a counter further ahead tells nothing of what is missing
 COUNTER = 1 << 32
 
 
@@ -60,7 +55,7 @@ class Kuka(ValidatingDriver):
         self._udp.close()
 
     def _await_session(self, port: int) -> int:
-        """Wait for the first message with joints; return how many joints it has."""
+        """Wait for the first message with joints; return their number."""
         try:
             return len(self._await_first(FIRST_MESSAGE_SECONDS).position)
         except DriverError as error:
@@ -82,11 +77,7 @@ class Kuka(ValidatingDriver):
         )
 
     def _follow(self, message: StateMessage) -> None:
-        """Count the messages that are missing before this one; leave a session that commands.
-
-        Raises:
-            ValueError: It is not later than the last one.
-        """
+        """Count the messages that are missing before this one; leave a session that commands."""
         if self._sequence is not None:
             ahead = (message.sequence - self._sequence + COUNTER // 2) % COUNTER - COUNTER // 2
             if -RESTARTED <= ahead <= 0:

@@ -1,14 +1,11 @@
-"""AgileX Piper: the joint angles that the arm puts on its CAN bus, overheard.
+"""AgileX Piper: the joint angles that the arm puts on its CAN bus, overheard; nothing is sent.
 
-About 200 times a second the arm sends a turn of three frames, each with two joint angles, whatever
-anybody does. Nothing is sent: the bus is only listened to. The frames carry no number. A turn of
-which a frame is missing, or whose frames are more than half a period apart and so may belong to
-different turns, is thrown away and counted as missed.
+About 200 times a second the arm sends a turn of three frames with two joint angles each, without a
+number. A turn of which a frame is missing, or whose frames are more than half a period apart and
+so may belong to different turns, is thrown away and counted as missed. Stamps are the times at
+which a turn's last frame came in, evened out. Efforts are None: these frames have none.
 
-Stamps are when a turn's last frame came in, evened out. Efforts are None: these frames have none.
-
-Address: a CAN bus, ``[INTERFACE/]CHANNEL``, see
-:mod:`mukca.drivers.transport.can_bus`; ``can0`` by default.
+Address: a CAN bus, see :mod:`..transport.can_bus`; ``can0`` by default.
 """
 
 import math
@@ -26,7 +23,7 @@ from .. import (
     clock,
     match_joints,
 )
-from ..transport import open_bus, parse_can_address
+from ..transport import CanBus, parse_can_address
 
 JOINTS = 6
 IDENTIFIERS = (0x2A5, 0x2A6, 0x2A7)  # joints 1 and 2, 3 and 4, 5 and 6
@@ -38,11 +35,7 @@ PAIR = struct.Struct(">ii")
 
 
 def decode_frame(data: bytes) -> tuple[float, float]:
-    """Return the two joint angles in a frame [rad].
-
-    Raises:
-        ValueError: The wrong length, or an angle beyond a turn.
-    """
+    """Return the two joint angles in a frame [rad]."""
     if len(data) != PAIR.size:
         raise ValueError(f"a frame of {len(data)} bytes where {PAIR.size} are expected")
     first, second = PAIR.unpack(data)
@@ -61,10 +54,10 @@ class Piper(ValidatingDriver):
         self._angles: list[float] = []
         """Angles of the frames of this turn that have come."""
         self._lost = True
-        """Whether this turn is given up, as the one before the first frame of all is."""
+        """True while this turn is given up, as the one before the first frame of all is."""
         self._turn_began = 0.0
         self._stamp = ArrivalTimeFilter(PERIOD)
-        self._bus = open_bus(bus, IDENTIFIERS)
+        self._bus = CanBus(bus, IDENTIFIERS)
         with self._closed_on_error():
             self._await_arm()
 
@@ -75,7 +68,7 @@ class Piper(ValidatingDriver):
                 return state
 
     def _disconnect(self) -> None:
-        self._bus.shutdown()
+        self._bus.close()
 
     def _await_arm(self) -> None:
         try:
@@ -90,25 +83,13 @@ class Piper(ValidatingDriver):
     def _next_frame(self, deadline: float) -> can.Message:
         """Return the next frame with joint angles, waiting for it."""
         asked = clock.now()
-        while True:
-            try:
-                frame = self._bus.recv(max(0.0, deadline - clock.now()))
-            except (can.CanError, OSError, ValueError) as error:
-                raise DriverError(Reason.UNREACHABLE, f"{self._where} is lost: {error}") from None
-            if frame is None:
-                waited = max(0.0, deadline - asked)
-                raise DriverError(
-                    Reason.SILENT, f"no joint angles from {self._where} for {waited:.3g} s"
-                )
-            if not (frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame):
-                return frame
+        if (frame := self._bus.receive(deadline)) is not None:
+            return frame
+        waited = max(0.0, deadline - asked)
+        raise DriverError(Reason.SILENT, f"no joint angles from {self._where} for {waited:.3g} s")
 
     def _take(self, frame: can.Message) -> JointState | None:
-        """Add a frame to the state of this turn, and return the state if it is whole.
-
-        Raises:
-            ValueError: The frame is malformed; the turn is given up.
-        """
+        """Add a frame to the state of this turn; return the state once it is whole."""
         part = IDENTIFIERS.index(frame.arbitration_id)
         arrival = frame.timestamp or clock.now()
         if part != len(self._angles) // 2 or (part and self._is_late(arrival)):
@@ -129,7 +110,7 @@ class Piper(ValidatingDriver):
         return JointState(self._stamp(arrival), position)
 
     def _is_late(self, arrival: float) -> bool:
-        """Tell whether a frame came too late to belong to the first frame of this turn."""
+        """Return whether a frame came too late to belong to the first frame of this turn."""
         return abs(arrival - self._turn_began) > self._stamp.period / 2
 
     def _lose_turn(self) -> None:

@@ -1,11 +1,8 @@
 """Any arm in ROS 1 or 2: ``sensor_msgs/JointState`` through a rosbridge, subscribed to.
 
-Joints are matched by name, so that grippers and other arms on the same topic do no harm. Only the
-subscription is ever sent.
-
-Efforts are what the topic says, in the unit and with the sign of whoever publishes it;
-``effort=-1`` turns the sign. Messages that are lost cannot be counted, since ROS 2 does not number
-them.
+Joints are matched by name, so that grippers and other arms on the same topic do no harm. Efforts
+have the topic's unit and sign; ``effort=-1`` turns the sign. Messages that are lost cannot be
+counted, since ROS 2 does not number them.
 
 Address: ``HOST[:PORT][?topic=/joint_states&effort=-1]``; PORT is 9090 by default.
 """
@@ -29,15 +26,12 @@ LONGEST_QUEUE = 10_000  # messages that wait for a late reader
 
 
 def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> JointState:
-    """Return the state of the named joints in a JointState message.
+    """Return the state of the named joints in a JointState message, as rosbridge sends it.
 
     Args:
-        message: The message as rosbridge sends it: its JSON, parsed.
+        message: Its JSON, parsed.
         joint_names: The joints wanted, in order.
         sign: 1, or -1 to turn the efforts.
-
-    Raises:
-        ValueError: The message lacks a joint, or is no JointState.
     """
     try:
         names = message["name"]

@@ -60,7 +60,7 @@ OUTPUTS = {
 
 @dataclass(frozen=True, slots=True)
 class RtdeState:
-    """What one data package says."""
+    """The state in one data package."""
 
     timestamp: float
     """The controller's clock [s]."""
@@ -73,17 +73,13 @@ class RtdeState:
 
 @dataclass(frozen=True)
 class Recipe:
-    """Which outputs a data package holds, under the number that the controller gave it."""
+    """Outputs of a data package, under the number that the controller gave them."""
 
     number: int
     effort: bool
 
     def decode(self, payload: bytes) -> RtdeState:
-        """Return what a data package says.
-
-        Raises:
-            ValueError: Another recipe or size, or a value that cannot be.
-        """
+        """Decode a data package."""
         layout = WITH_EFFORT if self.effort else PLAIN
         if len(payload) != layout.size or payload[0] != self.number:
             raise ValueError(f"a data package of {len(payload)} bytes that nobody asked for")
@@ -104,9 +100,6 @@ def check_angles(position: Sequence[float]) -> tuple[float, ...]:
     """Return six joint angles [rad], if they can be.
 
     Wrist 3 of a UR3 turns without end and counts its turns: for it any number will do.
-
-    Raises:
-        ValueError: They cannot be.
     """
     *arm, wrist_3 = position
     if not all(abs(angle) <= LARGEST_ANGLE for angle in arm) or not math.isfinite(wrist_3):
@@ -115,7 +108,7 @@ def check_angles(position: Sequence[float]) -> tuple[float, ...]:
 
 
 def status_text(robot_mode: int, safety_mode: int) -> str:
-    """Return what two modes mean, in words."""
+    """Return the names of two modes."""
     robot = ROBOT_MODES.get(robot_mode, f"robot mode {robot_mode}")
     return f"{robot}, {SAFETY_MODES.get(safety_mode, f'safety mode {safety_mode}')}"
 
@@ -129,7 +122,7 @@ def setup_payload(frequency: float, effort: str | None) -> bytes:
     """Return the payload of the request for outputs.
 
     Args:
-        frequency: How often the controller is to send them [Hz].
+        frequency: Rate at which the controller is to send them [Hz].
         effort: Name of one more output, of six numbers [N m].
     """
     names = [*OUTPUTS, *([effort] if effort else [])]
@@ -137,11 +130,7 @@ def setup_payload(frequency: float, effort: str | None) -> bytes:
 
 
 def decode_recipe(payload: bytes, effort: str | None) -> Recipe:
-    """Return the recipe that the controller made of a request.
-
-    Raises:
-        ValueError: An output that this controller does not have, or has in another form.
-    """
+    """Return the recipe that the controller made of a request."""
     given = payload[1:].decode("ascii", "replace").rstrip(",").split(",")
     wanted = {**OUTPUTS, **({effort: "VECTOR6D"} if effort else {})}
     if len(payload) < 1 or len(given) != len(wanted):
@@ -155,11 +144,7 @@ def decode_recipe(payload: bytes, effort: str | None) -> Recipe:
 
 
 def take_package(stream: bytearray) -> tuple[int, bytes] | None:
-    """Take the first package off a stream and return its type and payload; None if incomplete.
-
-    Raises:
-        ValueError: The stream holds no packages.
-    """
+    """Take the first package off a stream and return its type and payload; None if incomplete."""
     if len(stream) < HEADER.size:
         return None
     size, kind = HEADER.unpack_from(stream)

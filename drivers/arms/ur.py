@@ -1,13 +1,9 @@
 """Universal Robots, CB3 and e-series, UR3 to UR20: RTDE, outputs only.
 
-RTDE streams over TCP port 30004, at 500 Hz from an e-series controller and 125 Hz from a CB3. It is
-read here without a package, so that no state is lost: the receive interface of the package ur-rtde
-keeps the latest state alone (:mod:`mukca.drivers.arms.ur_rtde`). The requests are the same.
-
-Efforts are None: these arms measure motor currents, and no torque in N m. ``effort=OUTPUT`` asks
-the controller for one of its outputs of six numbers instead. ``target_moment`` is what its model
-computes and not what it measures, so that a hand on the arm does not show in it. The sign of such
-an output was not proven.
+RTDE streams over TCP, at 500 Hz from an e-series controller and 125 Hz from a CB3. Efforts are
+None, since these arms measure motor currents; ``effort=OUTPUT`` asks the controller for one of its
+outputs of six numbers instead. ``target_moment`` is computed by its model and not measured: a hand
+on the arm does not show in it. Signs were not proven.
 
 Address: ``HOST[:PORT][?rate=HZ&effort=OUTPUT]``.
 """
@@ -59,7 +55,7 @@ class Ur(ValidatingDriver):
         self._tcp.close()
 
     def _fastest(self) -> int:
-        """Agree on the protocol; return how often this controller can send its state [Hz]."""
+        """Agree on the protocol; return the greatest rate of this controller [Hz]."""
         if self._ask(PROTOCOL_VERSION, struct.pack(">H", 2)) != b"\x01":
             raise DriverError(Reason.PROTOCOL, f"{self._where} does not speak RTDE version 2")
         version = self._ask(CONTROLLER_VERSION)

@@ -67,7 +67,7 @@ class UrRtde(ValidatingDriver):
         self._robot.disconnect()
 
     def _measure_rate(self) -> int:
-        """Return how often this controller sends its state [Hz]."""
+        """Return the rate at which this controller sends its state [Hz]."""
         stamps = [self._await_first(FIRST_STATE_SECONDS).stamp for _ in range(FIRST_STATES)]
         steps = [SLOW * (b - a) for a, b in pairwise(stamps)]
         return SLOW if all(abs(step - round(step)) < 0.1 for step in steps) else FAST

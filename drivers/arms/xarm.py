@@ -1,19 +1,10 @@
-"""UFACTORY xArm 5, 6 and 7, Lite 6 and 850: the report that the controller streams.
+"""UFACTORY xArm 5, 6, 7, Lite 6 and 850: the controller's report stream; nothing is sent.
 
-Nothing is sent. A controller writes reports to whoever connects to one of these TCP ports:
-
-======  ======  ==========================================================================
-30000   250 Hz  angles with the controller's time; newer software alone
-30003   100 Hz  angles without a time
-30002   5 Hz    among much else the number of joints, which the other two do not say
-======  ======  ==========================================================================
-
-Sizes and times are big-endian, angles little-endian float32 [rad]. The driver reads one report from
-30002, then follows 30000 where it is there, else 30003. Stamps are the controller's, or from 30003
-the times of arrival, evened out. Efforts are None: the reported torques hold an unknown share of
-what the controller computes for gravity.
-
-Address: ``HOST[?port=30003]``.
+A controller writes reports to whoever connects to TCP port 30000 (250 Hz, with its time; newer
+software alone), 30003 (100 Hz, without a time) or 30002 (5 Hz, with the number of joints). One is
+read from 30002, then 30000 is followed where it is there, else 30003, whose times of arrival are
+evened out. Sizes and times are big-endian, angles little-endian float32 [rad]. Efforts are None:
+the reported torques hold an unknown share of gravity. Address: ``HOST[?port=30003]``.
 """
 
 import struct
@@ -43,7 +34,7 @@ STATES = {1: "moving", 2: "ready", 3: "paused", 4: "stopped"}
 
 @dataclass(frozen=True)
 class Layout:
-    """Where things are in a report."""
+    """Offsets in a report [bytes]."""
 
     status: int
     """Of the byte with mode and state."""
@@ -63,7 +54,7 @@ RICH_PORT = 30002
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What is used of a report."""
+    """The used part of a report."""
 
     angles: tuple[float, ...]
     """Of seven joints [rad]; an arm with fewer has zeros for the rest."""
@@ -74,11 +65,7 @@ class Report:
 
 
 def take_report(received: bytearray) -> bytes | None:
-    """Take a report off the front of a stream: it begins with its size.
-
-    Raises:
-        ValueError: No report is of that size.
-    """
+    """Take a report off the front of a stream: it begins with its size."""
     if len(received) < 4:
         return None
     size = int.from_bytes(received[:4], "big")
@@ -92,11 +79,7 @@ def take_report(received: bytearray) -> bytes | None:
 
 
 def decode_report(report: bytes, layout: Layout) -> Report:
-    """Return what is used of a report.
-
-    Raises:
-        ValueError: It is too short, or holds impossible values.
-    """
+    """Decode a report."""
     last = max(layout.angles + ANGLES.size, (layout.joints or 0) + 1)
     if len(report) < max(last, SHORTEST) or int.from_bytes(report[:4], "big") != len(report):
         raise ValueError(f"a report of {len(report)} bytes")
@@ -140,7 +123,7 @@ class XArm(ValidatingDriver):
         self._tcp.close()
 
     def _count_joints(self, endpoint: Endpoint) -> int:
-        """Return how many joints the arm has."""
+        """Return the number of the arm's joints."""
         tcp = TcpStream(endpoint, "is the controller on, and is this its address?")
         try:
             report = decode_report(tcp.take(take_report, clock.now() + FIRST_SECONDS), RICH)

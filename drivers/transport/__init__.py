@@ -1,4 +1,4 @@
-"""Byte streams below the protocols: addresses, TCP, UDP, serial lines, CAN buses."""
+"""Transports: addresses, TCP, UDP, serial lines and CAN buses."""
 
 import lazy_loader
 

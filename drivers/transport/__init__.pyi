@@ -5,6 +5,7 @@ from .address import open_tcp as open_tcp
 from .address import parse_endpoint as parse_endpoint
 from .address import parse_options as parse_options
 from .address import resolve as resolve
+from .can_bus import CanBus as CanBus
 from .can_bus import open_bus as open_bus
 from .can_bus import parse_can_address as parse_can_address
 from .serial_line import SerialLine as SerialLine

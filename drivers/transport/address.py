@@ -12,14 +12,13 @@ CONNECT_SECONDS = 2.0
 
 
 class Options(dict[str, str]):
-    """The options of an address, by name: what stands behind its question mark."""
+    """Options of an address by name: the part behind its question mark.
+
+    Each method raises a DriverError, BAD_ADDRESS, where an option is something else.
+    """
 
     def integer(self, name: str, default: int) -> int:
-        """Return an option as a whole number, decimal or as in 0x2a5.
-
-        Raises:
-            DriverError: BAD_ADDRESS for anything else.
-        """
+        """Return an option as a whole number, decimal or as in 0x2a5."""
         text = self.get(name)
         if text is None:
             return default
@@ -29,11 +28,7 @@ class Options(dict[str, str]):
             raise self.wrong(name, "a whole number") from None
 
     def integers(self, name: str, default: Sequence[int]) -> tuple[int, ...]:
-        """Return an option that is a list of whole numbers, as in 1,2,4.
-
-        Raises:
-            DriverError: BAD_ADDRESS for anything else.
-        """
+        """Return an option that is a list of whole numbers, as in 1,2,4."""
         if name not in self:
             return tuple(default)
         try:
@@ -42,11 +37,7 @@ class Options(dict[str, str]):
             raise self.wrong(name, "a list of whole numbers, as in 1,2,4") from None
 
     def positive(self, name: str, default: float) -> float:
-        """Return an option as a positive number.
-
-        Raises:
-            DriverError: BAD_ADDRESS for anything else.
-        """
+        """Return an option as a positive number."""
         try:
             number = float(self.get(name, default))
         except ValueError:
@@ -56,11 +47,7 @@ class Options(dict[str, str]):
         return number
 
     def sign(self, name: str) -> int:
-        """Return an option that is 1 or -1; 1 where it is not given.
-
-        Raises:
-            DriverError: BAD_ADDRESS for anything else.
-        """
+        """Return an option that is 1 or -1; 1 where it is not given."""
         if self.get(name, "1") not in ("1", "-1"):
             raise self.wrong(name, "1 or -1")
         return int(self.get(name, "1"))
@@ -72,7 +59,7 @@ class Options(dict[str, str]):
 
 @dataclass(frozen=True)
 class Endpoint:
-    """Where a controller listens."""
+    """Host and port of a controller, and options."""
 
     host: str
     port: int
@@ -85,7 +72,7 @@ class Endpoint:
 def parse_endpoint(
     address: str, default_port: int, options: tuple[str, ...] = (), default_host: str = ""
 ) -> Endpoint:
-    """Return where an address says that a robot's controller listens.
+    """Return the host, port and options of an address.
 
     Args:
         address: ``HOST[:PORT][?option=value&...]``.
@@ -109,11 +96,7 @@ def parse_endpoint(
 
 
 def parse_options(query: str, known: tuple[str, ...]) -> Options:
-    """Return the options in the part of an address behind its question mark.
-
-    Args:
-        query: That part, ``option=value&...``; may be empty.
-        known: Names of the options that the driver understands.
+    """Return the options in ``option=value&...``, of which only known ones may occur.
 
     Raises:
         DriverError: BAD_ADDRESS for an option that is malformed or not known.
@@ -147,8 +130,8 @@ def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
     """Connect to a robot's controller.
 
     Args:
-        endpoint: Where.
-        advice: What to look at when the host is there and nothing listens.
+        endpoint: Host and port.
+        advice: Remedy, for the message, where the host is there and nothing listens.
 
     Raises:
         DriverError: UNREACHABLE.

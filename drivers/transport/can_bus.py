@@ -4,12 +4,14 @@ INTERFACE is one of python-can's (socketcan where none is given), CHANNEL what i
 ``can0``, ``slcan//dev/ttyACM0?bitrate=1000000``, ``udp_multicast/239.74.163.2?port=43113``.
 """
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import can
 
-from .. import DriverError, Reason
+from .. import DriverError, Reason, clock
 from .address import Options, parse_options
 
 BUS_OPTIONS = ("bitrate", "port", "hop_limit")
@@ -17,7 +19,7 @@ BUS_OPTIONS = ("bitrate", "port", "hop_limit")
 
 @dataclass(frozen=True)
 class CanAddress:
-    """A CAN bus, and the options that stand behind the question mark."""
+    """Interface and channel of a CAN bus, and options."""
 
     interface: str
     channel: str
@@ -30,7 +32,7 @@ class CanAddress:
 def parse_can_address(
     address: str, options: tuple[str, ...] = (), default: str = "can0"
 ) -> CanAddress:
-    """Return the bus that an address names.
+    """Return the interface, channel and options of an address.
 
     Args:
         address: ``[INTERFACE/]CHANNEL[?option=value&...]``.
@@ -52,16 +54,55 @@ def parse_can_address(
     return CanAddress(interface, channel, parse_options(query, (*BUS_OPTIONS, *options)))
 
 
-def open_bus(address: CanAddress, identifiers: tuple[int, ...] = ()) -> can.BusABC:
-    """Open a bus.
+class CanBus:
+    """A CAN bus whose errors are the driver's own.
 
     Args:
-        address: Which one.
-        identifiers: The identifiers to receive; all where none is given.
+        address: Interface, channel and options.
+        identifiers: Identifiers to receive; all where none is given.
 
     Raises:
         DriverError: No such interface, a package is missing, or the bus cannot be opened.
     """
+
+    def __init__(self, address: CanAddress, identifiers: tuple[int, ...] = ()) -> None:
+        self._address = address
+        self._bus = open_bus(address, identifiers)
+
+    def send(self, identifier: int, data: bytes) -> None:
+        """Send a frame."""
+        with self._translated():
+            self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+
+    def receive(self, deadline: float) -> can.Message | None:
+        """Return the next frame with an identifier of 11 bits and data; None once time is up.
+
+        Args:
+            deadline: Time at which to give up, by :func:`.clock.now` [s].
+        """
+        with self._translated():
+            while (frame := self._bus.recv(max(0.0, deadline - clock.now()))) is not None:
+                if not (frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame):
+                    return frame
+        return None
+
+    def close(self) -> None:
+        """Leave the bus; safe to call twice."""
+        self._bus.shutdown()
+
+    @contextmanager
+    def _translated(self) -> Generator[None, None, None]:
+        """Turn the errors of a lost bus into the driver's own."""
+        try:
+            yield
+        except (can.CanError, OSError, ValueError) as error:
+            raise DriverError(
+                Reason.UNREACHABLE, f"CAN bus {self._address} is lost: {error}"
+            ) from None
+
+
+def open_bus(address: CanAddress, identifiers: tuple[int, ...] = ()) -> can.BusABC:
+    """Open a bus of python-can's; arguments and errors as of :class:`CanBus`."""
     if address.interface not in can.VALID_INTERFACES:
         known = ", ".join(sorted(can.VALID_INTERFACES))
         raise DriverError(

@@ -50,8 +50,8 @@ class SerialLine:
         """Return what has come, as soon as there is something; nothing after the wait [s].
 
         Args:
-            most: How many bytes to return at most.
-            wait: How long to wait for the first of them [s].
+            most: Largest number of bytes to return.
+            wait: Longest wait for the first of them [s].
         """
         with self._translated():
             if not clock.wait([self._port], max(0.0, wait)):

@@ -14,8 +14,8 @@ class TcpStream:
     """A connection to a robot that sends messages over TCP.
 
     Args:
-        endpoint: Where the robot listens.
-        advice: What to look at when the host is there and nothing listens.
+        endpoint: Host and port of the robot.
+        advice: Remedy, for the message, where the host is there and nothing listens.
 
     Raises:
         DriverError: UNREACHABLE when nothing answers.
@@ -47,7 +47,7 @@ class TcpStream:
         Args:
             cut: Takes a message off the front of the bytes that have come and returns it; None
                 if it is not whole yet; raises ValueError if the bytes are no messages.
-            deadline: When to give up, by :func:`.clock.now` [s].
+            deadline: Time at which to give up, by :func:`.clock.now` [s].
 
         Raises:
             DriverError: SILENT when the message was not whole in time, UNREACHABLE when the

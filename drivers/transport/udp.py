@@ -50,7 +50,7 @@ class DatagramSocket:
         that a flood of useless datagrams cannot keep the caller for ever.
 
         Args:
-            deadline: When to give up, by :func:`.clock.now` [s].
+            deadline: Time at which to give up, by :func:`.clock.now` [s].
 
         Raises:
             DriverError: UNREACHABLE when the socket is closed or the network is down.

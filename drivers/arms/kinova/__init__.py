@@ -1,4 +1,4 @@
-"""Kinova's arms: polled actuators over RS-485 and CAN, and Gen3 over Kortex."""
+"""Kinova's arms: polled actuators, and Kortex."""
 
 import lazy_loader
 

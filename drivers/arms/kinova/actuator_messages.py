@@ -1,12 +1,10 @@
-"""The messages of Kinova's Gen2 and JACO actuators, and the one that is ever sent.
+"""Messages of Kinova's Gen2 and JACO actuators, and the one that is ever sent.
 
 A message has 20 bytes, little-endian, and no checksum::
 
     i16 command | u8 source | u8 destination | 16 bytes of data
 
-GET_ACTUALPOSITION is answered with four float32: current, position [degrees], speed and torque.
-Everything else that an actuator understands is left alone; some of it moves the arm, and 0x26
-rewrites the zero of a joint.
+Of all commands only GET_ACTUALPOSITION is sent; some others move the arm or rewrite its zeros.
 """
 
 import math
@@ -25,7 +23,7 @@ LARGEST_DEGREES = 100 * 360.0  # some of these joints turn without end
 
 @dataclass(frozen=True, slots=True)
 class ActuatorReply:
-    """What is used of an actuator's answer."""
+    """The used part of an actuator's answer."""
 
     degrees: float
     torque: float
@@ -38,11 +36,7 @@ def encode_poll(actuator: int) -> bytes:
 
 
 def decode_reply(message: bytes, actuator: int) -> ActuatorReply:
-    """Return an actuator's position and torque.
-
-    Raises:
-        ValueError: Another length, command or actuator, or impossible values.
-    """
+    """Decode an answer: four float32, current, position [degrees], speed and torque."""
     if len(message) != MESSAGE.size:
         raise ValueError(f"a message of {len(message)} bytes where {MESSAGE.size} are expected")
     command, source, destination, data = MESSAGE.unpack(message)

@@ -1,26 +1,55 @@
 """Kinova: Gen2 and JACO actuators over RS-485 or CAN (experimental), Gen3 over Kortex.
 
-=============================================  =================================================
-``serial://PORT?baud=..&parity=..&stopbits=..``  Gen2, JACO: their actuators' own messages, polled
-``can://[INTERFACE/]CHANNEL?tx=..&rx=..``        the same messages by ISO-TP through a gateway
-``kortex://HOST[:PORT]?user=..&password=..``     Gen3, Gen3 lite, through Kinova's ``kortex_api``
-=============================================  =================================================
+Angles jump from 360 to 0 degrees where a joint turns past its zero; such jumps are taken out. The
+sign of the torques was not proven. Missed states cannot be counted: answers carry no numbers.
 
-All take ``rate=HZ`` (100), how often the arm is asked, and ``effort=-1``, which turns the sign of
-the torques. That sign was not proven: compare a record at rest with the model's gravity torque.
-
-Joint angles come in degrees, and jump from 360 to 0 where a joint turns past its zero; such jumps
-are taken out again. Missed states cannot be counted, since answers carry no numbers.
+Address: ``serial://PORT?baud=..&parity=..&stopbits=..``, ``can://[INTERFACE/]CHANNEL?tx=..&rx=..``
+(ISO-TP through a gateway), or ``kortex://HOST[:PORT]?user=..&password=..``; all take ``rate=HZ``
+(100) and ``effort=-1``, which turns the sign of the torques.
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ... import DriverError, JointState, PolledDriver, Reason, clock, match_joints
-from .feedback import KinovaArm, Measurement
 
 HALF_TURN = 180.0
 ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a hand is slow
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """An arm's answer: one number for each joint, from base to flange."""
+
+    degrees: tuple[float, ...]
+    """Joint angles [degrees]."""
+    torques: tuple[float, ...]
+    """Joint torques [N m], with the arm's own sign."""
+
+
+class KinovaArm(ABC):
+    """A connection that is asked for the joints again and again."""
+
+    joints: int
+    """Number of the arm's joints."""
+    sign: int
+    """1, or -1 where the torques have the opposite sign of what a state needs."""
+    rate: float
+    """Rate at which to ask [Hz]."""
+    centred: bool = False
+    """True where the first angle of each joint is brought between -180 and 180 degrees."""
+    rejected: int = 0
+    """Number of answers that could not be used."""
+
+    @abstractmethod
+    def measure(self, deadline: float) -> Measurement:
+        """Ask all joints once; raise SILENT when one does not answer until the deadline [s]."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End the connection; safe to call twice."""
 
 
 class Kinova(PolledDriver):
@@ -75,7 +104,7 @@ class Unwrap:
     """Makes angles continuous that jump by a whole turn, as from 359 to 0 degrees.
 
     Args:
-        centred: Whether the first angles are brought between -180 and 180 degrees.
+        centred: True to bring the first angles between -180 and 180 degrees.
     """
 
     def __init__(self, centred: bool) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from ... import DriverError, Reason, clock
 from ...transport import Endpoint, open_tcp, parse_endpoint
-from .feedback import Measurement
+from .kinova import KinovaArm, Measurement
 
 PORT = 10000
 SESSION_MILLISECONDS = 60_000
@@ -23,7 +23,7 @@ HOW_TO_GET_IT = (
 )
 
 
-class Kortex:
+class Kortex(KinovaArm):
     """A session with a Gen3 arm."""
 
     centred = True
@@ -32,7 +32,6 @@ class Kortex:
         endpoint = parse_endpoint(rest, PORT, ("user", "password", "rate", "effort"))
         self.rate = endpoint.options.positive("rate", 100)
         self.sign = endpoint.options.sign("effort")
-        self.rejected = 0
         self._where = str(endpoint)
         self._transport: Any = None
         self._session: Any = None

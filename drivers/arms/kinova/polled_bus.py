@@ -5,13 +5,23 @@ messages to a USB bridge at 115200 baud, 8 data bits, even parity and 2 stop bit
 it may differ. The ISO-TP transfer (ISO 15765-2) is what a serial-to-CAN gateway would carry.
 """
 
+from typing import TYPE_CHECKING, Any
+
 import serial
 
 from ... import DriverError, Reason, clock
-from ...transport import Options, SerialLine, open_bus, parse_can_address, parse_options
-from .actuator_messages import FIRST_ACTUATOR, ActuatorReply, decode_reply, encode_poll
-from .feedback import Measurement
-from .links import IsoTpLink, Link, SerialLink
+from ...transport import CanBus, Options, SerialLine, parse_can_address, parse_options
+from .actuator_messages import (
+    FIRST_ACTUATOR,
+    MESSAGE_BYTES,
+    ActuatorReply,
+    decode_reply,
+    encode_poll,
+)
+from .kinova import KinovaArm, Measurement
+
+if TYPE_CHECKING:
+    import isotp
 
 ARM_OPTIONS = ("joints", "rate", "effort")
 LINE_OPTIONS = ("baud", "parity", "stopbits", "databits")
@@ -26,22 +36,91 @@ FIRST_ANSWER_SECONDS = 1.0
 ANSWER_SECONDS = 0.1  # then the actuator is asked again
 
 
-class PolledArm:
+class SerialLink:
+    """Messages of 20 bytes on a serial line."""
+
+    def __init__(self, line: SerialLine) -> None:
+        self._line = line
+        self.send, self.flush, self.close = line.write, line.flush, line.close
+
+    def receive(self, wait: float) -> bytes:
+        """Return 20 bytes, or as many as came within the wait [s]."""
+        deadline = clock.now() + wait
+        received = b""
+        while len(received) < MESSAGE_BYTES:
+            came = self._line.read(MESSAGE_BYTES - len(received), deadline - clock.now())
+            if not came:
+                break
+            received += came
+        return received
+
+
+class IsoTpLink:
+    """Messages by ISO-TP on a CAN bus; a transfer goes on while a message is sent or waited for."""
+
+    def __init__(self, bus: CanBus, transmit: int, receive: int) -> None:
+        import isotp
+
+        self._bus = bus
+        self.close = bus.close
+        address = isotp.Address(isotp.AddressingMode.Normal_11bits, txid=transmit, rxid=receive)
+        self._transfer: Any = isotp.TransportLayerLogic(self._next_frame, self._send_frame, address)
+        self._until = 0.0
+
+    def send(self, message: bytes) -> None:
+        """Send a message: its first frame now, the others while its answer is waited for."""
+        self._transfer.stop_sending()  # an earlier one that nobody took
+        self._transfer.clear_tx_queue()
+        self._transfer.send(message)
+        self._go_on(0.0)
+
+    def receive(self, wait: float) -> bytes:
+        """Return the next message, or nothing."""
+        deadline = clock.now() + wait
+        while not self._transfer.available() and (left := deadline - clock.now()) > 0:
+            pause = self._transfer.next_cf_delay()  # as the other side asked for
+            self._go_on(left if pause is None else min(left, pause))
+        return bytes(self._transfer.recv() or b"")
+
+    def flush(self) -> None:
+        """Throw away what has come in."""
+        self._go_on(0.0)
+        while self._transfer.available():
+            self._transfer.clear_rx_queue()
+            self._go_on(0.0)
+
+    def _go_on(self, wait: float) -> None:
+        """Take and send frames until a message is there; wait for one no longer than this [s]."""
+        self._until = clock.now() + wait
+        self._transfer.process()
+
+    def _next_frame(self, _: float) -> "isotp.CanMessage | None":
+        import isotp
+
+        if self._transfer.available():
+            return None
+        frame = self._bus.receive(self._until)
+        if frame is None:
+            return None
+        return isotp.CanMessage(frame.arbitration_id, data=bytes(frame.data))
+
+    def _send_frame(self, frame: "isotp.CanMessage") -> None:
+        self._bus.send(frame.arbitration_id, bytes(frame.data))
+
+
+class PolledArm(KinovaArm):
     """Actuators that answer one after the other.
 
     Args:
         link: Carries the messages.
-        where: What the link is, for messages to people.
+        where: The link as messages name it.
         options: ``joints``, ``rate`` and ``effort`` of the address.
 
     Raises:
         DriverError: An actuator does not answer.
     """
 
-    centred = False
-
-    def __init__(self, link: Link, where: str, options: Options) -> None:
-        self.rejected = 0
+    def __init__(self, link: SerialLink | IsoTpLink, where: str, options: Options) -> None:
         self._link, self._where = link, where
         try:
             self.joints = options.integer("joints", 6)
@@ -54,7 +133,7 @@ class PolledArm:
             raise
 
     def measure(self, deadline: float) -> Measurement:
-        """Return what all actuators answer."""
+        """Return the answers of all actuators."""
         replies = [self._poll(FIRST_ACTUATOR + joint, deadline) for joint in range(self.joints)]
         return Measurement(
             tuple(reply.degrees for reply in replies), tuple(reply.torque for reply in replies)
@@ -119,15 +198,15 @@ def open_can(rest: str) -> PolledArm:
     address = parse_can_address(rest, (*ARM_OPTIONS, "tx", "rx"))
     transmit = address.options.integer("tx", 0x700)
     receive = address.options.integer("rx", 0x701)
-    bus = open_bus(address, (receive,))
+    bus = CanBus(address, (receive,))
     try:
         link = IsoTpLink(bus, transmit, receive)
     except ImportError:
-        bus.shutdown()
+        bus.close()
         raise DriverError(
             Reason.MISSING_PACKAGE, "kinova over CAN needs can-isotp: pip install 'mukca[isotp]'"
         ) from None
     except ValueError as error:
-        bus.shutdown()
+        bus.close()
         raise DriverError(Reason.BAD_ADDRESS, f"can://{rest}: {error}") from None
     return PolledArm(link, str(address), address.options)

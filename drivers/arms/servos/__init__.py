@@ -1,4 +1,4 @@
-"""Arms built of serial-bus servos: Dynamixel and Feetech."""
+"""Arms made of servos: joint maps, the bus, and the makers' packets."""
 
 import lazy_loader
 

@@ -1,2 +1,2 @@
-from .lerobot import MotorCalibration as MotorCalibration
-from .lerobot import read_lerobot as read_lerobot
+from .joint_maps import MotorCalibration as MotorCalibration
+from .joint_maps import read_lerobot as read_lerobot

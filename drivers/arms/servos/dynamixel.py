@@ -1,14 +1,11 @@
 """Dynamixel X-series servos by protocol 2.0: ViperX, WidowX, Koch, OMX, and arms of one's own.
 
-A packet, and how a servo answers it; numbers have their lowest byte first, the length counts what
-follows it, and within that ``FF FF FD`` is written ``FF FF FD FD``::
+A packet, and a servo's answer; lowest byte first, ``FF FF FD`` within is ``FF FF FD FD``::
 
     FF FF FD 00 | servo | length | 82, first register, bytes, servos .. | CRC-16    (servo FE: all)
     FF FF FD 00 | servo | length | 55, error, registers ..              | CRC-16
 
-Address: ``PORT?arm=vx300s|wx250s|koch|omx``, and options as for
-:mod:`mukca.drivers.arms.servos.feetech`.
-Without lerobot's calibration file, which a Koch and an OMX have, the angles count from 2048.
+Address: ``PORT?arm=vx300s|wx250s|koch|omx``, and options as for :mod:`.feetech`.
 """
 
 import struct
@@ -41,7 +38,7 @@ CRCS = tuple(map(_crc_of_byte, range(256)))
 
 
 class DynamixelPackets:
-    """Requests and answers on the wire."""
+    """Packets of protocol 2.0."""
 
     def encode_request(self, register: int, count: int, servos: Sequence[int]) -> bytes:
         """Return the request for the servos' registers."""
@@ -75,11 +72,7 @@ class DynamixelPackets:
 
 
 def decode_answer(packet: bytes) -> Answer:
-    """Return what a servo answers.
-
-    Raises:
-        ValueError: It is no answer, or not whole.
-    """
+    """Decode a servo's answer."""
     if len(packet) < FRONT + AROUND or packet[:4] != HEADER:
         raise ValueError("no answer of a servo")
     if int.from_bytes(packet[5:FRONT], "little") != len(packet) - FRONT:

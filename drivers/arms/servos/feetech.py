@@ -1,13 +1,11 @@
 """Feetech STS and SMS servos: SO-100 and SO-101, and arms of one's own.
 
-A packet, and how a servo answers it; the checksum is the inverted sum of all between::
+A packet, and a servo's answer; the checksum is the inverted sum of all between::
 
     FF FF | servo | length | 82, first register, bytes, servos .. | checksum     (servo FE: all)
     FF FF | servo | length | error | registers ..                 | checksum
 
-Address: ``PORT[?arm=so101|so100&calibration=FILE&rate=HZ&baud=..&ids=..&signs=..&zeros=..]``;
-``calibration`` is lerobot's file of the arm, which says where the zeros are. Without it the angles
-count from the middle of each servo's turn.
+Address: ``PORT[?arm=so101|so100&calibration=FILE&rate=HZ&baud=..&ids=..&signs=..&zeros=..]``.
 """
 
 from collections.abc import Sequence
@@ -25,7 +23,7 @@ MODELS = {777: "STS3215", 2825: "STS3250", 11272: "SM8512BL"}
 
 
 class FeetechPackets:
-    """Requests and answers on the wire."""
+    """Packets of STS and SMS servos."""
 
     def encode_request(self, register: int, count: int, servos: Sequence[int]) -> bytes:
         """Return the request for the servos' registers."""
@@ -51,11 +49,7 @@ class FeetechPackets:
 
 
 def decode_answer(packet: bytes) -> Answer:
-    """Return what a servo answers.
-
-    Raises:
-        ValueError: It is no answer, or not whole.
-    """
+    """Decode a servo's answer."""
     if len(packet) < AROUND or packet[:2] != HEADER or packet[3] != len(packet) - 4:
         raise ValueError("no answer of a servo")
     servo, error = packet[2], packet[4]

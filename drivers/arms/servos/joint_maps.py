@@ -1,21 +1,21 @@
-"""The arms that are made of servos: which servo turns which joint, and where its zero is.
+"""Joint maps of arms that are made of servos: which servo turns which joint, and its zero.
 
 The joint angle, from the servo's position in ticks of 1/4096 turn::
 
     q = sign * (position - zero) * 2 pi / 4096
 
-What an address says of ``ids``, ``signs``, ``zeros`` and ``calibration`` takes the place of what
-stands in the table.
+An address's ``ids``, ``signs``, ``zeros`` and ``calibration`` take the place of the table's.
 """
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import cast
 
 from ....errors import MukcaError
 from ... import DriverError, Reason
 from ...transport import Options
-from .lerobot import MotorCalibration, read_lerobot
 
 TICKS = 4096
 """In a turn."""
@@ -133,3 +133,60 @@ def _calibrated(chosen: ServoMap, options: Options) -> ServoMap:
         for servo, zero in zip(chosen.ids, chosen.zeros, strict=True)
     )
     return replace(chosen, zeros=zeros, homing=homing)
+
+
+@dataclass(frozen=True, slots=True)
+class MotorCalibration:
+    """Calibration of one motor by lerobot.
+
+    lerobot counts a joint's angle from the middle of its range::
+
+        degrees = (position - (range_min + range_max) / 2) * 360 / 4095
+
+    and this package in the servo's true ticks, 4096 a turn. ``drive_mode`` turns no angle.
+    """
+
+    id: int
+    """Number of the servo on its bus."""
+    drive_mode: int
+    homing_offset: int
+    """Shift that the servo itself adds to its position [ticks]."""
+    range_min: int
+    """Ends of the joint's range [ticks]."""
+    range_max: int
+
+    @property
+    def middle(self) -> float:
+        """The position at which the joint's angle is zero [ticks]."""
+        return (self.range_min + self.range_max) / 2
+
+
+KEYS = tuple(field.name for field in fields(MotorCalibration))
+
+
+def read_lerobot(path: Path) -> dict[str, MotorCalibration]:
+    """Read a calibration file of lerobot's: its motors by name, in the file's order.
+
+    Raises:
+        MukcaError: The file cannot be read, or is no such file.
+    """
+    try:
+        content: object = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise MukcaError(f"{path}: {error.strerror or 'cannot be read'}") from None
+    except ValueError as error:
+        raise MukcaError(f"{path}: not a calibration file of lerobot's: {error}") from None
+    if not isinstance(content, dict) or not content:
+        raise MukcaError(f"{path}: not a calibration file of lerobot's: no motors by name")
+    motors = cast("dict[str, object]", content)
+    return {name: _motor(path, name, motor) for name, motor in motors.items()}
+
+
+def _motor(path: Path, name: str, motor: object) -> MotorCalibration:
+    values = cast("dict[str, int]", motor) if isinstance(motor, dict) else {}
+    if set(values) != set(KEYS) or any(type(value) is not int for value in values.values()):
+        raise MukcaError(f"{path}: motor {name!r} needs whole numbers for {', '.join(KEYS)} alone")
+    calibration = MotorCalibration(**values)
+    if calibration.range_min >= calibration.range_max:
+        raise MukcaError(f"{path}: motor {name!r}: range_min is not below range_max")
+    return calibration

@@ -31,7 +31,7 @@ class Register:
     size: int
     """Bytes, the lowest first."""
     signed: bool = False
-    """Whether it is in two's complement."""
+    """True for two's complement."""
     sign_bit: int | None = None
     """The bit that is the number's sign, for one that is written as sign and size."""
 
@@ -46,7 +46,7 @@ class Register:
 
 @dataclass(frozen=True)
 class Make:
-    """What is special about a maker's servos."""
+    """A maker's servos: packets, models, registers and error codes."""
 
     packets: Packets
     arms: dict[str, ServoMap]
@@ -101,7 +101,7 @@ class ServoArm(PolledDriver):
         self._bus.close()
 
     def _ask(self, register: Register) -> list[Answer]:
-        """Return all joints' answers, and say in the status what troubles them."""
+        """Return all joints' answers, and name their troubles in the status."""
         answers = self._bus.ask(register.address, register.size, self._map.ids)
         troubles = [
             f"{joint}: {trouble}"

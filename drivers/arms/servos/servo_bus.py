@@ -1,9 +1,6 @@
-"""A line of servos: one request names them all, and each answers in turn.
+"""A line of servos: one *sync read* names them all, and each answers in turn.
 
-What the makes have in common, and the only thing that is ever sent, is *sync read*: "tell me so
-many bytes of your registers, from this one on". How a request and an answer are written is each
-make's own; see :mod:`mukca.drivers.arms.servos.feetech`
-and :mod:`mukca.drivers.arms.servos.dynamixel`.
+*Sync read*, "tell me so many bytes of your registers, from this one on", is the only request.
 """
 
 from collections.abc import Sequence
@@ -19,18 +16,18 @@ MOST_BYTES = 4096
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What one servo answers."""
+    """A servo's answer."""
 
     servo: int
     """Its number on the bus."""
     error: int
-    """What is wrong with it, by the make's own code; 0 if nothing."""
+    """Error by the make's own code; 0 if none."""
     data: bytes
     """Its registers."""
 
 
 class Packets(Protocol):
-    """How a make writes requests and answers."""
+    """Requests and answers as a make writes them."""
 
     def encode_request(self, register: int, count: int, servos: Sequence[int]) -> bytes:
         """Return the request for the servos' registers, so many bytes from one on."""
@@ -49,7 +46,7 @@ class ServoBus:
 
     Args:
         line: The line.
-        packets: How the make writes.
+        packets: The make's packets.
     """
 
     def __init__(self, line: SerialLine, packets: Packets) -> None:
@@ -60,7 +57,7 @@ class ServoBus:
 
         Args:
             register: The first one's address.
-            count: How many bytes.
+            count: Number of bytes.
             servos: Numbers of the servos.
 
         Raises:
