@@ -147,7 +147,7 @@ def test_lerobot_in_degrees(extract, moves, tmp_path, version) -> None:
 @pytest.mark.slow
 def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path) -> None:
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
-    # as drivers/arms/servos/lerobot.py has it, in true ticks
+    # as drivers/arms/servos/joint_maps.py has it, in true ticks
     motors = {
         name: {
             "id": i,
