@@ -171,6 +171,6 @@ def test_a_lost_bus_is_told(tmp_path):
         driver = open_driver("kinova", emulation.address)
         driver.read(1)
         VirtualBus.network_is_down = True
-        with driver, pytest.raises(DriverError, match=r"CAN bus .* is lost: Network is down") as caught:
+        with driver, pytest.raises(DriverError, match="is lost: Network is down") as caught:
             driver.read(1)
     assert caught.value.reason is Reason.UNREACHABLE
