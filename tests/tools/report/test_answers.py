@@ -74,11 +74,6 @@ def test_a_placement_alone_leaves_the_same_everywhere(document, report, session,
     assert f"Fitted alone, the placements leave {low} to {high}: none stands out." in answer["text"]
 
 
-def test_places_off_the_middle_are_told_with_their_side(document, report) -> None:
-    text = report(document)["answers"]["use"]["text"]
-    assert "left (to the robot's left)" in text and "right (to the robot's right)" in text
-
-
 def test_a_joint_that_hardly_moved_is_named(session: Path, tmp_path: Path) -> None:
     still = tmp_path / "still/front"
     still.mkdir(parents=True)

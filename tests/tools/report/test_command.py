@@ -71,32 +71,6 @@ def test_open_shows_the_page_where_there_is_a_screen(copy, tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    "damage",
-    [
-        lambda d: d.pop("summary"),
-        lambda d: d.pop("history"),
-        lambda d: d["model"].pop("nominal_urdf"),
-        lambda d: d["data"][0]["samples"].clear(),
-        lambda d: d["data"][0]["samples"][0].update(position=[0.1]),
-        lambda d: d["data"][0]["samples"][0].update(position=["x"] * 7),
-        lambda d: d["placements"].pop(),
-        lambda d: d["parameters"][5].update(calibrated=float("nan")),
-        lambda d: d["parameters"][10].update(calibrated=0.5),
-        lambda d: d["provenance"].pop("versions"),
-        lambda d: d["settings"].update(regularization="much"),
-        lambda d: d["deflection"].update(harmonic_1=[1e-4]),
-    ],
-)
-def test_a_damaged_calibration_gets_one_line(run, document, written, damage) -> None:
-    damage(document)
-    file = written(document)
-    status, _, err = run(str(file))
-    assert status == 2
-    assert err.count("\n") == 1 and "Traceback" not in err
-    assert not (file.parent / "report.html").exists()
-
-
-@pytest.mark.parametrize(
     "words",
     [
         ("missing.json",),

@@ -110,17 +110,6 @@ def test_every_plot_has_one_sentence_with_figures(calibrated, extended, report) 
 
 
 @pytest.mark.slow
-def test_of_two_models_the_plots_say_which_is_drawn(document, written) -> None:
-    words = "calibrated is the full model"
-    for expected in (False, True):
-        file = written(document)
-        main(["report", str(file)])
-        assert (words in (file.parent / "report.html").read_text()) == expected
-        for row in (document["summary"]["test"], document["summary"]["train"]):
-            row["geometric"] = row["calibrated"]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [

@@ -1,7 +1,6 @@
 """The page of a simulated experiment: the same for any figures, with pictures or without."""
 
 import re
-from html import unescape
 from typing import Any
 
 import msgspec
@@ -53,32 +52,16 @@ def figures(experiment: str, model: str) -> dict[str, Any]:
     }
 
 
-def words(page: str) -> str:
-    shown = re.sub(r"<script.*?</script>|<style.*?</style>", "", page, flags=re.S)
-    return " ".join(unescape(re.sub(r"<[^>]*>", " ", shown)).split())
-
-
-def test_insertions_in_words_and_numbers() -> None:
-    page = simulation_page(result("insertion"), {})
-    assert (
-        "Into a hole of 10.4 mm: with the nominal model 1 of 3 where it was taught and 0 of 3 on "
-        "the X; with the calibrated model 3 of 3 where it was taught and 2 of 3 on the X."
-    ) in words(page)
-    assert "calibrated on the X 2 of 3 0.20 ( 0.40 ) 1.2 ( 0.5 to 2.0 )" in words(page)
-    assert "nominal on the X 0 of 3 8.00 ( 16.00 )" in words(page)
-    assert page.count("<circle") == 2 + 12  # the play, and each trial, of both models
-    assert len(re.findall(r'class="model-\d train"', page)) == 2 + 3 + 1
-
-
 @pytest.mark.parametrize("experiment", ["insertion", "drawing"])
 def test_the_page_says_what_it_said(experiment: str, says: Any) -> None:
     says(experiment, simulation_page(result(experiment), {"picture.png": b"p"}))
 
 
-def test_lines_in_words_and_numbers() -> None:
-    page = simulation_page(result("drawing"), {})
-    assert "The nominal model's 2 lines lie 12.50 mm apart on average and 25.00 mm" in words(page)
-    assert page.count("<polyline") == 4
+def test_each_trial_is_drawn() -> None:
+    page = simulation_page(result("insertion"), {})
+    assert page.count("<circle") == 2 + 12  # the play, and each trial, of both models
+    assert len(re.findall(r'class="model-\d train"', page)) == 2 + 3 + 1
+    assert simulation_page(result("drawing"), {}).count("<polyline") == 4
 
 
 @pytest.mark.parametrize("experiment", ["insertion", "drawing"])
@@ -93,5 +76,4 @@ def test_pictures_are_in_the_page(experiment: str) -> None:
 
 def test_a_file_is_called_by_its_name_and_escaped() -> None:
     page = simulation_page(result("drawing", "some/where/<b>.urdf"), {})
-    assert "the <b>.urdf model's" in words(page)
-    assert "<b>" not in page
+    assert "the &lt;b&gt;.urdf model&#39;s" in page and "<b>" not in page

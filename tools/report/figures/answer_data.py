@@ -16,7 +16,7 @@ def data_answer(
     floors: Mapping[str, float],
     checks: Sequence[Diagnostic] | None,
 ) -> DataAnswer:
-    """Return whether the recordings look sound.
+    """Return the answer whether the recordings look sound.
 
     Args:
         placements: All of them.

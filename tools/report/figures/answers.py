@@ -5,10 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....solver.assessment import (
+    Assessment,
     Coverage,
-    Limits,
     PlacementReport,
     RoleSummaries,
+    SampleErrors,
     Verdict,
     area,
     as_point,
@@ -18,10 +19,10 @@ from ....solver.assessment import (
     norms,
     short_names,
 )
-from ....solver.diagnostics import Diagnostic, farthest_place
+from ....solver.diagnostics import Diagnostic, farthest_place, fitted_alone
 from ....solver.results import NextPlacement, Uncertainty
-from .answer_data import placements_with_errors
-from .types_answers import Answer, NextAnswer, UseAnswer, UseAtPlacement
+from .answer_data import data_answer, placements_with_errors
+from .types_answers import Answer, Answers, NextAnswer, UseAnswer, UseAtPlacement
 
 _ANSWERS: dict[Answer, str] = {"yes": "yes", "mostly": "mostly (19 of 20 samples)", "no": "no"}
 _BUT = {
@@ -39,24 +40,28 @@ HARDLY_MOVED = float(np.radians(30))
 """A joint that turns less than this in a socket tells little about itself [rad]."""
 
 
-def use_answer(
-    placements: Sequence[PlacementReport],
-    summary: RoleSummaries,
-    verdict: Verdict,
-    limits: Limits,
-    uncertainty: Uncertainty | None,
-    tolerance: float,
-) -> UseAnswer:
-    """Return whether a task with the given tolerance may be done, placement by placement.
+def answers_of(found: Assessment, samples: Sequence[SampleErrors], tolerance: float) -> Answers:
+    """Return the answers to a user's three questions.
 
     Args:
-        placements: All of them.
-        summary: The errors of each role.
-        verdict: Whether the limits are kept.
-        limits: What the arm is held against.
-        uncertainty: How well the calibration is known; None where the method does not say.
+        found: The assessment of the calibration.
+        samples: The samples that are drawn.
         tolerance: The error that the task allows [m].
     """
+    document = found.predictions.document
+    measured = [placement.measured for placement in found.predictions.placements]
+    seated = [each for each in measured if each.kind == "sockets"]
+    floors = fitted_alone(found.predictions.robot, seated)
+    return Answers(
+        use=_use_answer(found, document.uncertainty, tolerance),
+        next=_next_answer(found, document.checks, document.next_placement),
+        data=data_answer(found.placements, samples, floors, document.checks),
+    )
+
+
+def _use_answer(found: Assessment, uncertainty: Uncertainty | None, tolerance: float) -> UseAnswer:
+    """Return the answer whether a task with a tolerance may be done, placement by placement."""
+    placements, verdict = found.placements, found.verdict
     names = short_names([row.name for row in placements])
     rows = tuple(
         UseAtPlacement(
@@ -75,8 +80,8 @@ def use_answer(
             f"{1e3 * tolerance:g}",
             verdict.status,
         ),
-        meaning=_meaning_text(limits.repeatability),
-        alone=_alone_text(summary),
+        meaning=_meaning_text(found.limits.repeatability),
+        alone=_alone_text(found.summary),
         between=_between_text(verdict, uncertainty),
         cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
     )
@@ -122,7 +127,7 @@ def _side(position: Sequence[float]) -> str:
 
 
 def _meaning_text(repeatability: float | None) -> str:
-    """Return what is meant by error, and that no calibration brings it below the repeatability."""
+    """Return the definition of the error, and that the repeatability bounds it below."""
     text = (
         "The error is the distance in space of the ball's centre: for a peg, enter half of what "
         "its diameter leaves free. Tilt is not in it."
@@ -133,7 +138,7 @@ def _meaning_text(repeatability: float | None) -> str:
 
 
 def _alone_text(summary: RoleSummaries) -> str | None:
-    """Return which model is meant where there are two; None where the URDF is all of it."""
+    """Return the errors of the URDF and of the full model; None where they are one."""
     _, judged = summary.judged
     if judged.geometric is None:
         return None
@@ -145,7 +150,7 @@ def _alone_text(summary: RoleSummaries) -> str | None:
 
 
 def _between_text(verdict: Verdict, uncertainty: Uncertainty | None) -> str:
-    """Return how accurate points are that were computed, as from a drawing, and not taught."""
+    """Return the accuracy of points that were computed, as from a drawing, and not taught."""
     row = next(row for row in verdict.limits if row.name == "between_placements")
     start = (
         "This is about a point taught at the place itself and reached again in another "
@@ -163,25 +168,18 @@ def _between_text(verdict: Verdict, uncertainty: Uncertainty | None) -> str:
     )
 
 
-def next_answer(
-    placements: Sequence[PlacementReport],
-    coverage: Coverage,
-    checks: Sequence[Diagnostic] | None,
-    advice: NextPlacement | None,
+def _next_answer(
+    found: Assessment, checks: Sequence[Diagnostic] | None, advice: NextPlacement | None
 ) -> NextAnswer:
-    """Return which placement to train on and to record next, and which joints to turn more.
+    """Return the placements to train on and to record next, and the joints to turn more.
 
-    Args:
-        placements: All of them.
-        coverage: How far the joints moved.
-        checks: What was found in the recordings.
-        advice: What the method itself says of the next placement; None for the place farthest
-            from all others.
+    The method's own advice counts; without it, the place farthest from all others.
     """
+    placements = found.placements
     positions = np.array([row.position for row in placements])
     trained = np.array([row.role == "train" for row in placements])
     place = as_point(farthest_place(positions))
-    joints = hardly_moved(coverage)
+    joints = _hardly_moved(found.coverage)
     wrong = list(placements_with_errors(placements, checks))
     texts = [f"First mend {joined(wrong)}, see below."] if wrong else []
     train_on: str | None = None
@@ -219,7 +217,7 @@ def _train_on(
     )
 
 
-def hardly_moved(coverage: Coverage) -> list[str]:
+def _hardly_moved(coverage: Coverage) -> list[str]:
     """Return the joints that hardly turned in some socket that was trained on."""
     trained = [socket for socket in coverage.sockets if socket.role == "train"]
     return [

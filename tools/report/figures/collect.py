@@ -8,16 +8,13 @@ from ....solver.assessment import (
     sample_errors,
     setting,
 )
-from ....solver.diagnostics import fitted_alone
 from ....solver.results import CalibrationDocument, FitResult, fields_of
-from .answer_data import data_answer
-from .answers import next_answer, use_answer
+from .answers import answers_of
 from .arm import arm_drawing
 from .commands import solve_command
 from .cross_placement import cross_placement
 from .recommendations import steps
 from .types import REPORT, ReportDocument, ReportProvenance
-from .types_answers import Answers
 
 
 def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
@@ -34,17 +31,9 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         KnownError: A known distance names no socket of the calibration.
     """
     found = judged(document, source, options)
-    predictions, placements, covered = found.predictions, found.placements, found.coverage
-    verdict, limits, tolerance = found.verdict, found.limits, options.tolerance
+    predictions, placements = found.predictions, found.placements
     samples = sample_errors(predictions, DRAWN)
     matrix = cross_placement(predictions, setting(document, source, "regularization"))
-    seated = [p.measured for p in predictions.placements if p.measured.kind == "sockets"]
-    floors = fitted_alone(predictions.robot, seated)
-    answers = Answers(
-        use=use_answer(placements, found.summary, verdict, limits, document.uncertainty, tolerance),
-        next=next_answer(placements, covered, document.checks, document.next_placement),
-        data=data_answer(placements, samples, floors, document.checks),
-    )
     return ReportDocument(
         **{name: getattr(document, name) for name in FitResult.__struct_fields__},
         format=REPORT,
@@ -52,17 +41,17 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         summary=found.summary,
         placements=placements,
         between=found.between,
-        tolerance=tolerance,
-        limits=limits,
+        tolerance=options.tolerance,
+        limits=found.limits,
         samples=samples,
         cross_placement=matrix,
-        coverage=covered,
+        coverage=found.coverage,
         distance_text=distance_text(document.placements),
         provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
         command=solve_command(document),
-        verdict=verdict,
-        todo=steps(predictions, placements, verdict),
-        answers=answers,
+        verdict=found.verdict,
+        todo=steps(predictions, placements, found.verdict),
+        answers=answers_of(found, samples, options.tolerance),
         arm=arm_drawing(predictions),
         plots=(),
     )

@@ -10,7 +10,7 @@ from ....solver.results.calibration import Role
 from ....solver.robot import BALL_LINK
 
 _CHAIN = ("base", "tip", "flange", "ball")
-"""What says, beside the robot, which of its links are meant."""
+"""Settings that name the links of a robot."""
 
 
 def check_command(document: CalibrationDocument) -> str:

@@ -66,7 +66,7 @@ def _load(text: str, find: Callable[[str], str]) -> Any:
 
 
 def _finder(folder: Path) -> Callable[[str], str]:
-    """Return what finds a mesh on this disk: beside the model, or, for ``package://``, above it."""
+    """Return a search for mesh files: beside the model, or, for ``package://``, above it."""
 
     def find(fname: str) -> str:
         scheme, _, rest = fname.rpartition("://")

@@ -49,7 +49,7 @@ class Contender:
     calibration: CalibratedRobot
 
     def trained_on(self, measured: Measurement) -> bool:
-        """Tell whether it was fitted to these very samples, wherever they lie now."""
+        """Return True where it was fitted to these very samples, wherever they lie now."""
         positions = [sample.position for sample in measured.placement.samples]
         return any(
             row.role == "train" and [sample.position for sample in row.samples] == positions
@@ -65,7 +65,7 @@ class _PlacementPoints:
     points: tuple[np.ndarray, ...]
     """Of each model, shape (N, 3) [m]."""
     trained: tuple[bool, ...]
-    """Whether each model was fitted to this placement."""
+    """True for each model that was fitted to this placement."""
 
     @property
     def errors(self) -> list[np.ndarray]:
@@ -227,7 +227,7 @@ def _judged(mean: float, noise: float) -> Difference:
 
 
 def apart(one: Sequence[np.ndarray], other: Sequence[np.ndarray]) -> Displacement:
-    """Return how far two models put the ball apart, once the other is moved onto the one.
+    """Return the distance between the balls of two models, once the other is moved onto the one.
 
     The base frame cannot be seen by a ball in a socket, so a rigid motion between two
     calibrations means nothing; it is taken out (Kabsch's algorithm).

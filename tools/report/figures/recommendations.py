@@ -1,4 +1,4 @@
-"""What to do where the verdict is not PASS: steps, the most useful first, each with a command."""
+"""Steps to do where the verdict is not PASS, the most useful first, each with a command."""
 
 from collections.abc import Sequence
 
@@ -31,7 +31,7 @@ _SPAN = 0.5
 def steps(
     predictions: Predictions, placements: Sequence[PlacementReport], verdict: Verdict
 ) -> tuple[Step, ...]:
-    """Return what to do next, best first; nothing where the verdict is PASS.
+    """Return the next steps, best first; none where the verdict is PASS.
 
     Args:
         predictions: The calibration.
@@ -116,7 +116,7 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
 
 
 def _whose(document: CalibrationDocument) -> str:
-    """Return which distances a forecast is about: each of several arms has its own workspace."""
+    """Return the name of the forecast distances: several arms have a workspace each."""
     name = document.arm_name
     return f"distances in {name}'s own workspace" if name else "distances"
 

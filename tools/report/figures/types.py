@@ -139,7 +139,7 @@ class ComparedPair(Document, kw_only=True, frozen=True):
     summary: Difference | None
     """Over the placements that none of the models was trained on; None where there are none."""
     apart: Displacement
-    """How far they put the ball apart, after a rigid motion of the base frame is taken out."""
+    """Of the ball between the two, after a rigid motion of the base frame is taken out."""
 
 
 class ComparisonDocument(Document, kw_only=True, frozen=True):

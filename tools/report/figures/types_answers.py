@@ -16,11 +16,11 @@ class Step(Document, kw_only=True, frozen=True):
     command: str
     """To copy."""
     expected: str = ""
-    """What it should bring, in words."""
+    """Its expected benefit, in words."""
     before: float | None = None
     """The error that it should lower [m]; None, here and below, where it lowers none."""
     after: float | None = None
-    """What that error should be then [m]."""
+    """Expected error after the step [m]."""
 
 
 class UseAtPlacement(Document, kw_only=True, frozen=True):
@@ -39,13 +39,13 @@ class UseAnswer(Document, kw_only=True, frozen=True):
     rows: tuple[UseAtPlacement, ...]
     text: str
     meaning: str
-    """What error is meant."""
+    """Definition of the error."""
     alone: str | None
-    """How the exported URDF does by itself, where it is not the full model."""
+    """Error of the exported URDF by itself, where it is not the full model."""
     between: str
-    """What is known of points that were not taught at the place itself."""
+    """Accuracy of points that were not taught at the place itself."""
     cannot_see: tuple[str, ...]
-    """What a ball in a socket cannot tell."""
+    """Quantities that a ball in a socket cannot tell."""
 
 
 class NextAnswer(Document, kw_only=True, frozen=True):
@@ -55,7 +55,7 @@ class NextAnswer(Document, kw_only=True, frozen=True):
     train_on: str | None
     """A placement that is recorded already, and worth training on too."""
     place: Point
-    """Where to record a new one [m]."""
+    """Position at which to record a new one [m]."""
     joints: tuple[str, ...]
     """Those that hardly moved."""
 
@@ -79,7 +79,7 @@ class WorstSample(Document, kw_only=True, frozen=True):
 
 
 class LoneFit(Document, kw_only=True, frozen=True):
-    """What error a placement leaves when fitted alone, the figure of ``mukca check``."""
+    """Error of a placement when fitted alone, the figure of ``mukca check``."""
 
     name: str
     mean_absolute_error: float

@@ -5,7 +5,7 @@ from ....solver.results import Document
 
 
 class Displacement(Document, kw_only=True, frozen=True):
-    """How far apart two models put the ball [m]."""
+    """Distance between the balls of two models [m]."""
 
     mean: float
     max: float
@@ -39,11 +39,11 @@ class ArmDrawing(Document, kw_only=True, frozen=True):
     displacement: Displacement
     """Of the ball, between the two models."""
     exaggeration: float
-    """How many times the difference of the models is enlarged at first."""
+    """Factor by which the difference of the models is enlarged at first."""
     meshes: tuple[LinkMesh, ...]
     frames: list[list[list[float]]] | None = None
-    """Where there are meshes, the calibrated link frames, shape (configurations, joints + 1, 12):
-    the rows of rotation and place."""
+    """Calibrated link frames, shape (configurations, joints + 1, 12): rows of rotation and
+    position; None where there are no meshes."""
 
 
 class CrossPlacement(Document, kw_only=True, frozen=True):

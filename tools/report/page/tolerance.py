@@ -1,7 +1,6 @@
-"""What the page says for any error that a task may allow, so that the reader can change it.
+"""Answers of the page for any error that a task may allow; the page's script chooses one.
 
-The answers change only where that error passes one of the placements' own errors, so there are few
-versions of the page's sentences. All are written here; the page's script only chooses one.
+They change only where that error passes one of the placements' own errors, so they are few.
 """
 
 from collections.abc import Sequence
@@ -16,7 +15,7 @@ _NUMBER = "\0"
 
 
 class AnswersFrom(Document, kw_only=True, frozen=True):
-    """What the page says when the task allows an error of at least this much."""
+    """Answers where the task allows an error of at least this much."""
 
     allowed: float
     """[m]."""
@@ -35,7 +34,7 @@ class AnswersByTolerance(Document, kw_only=True, frozen=True):
 
 
 def answers_by_tolerance(report: ReportDocument) -> AnswersByTolerance:
-    """Return what the page says for any error that the task may allow."""
+    """Return the answers for any error that the task may allow."""
     changes = {0.0, *(change for row in report.placements for change in _changes(row))}
     return AnswersByTolerance(steps=tuple(_step(report, allowed) for allowed in sorted(changes)))
 

@@ -15,7 +15,7 @@ from .figure import Axis, Panel, to_scale
 from .plot import COLOURS, Plot
 
 AXIS = 0.12
-"""How long the axes of frames are drawn, as a share of the picture."""
+"""Length of the axes of frames, as a share of the picture."""
 ENLARGED = 0.04
 """The largest standard deviation is drawn as this share of the picture, if it is smaller."""
 LEVELS = 5
