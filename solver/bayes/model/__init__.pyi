@@ -7,12 +7,12 @@ from .multi_robot import as_arms as as_arms
 from .multi_robot import as_scene as as_scene
 from .noise import NEGLIGIBLE as NEGLIGIBLE
 from .noise import NU as NU
-from .noise import Noise as Noise
 from .noise import SMALLEST as SMALLEST
+from .noise import Noise as Noise
 from .noise import degrees_of_freedom as degrees_of_freedom
 from .noise import log_constant as log_constant
 from .noise import log_prior as log_prior
+from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .prior_group import Expected as Expected
 from .prior_group import PriorGroup as PriorGroup
-from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .priors import prior_groups as prior_groups
