@@ -9,17 +9,16 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from mukca.recorder.session import Advice, Session, View
-from mukca.recorder.session.operator_prompt import OperatorPrompt
+from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
 from mukca.recorder.stream import JointLimits
 from mukca.recorder.terminal import Lines, Screen
-from mukca.recorder.terminal.keyboard import HangUp
-from mukca.recorder.terminal.screen import KEYS
 
+SESSION = Session((JointLimits("elbow", -1, 1),))
+AT_REST = OperatorContext(SESSION, (0.1,))
 VIEW = View(
-    Session((JointLimits("elbow", -1, 1),)),
+    SESSION,
     "arm",
-    OperatorPrompt("PRESS", "dark_green", "space captures sample 1"),
+    prompt_for(AT_REST),
     (0.1,),
     rate=1000.0,
     age=0.001,
@@ -89,13 +88,6 @@ def test_a_terminal_without_unicode_gets_ascii() -> None:
     terminal.close()
 
 
-def test_a_terminal_that_is_gone_is_told(terminal: Terminal) -> None:
-    with pytest.raises(HangUp), terminal.screen as screen:
-        os.close(terminal.master)
-        screen.show(VIEW)
-    terminal.master = os.open(os.devnull, os.O_RDONLY)
-
-
 def test_without_a_terminal_messages_are_lines() -> None:
     text = io.StringIO()
     session = VIEW.session.with_message("first").with_message("[b]second[/b]", alarm=True)
@@ -115,13 +107,11 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
     with Lines(Console(file=text)) as lines:
         lines.show(by_hand)
         lines.show(replace(by_hand, age=0.1))
-        lines.show(replace(by_hand, prompt=OperatorPrompt("HOLD", "red", "still moving")))
-        for typed in ("", "2"):
-            lines.show(
-                replace(by_hand, prompt=OperatorPrompt("WHICH?", "red", f"delete: {typed}_"))
-            )
-    assert text.getvalue().splitlines() == [
-        KEYS,
+        for more in ({"moving": "still moving"}, {"typed": "delete: _"}, {"typed": "delete: 2_"}):
+            lines.show(replace(by_hand, prompt=prompt_for(replace(AT_REST, **more))))
+    keys, *told = text.getvalue().splitlines()
+    assert keys.startswith("space capture")
+    assert told == [
         "socket 0  PRESS: space captures sample 1",
         "socket 0  HOLD: still moving",
         "socket 0  WHICH?: delete: _",
