@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from terminal_session import MUKCA, TerminalSession
 
+import mukca
+
 PANDA_HOME = (0.0, -0.3, 0.0, -2.0, 0.0, 1.8, 0.7)
 
 
@@ -28,6 +30,12 @@ def command(hand: Path, out: Path, *more: str, mock: str = "") -> list[str]:
 def fast(hand: Path, out: Path) -> list[str]:
     driver = f"mock:{hand}?rate=250&speed=8&hold=0.65&move=0.6"
     return [*MUKCA, "record", "--robot", "panda", "--driver", driver, "--out", str(out)]
+
+
+def read(folder: Path) -> mukca.Placement:
+    """Return the one placement in a folder."""
+    (placement,) = mukca.read_placements(folder)
+    return placement
 
 
 @dataclass

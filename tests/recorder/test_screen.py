@@ -145,13 +145,15 @@ def test_all_of_the_help_is_on_80_by_24_and_its_keys_on_60() -> None:
     assert not any("…" in line for line in shown)
     for key in (
         "space, a    capture",
-        "x, l    ",
+        "x, l        delete",
         "?           this help",
-        "Ctrl-C ends the session",
+        "Ctrl-C ends",
     ):
-        assert any(line.strip().startswith(key) or key in line for line in shown), key
+        assert any(key in line for line in shown), key
     narrow = drawn(view(help=True), 60, 24)
-    assert all("…" not in line for line in narrow if line[1:2].strip() and line[2:5] == "   ")
+    assert any(
+        "n           new placement, if a sample shows a moved base" in line for line in narrow
+    )
 
 
 def test_the_bar_shows_limits_captures_of_both_sockets_target_and_place() -> None:

@@ -5,10 +5,9 @@ import re
 from pathlib import Path
 
 import pytest
-from record_commands import PANDA_HOME, capture, command
+from record_commands import PANDA_HOME, capture, command, read
 from terminal_session import TerminalSession
 
-from mukca.recorder import read_placement
 from mukca.tools.cli import main
 
 
@@ -19,7 +18,7 @@ def test_the_same_out_continues(tmp_path: Path, scripted) -> None:
     again = scripted(out, "u a*2 q")
     assert again.status == 0
     assert "continues a recording of 3 samples" in again.output
-    assert read_placement(out).sockets.tolist() == [0, 0, 1, 1]
+    assert read(out).sockets.tolist() == [0, 0, 1, 1]
 
 
 @pytest.mark.parametrize(
@@ -46,7 +45,7 @@ def test_a_recording_is_continued_with_its_own_distance(tmp_path: Path, scripted
     out = tmp_path / "front"
     assert scripted(out, "a q", "--distance", "0.0501").status == 0
     assert scripted(out, "a q").status == 0
-    assert read_placement(out).distance == 0.0501
+    assert read(out).distance == 0.0501
 
 
 def test_a_distance_is_corrected_and_what_it_was_stays_known(
@@ -71,7 +70,7 @@ def test_a_recording_is_continued_in_the_socket_where_the_ball_was(
     out = tmp_path / "front"
     assert scripted(out, "a*2 s q").status == 0
     assert scripted(out, "a q").status == 0
-    assert read_placement(out).sockets.tolist() == [0, 0, 1]
+    assert read(out).sockets.tolist() == [0, 0, 1]
 
 
 def test_a_forgotten_out_is_called_by_its_name(session: Path, tmp_path: Path, scripted) -> None:
@@ -101,12 +100,12 @@ def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scr
     out = tmp_path / "front"
     done = scripted(out, "a*3 u r delete=1 relabel=2:1 q")
     assert done.status == 0 and "1 in socket 0, 1 in socket 1 (1 taken back)" in done.output
-    assert [s.number for s in read_placement(out).samples] == [2, 3]
-    assert read_placement(out).sockets.tolist() == [1, 0]
+    assert [s.number for s in read(out).samples] == [2, 3]
+    assert read(out).sockets.tolist() == [1, 0]
     events = [line.split(",")[0] for line in (out / "samples.csv").read_text().splitlines()[1:]]
     assert events == [*["capture"] * 3, "undo", "redo", "undo", "relabel"]
     again = scripted(out, "r delete=9 relabel=1:7 a q")
-    assert len(read_placement(out).samples) == 4
+    assert len(read(out).samples) == 4
     assert "there is no sample 9" in again.output and "there is no socket 7" in again.output
 
 
@@ -126,8 +125,8 @@ def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) 
         terminal.press("q")
         assert terminal.wait() == 0
         assert b"\a" not in terminal.output
-    assert len(read_placement(out).samples) == 3
-    assert len(read_placement(tmp_path / "front-2").samples) == 1
+    assert len(read(out).samples) == 3
+    assert len(read(tmp_path / "front-2").samples) == 1
 
 
 @pytest.mark.slow

@@ -1,22 +1,22 @@
 """Whole guided sessions in a real terminal, by keys and hands free, and the page beside one."""
 
+import math
 import re
 import shutil
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from record_commands import read
 from terminal_session import PATIENCE, TerminalSession
 
-from mukca.recorder import read_placement, sample_files, write_holes
-from mukca.solver.robot import Robot
-from mukca.tools.recording.guidance import MIN_ENOUGH as LEAST
-from mukca.tools.simulation import Base, record
+import mukca
 
 pytestmark = [pytest.mark.slow, pytest.mark.waits]
+LEAST = 10
+"""So many samples in each socket are the fewest that are enough."""
 LEFT = 2
 """So many samples a session that is continued lacks in each socket."""
 ASTRAY = 0.5
@@ -26,35 +26,25 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 @pytest.fixture(scope="module")
-def hands(true_panda: Robot, shared: Callable[..., Path]) -> Path:
-    """Where a hand leads the arm: for all of a session, for the rest of one, and once astray."""
+def hands(shared: Callable[..., Path]) -> Path:
+    """Where a hand leads the arm: all of a session, its begin, its rest, and once astray."""
 
     def make(folder: Path) -> None:
-        base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
-        led = record(true_panda, base, np.random.default_rng(1), samples=LEAST, noise=5e-5)
-        first, second = ([s for s in led.samples if s.socket == k] for k in (0, 1))
-        q = first[0].position
-        astray = replace(second[0], position=(q[0] + ASTRAY, *q[1:]))
-        write_holes(led, folder / "all")
-        rest = (*first[:LEFT], *second[:LEFT])
-        write_holes(replace(led, samples=rest), folder / "rest")
-        way = (*first, *second[:2], astray, *second[2:])
-        write_holes(replace(led, samples=way), folder / "astray")
+        panda = mukca.load_robot("panda")
+        _, (placement,) = mukca.simulate_recordings(panda, 1, samples=LEAST, seed=1)
+        first, second = (placement.positions[placement.sockets == k].tolist() for k in (0, 1))
+        elsewhere = [first[0][0] - math.copysign(ASTRAY, first[0][0]), *first[0][1:]]
+        folder.mkdir()
+        for name, way in {
+            "all": first + second,
+            "begin": second[:-LEFT] + first[:-LEFT],
+            "rest": first[-LEFT:] + second[-LEFT:],
+            "astray": [*first, *second[:2], elsewhere, *second[2:]],
+        }.items():
+            lines = [",".join(map(repr, q)) for q in way]
+            (folder / f"{name}.csv").write_text("\n".join(lines))
 
     return shared("guided_hands", make)
-
-
-@pytest.fixture
-def begun(session: Path, panda: Robot, tmp_path: Path) -> Path:
-    """A recording that lacks a few samples in each socket, the ball in socket 0."""
-    earlier = read_placement(session / "front")
-    sockets = [[s for s in earlier.samples if s.socket == k][: LEAST - LEFT] for k in (1, 0)]
-    taken = replace(earlier, samples=(*sockets[0], *sockets[1]), joint_names=panda.joint_names)
-    folder = tmp_path / "front"
-    folder.mkdir()
-    for name, content in sample_files(taken).items():
-        (folder / name).write_bytes(content)
-    return folder
 
 
 def led(steps: Path, hand: Path, out: Path, pace: str, *more: str) -> list[str]:
@@ -66,12 +56,15 @@ def led(steps: Path, hand: Path, out: Path, pace: str, *more: str) -> list[str]:
 
 
 @pytest.mark.parametrize("part", ["all", "rest"])
-def test_a_guided_session_by_keys(hands: Path, begun: Path, tmp_path: Path, part: str) -> None:
+def test_a_guided_session_by_keys(hands: Path, tmp_path: Path, scripted, part: str) -> None:
     """A new one, and one that goes on: it changes sockets, says where to go next, and ends."""
     done = 0 if part == "all" else LEAST - LEFT
-    out = begun if done else tmp_path / "new"
+    out = tmp_path / "front"
+    if done:
+        keys = f"1 a*{done} 0 a*{done} q"
+        assert scripted(out, keys, hand=hands / "begin.csv").status == 0
     steps = tmp_path / "steps"
-    words = led(steps, hands / part, out, "rate=250&move=0.25")
+    words = led(steps, hands / f"{part}.csv", out, "rate=250&move=0.25")
     with TerminalSession(words) as terminal:
         if done:
             terminal.wait_for("GO ON?", f"Continues {done} in socket 0, {done} in socket 1")
@@ -93,7 +86,7 @@ def test_a_guided_session_by_keys(hands: Path, begun: Path, tmp_path: Path, part
         terminal.press("q")
         assert terminal.wait() == 0
         terminal.wait_for("mukca check", "mukca solve")
-    assert np.bincount(read_placement(out).sockets).tolist() == [LEAST, LEAST]
+    assert np.bincount(read(out).sockets).tolist() == [LEAST, LEAST]
 
 
 def lead_on(steps: Path) -> None:
@@ -108,7 +101,7 @@ def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> N
     out = tmp_path / "front"
     steps = tmp_path / "steps"
     pace = "rate=100&move=0.6&speed=3"
-    words = led(steps, hands / "astray", out, pace, "--auto", "--page")
+    words = led(steps, hands / "astray.csv", out, pace, "--auto", "--page")
     options = ["--headless", "--no-sandbox", "--disable-gpu"]
     with playwright.sync_playwright() as player:
         browser = player.chromium.launch(executable_path=CHROMIUM, args=options)
@@ -140,17 +133,16 @@ def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> N
                     terminal.wait_for("puts the ball")
                     lead_on(steps)
                 terminal.wait_for(f"captured sample {number + 1}: ")
-            terminal.wait_for("ENOUGH")
+            terminal.wait_for("ENOUGH", "missed 0")
             page.wait_for_selector("text=ENOUGH")
             assert page.locator("#facts").inner_text().startswith("predicted error of distances")
             assert page.locator(".joint").count() == 7
             terminal.press("q")
             assert terminal.wait() == 0
-            terminal.wait_for("missed 0")
         browser.close()
     assert not complaints
-    taken = read_placement(out)
+    taken = read(out)
     sockets, turns = taken.sockets, taken.positions[:, 0]
-    astray = read_placement(hands / "astray").positions[LEAST + 2, 0]
+    astray = np.loadtxt(hands / "astray.csv", delimiter=",")[LEAST + 2, 0]
     assert np.abs(turns - astray).min() > 0.01
     assert (sockets == 0).sum() == (sockets == 1).sum() == LEAST

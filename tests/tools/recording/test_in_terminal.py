@@ -5,12 +5,18 @@ import signal
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
-from record_commands import PANDA_HOME, assert_true, capture, command, configurations, fast
-from terminal_session import MUKCA, TerminalSession
+from record_commands import (
+    PANDA_HOME,
+    assert_true,
+    capture,
+    command,
+    configurations,
+    fast,
+)
+from terminal_session import TerminalSession
 
-from mukca.recorder import read_placement, read_samples
+import mukca
 
 pytestmark = [pytest.mark.slow, pytest.mark.waits]
 
@@ -44,10 +50,9 @@ def test_a_whole_session_by_keys(hand: Path, tmp_path: Path, columns: int, rows:
         terminal.wait_for("1 in socket 0, 1 in socket 1 (1 taken back)")
         assert terminal.settings == terminal.before
         assert b"\x1b[?1049l" in terminal.output and b"\x1b[?25h" in terminal.output
-    taken = read_samples(out / "samples.csv").samples
-    assert [sample.socket for sample in taken] == [0, 0, 1]
-    assert_true(np.array([sample.position for sample in taken]), configurations(40), 300)
-    assert [s.number for s in read_placement(out).samples] == [1, 3]
+    assert (out / "samples.csv").read_text().count("\ncapture") == 3
+    assert [(s.number, s.socket) for s in mukca.read_placements(out)[0].samples] == [(1, 0), (3, 1)]
+    assert_true(mukca.read_placements(out)[0].positions, configurations(40), 300)
 
 
 def await_next_rest(terminal: TerminalSession) -> None:
@@ -99,7 +104,7 @@ def test_every_end_saves_and_restores(hand: Path, tmp_path: Path, end: str, stat
         terminal.wait_for("samples.csv: 1 in socket 0, 0 in socket 1")
         assert terminal.settings == terminal.before
         assert terminal.output.rstrip().rfind(b"\x1b[?1049l") > terminal.output.rfind(b"SOCKET 0")
-    assert len(read_placement(out).samples) == 1
+    assert len(mukca.read_placements(out)[0].samples) == 1
 
 
 def test_a_closed_terminal_ends_the_session(hand: Path, tmp_path: Path) -> None:
@@ -108,21 +113,56 @@ def test_a_closed_terminal_ends_the_session(hand: Path, tmp_path: Path) -> None:
         capture(terminal, "a", "captured sample 1")
         terminal.hang_up()
         assert terminal.wait() == 129
-    assert len(read_placement(out).samples) == 1
+    assert len(mukca.read_placements(out)[0].samples) == 1
 
 
-def test_an_unexpected_error_restores_the_terminal(hand: Path, tmp_path: Path) -> None:
-    broken = (
-        "import sys, mukca.recorder.terminal.record as r\n"
-        "def fail(self): raise RuntimeError('unexpected')\n"
-        "r.Recorder._draw = fail\n"
-        "from mukca.tools.cli import main\n"
-        "sys.exit(main())\n"
-    )
-    words = [MUKCA[0], "-c", broken, *command(hand, tmp_path / "front")[len(MUKCA) :]]
-    with TerminalSession(words) as terminal:
+PLUGIN = """
+import time
+import mukca
+
+
+class Arm(mukca.Driver):
+    joint_names = [f"joint{i}" for i in range(7)]
+
+    def __init__(self, *arguments):
+        pass
+
+    def read(self, timeout):
+        time.sleep(timeout)
+        return mukca.JointState(1.0, ("unexpected",) * 7)
+
+    def close(self):
+        pass
+
+
+class Slow(Arm):
+    def __init__(self, *arguments):
+        try:
+            time.sleep(60)
+        except KeyboardInterrupt:
+            time.sleep(60)
+"""
+
+
+@pytest.fixture
+def plugged(tmp_path: Path) -> dict[str, str]:
+    """An environment with somebody's drivers, as pip would lay them out."""
+    (tmp_path / "plugin_arm.py").write_text(PLUGIN)
+    about = tmp_path / "plugin_arm-0.1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: plugin-arm\nVersion: 0.1\n")
+    names = "\n".join(f"{name} = plugin_arm:{name.title()}" for name in ("arm", "slow"))
+    (about / "entry_points.txt").write_text(f"[mukca.drivers]\n{names}\n")
+    return {"PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+
+
+def test_an_unexpected_error_restores_the_terminal(
+    hand: Path, tmp_path: Path, plugged: dict[str, str]
+) -> None:
+    words = command(hand, tmp_path / "front", "--driver", "arm")
+    with TerminalSession(words, environment=plugged) as terminal:
         assert terminal.wait() == 1
-        terminal.wait_for("unexpected")
+        terminal.wait_for("TypeError")
         assert terminal.settings == terminal.before
         assert b"\x1b[?1049l" in terminal.output
 
@@ -138,7 +178,7 @@ def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> Non
         capture(terminal, "a", "captured sample 1")
         terminal.press("q")
         assert terminal.wait() == 0
-    assert len(read_placement(out).samples) == 1
+    assert len(mukca.read_placements(out)[0].samples) == 1
 
 
 def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path, scripted) -> None:
@@ -152,36 +192,24 @@ def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path,
         assert terminal.wait() == 1
         counted = int(terminal.text.split("samples.csv: ")[-1].split(" in socket 0")[0])
     assert 3 < counted < 14
-    assert len(read_placement(out).samples) == counted
+    assert len(mukca.read_placements(out)[0].samples) == counted
     assert (out / "samples.csv").stat().st_size <= 4096
     more = scripted(out, "a q")
     assert more.status == 0, more.errors
-    assert len(read_placement(out).samples) == counted + 1
+    assert len(mukca.read_placements(out)[0].samples) == counted + 1
 
 
-@pytest.mark.parametrize(
-    ("module", "name", "told"),
-    [
-        ("cli.commands.record", "robot_of", "loading ..."),
-        ("recording.setup", "open_driver", "connecting to mock:"),
-    ],
-)
+@pytest.mark.parametrize("busy", ["loading ...", "connecting to slow"])
 def test_ctrl_c_ends_the_program_while_it_loads(
-    hand: Path, tmp_path: Path, module: str, name: str, told: str
+    hand: Path, tmp_path: Path, plugged: dict[str, str], busy: str
 ) -> None:
-    """Even where something that is being imported swallows the exception."""
-    loading = (
-        f"import sys, time, mukca.tools.{module} as r\n"
-        "def slow(*arguments):\n"
-        "    try: time.sleep(60)\n"
-        "    except KeyboardInterrupt: time.sleep(60)\n"
-        f"r.{name} = slow\n"
-        "from mukca.tools.cli import main\n"
-        "sys.exit(main())\n"
-    )
-    words = [MUKCA[0], "-c", loading, *command(hand, tmp_path / "front")[len(MUKCA) :]]
-    with TerminalSession(words) as terminal:
-        terminal.wait_for(told)
+    """Even where a driver swallows the exception, or a file waits for ever to be read."""
+    urdf = tmp_path / "arm.urdf"
+    os.mkfifo(urdf)
+    more = ["--robot", str(urdf)] if busy == "loading ..." else ["--driver", "slow"]
+    words = command(hand, tmp_path / "front", *more)
+    with TerminalSession(words, environment=plugged) as terminal:
+        terminal.wait_for(busy)
         time.sleep(0.5)
         terminal.press("\x03")
         assert terminal.wait(20) == 130

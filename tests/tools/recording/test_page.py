@@ -3,68 +3,58 @@
 import http.client
 import json
 import re
-import threading
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 import pytest
+from record_commands import capture, command
+from terminal_session import PATIENCE, TerminalSession
 
-import mukca.tools.recording.page as page_module
-from mukca.recorder import Sample
-from mukca.recorder.session import Advice, Session, View
-from mukca.recorder.session.operator_prompt import OperatorPrompt
-from mukca.recorder.stream import JointLimits
-from mukca.tools.recording.page import Board, Server, state_of
+import mukca
 
-
-@pytest.fixture
-def server() -> Iterator[Server]:
-    server = Server("127.0.0.1", Board())
-    thread = threading.Thread(target=server.serve_forever, args=(0.05,))
-    thread.start()
-    yield server
-    server.shutdown()
-    thread.join()
-    server.server_close()
+pytestmark = [pytest.mark.slow, pytest.mark.waits]
 
 
-def ask(server: Server, path: str, method: str = "GET") -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection(*server.server_address[:2], timeout=10)
+def ask(url: SplitResult, path: str, method: str = "GET") -> http.client.HTTPResponse:
+    assert url.hostname
+    connection = http.client.HTTPConnection(url.hostname, url.port, timeout=PATIENCE)
     connection.request(method, path)
     return connection.getresponse()
 
 
-def test_the_page_is_behind_a_token_and_read_only(server: Server) -> None:
-    path = urlsplit(server.url).path
-    assert len(server.token) >= 20
-    response = ask(server, path)
-    assert response.status == 200 and b"EventSource" in response.read()
-    assert "default-src 'none'" in str(response.getheader("Content-Security-Policy"))
-    for wrong in ("/", "/x/", path + "x", "/" + "x" * len(server.token) + "/", path[:-2] + "/"):
-        assert ask(server, wrong).status == 404
-    for method in ("POST", "PUT", "DELETE", "OPTIONS"):
-        assert ask(server, path, method).status == 501
+def views(events: http.client.HTTPResponse) -> Iterator[dict[str, object]]:
+    """What a browser is told, view by view."""
+    for line in events:
+        if line.startswith(b"data: "):
+            yield json.loads(line.removeprefix(b"data: "))
 
 
-def test_nothing_is_loaded_from_elsewhere() -> None:
-    text = Path(page_module.__file__).with_name("page.html").read_text()
-    assert not re.search(r"https?:|//[a-z]|src=|@import|url\(", text)
-
-
-def test_a_state_reaches_a_browser(server: Server) -> None:
-    joints = (JointLimits("elbow"), JointLimits("rail", 0.0, 0.5, prismatic=True))
-    session = Session(joints).captured(Sample((0.1, 0.2), 0, number=1)).with_message("<b>hi</b>")
-    advice = Advice(3, 0, 4e-4, 3e-4, target=(0.5, 0.3))
-    view = View(session, "arm", OperatorPrompt("PRESS", "dark_green", "now"), (0.1, 0.2), advice)
-    response = ask(server, urlsplit(server.url).path + "events")
-    assert response.readline() == b"data: {}\n" and response.readline() == b"\n"
-    server.board.post(json.dumps(state_of(view)))
-    said = json.loads(response.readline().removeprefix(b"data: "))
-    assert said["words"] == "PRESS" and list(said["counts"]) == [1, 0]
-    assert said["next"] == [0.5, 0.3] and said["messages"] == [["<b>hi</b>", False]]
-    assert said["predicted"] == 4e-4
-    assert said["joints"][0] == ["elbow", -3.2, 3.2, False]
-    response.close()
-    assert state_of(replace(view, advice=replace(advice, count=2)))["predicted"] is None
+def test_the_page_is_live_read_only_and_behind_a_token(hand: Path, tmp_path: Path) -> None:
+    with TerminalSession(command(hand, tmp_path / "front", "--page"), columns=120) as terminal:
+        found = re.search(r"http://\S+/", terminal.wait_for("page: http"))
+        assert found
+        url = urlsplit(found[0])
+        path, token = url.path, url.path.strip("/")
+        assert url.hostname == "127.0.0.1" and len(token) >= 20
+        page = ask(url, path)
+        text = page.read().decode()
+        assert page.status == 200 and "EventSource" in text
+        assert not re.search(r"https?:|//[a-z]|src=|@import|url\(|innerHTML", text)
+        assert "default-src 'none'" in str(page.getheader("Content-Security-Policy"))
+        for wrong in ("/", "/x/", path + "x", "/" + "x" * len(token) + "/", path[:-2] + "/"):
+            assert ask(url, wrong).status == 404
+        for method in ("POST", "PUT", "DELETE", "OPTIONS"):
+            assert ask(url, path, method).status == 501
+        told = views(ask(url, path + "events"))
+        capture(terminal, "a", "captured sample 1")
+        view = next(view for view in told if view.get("counts") == [1, 0])
+        assert view["words"] == "GOT 1" and view["socket"] == 0 and view["target"] == 30
+        assert view["messages"][-1] == ["captured sample 1: 1 in socket 0", False]  # pyright: ignore
+        assert view["predicted"] is None and view["next"] is None
+        name, lower, upper, prismatic = view["joints"][0]  # pyright: ignore
+        assert (name, prismatic) == ("panda_joint1", False) and -3 < lower < 0 < upper < 3
+        assert len(view["position_drawn"]) > 7  # pyright: ignore
+        terminal.press("q")
+        assert terminal.wait() == 0
+    assert len(mukca.read_placements(tmp_path / "front")[0].samples) == 1

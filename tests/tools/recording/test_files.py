@@ -6,28 +6,31 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder import Sample, read_placement
-from mukca.recorder.session import Recording
-from mukca.recorder.session.recording_file import Metadata
+import mukca
 from mukca.tools.cli import main
+
+HEADER = (
+    "event,sample,socket,time,stamp,states,position.shoulder,position.rail,"
+    "spread.shoulder,spread.rail,effort.shoulder,effort.rail\n"
+)
+ABOUT = {
+    "robot": "arm",
+    "joints": ["shoulder", "rail"],
+    "units": ["rad", "m"],
+    "distance": 0.05,
+    "sockets": 2,
+    "sessions": [{"driver": "mock:hand", "operator": "Ada"}],
+}
 
 
 @pytest.fixture
 def recorded(tmp_path: Path) -> Path:
     """Three captures, one of them taken back."""
     folder = tmp_path / "data/front"
-    metadata = Metadata(
-        "arm",
-        ("shoulder", "rail"),
-        ("rad", "m"),
-        0.05,
-        session={"driver": "mock:hand", "operator": "Ada"},
-    )
-    with Recording(folder, metadata) as recording:
-        for k in range(3):
-            sample = Sample((0.1 * k, 0.2), k % 2, (1.0, 2.0), "", k + 1, 1.0, 1.0, 9, (1e-4, 1e-6))
-            recording.capture(sample)
-        recording.mark("undo", sample, 2.0)
+    folder.mkdir(parents=True)
+    rows = [f"capture,{k + 1},{k % 2},1,1,9,{k / 10},0.2,1e-4,1e-6,1,2\n" for k in range(3)]
+    (folder / "samples.csv").write_text("".join([HEADER, *rows, "undo,3,0,2,,,,,,,,\n"]))
+    (folder / "placement.json").write_text(json.dumps(ABOUT))
     return folder
 
 
@@ -70,8 +73,10 @@ def test_info_goes_on_after_an_empty_recording(
     recorded: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """As one that was begun, and finished before the first capture."""
-    begun = Metadata("arm", ("shoulder", "rail"), ("rad", "m"), 0.05)
-    Recording(recorded.parent / "begun", begun).close()
+    begun = recorded.parent / "begun"
+    begun.mkdir()
+    (begun / "samples.csv").write_text(HEADER)
+    (begun / "placement.json").write_text(json.dumps(ABOUT))
     shown = output_of(capsys, "info", str(recorded.parent))
     assert "data/begun: no sample\n  robot      arm\n  distance   50 mm" in shown
     assert "data/front: 1 in socket 0" in shown
@@ -103,7 +108,7 @@ def test_convert_there_and_back(
     assert "no place for efforts" in capsys.readouterr().err
     assert np.loadtxt(holes / "front/hole_1.csv", delimiter=",").tolist() == [0.1, 0.2]
     output_of(capsys, "convert", str(holes / "front"), "--to", "samples", "--out", str(back))
-    first, second = read_placement(recorded), read_placement(back)
+    first, second = mukca.read_placements(recorded, back)
     assert np.array_equal(first.positions, second.positions)
     assert np.array_equal(first.sockets, second.sockets)
     assert second.distance == 0.05

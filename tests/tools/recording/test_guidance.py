@@ -11,25 +11,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from record_commands import read
 from terminal_session import PATIENCE
 
-from mukca.recorder import read_placement
-from mukca.recorder.dataset import Sample
+from mukca.recorder import Sample
 from mukca.recorder.session import Advice, GuidanceRequest
 from mukca.solver.design import Reach, skeleton
-from mukca.solver.design import base_placement as sites
-from mukca.solver.design.reachability import TABLE
-from mukca.solver.robot import BallModel, InverseKinematics, Robot, load_robot
-from mukca.solver.robot.inverse_kinematics import MAX_TILT
-from mukca.tools.recording import SHARE, PoseSelector, goal_for
-from mukca.tools.recording.guidance import MIN_ENOUGH as LEAST
-from mukca.tools.recording.guidance import PLATEAU_SAMPLES as LATELY
-from mukca.tools.recording.guidance_process import BackgroundGuidance
+from mukca.solver.robot import BallModel, Robot, load_robot
+from mukca.tools.recording import SHARE, BackgroundGuidance, PoseSelector, goal_for
+
+LEAST = 10
+"""So many samples in a socket are the fewest to be enough."""
 
 
 @pytest.fixture(scope="module")
 def samples(session: Path) -> list[Sample]:
-    taken = read_placement(session / "front").samples
+    taken = read(session / "front").samples
     return [replace(sample, number=i) for i, sample in enumerate(taken, start=1)]
 
 
@@ -47,8 +44,6 @@ def test_poses_can_be_reached_by_a_hand(panda: Robot) -> None:
     upper = np.array([joint.upper for joint in panda.actuated])
     assert np.all((q - lower) / (upper - lower) > 0.049)
     assert np.all((upper - q) / (upper - lower) > 0.049)
-    neck = InverseKinematics(panda)._linear(q)[0][:, 3:]
-    assert np.all(neck[:, 2] < -np.cos(MAX_TILT) + 1e-6)
 
 
 def test_no_link_is_below_the_table() -> None:
@@ -56,7 +51,7 @@ def test_no_link_is_below_the_table() -> None:
     robot = load_robot("ur5e")
     q = Reach(robot).poses(np.array([0.7, 0.05, 0.03]), 20)
     heights = skeleton(robot)(q)[0].reshape(20, -1, 3)[:, 2:-1, 2]
-    assert np.all(heights > TABLE - 1e-9)
+    assert np.all(heights > 0.03 - 1e-9)
 
 
 @pytest.mark.parametrize(("name", "z"), [("ur10", 0.25), ("ur3e", 0.2), ("iiwa14", -0.1)])
@@ -98,14 +93,12 @@ def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sam
 
 @pytest.mark.slow
 def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
-    panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+    panda: Robot, samples: list[Sample]
 ) -> None:
-    coach = PoseSelector(panda, 0.05, goal=1e-6)
-    coach.advise(samples[:-LATELY], 1)
-
     def asked(goal: float) -> Advice:
-        monkeypatch.setattr(coach, "_goal", goal)
-        return coach.advise(samples, 1)
+        selector = PoseSelector(panda, 0.05, goal=goal)
+        selector.advise(samples[:-3], 1)
+        return selector.advise(samples, 1)
 
     beyond = asked(1e-6)
     assert beyond.enough and beyond.why_enough == "more poses here hardly help"
@@ -132,39 +125,37 @@ def test_an_easy_goal_leaves_a_socket_earlier(
 
 
 @pytest.mark.slow
-def test_another_placement_is_weighed(
-    coach: PoseSelector, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The best of some, whichever comes first; poses with longer bases are drawn anew each time."""
-    found = sites.sites_around(coach._reach, np.array([0.5, 0.0, 0.1]), 0.05)[::3]
-    assert len(found) > 1
-    monkeypatch.setattr(sites, "sites_around", lambda *_: found)
+def test_another_placement_is_weighed(coach: PoseSelector, samples: list[Sample]) -> None:
     words = coach.closing(samples)
-    monkeypatch.setattr(sites, "sites_around", lambda *_: found[::-1])
-    assert coach.closing(samples)[:2] == words[:2]
     assert "A second placement near" in words[0] and "measured to 0.1 mm" in words[1]
     now = float(words[0].split(" known to ")[1].split()[0])
     then, tied = (float(line.split()[-2]) for line in words[:2])
     assert now > then > tied
 
 
+def test_another_arm_is_known_by_how_it_moves(samples: list[Sample]) -> None:
+    other = PoseSelector(load_robot("iiwa14"), 0.05, goal=1e-6)
+    assert other.advise(samples[:2], 0).implausible is None
+    told = str(other.advise(samples[:3], 0).implausible).replace("fr3", "panda")
+    assert "this moves like a panda" in told
+
+
 def test_the_nearest_of_the_good_poses_is_proposed(
-    coach: PoseSelector, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+    coach: PoseSelector, samples: list[Sample]
 ) -> None:
-    monkeypatch.setattr(coach, "_wrong_model", lambda samples: f"odd: {len(samples)}")
     anywhere = coach.advise(samples[:8], 0)
-    assert anywhere.implausible == "odd: 8"
-    assert anywhere.target is not None
-    poses = coach._poses[0]
-    advised = [(q, coach.advise(samples[:8], 0, q).target) for q in poses[:4]]
-    for q, target in advised:
-        assert away(target, q) <= away(anywhere.target, q)
-    assert len({target for _, target in advised}) > 1
+    assert anywhere.implausible is None and anywhere.target is not None
+    targets: set[object] = set()
+    for sample in samples[:4]:
+        advised = coach.advise(samples[:8], 0, sample.position)
+        assert away(advised.target, sample) <= away(anywhere.target, sample)
+        targets.add(advised.target)
+    assert len(targets) > 1
 
 
-def away(target: tuple[float, ...] | None, q: np.ndarray) -> float:
+def away(target: tuple[float, ...] | None, sample: Sample) -> float:
     assert target is not None
-    return float(np.abs(np.array(target) - q).max())
+    return float(np.abs(np.array(target) - sample.position).max())
 
 
 @pytest.fixture
