@@ -2,8 +2,8 @@ from .chain import Joint as Joint
 from .chain import matrix_rpy as matrix_rpy
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError
-from .kinematics import BallModel as BallModel
 from .kinematics import STANDARD_GRAVITY as STANDARD_GRAVITY
+from .kinematics import BallModel as BallModel
 from .kinematics import gravity_moments as gravity_moments
 from .kinematics import gravity_torques as gravity_torques
 from .kinematics import link_frames as link_frames
