@@ -26,8 +26,8 @@ from mukca.solver.paper import REGULARIZATION
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation.error_magnitudes import TRANSLATION, TURN, realistic_flaws
-from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation import TRANSLATION, TURN, realistic_flaws
+from mukca.tools.simulation import reachable_bases
 
 ROBOTS = ("panda", "iiwa14", "ur5e")
 EXTENSIONS = ("compliance", "tilt", "play", "transmission")

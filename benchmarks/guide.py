@@ -44,8 +44,7 @@ from mukca.solver.robot import (
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.recording import PoseSelector, goal_for
-from mukca.tools.simulation import Base, perturb, record
-from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation import Base, perturb, reachable_bases, record
 
 NOISE = 1e-4
 STEP = 0.8

@@ -19,7 +19,7 @@ import numpy as np
 
 from mukca.recorder import write_holes
 from mukca.tools.simulation import SEAT_NOISE, demo_arm, record
-from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation import reachable_bases
 
 
 def seconds(words: list[str], runs: int = 5) -> float:

@@ -33,7 +33,7 @@ from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import Origin, Robot, choose_parameters, load_robot, rotation, rotation_rpy
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Base, perturb, record
-from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, reachable_bases
 
 TICK = 2 * math.pi / 4096
 LARGEST = math.radians(5)

@@ -26,8 +26,8 @@ from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure, observ
 from mukca.solver.robot import choose_parameters, gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation.error_magnitudes import realistic_flaws
-from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
+from mukca.tools.simulation import realistic_flaws
+from mukca.tools.simulation import Imperfection, reachable_bases
 
 ROBOTS = ("panda", "iiwa14", "gen3_lite", "ur5e")
 

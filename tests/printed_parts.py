@@ -13,9 +13,9 @@ from mukca.tools.printables import (
     Grip,
     Part,
     SocketBase,
+    build_parts,
     encode,
 )
-from mukca.tools.printables.parts import ball_part, base_part
 
 BASES: dict[str, SocketBase] = {
     "default": SocketBase(),
@@ -53,12 +53,17 @@ BALLS: dict[str, BallPart] = {
 
 @cache
 def base(name: str) -> Part:
-    return base_part(BASES[name])
+    return next(build_parts(BASES[name], {}))
 
 
 @cache
 def ball(name: str) -> Part:
-    return ball_part(name, BALLS[name])
+    return made(name, BALLS[name])
+
+
+def made(name: str, ball: BallPart) -> Part:
+    """A ball part as it is built beside a base with room for it."""
+    return list(build_parts(SocketBase(distance=120, ball=ball.ball), {name: ball}))[-1]
 
 
 @cache

@@ -43,8 +43,14 @@ class Drift:
 
     status: str
     """``valid``, ``invalid``, or ``unknown`` where nothing says what is good for the arm."""
-    text: str
+    reason: str
     cause: Cause | None = None
+    advice: str = ""
+
+    @property
+    def text(self) -> str:
+        """The verdict in a sentence, and the advice."""
+        return f"Verdict: {self.reason}{self.advice and ' '}{self.advice}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
@@ -71,23 +77,23 @@ def judge_drift(
     mean, length = summary.loaded.mean_absolute_error, summary.loaded.distance_error
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
     if allowed is None or most is None:
-        return Drift("unknown", f"Verdict: not known; {limits.mean_absolute_error.source}.")
+        return Drift("unknown", f"not known; {limits.mean_absolute_error.source}.")
     figures = f"{_mm(mean)}, limit {_mm(allowed)}"
     if mean <= allowed and (length is None or length <= most):
-        return Drift("valid", f"Verdict: still valid ({figures}).")
+        return Drift("valid", f"still valid ({figures}).")
     if mean <= allowed and length is not None:
         return Drift(
             "invalid",
-            f"Verdict: not valid: the sockets' distance is off by {_mm(length)}, limit "
+            f"not valid: the sockets' distance is off by {_mm(length)}, limit "
             f"{_mm(most)}; check --distance, and calibrate again.",
         )
     then = document.summary.test or document.summary.train
     before = None if then is None else then.loaded.mean_absolute_error
     if before is not None and mean <= WORSE * before:
-        text = f"Verdict: not valid ({figures}), and it was no better when it was made."
+        text = f"not valid ({figures}), and it was no better when it was made."
         return Drift("invalid", f"{text} Calibrate again with more placements.")
     cause = nearest_cause(calibrated, data)
-    text = f"Verdict: drifted: {figures}"
+    text = f"drifted: {figures}"
     if before is not None:
         text += f", {_mm(before)} when it was made"
     if cause is None or cause.error > EXPLAINS * mean:
@@ -97,7 +103,7 @@ def judge_drift(
     if joint.type == "prismatic":
         how_much = f"{1e3 * cause.offset:+.2f} mm"
     text += f"; nearest cause {cause.joint}, off by {how_much}: with it {_mm(cause.error)} are left"
-    return Drift("invalid", f"{text}. Calibrate again.", cause)
+    return Drift("invalid", f"{text}.", cause, "Calibrate again.")
 
 
 def nearest_cause(calibrated: CalibratedRobot, data: Sequence[Measurement]) -> Cause | None:

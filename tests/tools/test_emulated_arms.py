@@ -16,8 +16,7 @@ from mukca.recorder import read_placement, write_holes
 from mukca.recorder.dataset import Placement, Sample
 from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation import perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ from mukca.recorder import read_placement
 from mukca.recorder.dataset import Placement, RecordingError
 from mukca.solver.robot import Robot
 from mukca.tools.cli import main
-from mukca.tools.simulation.simulated_worlds import measured_points, random_pose
+from mukca.tools.simulation import measured_points, random_pose
 
 
 def write_points(placement: Placement, folder: Path) -> None:

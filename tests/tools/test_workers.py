@@ -16,11 +16,9 @@ import pieces_of_work
 import psutil
 import pytest
 
-from mukca.solver.calibration import UsageError
+from mukca import MukcaError
 from mukca.tools.cli import main
 from mukca.tools.parallel import Workers
-from mukca.tools.parallel.dask_cluster import share
-from mukca.tools.parallel.processes import WorkersLostError
 
 TESTS = Path(__file__).parents[1]
 
@@ -47,7 +45,7 @@ def test_a_lost_process_costs_nothing_but_time(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_work_that_ends_every_process_ends_itself() -> None:
-    with pytest.raises(WorkersLostError, match="2 of 2 left to do"):
+    with pytest.raises(MukcaError, match="2 of 2 left to do"):
         Workers(2).map(pieces_of_work.die, range(2))
 
 
@@ -63,7 +61,7 @@ def test_what_a_piece_raises_is_raised_and_nothing_is_left() -> None:
 def test_nothing_outlives_the_one_who_asked(how: signal.Signals, tmp_path: Path) -> None:
     code = (
         "import sys, pieces_of_work; from functools import partial; from pathlib import Path\n"
-        "from mukca.tools.parallel.processes import Workers\n"
+        "from mukca.tools.parallel import Workers\n"
         "if __name__ == '__main__':\n"
         "    work = partial(pieces_of_work.say_who_and_sleep, Path(sys.argv[1]))\n"
         "    Workers(2).map(work, range(4))\n"
@@ -158,7 +156,7 @@ def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path: Pa
     address, workers = cluster
     code = (
         "import sys, pieces_of_work; from functools import partial; from pathlib import Path\n"
-        "from mukca.tools.parallel.processes import Workers\n"
+        "from mukca.tools.parallel import Workers\n"
         "work = partial(pieces_of_work.square_after_one_death, Path(sys.argv[1]))\n"
         "workers = Workers(cluster=sys.argv[2])\n"
         "print(workers.map(work, range(8)))\n"
@@ -186,14 +184,9 @@ def test_a_cluster_that_is_not_there_is_told() -> None:
     assert "no Dask scheduler answers there" in ran("-c", code).stdout
 
 
-def test_slow_pieces_of_a_share_are_given_back() -> None:
-    assert share(lambda n: 2 * n, 60.0, [3, 1, 4]) == [6, 2, 8]
-    assert share(lambda n: 2 * n, 0.0, [3, 1, 4]) == [6]
-
-
 def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(UsageError, match=r"pip install 'mukca\[cluster\]'"):
+    with pytest.raises(MukcaError, match=r"pip install 'mukca\[cluster\]'"):
         Workers(cluster="tcp://127.0.0.1:9").map(abs, [1, 2])
 
 

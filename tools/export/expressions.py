@@ -25,7 +25,7 @@ class FullModel:
     gravity: Any
     """The torques by which the joints hold the arm, shape (m,) [N m]."""
     corrected: Any
-    """Where the joints truly are, shape (m,) [rad]; their tilts follow where there are any."""
+    """True positions of the joints, shape (m,) [rad]; their tilts follow where there are any."""
     joints: tuple[Joint, ...]
     """The chain, from the base to the ball."""
     origins: Any
@@ -35,7 +35,7 @@ class FullModel:
 
     @property
     def true_positions(self) -> Any:
-        """Where the joints truly are, shape (m,) [rad]."""
+        """True positions of the joints, shape (m,) [rad]."""
         return self.corrected[: self.q.numel()]
 
     @property

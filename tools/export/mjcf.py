@@ -26,13 +26,13 @@ from .origins import after_last_exported, rigid
 from .request import Exported, ExportError, Request
 
 SAME_AXIS = 2e-3
-"""How far the axes of both models may be apart [m]; arms' models in use differ by a millimetre."""
+"""Largest distance between the axes of both models [m]; models in use differ by a millimetre."""
 SAME_DIRECTION = 5e-3
-"""How much they may be turned against each other [rad]."""
+"""Largest angle between them [rad]."""
 ROUNDED = 1e-4
 """Axes nearer than this [m], and turned by less [rad], differ by their models' rounding."""
 WEIGHT = 0.1
-"""What an axis counts beside the one before it, where both models are laid on each other."""
+"""Weight of an axis relative to the one before it, where both models are aligned."""
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,7 @@ class Request:
     calibration: "Calibration"
     identity: Identity
     file: Path
-    """Where the result goes."""
+    """The file to write."""
     options: ExportOptions
 
     @property
@@ -129,7 +129,7 @@ class Exported:
     """By name; they go into one folder."""
     losses: tuple[Loss, ...] = ()
     lines: tuple[str, ...] = ()
-    """How to load the files, and what to know about them."""
+    """Loading the files, and what to know about them."""
     outputs: Mapping[str, str] = field(default_factory=dict[str, str])
     """Paths of the files written, by name."""
 

@@ -12,7 +12,7 @@ from .log import ExtractError, Log, Question, columns_of, unknown_joints
 
 @dataclass
 class _Topic:
-    """What one topic has of the model's joints."""
+    """States of the model's joints on one topic."""
 
     stamps: list[float] = field(default_factory=list[float])
     positions: list[np.ndarray] = field(default_factory=list[np.ndarray])

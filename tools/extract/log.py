@@ -1,4 +1,4 @@
-"""Joint states out of a log, and which of its joints are the model's."""
+"""Joint states out of a log, and the model's joints among its columns."""
 
 import re
 from collections.abc import Sequence
@@ -22,22 +22,22 @@ class ExtractError(MukcaError):
 
 @dataclass(frozen=True)
 class Question:
-    """What is looked for in a log."""
+    """A log to read, and the joints to look for in it."""
 
     path: Path
     joints: tuple[str, ...]
     """The model's joints that move, in chain order."""
     prismatic: tuple[bool, ...]
-    """Which of them slide."""
+    """True for those that slide."""
     named: str | None = None
-    """How the log calls them: names between commas, or one word in which ``*`` stands for each of
-    the model's names; None to look for the model's names."""
+    """Their names in the log, between commas, or one word in which ``*`` stands for each of the
+    model's names; None to look for the model's names."""
     topic: str | None = None
     """(bags) The topic; None for the one with most states."""
     units: str | None = None
     """``radians``, ``degrees``, or the path of a lerobot calibration file."""
     efforts: bool = False
-    """Whether to read efforts, which many logs have in units of their own."""
+    """Read efforts, too, which many logs have in units of their own."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Log:
     """Number of the connection, or episode, that each state belongs to, shape (N,); between two
     parts anything may have happened."""
     notes: tuple[str, ...] = ()
-    """What people should know about it, a line each."""
+    """Remarks for people, a line each."""
     resolution: float = 0.0
     """The step of the joints' encoders, where they are coarse [rad]."""
 
@@ -107,7 +107,7 @@ def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:
 
     Args:
         angles: Of the joints that turn, over the whole log [rad].
-        degrees: Whether they were read as degrees.
+        degrees: True if they were read as degrees.
         question: What is looked for.
 
     Raises:

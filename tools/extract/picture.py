@@ -6,7 +6,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from .log import Log
-from .propose import Proposal
+from .socket_assignment import Proposal
 
 WIDTH, LANE, LEFT, TOP = 1200, 48, 150, 40
 COLUMNS = 1000
@@ -14,7 +14,7 @@ COLORS = ("#3b6fb6", "#d9822b", "#4f9a5b", "#8a5bb0")
 NONE = "#b8b8b8"
 
 
-def picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal]) -> bytes:
+def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal]) -> bytes:
     """Return the picture as SVG.
 
     A lane for each joint; a band for each rest, in the color of its socket, grey where it is no

@@ -7,7 +7,7 @@ from .log import ExtractError, Log, Question
 
 
 class Source(Protocol):
-    """What the module of a kind of log offers."""
+    """The module of a kind of log."""
 
     def read(self, question: Question) -> Log:
         """Return the joint states of a log.

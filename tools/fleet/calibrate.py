@@ -15,7 +15,6 @@ from ...solver.calibration import Calibration, calibrate
 from ...solver.data import measure
 from ...solver.robot import Robot, load_robot
 from ..report import report_files, report_of
-from ..report.figures import ReportDocument
 from .folders import MODEL, ArmFolder, find_sessions
 from .types import FleetArm, FleetChange, FleetDrift, FleetParameter, FleetSession
 
@@ -74,6 +73,8 @@ def _session(
         )
     summary = document.summary.test or document.summary.train
     assert summary is not None  # something was trained on
+    verdict = figures.verdict
+    status, text = verdict.status, f"{verdict.title}: {verdict.text}"
     return FleetSession(
         name=name,
         placements=len(document.placements),
@@ -82,8 +83,8 @@ def _session(
         nominal=summary.nominal.mean_absolute_error,
         calibrated=summary.loaded.mean_absolute_error,
         distance_error=summary.loaded.distance_error,
-        status="refused" if document.distorted else figures.verdict.status,
-        text=calibration.distortion if document.distorted else _verdict(figures),
+        status="refused" if document.distorted else status,
+        text=calibration.distortion if document.distorted else text,
         todo=figures.todo[0] if figures.todo else None,
         drift=drift,
         parameters=tuple(
@@ -97,10 +98,6 @@ def _session(
         ),
         outputs=outputs,
     )
-
-
-def _verdict(figures: ReportDocument) -> str:
-    return f"{figures.verdict.title}: {figures.verdict.text}"
 
 
 def _drift(
@@ -121,11 +118,12 @@ def _drift(
         mean_absolute_error=summary.loaded.mean_absolute_error,
         status=drift.status,
         text=drift.text,
+        reason=drift.reason,
     )
 
 
 def _again(arm: FleetArm) -> str | None:
-    """Return what to record again, or to do; None where all is well."""
+    """Return the next thing to record or to do; None where all is well."""
     if arm.error is not None:
         return f"Mend the recordings: {arm.error}"
     last = arm.sessions[-1]
@@ -134,9 +132,10 @@ def _again(arm: FleetArm) -> str | None:
     if last.status != "pass":
         return last.todo.text if last.todo else last.text
     if last.drift is not None and last.drift.status == "invalid":
-        reason = last.drift.text.removeprefix("Verdict: ").removesuffix(" Calibrate again.")
         old = f"that of {last.drift.since}" if last.drift.since else "the one before"
-        return f"Load the new {Path(last.outputs['urdf']).name} in place of {old}: {reason}"
+        return (
+            f"Load the new {Path(last.outputs['urdf']).name} in place of {old}: {last.drift.reason}"
+        )
     return None
 
 

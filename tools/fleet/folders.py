@@ -1,4 +1,4 @@
-"""Where the recordings of a fleet lie: a folder an arm, and in it a folder a date."""
+"""Recordings of a fleet: a folder an arm, and in it a folder a date."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What ``fleet.json`` holds: many arms, each calibrated by its own recordings; in SI units."""
+"""The document ``fleet.json``: many arms, each calibrated by its own recordings; in SI units."""
 
 from typing import Literal
 
@@ -19,7 +19,7 @@ class FleetChange(Document, kw_only=True, frozen=True):
 
 
 class FleetDrift(Document, kw_only=True, frozen=True):
-    """How the calibration of the session before does on the recordings of this one."""
+    """Errors of the session before's calibration on the recordings of this one."""
 
     since: str
     """Name of the session before."""
@@ -27,6 +27,8 @@ class FleetDrift(Document, kw_only=True, frozen=True):
     status: str
     """``valid``, ``invalid`` or ``unknown``, as ``mukca validate`` says it."""
     text: str
+    reason: str
+    """The text without the advice that follows it."""
 
 
 class FleetSession(Document, kw_only=True, frozen=True):
@@ -37,7 +39,7 @@ class FleetSession(Document, kw_only=True, frozen=True):
     placements: int
     samples: int
     held_out: bool
-    """Whether a placement was held out; else the errors are those of the fit itself."""
+    """True if a placement was held out; else the errors are those of the fit itself."""
     nominal: float
     """Mean absolute error of the nominal model [m]."""
     calibrated: float
@@ -60,9 +62,9 @@ class FleetArm(Document, kw_only=True, frozen=True):
     sessions: tuple[FleetSession, ...]
     """By name, which begins with the date where there are several."""
     error: str | None = None
-    """Why there is no calibration, or none of the last sessions."""
+    """The reason that there is no calibration, or none of the last sessions."""
     again: str | None = None
-    """What to record again, or to do; None where all is well."""
+    """The next thing to record or to do; None where all is well."""
 
 
 class FleetParameter(Document, kw_only=True, frozen=True):

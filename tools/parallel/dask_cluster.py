@@ -22,7 +22,7 @@ SHARES = 32
 SHARE_SECONDS = 1.0
 """After this time a share is given back: handing one over costs 20 ms of processor time."""
 COMPUTING = ("mukca", "numpy", "casadi")
-"""What results depend on."""
+"""Packages on which results depend."""
 
 
 class WorkersLostError(MukcaError):

@@ -3,14 +3,14 @@ from .anchor import AnchoredBase as AnchoredBase
 from .ball import BEND_LIMIT as BEND_LIMIT
 from .ball import FORCE as FORCE
 from .ball import BallPart as BallPart
-from .design_rules import PrintableError as PrintableError
-from .formats import FORMATS as FORMATS
-from .formats import encode as encode
 from .mounts import MOUNTS as MOUNTS
 from .mounts import SCREWS as SCREWS
 from .mounts import BoltCircle as BoltCircle
 from .mounts import Grip as Grip
+from .parts import FORMATS as FORMATS
 from .parts import Part as Part
 from .parts import build_parts as build_parts
+from .parts import encode as encode
 from .parts import part_names as part_names
 from .socket_base import SocketBase as SocketBase
+from .solid import PrintableError as PrintableError

@@ -12,9 +12,8 @@ the clip shows within minutes whether it fits.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from .design_rules import BED, PrintableError, check_range
 from .socket_base import PLATE, SocketBase
-from .solid import Outline, Prism, Solid, rectangle, union
+from .solid import BED, Outline, PrintableError, Prism, Solid, check_range, rectangle, union
 
 BRIDGE = 80.0  # longest: near its base an arm shows less of its joints
 FINGER, THICK = 30.0, 4.0  # length and thickness of a finger
@@ -26,7 +25,7 @@ DEVIATION = 0.5
 
 @dataclass(frozen=True)
 class AnchoredArm:
-    """What is known of an arm's base, by its model."""
+    """Dimensions of an arm's base, by its model."""
 
     axis: float
     """x of the first joint's axis, which is vertical, in the base frame; its y is 0."""
@@ -64,7 +63,7 @@ class AnchoredBase(SocketBase):
 
     @property
     def name(self) -> str:
-        """What its files are called."""
+        """Name of its files."""
         return f"{super().name}-{self.arm}"
 
     @property

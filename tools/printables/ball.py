@@ -10,10 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .design_rules import BED, TILT, PrintableError, check_range
 from .glyphs import HEIGHT, engraving, text_width
 from .mounts import Mount
-from .solid import Frustum, Solid, Sphere, union
+from .solid import BED, TILT, Frustum, PrintableError, Solid, Sphere, check_range, union
 
 FORCE = 5.0
 """The sideways force at the ball for which the neck is made [N]."""
@@ -22,7 +21,7 @@ YOUNG = 2500.0
 """Young's modulus of printed plastic, 2.5 GPa [N/mm²]."""
 
 BEND_LIMIT = 0.05
-"""How far that force may bend the neck [mm]."""
+"""Largest deflection of the neck under that force [mm]."""
 
 BEND_AIM = 0.04  # what the neck is made for; the rest is for mount and layers
 ABOVE = 1.5  # what a leaning mount keeps above the ball's centre
@@ -33,7 +32,7 @@ SHALLOWEST = math.radians(12)  # between a leaning neck's lower side and the hor
 
 @dataclass(frozen=True)
 class Overhang:
-    """Where a part leans beyond 45 degrees as it is printed."""
+    """A region of a part that leans beyond 45 degrees as it is printed."""
 
     where: str
     low: float
@@ -170,7 +169,7 @@ class BallPart:
 
     @property
     def overhangs(self) -> tuple[Overhang, ...]:
-        """Where the part leans beyond 45 degrees: under the ball, beside its neck."""
+        """Regions that lean beyond 45 degrees: under the ball, beside its neck."""
         if self.bought:
             return ()
         low = self.height - self._start

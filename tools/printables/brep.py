@@ -12,8 +12,18 @@ from functools import reduce
 from pathlib import Path
 from typing import Any
 
-from .design_rules import PrintableError
-from .solid import Difference, Frustum, Intersection, Moved, Outline, Prism, Solid, Sphere, Union
+from .solid import (
+    Difference,
+    Frustum,
+    Intersection,
+    Moved,
+    Outline,
+    PrintableError,
+    Prism,
+    Solid,
+    Sphere,
+    Union,
+)
 
 Shape = Any
 """A ``TopoDS_Shape``."""

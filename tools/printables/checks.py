@@ -1,4 +1,4 @@
-"""What is checked on the triangles themselves before anything is written."""
+"""Checks on the triangles themselves before anything is written."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -6,16 +6,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .ball import BallPart
-from .design_rules import BED, TILT, PrintableError
 from .mesh import Mesh, to_manifold
 from .socket_base import SocketBase
-from .solid import Sphere
+from .solid import BED, TILT, PrintableError, Sphere
 
 if TYPE_CHECKING:
     from manifold3d import Manifold
 
 LIFT = 0.1
-"""How far the ball is lifted off its pads to tell contact from collision [mm]."""
+"""Height of the ball above its pads, to tell contact from collision [mm]."""
 COARSE = 0.02  # round surfaces are that exact here [mm]: far less than LIFT, and ten times faster
 COLLISION = 1e-6  # [mm³]
 AZIMUTHS = np.radians(np.arange(0, 360, 15))

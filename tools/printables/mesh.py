@@ -16,7 +16,7 @@ SLIVER = 0.0005
 """Thinner triangles are merged into their neighbours: single precision may fold them [mm]."""
 
 CHORD = 0.002
-"""How far a chord may stand off the round surface that it replaces [mm]."""
+"""Largest distance of a chord from the round surface that it replaces [mm]."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
 
     Args:
         solid: What to evaluate.
-        chord: How far a chord may stand off the round surface that it replaces [mm].
+        chord: Largest distance of a chord from the round surface that it replaces [mm].
     """
     from manifold3d import Manifold, OpType
 

@@ -1,4 +1,4 @@
-"""What holds the ball's neck at the arm: a plate on a flange, or a block between two fingers.
+"""Mounts that hold the ball's neck at the arm: plates on flanges, blocks between two fingers.
 
 Every mount stands on z = 0 as printed, its axis is z, and the neck grows from its top. Lengths are
 millimetres. Sources of the patterns:
@@ -18,8 +18,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from .design_rules import PrintableError, check_range
-from .solid import Frustum, Prism, Solid, cylinder, rectangle, union
+from .solid import Frustum, PrintableError, Prism, Solid, check_range, cylinder, rectangle, union
 
 PLATE = 8.0
 RIM = 1.5  # of the plate around the screws' heads
@@ -69,13 +68,13 @@ class Mount:
     lettering: float | None = None
     """Radius of the ring on which the ball's height may be engraved, its outer edge."""
     axis: int = 2
-    """Which axis of the flange's frame points along the part: 0, 1, 2 for x, y, z."""
+    """The axis of the flange's frame that points along the part: 0, 1, 2 for x, y, z."""
     aside: tuple[float, float] = (0.0, 0.0)
-    """Where the part's axis stands in that frame, along its other two axes."""
+    """Position of the part's axis in that frame, along its other two axes."""
     links: Mapping[str, str] = field(default_factory=dict[str, str])
     """The flange frame's link in the models of robots."""
     note: str = ""
-    """What its user must know."""
+    """Advice to its user."""
 
 
 @dataclass(frozen=True)

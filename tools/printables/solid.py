@@ -1,4 +1,4 @@
-"""Solids as data: primitives and set operations in one small tree.
+"""Solids as data: primitives and set operations in one small tree, and the limits of all parts.
 
 A part is described once and evaluated by two kernels: :mod:`.mesh` (triangles, to print) and
 :mod:`.brep` (exact surfaces, for a CAD program). Lengths are millimetres; z is up as printed.
@@ -7,8 +7,29 @@ A part is described once and evaluated by two kernels: :mod:`.mesh` (triangles, 
 import math
 from dataclasses import dataclass
 
+from ...errors import MukcaError
+
+TILT = math.radians(60)
+"""Largest lean of the ball's neck from the vertical, in every direction [rad]."""
+
+BED = 180.0
+"""A part fits into a cube of this edge [mm]."""
 Outline = tuple[tuple[float, float], ...]
 """A closed polygon in the plane, anticlockwise; a hole in another one is clockwise."""
+
+
+class PrintableError(MukcaError):
+    """A part cannot be made as asked for."""
+
+
+def check_range(name: str, value: float, low: float, high: float) -> None:
+    """Refuse a length out of its range [mm].
+
+    Raises:
+        PrintableError: The value lies outside, or is no number.
+    """
+    if not low <= value <= high:
+        raise PrintableError(f"{name} of {value:g} mm: expected {low:g} to {high:g} mm")
 
 
 @dataclass(frozen=True)

@@ -1,132 +1,69 @@
-"""Simulated arms whose true kinematics are known, and recordings of them.
+"""Simulated arms whose true kinematics are known, with imperfections as real arms have them."""
 
-A person's session is imitated: the ball sits in a socket, and the arm is guided to random
-configurations within its limits, its last link tilted away from the vertical by as much as the
-printed socket allows. What is written down are the joint positions that put the *true* ball there.
-"""
-
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...recorder.dataset import Placement, Sample
 from ...solver.bayes.model import Deflection, extend
-from ...solver.bayes.model.effects import EFFECTS, TILT
-from ...solver.calibration import UsageError
-from ...solver.data import check_distance
-from ...solver.results import CalibratedRobot
-from ...solver.robot import (
-    BallModel,
-    InverseKinematics,
-    Origin,
-    Robot,
-    SimulationError,
-    choose_parameters,
-    gravity_moments,
-)
+from ...solver.bayes.model.effects import COMPLIANCE, EFFECTS, HARMONICS, TILT
+from ...solver.robot import Origin, Robot, choose_parameters
 
-
-def simulate_recordings(
-    robot: Robot,
-    placements: int = 3,
-    *,
-    samples: int = 30,
-    seed: int = 0,
-    translation: float = 2e-3,
-    rotation: float = 5e-3,
-    noise: float = 5e-5,
-    compliance: float = 0.0,
-    tilt: float = 0.0,
-    transmission: float = 0.0,
-    distance: float = 0.05,
-) -> tuple[CalibratedRobot, list[Placement]]:
-    """Draw an arm that differs from its model, and record it at several placements.
-
-    For studies in which the truth must be known, and to try things without a robot::
-
-        truth, (train, *test) = mukca.simulate_recordings(robot, 3, seed=1)
-        calibration = mukca.calibrate(robot, train, test=test)
-
-    Args:
-        robot: The nominal robot: what the model says.
-        placements: How many placements of the socket base, far from each other.
-        samples: Configurations in each of the two sockets.
-        seed: Of all randomness. The same seed gives the same arm, whatever ``samples`` is.
-        translation: Standard deviation of the true joint origins from the model's [m].
-        rotation: The same of their roll, pitch and yaw [rad].
-        noise: Standard deviation of the ball's place in its socket, per axis [m].
-        compliance: How far joints twist under load, at most; each is drawn evenly from zero up to
-            this [rad/(N m)]. Arms with harmonic drives have some 5e-5.
-        tilt: The same about the two axes across each joint's own; some 3e-5.
-        transmission: Standard deviation of each coefficient of the transmission error [rad]; some
-            2e-4.
-        distance: Between the centres of the two sockets [m].
-
-    Returns:
-        The true robot, whose ``ball(q)`` says where the ball really is, on an arm that bends to
-        some 0.01 mm; and the placements.
-
-    Raises:
-        UsageError: A number that cannot be.
-        SimulationError: The arm reaches too few places for the base.
-    """
-    for name, value, least in (
-        ("placements", placements, 1),
-        ("samples", samples, 2),
-        ("seed", seed, 0),
-        ("translation", translation, 0),
-        ("rotation", rotation, 0),
-        ("noise", noise, 0),
-        ("compliance", compliance, 0),
-        ("tilt", tilt, 0),
-        ("transmission", transmission, 0),
-    ):
-        if not least <= value < np.inf:
-            raise UsageError(f"{name} {value}: give a number of at least {least}")
-    arms, places, hands = (np.random.default_rng([seed, stream]) for stream in range(3))
-    arm = perturb(robot, arms, translation, rotation)
-    bases = reachable_bases(arm, places, placements, check_distance(distance))
-    parameters = choose_parameters(robot)
-    values = arm.origins.ravel()[[p.index for p in parameters]]
-    sizes = {"compliance": compliance, "tilt": tilt, "transmission": transmission}
-    how = Imperfection(noise, _deflection(robot, arms, sizes))
-    return (
-        CalibratedRobot(robot, parameters, values, how.deflection),
-        [record(arm, base, hands, samples=samples, imperfection=how) for base in bases],
-    )
-
-
-def _deflection(
-    robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
-) -> Deflection:
-    """Return the effects of extensions of such sizes, without those of size zero."""
-    kept = [effect for effect in EFFECTS.values() if sizes.get(effect.extension)]
-    drawn: list[np.ndarray] = []
-    for effect in kept:
-        count, size = len(effect.coefficient_names(robot.joint_names)), sizes[effect.extension]
-        draw = generator.random if effect.non_negative else generator.standard_normal
-        drawn.append(size * draw(count))
-    return Deflection(tuple(effect.name for effect in kept), tuple(drawn))
+TRANSLATION, TURN = 1e-3, 6e-3
+"""Standard deviations of joint origins from the model [m], [rad]."""
+SIZES = {
+    COMPLIANCE.name: (1e-5, 6e-5),
+    TILT.name: (0.0, 3e-5),
+    HARMONICS[0].name: (0.7e-4, 2.5e-4),
+    HARMONICS[1].name: (0.3e-4, 1.2e-4),
+}
+"""From, to: each coefficient of elasticity [rad/(N m)]; the standard deviation of an arm's
+coefficients of transmission error [rad]."""
+NOISE = (5e-5, 1e-4)
+"""From, to: standard deviation of the ball's seat, per axis [m]."""
 
 
 @dataclass(frozen=True)
-class Base:
-    """Where a socket base stands: its sockets' centres in the robot's base frame."""
+class Imperfection:
+    """Imperfections of an arm and of its recording."""
 
-    name: str
-    centre: np.ndarray
-    """Between sockets 0 and 1, shape (3,) [m]."""
-    direction: np.ndarray
-    """Unit vector from socket 0 to socket 1."""
-    distance: float = 0.05
-    """Between the sockets' centres [m]."""
+    noise: float = 0.0
+    """Standard deviation of the ball's seat, per axis [m]."""
+    deflection: Deflection = field(default_factory=Deflection)
+    """Elasticity and transmission error."""
+    backlash: float = 0.0
+    """Full play of each joint [rad]; the hand pushes it to either side at random."""
+    play: float = 0.0
+    """Full play of each joint [rad], which rests on the side that gravity turns it to."""
+    resolution: float = 0.0
+    """The smallest step that the encoders tell [rad]."""
+    hand: float = 0.0
+    """Standard deviation per axis of a force of the hand on the ball [N]; it is then measured:
+    the samples carry joint efforts."""
 
-    @property
-    def sockets(self) -> tuple[np.ndarray, np.ndarray]:
-        """The centres of sockets 0 and 1."""
-        half = 0.5 * self.distance * self.direction
-        return self.centre - half, self.centre + half
+
+def realistic_flaws(
+    robot: Robot, generator: np.random.Generator, extensions: Sequence[str] = tuple(SIZES)
+) -> Imperfection:
+    """Return noise, elasticity and transmission error of a size that real arms have.
+
+    The sizes are those that calibrations of real arms with harmonic drives come out with.
+
+    Args:
+        robot: The arm.
+        generator: Source of randomness.
+        extensions: Names of its effects.
+    """
+    coefficients: list[np.ndarray] = []
+    for extension in extensions:
+        low, high = SIZES[extension]
+        count = len(EFFECTS[extension].coefficient_names(robot.joint_names))
+        if EFFECTS[extension].non_negative:
+            coefficients.append(generator.uniform(low, high, count))
+        else:
+            coefficients.append(generator.normal(0, generator.uniform(low, high), count))
+    deflection = Deflection(tuple(extensions), tuple(coefficients))
+    return Imperfection(noise=generator.uniform(*NOISE), deflection=deflection)
 
 
 def perturb(
@@ -192,142 +129,3 @@ def _shifted(
     x, y, z = (np.array(origin.xyz) + generator.normal(0, translation, 3)).tolist()
     roll, pitch, yaw = (np.array(origin.rpy) + generator.normal(0, angle, 3)).tolist()
     return Origin((x, y, z), (roll, pitch, yaw))
-
-
-FRICTION = 0.03
-"""Under less torque than this a joint with play rests on either side [N m]."""
-
-
-@dataclass(frozen=True)
-class Imperfection:
-    """What else is not ideal in an arm and its recording."""
-
-    noise: float = 0.0
-    """Standard deviation of the ball's seat, per axis [m]."""
-    deflection: Deflection = field(default_factory=Deflection)
-    """Elasticity and transmission error."""
-    backlash: float = 0.0
-    """Full play of each joint [rad]; the hand pushes it to either side at random."""
-    play: float = 0.0
-    """Full play of each joint [rad], which rests on the side that gravity turns it to."""
-    resolution: float = 0.0
-    """The smallest step that the encoders tell [rad]."""
-    hand: float = 0.0
-    """Standard deviation per axis of a force of the hand on the ball [N]; it is then measured:
-    the samples carry joint efforts."""
-
-
-def record(
-    arm: Robot,
-    base: Base,
-    generator: np.random.Generator,
-    *,
-    samples: int = 30,
-    noise: float = 0.0,
-    imperfection: Imperfection | None = None,
-    guide: InverseKinematics | None = None,
-) -> Placement:
-    """Return a placement recorded with an arm.
-
-    Args:
-        arm: With its true kinematics.
-        base: Where the sockets are.
-        generator: Source of randomness.
-        samples: Configurations in each socket.
-        noise: Standard deviation of the ball's seat, per axis [m].
-        imperfection: What else is not ideal; its own noise counts then.
-        guide: Who leads the arm from pose to pose; None for poses at random.
-
-    Raises:
-        SimulationError: The base is out of the arm's reach.
-    """
-    how = imperfection or Imperfection(noise)
-    seats = np.repeat(base.sockets, samples, axis=0)
-    seats = seats + generator.normal(0, 1, seats.shape) * how.noise
-    true = (guide or InverseKinematics(arm)).reach(seats, generator)
-    moments = gravity_moments(arm, true)
-    m = true.shape[1]
-    if how.hand:
-        force = generator.normal(0, how.hand, (len(true), 3))
-        slopes = BallModel(arm, []).linearise(np.empty(0), true).by_joints
-        moments[:, :m] -= np.einsum("nij,ni->nj", slopes, force)
-    if TILT.name in how.deflection.extensions:
-        true = _seated(arm, seats, true, moments, how.deflection)
-    read = _readings(true, moments, how.deflection)
-    read = read + generator.choice([-0.5, 0.5], read.shape) * how.backlash
-    if how.play:
-        torques = moments[:, :m]
-        either = generator.choice([-1.0, 1.0], read.shape)
-        side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
-        read = read + 0.5 * how.play * side
-    if how.resolution:
-        read = how.resolution * np.round(read / how.resolution)
-    efforts = map(tuple, moments[:, :m].tolist()) if how.hand else [None] * len(read)
-    recorded = tuple(
-        Sample(tuple(q), socket=i // samples, effort=effort)
-        for i, (q, effort) in enumerate(zip(read.tolist(), efforts, strict=True))
-    )
-    return Placement(base.name, recorded, arm.joint_names, base.distance)
-
-
-def _seated(
-    arm: Robot, seats: np.ndarray, true: np.ndarray, moments: np.ndarray, deflection: Deflection
-) -> np.ndarray:
-    """Return joint positions that put the ball into its seat, though the joints tilt."""
-    model, m = BallModel(arm, []), true.shape[1]
-    for _ in range(3):  # each step leaves some 1e-3 of the millimetre that tilts move the ball by
-        tilts = deflection.true_positions(true, moments)[:, m:]
-        linear = model.linearise(np.empty(0), np.hstack([true, tilts]))
-        back = np.linalg.pinv(linear.by_joints[:, :, :m])
-        true = true + (back @ (seats - linear.points)[:, :, None])[:, :, 0]
-    return true
-
-
-def _readings(true: np.ndarray, moments: np.ndarray, deflection: Deflection) -> np.ndarray:
-    """Return what the encoders read at true joint positions: the inverse of the deflection."""
-    read, m = true, true.shape[1]
-    for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
-        read = true - (deflection.true_positions(read, moments)[:, :m] - read)
-    return read
-
-
-def reachable_bases(
-    robot: Robot, generator: np.random.Generator, count: int, distance: float = 0.05
-) -> list[Base]:
-    """Return places for the base that are spread over an arm's workspace and within its reach.
-
-    They stand on a table at the height of the robot's base or up to a quarter of its reach above,
-    each far from those before.
-
-    Raises:
-        SimulationError: No such places were found.
-    """
-    guide = InverseKinematics(robot)
-    reach = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
-    bases: list[Base] = []
-    for _ in range(400):
-        radius, angle = generator.uniform(0.35, 0.65) * reach, generator.uniform(-2.0, 2.0)
-        height = generator.uniform(0.0, 0.25) * reach
-        centre = np.array([radius * np.cos(angle), radius * np.sin(angle), height])
-        turn = generator.uniform(-np.pi, np.pi)
-        base = Base(
-            f"placement_{len(bases)}",
-            centre,
-            np.array([np.cos(turn), np.sin(turn), 0.0]),
-            distance,
-        )
-        apart = all(np.linalg.norm(centre - other.centre) > 0.2 * reach for other in bases)
-        if apart and _reachable(guide, base, generator):
-            bases.append(base)
-        if len(bases) == count:
-            return bases
-    raise SimulationError(f"{robot.name}: found {len(bases)} of {count} places for the base")
-
-
-def _reachable(guide: InverseKinematics, base: Base, generator: np.random.Generator) -> bool:
-    """Tell whether several ways lead to both sockets, as a person would see at once."""
-    try:
-        guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
-    except SimulationError:
-        return False
-    return True

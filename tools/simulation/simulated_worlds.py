@@ -8,7 +8,7 @@ import numpy as np
 from ...recorder.dataset import Placement, Sample
 from ...solver.data import Pose, SocketAt, turn
 from ...solver.robot import BallModel, Robot, workspace
-from .simulated_arms import Base, record
+from .recordings import Base, record
 
 
 def random_pose(generator: np.random.Generator, spread: float = 2.0) -> Pose:

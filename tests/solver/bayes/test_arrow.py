@@ -13,8 +13,7 @@ from mukca.solver.bayes.inference.state import moved, start
 from mukca.solver.bayes.model import extend
 from mukca.solver.data import measure, observe
 from mukca.solver.robot import BallModel, Robot, choose_parameters
-from mukca.tools.simulation import record
-from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation import reachable_bases, record
 
 
 def random_arrow(seed: int, sockets: int, known: int) -> tuple[ArrowheadMatrix, np.ndarray]:

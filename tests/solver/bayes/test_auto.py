@@ -13,8 +13,7 @@ from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import Load, evaluate, measure, observe
 from mukca.solver.robot import choose_parameters, load_robot
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
 

@@ -13,8 +13,7 @@ from mukca.solver.bayes.selection import select_all
 from mukca.solver.bayes.selection.model_averaging import averaged, probabilities
 from mukca.solver.data import RobotRecordings, measure, observe_all
 from mukca.solver.robot import Robot, choose_parameters
-from mukca.tools.simulation import record
-from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, reachable_bases, record
 
 ELASTIC = Deflection(("compliance", "tilt"), (np.full(7, 4e-5), np.full(14, 1e-5)))
 

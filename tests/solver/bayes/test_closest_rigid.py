@@ -14,8 +14,7 @@ from mukca.solver.calibration import fit_by_auto
 from mukca.solver.calibration.fit import fit_by_paper
 from mukca.solver.data import Load, evaluate, measure, observe
 from mukca.solver.robot import BallModel, Robot, choose_parameters, workspace
-from mukca.tools.simulation import record
-from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, reachable_bases, record
 
 ELASTIC = Deflection(("compliance", "tilt"), (np.full(7, 4e-5), np.full(14, 2e-5)))
 

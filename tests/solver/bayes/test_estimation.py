@@ -21,8 +21,7 @@ from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import Load, Observations, measure, observe
 from mukca.solver.paper import NotConverged
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 
 def misread(placement: Placement, generator: np.random.Generator, angle: float) -> Placement:

@@ -9,8 +9,7 @@ from mukca.solver.bayes.results import workspace_deviation
 from mukca.solver.data import Load, Measurement, measure, observe
 from mukca.solver.design import error_map, joint_effects, predicted_posterior, workspace_samples
 from mukca.solver.robot import Robot, choose_parameters
-from mukca.tools.simulation import record
-from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation import reachable_bases, record
 
 LOAD = Load()
 

@@ -13,9 +13,7 @@ from mukca.solver.bayes.results.identifiability import UNOBSERVABLE
 from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.data import FrameError, Pose, SocketAt, measure, observe
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot, workspace
-from mukca.tools.simulation import Base, perturb, record
-from mukca.tools.simulation.simulated_arms import reachable_bases
-from mukca.tools.simulation.simulated_worlds import random_pose, sockets_seen
+from mukca.tools.simulation import Base, perturb, random_pose, reachable_bases, record, sockets_seen
 
 HOME = Pose(np.eye(3), np.zeros(3))
 BASES = [

@@ -25,9 +25,7 @@ from mukca.solver.robot import (
     shipped_robots,
     workspace,
 )
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation.simulated_arms import reachable_bases
-from mukca.tools.simulation.simulated_worlds import measured_points, random_pose
+from mukca.tools.simulation import measured_points, perturb, random_pose, reachable_bases, record
 
 
 def balls(robot: Robot, q: np.ndarray) -> np.ndarray:

@@ -24,8 +24,7 @@ from mukca.solver.robot import (
     workspace,
 )
 from mukca.tools.cli import main
-from mukca.tools.simulation import Base, record
-from mukca.tools.simulation.simulated_arms import Imperfection
+from mukca.tools.simulation import Base, Imperfection, record
 
 ZEROS = np.radians([3.0, -4.0, 5.0, -2.0, 0.0])
 ANCHORED = Base("anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0.0]), 0.15)

@@ -15,8 +15,7 @@ from mukca.solver.results import DocumentError
 from mukca.solver.robot import Robot, choose_parameters, load_robot
 from mukca.tools.cli import main
 from mukca.tools.fleet import ArmFolder, FleetArm, FleetSession
-from mukca.tools.simulation import record
-from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, reachable_bases, record
 
 TRUE = {
     "compliance": np.array([1, 4, 2, 6, 5, 3, 1]) * 1e-5,

@@ -9,8 +9,7 @@ from mukca.solver.data import measure
 from mukca.solver.data.measurements import MeasurementError
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import load_robot
-from mukca.tools.simulation import perturb, record, simulate_recordings
-from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation import perturb, reachable_bases, record, simulate_recordings
 
 
 def flipped(joint: int):

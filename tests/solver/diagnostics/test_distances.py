@@ -12,8 +12,7 @@ from mukca.solver.bayes.results import scale
 from mukca.solver.data import measure, observe
 from mukca.solver.diagnostics import Diagnostic, inspect_all
 from mukca.solver.robot import choose_parameters, load_robot
-from mukca.tools.simulation import Base, perturb, record
-from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
+from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 

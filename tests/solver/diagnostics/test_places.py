@@ -9,8 +9,7 @@ from mukca.recorder.dataset import Placement
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import load_robot
-from mukca.tools.simulation import Base, perturb, record
-from mukca.tools.simulation.simulated_arms import Imperfection, reachable_bases
+from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 

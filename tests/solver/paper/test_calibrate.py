@@ -14,8 +14,7 @@ from mukca.solver.paper.optimizers import gauss_newton
 from mukca.solver.paper.problem import SettingError
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import choose_parameters, load_robot
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation.simulated_arms import reachable_bases
+from mukca.tools.simulation import perturb, reachable_bases, record
 
 # One of each kind, since a fit takes seconds: seven joints, six in two arrangements, and five.
 REPRESENTATIVE = ("panda", "gen3_lite", "ur5e", "so101")

@@ -6,8 +6,7 @@ import pytest
 from mukca.recorder.stream import JointLimits
 from mukca.solver.calibration import UsageError
 from mukca.solver.robot import load_robot
-from mukca.tools.extract import Log, assign, find_rests, placements_of
-from mukca.tools.extract.propose import propose
+from mukca.tools.extract import Log, assign, find_rests, placements_of, propose_samples
 from mukca.tools.recording import joints_of
 
 
@@ -37,7 +36,7 @@ def test_every_rest_is_found_and_no_other(found, moves) -> None:
 
 def test_samples_are_told_from_pauses(found, moves) -> None:
     robot = load_robot("panda")
-    proposals = propose(robot, found, joints_of(robot), 0.05)
+    proposals = propose_samples(robot, found, joints_of(robot), 0.05)
     assert [p.socket if p.placement else None for p in proposals] == moves.sockets
     assert {p.placement for p in proposals} == {"placement_1", None}
     assert all("not in a socket" in p.why for p in proposals if not p.placement)
@@ -125,7 +124,7 @@ def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, vis
         (f"placement_{1 + bases.index(visit.split()[0])}", int(visit != first[visit.split()[0]]))
         for visit in truth
     ]
-    proposals = propose(robot, found, joints_of(robot), 0.05)
+    proposals = propose_samples(robot, found, joints_of(robot), 0.05)
     assert [(p.placement, p.socket) for p in proposals] == expected
     placements = placements_of(proposals, robot.joint_names, 0.05)
     assert list(placements) == [f"placement_{i + 1}" for i in range(len(bases))]
@@ -133,7 +132,7 @@ def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, vis
 
 def test_the_rests_as_the_user_says(found) -> None:
     robot = load_robot("panda")
-    proposals = propose(robot, found, joints_of(robot), 0.05)
+    proposals = propose_samples(robot, found, joints_of(robot), 0.05)
     given = assign(proposals, ["a:0=2-5,7", "a:1=16-20"])
     numbers = {(p.placement, p.socket): [] for p in given}
     for number, proposal in enumerate(given, start=1):

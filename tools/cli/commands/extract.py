@@ -70,7 +70,7 @@ class Options(RobotOptions, OutputOptions):
 def run(options: Options, terminal: Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
     from ...extract import assign, find_rests, placements_of, read_log
-    from ...extract.propose import propose
+    from ...extract import propose_samples
 
     _check(options)
     robot = options.load_robot()
@@ -84,7 +84,7 @@ def run(options: Options, terminal: Terminal) -> int:
         rests = find_rests(log, joints, window=window, still=still)
     for note in log.notes:
         terminal.say(note)
-    proposals = propose(robot, rests, joints, options.distance)
+    proposals = propose_samples(robot, rests, joints, options.distance)
     if options.assign:
         proposals = assign(proposals, options.assign)
     _show(proposals, terminal)
@@ -169,12 +169,12 @@ def _write(
 ) -> dict[str, str]:
     """Write the placements and the picture; return their paths by kind."""
     from ....recorder import METADATA
-    from ...extract.picture import picture
+    from ...extract import rests_picture
 
     for name, files in folders.items():
         files[METADATA] = json.dumps(about, indent=2).encode() + b"\n"
         write_files(out / name, files)
-    write_files(out, {"rests.svg": picture(log, robot.joint_names, proposals)})
+    write_files(out, {"rests.svg": rests_picture(log, robot.joint_names, proposals)})
     return {**{name: str(out / name) for name in folders}, "picture": str(out / "rests.svg")}
 
 

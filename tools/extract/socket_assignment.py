@@ -1,4 +1,4 @@
-"""Proposes in which socket of which placement the ball sat at each rest.
+"""Socket and placement of each rest, as the nominal model suggests them.
 
 Even the nominal model puts the balls of one socket within some millimetres of each other, and
 those of a base's other socket about the sockets' distance away. Rests elsewhere were pauses.
@@ -28,7 +28,7 @@ LEAST = 4
 
 @dataclass(frozen=True)
 class Proposal:
-    """What a rest may be."""
+    """A rest, and the sample that it may be."""
 
     timed: TimedRest
     ball: np.ndarray
@@ -37,10 +37,10 @@ class Proposal:
     """The placement's name; None where the rest is no sample."""
     socket: int = 0
     why: str = ""
-    """Why it is none."""
+    """The reason that it is none."""
 
 
-def propose(
+def propose_samples(
     robot: Robot, rests: Sequence[TimedRest], joints: Sequence[JointLimits], distance: float
 ) -> list[Proposal]:
     """Return for each rest its placement and socket, as the nominal model suggests.

@@ -1,0 +1,264 @@
+"""Simulated recordings: a socket base within reach, and an arm that is guided to it.
+
+A person's session is imitated: the ball sits in a socket, and the arm is guided to random
+configurations within its limits, its last link tilted away from the vertical by as much as the
+printed socket allows. What is written down are the joint positions that put the *true* ball there.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypedDict
+
+import numpy as np
+
+from ...recorder.dataset import Placement, Sample
+from ...solver.bayes.model import Deflection
+from ...solver.bayes.model.effects import EFFECTS, TILT
+from ...solver.calibration import UsageError
+from ...solver.data import check_distance
+from ...solver.results import CalibratedRobot
+from ...solver.robot import (
+    BallModel,
+    InverseKinematics,
+    Robot,
+    SimulationError,
+    choose_parameters,
+    gravity_moments,
+)
+from .simulated_arms import Imperfection, perturb
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+FRICTION = 0.03
+"""Under less torque than this a joint with play rests on either side [N m]."""
+
+
+@dataclass(frozen=True)
+class Base:
+    """A socket base: its sockets' centres in the robot's base frame."""
+
+    name: str
+    centre: np.ndarray
+    """Between sockets 0 and 1, shape (3,) [m]."""
+    direction: np.ndarray
+    """Unit vector from socket 0 to socket 1."""
+    distance: float = 0.05
+    """Between the sockets' centres [m]."""
+
+    @property
+    def sockets(self) -> tuple[np.ndarray, np.ndarray]:
+        """The centres of sockets 0 and 1."""
+        half = 0.5 * self.distance * self.direction
+        return self.centre - half, self.centre + half
+
+
+class SimulationOptions(TypedDict, total=False):
+    """Options of :func:`simulate_recordings`; the values in brackets hold where one is left out."""
+
+    samples: int
+    """Configurations in each of the two sockets (30)."""
+    seed: int
+    """Of all randomness (0). The same seed gives the same arm, whatever ``samples`` is."""
+    translation: float
+    """Standard deviation of the true joint origins from the model's (2e-3) [m]."""
+    rotation: float
+    """The same of their roll, pitch and yaw (5e-3) [rad]."""
+    noise: float
+    """Standard deviation of the ball's place in its socket, per axis (5e-5) [m]."""
+    compliance: float
+    """Largest twist of a joint under load, each drawn evenly from zero up to this (0)
+    [rad/(N m)]. Arms with harmonic drives have some 5e-5."""
+    tilt: float
+    """The same about the two axes across each joint's own (0); some 3e-5."""
+    transmission: float
+    """Standard deviation of each coefficient of the transmission error (0) [rad]; some 2e-4."""
+    distance: float
+    """Between the centres of the two sockets (0.05) [m]."""
+
+
+DEFAULTS: SimulationOptions = {
+    "samples": 30,
+    "seed": 0,
+    "translation": 2e-3,
+    "rotation": 5e-3,
+    "noise": 5e-5,
+    "compliance": 0.0,
+    "tilt": 0.0,
+    "transmission": 0.0,
+    "distance": 0.05,
+}
+LEAST = {"placements": 1, "samples": 2}
+"""Least values of what cannot be as small as zero."""
+
+
+def simulate_recordings(
+    robot: Robot, placements: int = 3, **options: "Unpack[SimulationOptions]"
+) -> tuple[CalibratedRobot, list[Placement]]:
+    """Draw an arm that differs from its model, and record it at several placements.
+
+    For studies in which the truth must be known, and to try things without a robot::
+
+        truth, (train, *test) = mukca.simulate_recordings(robot, 3, seed=1)
+        calibration = mukca.calibrate(robot, train, test=test)
+
+    Args:
+        robot: The nominal robot: what the model says.
+        placements: Number of placements of the socket base, far from each other.
+        options: See :class:`SimulationOptions`.
+
+    Returns:
+        The true robot, whose ``ball(q)`` says where the ball really is, on an arm that bends to
+        some 0.01 mm; and the placements.
+
+    Raises:
+        UsageError: A number that cannot be.
+        SimulationError: The arm reaches too few places for the base.
+    """
+    chosen: dict[str, Any] = {"placements": placements, **DEFAULTS, **options}
+    for name, value in chosen.items():
+        least = LEAST.get(name, 0)
+        if name not in ("placements", *DEFAULTS):
+            raise TypeError(f"simulate_recordings has no option {name!r}")
+        if not least <= value < np.inf:
+            raise UsageError(f"{name} {value}: give a number of at least {least}")
+    arms, places, hands = (np.random.default_rng([chosen["seed"], k]) for k in range(3))
+    arm = perturb(robot, arms, chosen["translation"], chosen["rotation"])
+    bases = reachable_bases(arm, places, placements, check_distance(chosen["distance"]))
+    parameters = choose_parameters(robot)
+    values = arm.origins.ravel()[[p.index for p in parameters]]
+    how = Imperfection(chosen["noise"], _deflection(robot, arms, chosen))
+    samples = chosen["samples"]
+    return (
+        CalibratedRobot(robot, parameters, values, how.deflection),
+        [record(arm, base, hands, samples=samples, imperfection=how) for base in bases],
+    )
+
+
+def _deflection(
+    robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
+) -> Deflection:
+    """Return the effects of extensions of such sizes, without those of size zero."""
+    kept = [effect for effect in EFFECTS.values() if sizes.get(effect.extension)]
+    drawn: list[np.ndarray] = []
+    for effect in kept:
+        count, size = len(effect.coefficient_names(robot.joint_names)), sizes[effect.extension]
+        draw = generator.random if effect.non_negative else generator.standard_normal
+        drawn.append(size * draw(count))
+    return Deflection(tuple(effect.name for effect in kept), tuple(drawn))
+
+
+def record(
+    arm: Robot,
+    base: Base,
+    generator: np.random.Generator,
+    *,
+    samples: int = 30,
+    noise: float = 0.0,
+    imperfection: Imperfection | None = None,
+    guide: InverseKinematics | None = None,
+) -> Placement:
+    """Return a placement recorded with an arm.
+
+    Args:
+        arm: With its true kinematics.
+        base: Where the sockets are.
+        generator: Source of randomness.
+        samples: Configurations in each socket.
+        noise: Standard deviation of the ball's seat, per axis [m].
+        imperfection: What else is not ideal; its own noise counts then.
+        guide: Who leads the arm from pose to pose; None for poses at random.
+
+    Raises:
+        SimulationError: The base is out of the arm's reach.
+    """
+    how = imperfection or Imperfection(noise)
+    seats = np.repeat(base.sockets, samples, axis=0)
+    seats = seats + generator.normal(0, 1, seats.shape) * how.noise
+    true = (guide or InverseKinematics(arm)).reach(seats, generator)
+    moments = gravity_moments(arm, true)
+    m = true.shape[1]
+    if how.hand:
+        force = generator.normal(0, how.hand, (len(true), 3))
+        slopes = BallModel(arm, []).linearise(np.empty(0), true).by_joints
+        moments[:, :m] -= np.einsum("nij,ni->nj", slopes, force)
+    if TILT.name in how.deflection.extensions:
+        true = _seated(arm, seats, true, moments, how.deflection)
+    read = _readings(true, moments, how.deflection)
+    read = read + generator.choice([-0.5, 0.5], read.shape) * how.backlash
+    if how.play:
+        torques = moments[:, :m]
+        either = generator.choice([-1.0, 1.0], read.shape)
+        side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
+        read = read + 0.5 * how.play * side
+    if how.resolution:
+        read = how.resolution * np.round(read / how.resolution)
+    efforts = map(tuple, moments[:, :m].tolist()) if how.hand else [None] * len(read)
+    recorded = tuple(
+        Sample(tuple(q), socket=i // samples, effort=effort)
+        for i, (q, effort) in enumerate(zip(read.tolist(), efforts, strict=True))
+    )
+    return Placement(base.name, recorded, arm.joint_names, base.distance)
+
+
+def _seated(
+    arm: Robot, seats: np.ndarray, true: np.ndarray, moments: np.ndarray, deflection: Deflection
+) -> np.ndarray:
+    """Return joint positions that put the ball into its seat, though the joints tilt."""
+    model, m = BallModel(arm, []), true.shape[1]
+    for _ in range(3):  # each step leaves some 1e-3 of the millimetre that tilts move the ball by
+        tilts = deflection.true_positions(true, moments)[:, m:]
+        linear = model.linearise(np.empty(0), np.hstack([true, tilts]))
+        back = np.linalg.pinv(linear.by_joints[:, :, :m])
+        true = true + (back @ (seats - linear.points)[:, :, None])[:, :, 0]
+    return true
+
+
+def _readings(true: np.ndarray, moments: np.ndarray, deflection: Deflection) -> np.ndarray:
+    """Return what the encoders read at true joint positions: the inverse of the deflection."""
+    read, m = true, true.shape[1]
+    for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
+        read = true - (deflection.true_positions(read, moments)[:, :m] - read)
+    return read
+
+
+def reachable_bases(
+    robot: Robot, generator: np.random.Generator, count: int, distance: float = 0.05
+) -> list[Base]:
+    """Return places for the base that are spread over an arm's workspace and within its reach.
+
+    They stand on a table at the height of the robot's base or up to a quarter of its reach above,
+    each far from those before.
+
+    Raises:
+        SimulationError: No such places were found.
+    """
+    guide = InverseKinematics(robot)
+    reach = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+    bases: list[Base] = []
+    for _ in range(400):
+        radius, angle = generator.uniform(0.35, 0.65) * reach, generator.uniform(-2.0, 2.0)
+        height = generator.uniform(0.0, 0.25) * reach
+        centre = np.array([radius * np.cos(angle), radius * np.sin(angle), height])
+        turn = generator.uniform(-np.pi, np.pi)
+        base = Base(
+            f"placement_{len(bases)}",
+            centre,
+            np.array([np.cos(turn), np.sin(turn), 0.0]),
+            distance,
+        )
+        apart = all(np.linalg.norm(centre - other.centre) > 0.2 * reach for other in bases)
+        if apart and _reachable(guide, base, generator):
+            bases.append(base)
+        if len(bases) == count:
+            return bases
+    raise SimulationError(f"{robot.name}: found {len(bases)} of {count} places for the base")
+
+
+def _reachable(guide: InverseKinematics, base: Base, generator: np.random.Generator) -> bool:
+    """Tell whether several ways lead to both sockets, as a person would see at once."""
+    try:
+        guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
+    except SimulationError:
+        return False
+    return True
