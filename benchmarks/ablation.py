@@ -25,9 +25,14 @@ from mukca.solver.data import Measurement, evaluate, measure
 from mukca.solver.paper import REGULARIZATION
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation import TRANSLATION, TURN, realistic_flaws
-from mukca.tools.simulation import reachable_bases
+from mukca.tools.simulation import (
+    TRANSLATION,
+    TURN,
+    perturb,
+    reachable_bases,
+    realistic_flaws,
+    record,
+)
 
 ROBOTS = ("panda", "iiwa14", "ur5e")
 EXTENSIONS = ("compliance", "tilt", "play", "transmission")

@@ -27,8 +27,7 @@ from mukca.solver.data import KnownDistance, Measurement, measure, observe
 from mukca.solver.robot import Robot, choose_parameters, gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
-from mukca.tools.simulation import demo_arm, demo_bases, perturb, record
-from mukca.tools.simulation import reachable_bases
+from mukca.tools.simulation import demo_arm, demo_bases, perturb, reachable_bases, record
 
 OFF = 5e-5
 """By so much is the base's distance misread [m]."""

@@ -24,9 +24,7 @@ from mukca.solver.data import Measurement, measure
 from mukca.solver.robot import InverseKinematics, Robot, choose_parameters, load_robot
 from mukca.solver.robot.inverse_kinematics import MAX_TILT
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation import realistic_flaws
-from mukca.tools.simulation import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, realistic_flaws, record
 
 ROBOTS = ("panda", "iiwa14", "ur5e", "gen3")
 TRAINED = {"10 + 10": (10, 1), "30 + 30": (30, 1), "three times 30 + 30": (30, 3)}

@@ -23,9 +23,15 @@ from mukca.solver.data import measure, observe
 from mukca.solver.paper import NotConverged
 from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation import NOISE, TRANSLATION, TURN
-from mukca.tools.simulation import Imperfection, reachable_bases
+from mukca.tools.simulation import (
+    NOISE,
+    TRANSLATION,
+    TURN,
+    Imperfection,
+    perturb,
+    reachable_bases,
+    record,
+)
 
 ROUND = 24
 """Arms between two lines of progress."""

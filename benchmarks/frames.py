@@ -44,9 +44,16 @@ from mukca.solver.robot import (
 )
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
-from mukca.tools.simulation import Base, perturb, record, recorded_by_both
-from mukca.tools.simulation import reachable_bases
-from mukca.tools.simulation import measured_points, random_pose, sockets_seen
+from mukca.tools.simulation import (
+    Base,
+    measured_points,
+    perturb,
+    random_pose,
+    reachable_bases,
+    record,
+    recorded_by_both,
+    sockets_seen,
+)
 
 USES = ("instrument", "table", "base")
 FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))

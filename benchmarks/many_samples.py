@@ -26,8 +26,7 @@ from mukca.solver.calibration import fit_by_auto
 from mukca.solver.calibration.fit import fit_by_paper
 from mukca.solver.data import Measurement, measure
 from mukca.solver.robot import BallModel, Robot, choose_parameters
-from mukca.tools.simulation import demo_arm, demo_bases, record
-from mukca.tools.simulation import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, demo_arm, demo_bases, reachable_bases, record
 
 GUIDED = 500
 """Configurations that are truly guided to in each socket; more are made beside them."""

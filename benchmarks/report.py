@@ -18,8 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder import write_holes
-from mukca.tools.simulation import SEAT_NOISE, demo_arm, record
-from mukca.tools.simulation import reachable_bases
+from mukca.tools.simulation import SEAT_NOISE, demo_arm, reachable_bases, record
 
 
 def seconds(words: list[str], runs: int = 5) -> float:

@@ -32,8 +32,7 @@ from mukca.solver.data import Load, SocketAt, measure, observe
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import Origin, Robot, choose_parameters, load_robot, rotation, rotation_rpy
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import Base, perturb, record
-from mukca.tools.simulation import Imperfection, reachable_bases
+from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
 TICK = 2 * math.pi / 4096
 LARGEST = math.radians(5)

@@ -24,9 +24,7 @@ from mukca.solver.calibration.fit import fit_by_paper
 from mukca.solver.data import Measurement, evaluate, measure
 from mukca.solver.robot import Robot, choose_parameters, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation import TRANSLATION, TURN
-from mukca.tools.simulation import Imperfection, reachable_bases
+from mukca.tools.simulation import TRANSLATION, TURN, Imperfection, perturb, reachable_bases, record
 
 ROBOTS = ("panda", "iiwa14", "ur5e")
 

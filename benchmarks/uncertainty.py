@@ -25,9 +25,7 @@ from mukca.solver.bayes.selection.model_selection import select_model
 from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure, observe
 from mukca.solver.robot import choose_parameters, gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation import realistic_flaws
-from mukca.tools.simulation import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, realistic_flaws, record
 
 ROBOTS = ("panda", "iiwa14", "gen3_lite", "ur5e")
 

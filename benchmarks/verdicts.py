@@ -30,8 +30,7 @@ from mukca.recorder.dataset import Placement
 from mukca.solver.assessment import ARMS
 from mukca.solver.robot import BallModel, shipped_robots, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import perturb, record
-from mukca.tools.simulation import Imperfection, reachable_bases
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 REPEATABILITY = {"gen3": 0.15, "lite6": 0.5, "openarm": 0.2, "piper": 0.2, "ur20": 0.1}
 REPEATABILITY |= {"uf850": 0.1, "wxai": 1.0}

@@ -1,5 +1,10 @@
 # keep: Base, Imperfection, NOISE, TRANSLATION, TURN, measured_points, perturb, random_pose
 # keep: reachable_bases, realistic_flaws, record, recorded_by_both, sockets_seen
+from .demo import DEMO_SEED as DEMO_SEED
+from .demo import SEAT_NOISE as SEAT_NOISE
+from .demo import demo_arm as demo_arm
+from .demo import demo_bases as demo_bases
+from .demo import simulate_hand as simulate_hand
 from .recordings import Base as Base
 from .recordings import reachable_bases as reachable_bases
 from .recordings import record as record

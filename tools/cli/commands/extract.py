@@ -69,8 +69,7 @@ class Options(RobotOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
-    from ...extract import assign, find_rests, placements_of, read_log
-    from ...extract import propose_samples
+    from ...extract import assign, find_rests, placements_of, propose_samples, read_log
 
     _check(options)
     robot = options.load_robot()
