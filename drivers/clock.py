@@ -20,7 +20,7 @@ _Source = TypeVar("_Source", bound="int | _Readable")
 
 
 class Clock:
-    """The host's monotonic clock."""
+    """The host's monotonic clock, with a method for each of the functions below."""
 
     def now(self) -> float:
         """Do the work of :func:`now`."""

@@ -46,55 +46,50 @@ class DriverInfo:
         return tuple(module for module in self.needs if not is_installed(module))
 
 
-DRIVERS: dict[str, DriverInfo] = {
-    info.name: info
-    for info in (
-        DriverInfo(
-            "damiao",
-            "mukca.drivers.arms.damiao:Damiao",
-            "OpenArm: Damiao motors, CAN",
-            needs=("can",),
-        ),
-        DriverInfo(
-            "dynamixel",
-            "mukca.drivers.arms.servos.dynamixel:Dynamixel",
-            "ViperX, WidowX, Koch: Dynamixel X servos, serial",
-            needs=("serial",),
-        ),
-        DriverInfo(
-            "feetech",
-            "mukca.drivers.arms.servos.feetech:Feetech",
-            "SO-100, SO-101: Feetech STS servos, serial",
-            needs=("serial",),
-        ),
-        DriverInfo("franka", "mukca.drivers.arms.franka:Franka", "Panda, FR3: FCI"),
-        DriverInfo(
-            "kinova",
-            "mukca.drivers.arms.kinova.kinova:Kinova",
-            "Gen2, JACO: RS-485, CAN; Gen3: Kortex",
-            needs=("serial",),
-            optional=(("isotp", "can://"), ("kortex_api", "kortex://")),
-        ),
-        DriverInfo("kuka", "mukca.drivers.arms.kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
-        DriverInfo(
-            "mock", "mukca.drivers.arms.simulated:Mock", "a simulated arm: replays a recording"
-        ),
-        DriverInfo("piper", "mukca.drivers.arms.piper:Piper", "AgileX Piper: CAN", needs=("can",)),
-        DriverInfo(
-            "ros", "mukca.drivers.arms.ros:Ros", "any arm in ROS: rosbridge", needs=("roslibpy",)
-        ),
-        DriverInfo("ur", "mukca.drivers.arms.ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
-        DriverInfo(
-            "ur-rtde",
-            "mukca.drivers.arms.ur_rtde:UrRtde",
-            "UR3 to UR20: RTDE, by the package ur-rtde",
-            needs=("rtde_receive",),
-        ),
-        DriverInfo(
-            "xarm", "mukca.drivers.arms.xarm:XArm", "UFACTORY xArm, Lite 6, 850: report stream"
-        ),
-    )
-}
+def _own(
+    name: str,
+    target: str,
+    arms: str,
+    needs: tuple[str, ...] = (),
+    optional: tuple[tuple[str, str], ...] = (),
+) -> DriverInfo:
+    return DriverInfo(name, f"mukca.drivers.arms.{target}", arms, needs, optional)
+
+
+_ISOTP, _KORTEX = ("isotp", "can://"), ("kortex_api", "kortex://")
+_OWN = (
+    _own("damiao", "damiao:Damiao", "OpenArm: Damiao motors, CAN", ("can",)),
+    _own(
+        "dynamixel",
+        "servos.dynamixel:Dynamixel",
+        "ViperX, WidowX, Koch: Dynamixel X servos, serial",
+        ("serial",),
+    ),
+    _own(
+        "feetech",
+        "servos.feetech:Feetech",
+        "SO-100, SO-101: Feetech STS servos, serial",
+        ("serial",),
+    ),
+    _own("franka", "franka:Franka", "Panda, FR3: FCI"),
+    _own(
+        "kinova",
+        "kinova.kinova:Kinova",
+        "Gen2, JACO: RS-485, CAN; Gen3: Kortex",
+        ("serial",),
+        (_ISOTP, _KORTEX),
+    ),
+    _own("kuka", "kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
+    _own("mock", "simulated:Mock", "a simulated arm: replays a recording"),
+    _own("piper", "piper:Piper", "AgileX Piper: CAN", ("can",)),
+    _own("ros", "ros:Ros", "any arm in ROS: rosbridge", ("roslibpy",)),
+    _own("ur", "ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
+    _own(
+        "ur-rtde", "ur_rtde:UrRtde", "UR3 to UR20: RTDE, by the package ur-rtde", ("rtde_receive",)
+    ),
+    _own("xarm", "xarm:XArm", "UFACTORY xArm, Lite 6, 850: report stream"),
+)
+DRIVERS = {info.name: info for info in _OWN}
 
 
 def is_installed(module: str) -> bool:

@@ -96,6 +96,13 @@ class ValidatingDriver(Driver):
         self._unread = self._next(clock.now() + seconds)
         return self._unread
 
+    def _silence(
+        self, asked: float, deadline: float, kind: str = "state", more: str = ""
+    ) -> DriverError:
+        """Return the error for a time in which nothing came, between two moments [s]."""
+        waited = max(0.0, deadline - asked)
+        return DriverError(Reason.SILENT, f"no {kind} from {self._where} for {waited:.3g} s{more}")
+
     def _begin_anew(self) -> None:
         """Compare the next stamp with none before it: the robot's clock may start again."""
         self._last_stamp = -math.inf
@@ -179,7 +186,5 @@ class PolledDriver(ValidatingDriver):
         asked = clock.now()
         if self._next_poll > deadline:
             clock.sleep(max(0.0, deadline - asked))
-            raise DriverError(
-                Reason.SILENT, f"no state from {self._where} for {deadline - asked:.3g} s"
-            )
+            raise self._silence(asked, deadline)
         clock.sleep(max(0.0, self._next_poll - asked))

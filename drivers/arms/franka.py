@@ -47,23 +47,16 @@ class Franka(ValidatingDriver):
             state = decode_state(datagram)
             self.status = "; ".join((state.mode, *state.errors))
             return JointState(state.message_id * PERIOD, state.position, state.torque)
-        raise self._silence(max(0.0, deadline - asked))
+        if _is_closed(self._tcp):
+            raise DriverError(Reason.UNREACHABLE, f"{self._where} closed the connection")
+        hint = "does a firewall here block UDP from it?"
+        if self.status:
+            hint = f"its last mode: {self.status}. Desk may pause FCI in its programming mode"
+        raise self._silence(asked, deadline, more=f"; {hint}")
 
     def _disconnect(self) -> None:
         self._tcp.close()
         self._udp.close()
-
-    def _silence(self, waited: float) -> DriverError:
-        """Return why no state came: a closed connection, or a robot that says nothing."""
-        if _is_closed(self._tcp):
-            return DriverError(Reason.UNREACHABLE, f"{self._where} closed the connection")
-        silent = f"no state from {self._where} for {waited:.3g} s; "
-        if not self.status:
-            return DriverError(Reason.SILENT, silent + "does a firewall here block UDP from it?")
-        return DriverError(
-            Reason.SILENT,
-            f"{silent}its last mode: {self.status}. Desk may pause FCI in its programming mode",
-        )
 
 
 def _connect(

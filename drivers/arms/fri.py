@@ -97,13 +97,7 @@ def decode_message(datagram: bytes) -> StateMessage:
 
 
 def encode_reply(counter: int, reflected: int, framed: bool) -> bytes:
-    """Return the reply to a monitoring message: a command message of a header alone, no command.
-
-    Args:
-        counter: Number of replies before this one.
-        reflected: Sequence counter of the message that is answered.
-        framed: True for the framing of FRI 2.7.
-    """
+    """Return the counter-th reply, a header without a command, to the message of a sequence."""
     header = b"".join(
         bytes([number << 3 | VARINT]) + _encode_varint(value)
         for number, value in ((1, COMMAND_ID), (2, counter), (3, reflected))

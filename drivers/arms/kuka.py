@@ -45,11 +45,7 @@ class Kuka(ValidatingDriver):
             if message.position:
                 return self._state(message)
         last = f"; its session was {self.status}" if self.status else ""
-        raise DriverError(
-            Reason.SILENT,
-            f"no FRI message with joint angles from {self._where} for "
-            f"{max(0.0, deadline - asked):.3g} s{last}",
-        )
+        raise self._silence(asked, deadline, "FRI message with joint angles", last)
 
     def _disconnect(self) -> None:
         self._udp.close()

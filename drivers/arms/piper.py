@@ -85,8 +85,7 @@ class Piper(ValidatingDriver):
         asked = clock.now()
         if (frame := self._bus.receive(deadline)) is not None:
             return frame
-        waited = max(0.0, deadline - asked)
-        raise DriverError(Reason.SILENT, f"no joint angles from {self._where} for {waited:.3g} s")
+        raise self._silence(asked, deadline, "joint angles")
 
     def _take(self, frame: can.Message) -> JointState | None:
         """Add a frame to the state of this turn; return the state once it is whole."""

@@ -26,13 +26,7 @@ LONGEST_QUEUE = 10_000  # messages that wait for a late reader
 
 
 def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> JointState:
-    """Return the state of the named joints in a JointState message, as rosbridge sends it.
-
-    Args:
-        message: Its JSON, parsed.
-        joint_names: The joints wanted, in order.
-        sign: 1, or -1 to turn the efforts.
-    """
+    """Return the state of the named joints in a JointState message, parsed from its JSON."""
     try:
         names = message["name"]
         order = [names.index(name) for name in joint_names]

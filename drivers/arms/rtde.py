@@ -119,12 +119,7 @@ def encode_package(kind: int, payload: bytes = b"") -> bytes:
 
 
 def setup_payload(frequency: float, effort: str | None) -> bytes:
-    """Return the payload of the request for outputs.
-
-    Args:
-        frequency: Rate at which the controller is to send them [Hz].
-        effort: Name of one more output, of six numbers [N m].
-    """
+    """Return the request for outputs, at a rate [Hz], with one more for the efforts [N m]."""
     names = [*OUTPUTS, *([effort] if effort else [])]
     return struct.pack(">d", frequency) + ",".join(names).encode()
 

@@ -10,9 +10,10 @@ import can
 
 from ...drivers import JointState
 from ...drivers.transport import open_bus, parse_can_address
-from .emulator import PolledEmulator
+from .emulator import PolledEmulator, Version
 from .piper import DEFAULT_BUS
 
+JOINTS = 7
 HALF_RANGE = 12.5  # rad
 REST = b"\x7f\xf8\x00\x19\x1b"  # no speed, no torque, 25 and 27 degrees
 
@@ -20,9 +21,7 @@ REST = b"\x7f\xf8\x00\x19\x1b"  # no speed, no torque, 25 and 27 degrees
 class DamiaoEmulator(PolledEmulator):
     """Seven motors that answer when they are asked."""
 
-    JOINTS = 7
-    VERSIONS = ("openarm",)
-    RATES = {"openarm": 1000.0}  # noqa: RUF012
+    VERSIONS = {"openarm": Version(JOINTS, 1000.0)}  # noqa: RUF012
     status = 0
     """Status of every motor: 0 off, 1 enabled, others an alarm."""
     pmax = HALF_RANGE
@@ -30,16 +29,12 @@ class DamiaoEmulator(PolledEmulator):
 
     def listen(self, address: str) -> None:
         """Join the bus."""
-        self._address = address or DEFAULT_BUS
-        self._bus = open_bus(parse_can_address(self._address))
+        address = address or DEFAULT_BUS
+        self.driver_address = f"damiao:{address}"
+        self._bus = open_bus(parse_can_address(address))
         self.opened.callback(self._bus.shutdown)
         self._state: JointState | None = None
         self.watch(self._bus.fileno(), self._overhear)
-
-    @property
-    def driver_address(self) -> str:
-        """The bus."""
-        return f"damiao:{self._address}"
 
     def _overhear(self) -> None:
         frame = self._bus.recv(0)
@@ -48,7 +43,7 @@ class DamiaoEmulator(PolledEmulator):
         data = bytes(frame.data)
         self.journal.received(f"{frame.arbitration_id:03x}", data)
         motor = data[0]
-        if frame.arbitration_id != 0x7FF or len(data) != 8 or not 1 <= motor <= self.JOINTS:
+        if frame.arbitration_id != 0x7FF or len(data) != 8 or not 1 <= motor <= JOINTS:
             return
         self.begin()
         moment = self.moment

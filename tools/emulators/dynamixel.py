@@ -5,6 +5,7 @@ Proven against ROBOTIS' own package, dynamixel_sdk 4.1.0: it pings and reads the
 
 from collections.abc import Sequence
 
+from .emulator import Version
 from .servos import Request, ServoEmulator
 
 MODELS = {"vx300s": 1120, "koch": 1060}  # XM540-W270, XL430-W250
@@ -14,17 +15,11 @@ FIRMWARE = 45
 class DynamixelEmulator(ServoEmulator):
     """X-series servos that speak protocol 2.0."""
 
-    JOINTS = 6
-    VERSIONS = ("vx300s", "koch")
-    RATES = dict.fromkeys(VERSIONS, 1000.0)
+    VERSIONS = {"vx300s": Version(6, 1000.0), "koch": Version(5, 1000.0)}  # noqa: RUF012
+    NAMED = "dynamixel:{port}?arm={version}"
     POSITION = 132
     IDS = {"vx300s": (1, 2, 4, 6, 7, 8), "koch": (1, 2, 3, 4, 5)}  # noqa: RUF012
     OTHERS = {"vx300s": (3, 5, 9), "koch": (6,)}  # noqa: RUF012
-
-    @property
-    def driver_address(self) -> str:
-        """The line, and the arm."""
-        return f"dynamixel:{self.port}?arm={self.version}"
 
     def _take_request(self, received: bytearray) -> Request | None:
         while len(received) >= 10:

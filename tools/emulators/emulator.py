@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from ...drivers import JointState, clock
 from ...drivers.arms import SimulatedArm
@@ -48,6 +48,15 @@ class Journal:
             self._stream.write(json.dumps(line) + "\n")
 
 
+class Version(NamedTuple):
+    """Version of a protocol or a controller."""
+
+    joints: int
+    """Number of the arm's joints."""
+    rate: float
+    """States per second."""
+
+
 class Emulator(ABC):
     """One controller.
 
@@ -59,11 +68,8 @@ class Emulator(ABC):
         journal: Notes messages and states.
     """
 
-    JOINTS: ClassVar[int]
-    VERSIONS: ClassVar[tuple[str, ...]]
+    VERSIONS: ClassVar[dict[str, Version]]
     """Versions of the protocol or the controller; the first is the default."""
-    RATES: ClassVar[dict[str, float]]
-    """States per second of each version."""
     FAULTS: ClassVar[tuple[str, ...]] = COMMON_KINDS
     """Kinds of faults that it can show."""
 
@@ -77,6 +83,8 @@ class Emulator(ABC):
     ) -> None:
         self.version = version
         self.arm, self.faults, self.journal = arm, faults, journal
+        self.driver_address = ""
+        """Driver and address, as ``--driver`` takes them to read this emulator."""
         self.number = 0
         """Number of the last state."""
         self._released = 0.0
@@ -91,23 +99,13 @@ class Emulator(ABC):
         self._frozen: JointState | None = None
         self.listen(address)
 
-    @classmethod
-    def joints(cls, version: str) -> int:
-        """Return how many joints the arm of a version has."""
-        return cls.JOINTS
-
     @abstractmethod
     def listen(self, address: str) -> None:
-        """Open the sockets, and watch them."""
+        """Open the sockets, watch them, and set :attr:`driver_address`."""
 
     @abstractmethod
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one state to whoever is connected."""
-
-    @property
-    @abstractmethod
-    def driver_address(self) -> str:
-        """Driver and address, as ``--driver`` takes them to read this emulator."""
 
     @property
     def streaming(self) -> bool:

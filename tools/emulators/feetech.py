@@ -5,27 +5,21 @@ Proven against Feetech's own package, feetech-servo-sdk 1.0.0: it pings and read
 
 from collections.abc import Sequence
 
+from .emulator import Version
 from .servos import Request, ServoEmulator
 
-SO101 = 5  # joints, and a gripper
 STS3215 = 777
 
 
 class FeetechEmulator(ServoEmulator):
     """Six STS3215 on a line."""
 
-    JOINTS = SO101
-    VERSIONS = ("so101",)
-    RATES = {"so101": 1000.0}  # noqa: RUF012
+    VERSIONS = {"so101": Version(5, 1000.0)}  # noqa: RUF012
+    NAMED = "feetech:{port}"
     model = STS3215
     POSITION = 56
     IDS = {"so101": (1, 2, 3, 4, 5)}  # noqa: RUF012
     OTHERS = {"so101": (6,)}  # noqa: RUF012
-
-    @property
-    def driver_address(self) -> str:
-        """The line."""
-        return f"feetech:{self.port}"
 
     def _take_request(self, received: bytearray) -> Request | None:
         while len(received) >= 6:

@@ -8,7 +8,7 @@ import struct
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
-from .emulator import STRANGER, Emulator
+from .emulator import STRANGER, Emulator, Version
 from .fault_injection import COMMON_KINDS
 from .tcp_server import TcpServer
 
@@ -31,9 +31,7 @@ GUIDING = 3
 class FrankaEmulator(Emulator):
     """A Panda (versions 3 to 5) or FR3 (6 to 10)."""
 
-    JOINTS = 7
-    VERSIONS = ("5", "3", "4", "6", "7", "8", "9", "10")
-    RATES = dict.fromkeys(VERSIONS, 1000.0)
+    VERSIONS = dict.fromkeys(("5", "3", "4", "6", "7", "8", "9", "10"), Version(7, 1000.0))
     FAULTS = (*COMMON_KINDS, "stranger", "version")
 
     def listen(self, address: str) -> None:
@@ -41,15 +39,11 @@ class FrankaEmulator(Emulator):
         endpoint = parse_endpoint(address, 1337, default_host="127.0.0.1")
         self._target: tuple[str, int] | None = None
         self._tcp = TcpServer(self, (endpoint.host, endpoint.port))
+        self.driver_address = f"franka:{self._tcp.address}"
         self._tcp.on_message, self._tcp.on_leave = self._request, self._forget
         self._udp = self.open_udp((endpoint.host, 0))
         self._stranger = self.open_udp(STRANGER)
         self.watch(self._udp.fileno(), self._command)
-
-    @property
-    def driver_address(self) -> str:
-        """HOST:PORT."""
-        return f"franka:{self._tcp.address}"
 
     @property
     def streaming(self) -> bool:

@@ -12,30 +12,29 @@ import can
 import isotp
 
 from ...drivers.transport import open_bus, parse_can_address
-from .emulator import PolledEmulator
+from .emulator import PolledEmulator, Version
 from .piper import DEFAULT_BUS
 
 MESSAGE_BYTES = 20
 FIRST_ACTUATOR = 0x10
+JOINTS = 6
 
 
 class KinovaEmulator(PolledEmulator):
     """Six actuators on a line."""
 
-    JOINTS = 6
-    VERSIONS = ("serial", "can")
-    RATES = dict.fromkeys(VERSIONS, 1000.0)
+    VERSIONS = dict.fromkeys(("serial", "can"), Version(JOINTS, 1000.0))
 
     def listen(self, address: str) -> None:
         """Open a pseudo-terminal, or join a CAN bus."""
         self._buffer = b""
         if self.version == "serial":
             self._line, port = self.open_line(address)
-            self._address = f"serial://{port}?parity=none"  # it has none
+            self.driver_address = f"kinova:serial://{port}?parity=none"  # it has none
             self.watch(self._line, self._read_line)
             return
         bus = parse_can_address(address or DEFAULT_BUS)
-        self._address = f"can://{address or DEFAULT_BUS}"
+        self.driver_address = f"kinova:can://{address or DEFAULT_BUS}"
         self._bus = open_bus(bus)
         self.opened.callback(self._bus.shutdown)
         self._transfer = isotp.TransportLayerLogic(
@@ -44,11 +43,6 @@ class KinovaEmulator(PolledEmulator):
             address=isotp.Address(isotp.AddressingMode.Normal_11bits, txid=0x701, rxid=0x700),
         )
         self.watch(self._bus.fileno(), self._read_bus)
-
-    @property
-    def driver_address(self) -> str:
-        """The line or the bus."""
-        return f"kinova:{self._address}"
 
     def _read_line(self) -> None:
         self._buffer += os.read(self._line, 4096)
@@ -71,7 +65,7 @@ class KinovaEmulator(PolledEmulator):
         """Return what comes back: nothing, unless an actuator was asked for its position."""
         command, _, actuator = struct.unpack_from("<hBB", message)
         joint = actuator - FIRST_ACTUATOR
-        if command != 1 or joint not in range(self.JOINTS):
+        if command != 1 or joint not in range(JOINTS):
             return []
         self.begin()
         moment = self.moment

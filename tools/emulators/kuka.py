@@ -10,7 +10,7 @@ import zlib
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
-from .emulator import STRANGER, Emulator
+from .emulator import STRANGER, Emulator, Version
 from .fault_injection import COMMON_KINDS
 
 MONITORING_WAIT, MONITORING_READY, COMMANDING_ACTIVE = 1, 2, 4
@@ -20,9 +20,7 @@ START_OF_CLOCK = 1_700_000_000
 class KukaEmulator(Emulator):
     """An iiwa whose Sunrise application has opened FRI of one version."""
 
-    JOINTS = 7
-    VERSIONS = ("1.15", "1.11", "1.14", "1.16", "2.5", "2.7")
-    RATES = dict.fromkeys(VERSIONS, 200.0)
+    VERSIONS = dict.fromkeys(("1.15", "1.11", "1.14", "1.16", "2.5", "2.7"), Version(7, 200.0))
     FAULTS = (*COMMON_KINDS, "stranger", "version", "commanding")
 
     def listen(self, address: str) -> None:
@@ -33,16 +31,12 @@ class KukaEmulator(Emulator):
         self._client = (endpoint.options.get("client", "127.0.0.1"), endpoint.port)
         self._multiplier = endpoint.options.integer("multiplier", 1)
         self._udp = self.open_udp((endpoint.host, endpoint.port))
+        host, port = self._udp.getsockname()
+        self.driver_address = f"kuka:{host}:{port}?bind={self._client[0]}"
         self._stranger = self.open_udp(STRANGER)
         self._replies = 0
         self._answered = False
         self.watch(self._udp.fileno(), self._reply)
-
-    @property
-    def driver_address(self) -> str:
-        """HOST:PORT of the controller, and where the client listens."""
-        host, port = self._udp.getsockname()
-        return f"kuka:{host}:{port}?bind={self._client[0]}"
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one monitoring message."""

@@ -11,7 +11,7 @@ import can
 
 from ...drivers import JointState
 from ...drivers.transport import open_bus, parse_can_address
-from .emulator import Emulator
+from .emulator import Emulator, Version
 
 DEFAULT_BUS = "udp_multicast/239.74.163.2?port=43113&hop_limit=0"
 JOINT_FRAMES = (0x2A5, 0x2A6, 0x2A7)
@@ -20,23 +20,17 @@ JOINT_FRAMES = (0x2A5, 0x2A6, 0x2A7)
 class PiperEmulator(Emulator):
     """A Piper that sends its joint angles, whoever listens."""
 
-    JOINTS = 6
-    VERSIONS = ("1",)
-    RATES = {"1": 200.0}  # noqa: RUF012
+    VERSIONS = {"1": Version(6, 200.0)}  # noqa: RUF012
 
     def listen(self, address: str) -> None:
         """Join the bus; every frame of anybody else is noted."""
-        self._address = address or DEFAULT_BUS
-        self._bus = open_bus(parse_can_address(self._address))
+        address = address or DEFAULT_BUS
+        self.driver_address = f"piper:{address}"
+        self._bus = open_bus(parse_can_address(address))
         self.opened.callback(self._bus.shutdown)
         self._own: Counter[tuple[int, bytes]] = Counter()
         self.watch(self._bus.fileno(), self._overhear)
         self.begin()
-
-    @property
-    def driver_address(self) -> str:
-        """The bus."""
-        return f"piper:{self._address}"
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send the three frames of one state."""

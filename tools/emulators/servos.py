@@ -20,6 +20,8 @@ MOST_BYTES = 4096
 class ServoEmulator(PolledEmulator):
     """Servos that answer when they are asked; what is written to them they ignore."""
 
+    NAMED: ClassVar[str]
+    """Driver and address of a port and a version."""
     POSITION: ClassVar[int]
     """The register in which the position begins."""
     IDS: ClassVar[dict[str, tuple[int, ...]]]
@@ -29,11 +31,6 @@ class ServoEmulator(PolledEmulator):
     stiff = False
     """True if the torque is on."""
 
-    @classmethod
-    def joints(cls, version: str) -> int:
-        """Return how many joints the arm of a version has."""
-        return len(cls.IDS[version])
-
     def listen(self, address: str) -> None:
         """Open a pseudo-terminal."""
         self._buffer = bytearray()
@@ -41,7 +38,8 @@ class ServoEmulator(PolledEmulator):
         """Error code of a servo, by its number."""
         self.turned: dict[int, int] = {}
         """Position of a servo that does not follow its joint, by its number."""
-        self.line, self.port = self.open_line(address)
+        self.line, port = self.open_line(address)
+        self.driver_address = self.NAMED.format(port=port, version=self.version)
         self.watch(self.line, self._read_line)
 
     @abstractmethod

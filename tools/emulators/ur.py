@@ -7,7 +7,7 @@ import struct
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
-from .emulator import Emulator
+from .emulator import Emulator, Version
 from .fault_injection import COMMON_KINDS
 from .tcp_server import TcpServer
 
@@ -24,22 +24,20 @@ RUNNING, NORMAL = 7, 1
 class UrEmulator(Emulator):
     """A controller of one software version, with one client."""
 
-    JOINTS = 6
-    VERSIONS = ("5.11", "3.15", "10.7")
-    RATES = {"5.11": 500.0, "3.15": 125.0, "10.7": 500.0}  # noqa: RUF012
+    VERSIONS = {  # noqa: RUF012
+        "5.11": Version(6, 500.0),
+        "3.15": Version(6, 125.0),
+        "10.7": Version(6, 500.0),
+    }
     FAULTS = (*COMMON_KINDS, "version")
 
     def listen(self, address: str) -> None:
         """Open TCP port 30004."""
         endpoint = parse_endpoint(address, 30004, default_host="127.0.0.1")
         self._tcp = TcpServer(self, (endpoint.host, endpoint.port))
+        self.driver_address = f"ur:{self._tcp.address}"
         self._tcp.on_message, self._tcp.on_leave = self._requests, self._forget
         self._forget()
-
-    @property
-    def driver_address(self) -> str:
-        """HOST:PORT."""
-        return f"ur:{self._tcp.address}"
 
     @property
     def streaming(self) -> bool:

@@ -6,7 +6,7 @@ Proven against UFACTORY's own package, xarm-python-sdk 1.18.4: its structures re
 import struct
 
 from ...drivers import JointState
-from .emulator import Emulator
+from .emulator import Emulator, Version
 from .tcp_server import TcpServer
 
 HOST = "127.0.0.1"
@@ -19,30 +19,23 @@ MOST_CLIENTS = 100
 class XArmEmulator(Emulator):
     """A controller with some of its report ports, named by its arm: with or without port 30000."""
 
-    JOINTS = 6
-    VERSIONS = ("xarm6", "xarm6-old", "xarm7", "xarm5")
-    RATES = {"xarm6": 250.0, "xarm6-old": 100.0, "xarm7": 250.0, "xarm5": 250.0}  # noqa: RUF012
-
-    @classmethod
-    def joints(cls, version: str) -> int:
-        """Return how many joints the arm of a version has."""
-        return int(version.removeprefix("xarm")[0])
+    VERSIONS = {  # noqa: RUF012
+        "xarm6": Version(6, 250.0),
+        "xarm6-old": Version(6, 100.0),
+        "xarm7": Version(7, 250.0),
+        "xarm5": Version(5, 250.0),
+    }
 
     def listen(self, address: str) -> None:
         """Listen on the report ports."""
-        self._host = address or HOST
         self._port = 30003 if self.version.endswith("old") else 30000
         self._fast, self._rich = (
-            TcpServer(self, (self._host, port), str(port), clients=MOST_CLIENTS)
+            TcpServer(self, (address or HOST, port), str(port), clients=MOST_CLIENTS)
             for port in (self._port, RICH)
         )
         self._fast.on_join = self.begin
         self._rich.on_join = self._send_rich
-
-    @property
-    def driver_address(self) -> str:
-        """The host."""
-        return f"xarm:{self._host}"
+        self.driver_address = f"xarm:{address or HOST}"
 
     @property
     def streaming(self) -> bool:

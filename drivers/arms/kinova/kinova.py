@@ -80,12 +80,9 @@ class Kinova(PolledDriver):
         self._arm.close()
 
     def _measure(self, deadline: float) -> tuple[Measurement, float]:
-        """Ask all joints once; return their answers and the time in the middle [s].
-
-        Joints are asked one after the other. If that takes much longer than the fastest time so
-        far, this computer or the bus was held up and the arm may have moved meanwhile: all are
-        asked again.
-        """
+        """Ask all joints once; return their answers and the time in the middle [s]."""
+        # Joints are asked one after the other. If that takes much longer than the fastest time so
+        # far, the computer or the bus was held up, and the arm may have moved: all are asked again.
         while True:
             start = clock.now()
             self._next_poll = start + 1 / self._arm.rate
@@ -101,22 +98,14 @@ class Kinova(PolledDriver):
 
 
 class Unwrap:
-    """Makes angles continuous that jump by a whole turn, as from 359 to 0 degrees.
-
-    Args:
-        centred: True to bring the first angles between -180 and 180 degrees.
-    """
+    """Makes angles continuous that jump by a whole turn, as from 359 to 0 degrees."""
 
     def __init__(self, centred: bool) -> None:
         self._last: tuple[float, ...] | None = None
         self._centred = centred
 
     def __call__(self, degrees: Sequence[float]) -> tuple[float, ...]:
-        """Return the angles [rad], each within half a turn of the same joint's last one.
-
-        Args:
-            degrees: The angles as they came [degrees].
-        """
+        """Return angles [degrees] in radians, each within half a turn of the joint's last one."""
         reference = self._last or ((0.0,) * len(degrees) if self._centred else degrees)
         self._last = tuple(
             angle - 2 * HALF_TURN * round((angle - last) / (2 * HALF_TURN))

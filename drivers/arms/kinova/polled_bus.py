@@ -109,16 +109,7 @@ class IsoTpLink:
 
 
 class PolledArm(KinovaArm):
-    """Actuators that answer one after the other.
-
-    Args:
-        link: Carries the messages.
-        where: The link as messages name it.
-        options: ``joints``, ``rate`` and ``effort`` of the address.
-
-    Raises:
-        DriverError: An actuator does not answer.
-    """
+    """Actuators that answer one after the other; ``where`` is the link as messages name it."""
 
     def __init__(self, link: SerialLink | IsoTpLink, where: str, options: Options) -> None:
         self._link, self._where = link, where

@@ -60,16 +60,7 @@ ARMS = {**FEETECH_ARMS, **DYNAMIXEL_ARMS}
 
 
 def choose_map(options: Options, arms: dict[str, ServoMap], default: str | None) -> ServoMap:
-    """Return the map that an address asks for.
-
-    Args:
-        options: The address's options.
-        arms: The arms that the driver knows.
-        default: The arm where the address names none, and no ids.
-
-    Raises:
-        DriverError: BAD_ADDRESS, with what would work.
-    """
+    """Return the map that an address asks for, of a driver's arms; one by default, or by ids."""
     name = options.get("arm", default)
     if name is None and "ids" not in options:
         raise DriverError(

@@ -34,36 +34,18 @@ class Packets(Protocol):
         ...
 
     def take_answer(self, received: bytearray, count: int) -> Answer | None:
-        """Take the next answer with so many bytes of registers off; None if it is not whole yet.
-
-        Bytes that are no such answer are dropped.
-        """
+        """Take the next answer of so many bytes off; other bytes are dropped; None if not whole."""
         ...
 
 
 class ServoBus:
-    """Servos on a serial line.
-
-    Args:
-        line: The line.
-        packets: The make's packets.
-    """
+    """Servos on a serial line."""
 
     def __init__(self, line: SerialLine, packets: Packets) -> None:
         self._line, self._packets = line, packets
 
     def ask(self, register: int, count: int, servos: Sequence[int]) -> list[Answer]:
-        """Return the servos' registers, in the order asked.
-
-        Args:
-            register: The first one's address.
-            count: Number of bytes.
-            servos: Numbers of the servos.
-
-        Raises:
-            ValueError: A servo gave no whole answer; the message names it.
-            DriverError: UNREACHABLE when the line is lost.
-        """
+        """Return so many bytes of the servos' registers, from one on, in the order asked."""
         self._line.flush()
         self._line.write(self._packets.encode_request(register, count, servos))
         answers: dict[int, Answer] = {}

@@ -74,7 +74,7 @@ def run(options: Options, terminal: Terminal) -> int:
 def open_emulator(options: Options) -> Emulator:
     """Return the emulator that was asked for, listening."""
     kind = _load(options.controller)
-    version = options.version or kind.VERSIONS[0]
+    version = options.version or next(iter(kind.VERSIONS))
     if version not in kind.VERSIONS:
         raise MukcaError(
             f"{options.controller} has no version {version}; one of: {', '.join(kind.VERSIONS)}"
@@ -106,8 +106,9 @@ def _load(name: str) -> type[Emulator]:
 
 
 def _arm(options: Options, kind: type[Emulator], version: str) -> SimulatedArm:
-    rate = kind.RATES[version] if options.rate is None else options.rate
-    motion, joints = (options.hold, options.move), kind.joints(version)
+    joints, usual_rate = kind.VERSIONS[version]
+    rate = usual_rate if options.rate is None else options.rate
+    motion = options.hold, options.move
     if options.recording is None:
         return wandering_arm(joints, rate, motion, options.noise)
     return replay_arm(options.recording, joints, rate, motion, options.noise)
