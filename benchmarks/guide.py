@@ -180,7 +180,7 @@ def choose(model: ExtendedModel, train: Placement, each: int) -> Placement:
     for i in range(2 * each):
         socket = i % 2
         q = np.array([s.position for s in left[socket]])
-        best = int(np.argmax(known.gains(q, socket, where.shape)))
+        best = int(np.argmax(known.variance_reduction(q, socket, where.shape)))
         chosen.append(left[socket].pop(best))
         known = known.with_samples(q[best : best + 1], socket)
     chosen.sort(key=lambda s: s.socket)

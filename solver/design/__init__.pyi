@@ -1,4 +1,4 @@
-from .base_placement import closing_words as closing_words
+from .base_placement import next_base_advice as next_base_advice
 from .expected_accuracy import ErrorMap as ErrorMap
 from .expected_accuracy import JointEffect as JointEffect
 from .expected_accuracy import error_map as error_map
@@ -6,13 +6,14 @@ from .expected_accuracy import joint_effects as joint_effects
 from .expected_accuracy import predicted_error as predicted_error
 from .expected_accuracy import predicted_posterior as predicted_posterior
 from .expected_accuracy import workspace_samples as workspace_samples
-from .knowledge import ParameterCovariance as ParameterCovariance
-from .knowledge import Workspace as Workspace
-from .knowledge import from_fit as from_fit
-from .knowledge import from_prior as from_prior
-from .knowledge import workspace_of as workspace_of
-from .plan import expected_groups as expected_groups
+from .information import ParameterCovariance as ParameterCovariance
+from .information import Workspace as Workspace
+from .information import expected_groups as expected_groups
+from .information import from_fit as from_fit
+from .information import from_prior as from_prior
+from .information import workspace_of as workspace_of
 from .plan_placements import Plan as Plan
 from .plan_placements import picture as picture
+from .plan_placements import plan as plan
 from .reachability import Reach as Reach
 from .reachability import skeleton as skeleton

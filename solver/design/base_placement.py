@@ -1,9 +1,11 @@
-"""Where the socket base could stand next, and what recording there would bring."""
+"""Places of the socket base, and the accuracy that recording there would bring."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
-from .knowledge import ParameterCovariance, Workspace
-from .plan import Site, between, with_site
+from ..data import CALIPER_DEVIATION, SEAT_DEVIATION
+from .information import ParameterCovariance, Workspace
 from .reachability import Reach
 
 POSES = 20
@@ -15,7 +17,23 @@ ANGLES = np.deg2rad([-90, -45, 0, 45, 90])
 LONG = 0.2
 """The longer base that is compared [m]."""
 KNOWN = 1e-4
-"""How well the distance between two bases can be measured [m]."""
+"""Standard deviation of a measured distance between two bases [m]."""
+
+
+@dataclass(frozen=True)
+class Site:
+    """A place for the socket base, and poses that reach its two sockets."""
+
+    centres: np.ndarray
+    """Of the sockets, shape (2, 3) [m]."""
+    poses: tuple[np.ndarray, np.ndarray]
+    """Joint positions for each socket, shape (N, m)."""
+
+    @property
+    def along(self) -> np.ndarray:
+        """Unit vector from socket 0 to socket 1."""
+        offset = self.centres[1] - self.centres[0]
+        return offset / np.linalg.norm(offset).clip(1e-9)
 
 
 def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray) -> Site | None:
@@ -50,14 +68,53 @@ def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site
     return sites
 
 
-def closing_words(
-    known: ParameterCovariance, where: Workspace, reach: Reach, here: np.ndarray, distance: float
-) -> tuple[str, ...]:
-    """Return what another placement would bring, where, and how it could bring more.
+def with_site(
+    known: ParameterCovariance,
+    site: Site,
+    where: Workspace,
+    samples: int,
+    before: Site | None = None,
+) -> ParameterCovariance:
+    """Return the covariance after recording at another site.
 
     Args:
-        known: What this placement taught.
-        where: What is to be known.
+        known: The covariance so far.
+        site: The base's place.
+        where: Distances to be known.
+        samples: Number in each socket; they are chosen greedily among the site's poses.
+        before: An earlier site of the same base, whose sockets are the first two of ``known``; its
+            distance was measured there. None: it is measured here.
+    """
+    first = known.sockets
+    known = known.with_socket().with_socket()
+    u = site.along
+    ends = {first: -u, first + 1: u}
+    if before is None:
+        known = known.with_lengths(ends, CALIPER_DEVIATION)
+    else:  # as long as it was there
+        ends |= {0: before.along, 1: -before.along}
+        known = known.with_lengths(ends, 2**0.5 * SEAT_DEVIATION)
+    for i in range(2 * samples):
+        socket = i % 2
+        poses = site.poses[socket]
+        best = best_of(known, poses, first + socket, where)
+        known = known.with_samples(poses[best : best + 1], first + socket)
+    return known
+
+
+def best_of(known: ParameterCovariance, poses: np.ndarray, socket: int, where: Workspace) -> int:
+    """Return the index of the pose that would teach most."""
+    return int(np.argmax(known.variance_reduction(poses, socket, where.shape)))
+
+
+def next_base_advice(
+    known: ParameterCovariance, where: Workspace, reach: Reach, here: np.ndarray, distance: float
+) -> tuple[str, ...]:
+    """Return lines on the best next placement: its place, its gain, and ways to a larger one.
+
+    Args:
+        known: The covariance after this placement.
+        where: Distances to be known.
         reach: Finds poses.
         here: The centres of this placement's two sockets, shape (2, 3) [m].
         distance: Between them [m].
@@ -71,7 +128,8 @@ def closing_words(
     best = int(np.argmin([k.error(where) for k in after]))
     site, then = sites[best], after[best]
     x, y, z = site.centres.mean(axis=0)
-    u = between([before, site])
+    offset = site.centres[0] - here[0]
+    u = offset / np.linalg.norm(offset).clip(1e-9)
     tied = then.with_lengths({0: -u, known.sockets: u}, KNOWN)
     longer = site_at(reach, site.centres.mean(axis=0), LONG, site.along)
     lines = [

@@ -1,4 +1,4 @@
-"""What a calibration will be worth: after more recordings, at each place, and joint by joint.
+"""Expected accuracy of a calibration: after more recordings, at each place, and joint by joint.
 
 All of it follows from the posterior's covariance, to first order; docs/model.md introduces it.
 """
@@ -23,11 +23,10 @@ from ..data import (
 )
 from ..paper import NotConverged
 from ..robot import Robot, choose_parameters, gravity_moments, workspace
+from .information import from_fit
 
 POSES = 2000
 """Random poses of the workspace."""
-ANYWHERE = 1.0
-"""Standard deviation of where a socket may be, before it is recorded [m]."""
 CELLS = 10
 """Of the map, from the robot's base to the farthest of the balls."""
 
@@ -35,45 +34,35 @@ CELLS = 10
 def predicted_posterior(
     posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]]
 ) -> Posterior:
-    """Return what would be known of the model after recording the same base at another place.
+    """Return the posterior of the model after recording the same base at another place.
 
-    Each sample tells where the ball is in its socket, by the noise that was found. The sockets are
-    as far apart as before, but for how the base bends: an error of their distance is the same one,
-    and recording more does not make it smaller. What the new errors will be, nobody knows; only how
-    well they tell.
+    The sockets are as far apart as before, but for how the base bends: an error of their distance
+    is the same one, and recording more does not make it smaller.
 
     Args:
-        posterior: What is known.
+        posterior: Of the recordings so far.
         by_socket: For each socket, joint positions, shape (N_k, m) [rad], and moments that hold
             the joints, shape (N_k, 3 m) [N m].
     """
-    size, old, new = posterior.model.size, len(posterior.covariance), 3 * len(by_socket)
-    prior = np.zeros((old + new, old + new))
-    prior[:old, :old] = posterior.covariance
-    prior[old:, old:] = np.eye(new) * ANYWHERE**2
+    known = from_fit(posterior)
+    old, first = len(known.covariance), known.sockets
+    for _ in by_socket:
+        known = known.with_socket()
     rows: list[np.ndarray] = []
-    centres: list[np.ndarray] = []
     for k, (q, moments) in enumerate(by_socket):
-        points, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
-        row = np.zeros((len(q), 3, old + new))
-        row[:, :, :size] = J
-        row[:, :, old + 3 * k : old + 3 * k + 3] = -np.eye(3)
-        scales = posterior.noise.as_gaussian(by_joints)
-        rows.append((np.linalg.inv(np.linalg.cholesky(scales)) @ row).reshape(-1, old + new))
-        centres.append(points.mean(axis=0))
+        A, C = known.sample_rows(q, first + k, moments)
+        whitened = np.linalg.inv(np.linalg.cholesky(C)) @ A
+        rows.append(whitened.reshape(-1, len(known.covariance)))
     before = next((known for known in posterior.data.known if known.on_base), None)
-    if before is not None and len(centres) > 1:
-        row = np.zeros((1, old + new))
+    if before is not None and len(by_socket) > 1:
         there = posterior.centres[before.second] - posterior.centres[before.first]
-        here = centres[1] - centres[0]
-        ends = ((size + 3 * before.first, size + 3 * before.second), (old, old + 3))
-        for (a, b), offset in zip(ends, (-there, here), strict=True):
-            row[0, b : b + 3] = offset / np.linalg.norm(offset)
-            row[0, a : a + 3] = -row[0, b : b + 3]
+        zero, one = (posterior.model.linearise(posterior.x, *s)[0].mean(0) for s in by_socket[:2])
+        u, v = (offset / np.linalg.norm(offset) for offset in (there, one - zero))
+        row = known.length_row({before.first: u, before.second: -u, first: -v, first + 1: v})
         rows.append(row / (2**0.5 * SEAT_DEVIATION))
-    A = np.concatenate(rows)
-    gain = np.linalg.solve(np.eye(len(A)) + A @ prior @ A.T, A @ prior)
-    return replace(posterior, covariance=(prior - (A @ prior).T @ gain)[:old, :old])
+    everything = np.concatenate(rows)
+    covariance = known.updated(everything, np.eye(len(everything))).covariance
+    return replace(posterior, covariance=covariance[:old, :old])
 
 
 @dataclass(frozen=True)
@@ -92,7 +81,7 @@ def workspace_samples(model: ExtendedModel, x: np.ndarray, load: Load) -> Worksp
     Args:
         model: The calibrated model.
         x: Its unknowns, shape (size,).
-        load: What pulls at the joints.
+        load: Gravity and payload.
     """
     q = workspace(model.robot, POSES)
     moments = gravity_moments(model.robot, q, load.gravity, load.payload)
@@ -101,7 +90,7 @@ def workspace_samples(model: ExtendedModel, x: np.ndarray, load: Load) -> Worksp
 
 @dataclass(frozen=True)
 class ErrorMap:
-    """How well places are known, seen from where the calibration was recorded."""
+    """Predicted errors of places, relative to those that were recorded."""
 
     width: float
     """Of a square cell [m]."""
@@ -133,7 +122,7 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
 
 @dataclass(frozen=True)
 class JointEffect:
-    """How far the calibrated numbers of a joint move the ball: root mean square over poses [m]."""
+    """Displacement of the ball by a joint's calibrated numbers: root mean square over poses [m]."""
 
     joint: str
     recorded: float
@@ -148,7 +137,7 @@ def joint_effects(
     poses: WorkspaceSamples,
     by_socket: Sequence[tuple[np.ndarray, np.ndarray]],
 ) -> tuple[JointEffect, ...]:
-    """Return how far the numbers of each joint, and of the ball, move the ball.
+    """Return the displacements of the ball by the numbers of each joint, and of the ball.
 
     It is the error that would come back if the calibration left this joint alone: the ball's
     displacement, less its mean in each socket, or over all random poses.

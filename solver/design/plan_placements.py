@@ -1,4 +1,4 @@
-"""A plan of recordings for an arm: where the base should stand, and what that would bring."""
+"""Plan of recordings for an arm: places of the base, and the accuracy that they bring."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,15 +7,20 @@ import numpy as np
 
 from ..bayes.model import Noise, extend
 from ..robot import Robot, SimulationError, choose_parameters
-from .base_placement import site_at, sites_around
-from .knowledge import ParameterCovariance, Workspace, from_prior, workspace_of
-from .plan import Site, expected_groups, with_site
+from .base_placement import Site, site_at, sites_around, with_site
+from .information import (
+    ParameterCovariance,
+    Workspace,
+    expected_groups,
+    from_prior,
+    workspace_of,
+)
 from .reachability import Reach
 
 RADII = (0.5, 0.4, 0.3, 0.6)
-"""Where the first base may stand, as a share of the arm's length."""
+"""Distances of the first base from the robot's axis, as shares of the arm's length."""
 HEIGHT = 0.1
-"""How high, likewise."""
+"""Its height, likewise."""
 NOISE = Noise(1e-4, 0.0)
 """Of a sample [m]."""
 
@@ -37,13 +42,13 @@ class Plan:
 
 
 def plan(robot: Robot, distance: float, placements: int, samples: int) -> Plan:
-    """Return where a base should stand, and what is predicted.
+    """Return the best places of a base, and the predicted errors.
 
     Args:
         robot: The nominal robot.
         distance: Between the base's sockets [m].
-        placements: How many at most.
-        samples: In each socket.
+        placements: Their number at most.
+        samples: Number in each socket.
 
     Raises:
         SimulationError: The arm reaches no place for the base.
@@ -66,7 +71,7 @@ def plan(robot: Robot, distance: float, placements: int, samples: int) -> Plan:
 def _best(
     known: ParameterCovariance, sites: list[Site], where: Workspace, samples: int, first: Site
 ) -> tuple[ParameterCovariance, int]:
-    """Return what is known after the best of some sites, and which it is."""
+    """Return the covariance after the best of some sites, and its index."""
     after = [with_site(known, site, where, samples, first) for site in sites]
     best = int(np.argmin([k.error(where) for k in after]))
     return after[best], best

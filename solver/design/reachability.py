@@ -1,4 +1,4 @@
-"""Which poses a hand can lead the arm to, with the ball in a socket."""
+"""Poses to which a hand can lead the arm, with the ball in a socket."""
 
 from functools import cached_property
 
@@ -8,9 +8,9 @@ import numpy as np
 from ..robot import InverseKinematics, Robot, RowFunction, SimulationError, link_frames, workspace
 
 MARGIN = 0.05
-"""How far a pose keeps from each end of a joint's range, as a share of it."""
+"""Distance of a pose from each end of a joint's range, as a share of it."""
 TABLE = 0.03
-"""How far above the table each link's frame must be [m]."""
+"""Least height of each link's frame above the table [m]."""
 MOVES = 0.15
 """A frame that moves by less than this is part of the robot's foot [m]."""
 FOOT = 0.03
@@ -55,7 +55,7 @@ class Reach:
         return reached[:count]
 
     def _allowed(self, q: np.ndarray, centre: np.ndarray) -> np.ndarray:
-        """Return which poses are clear of the limits and of the table, shape (N,)."""
+        """Return a mask of poses that are clear of the limits and of the table, shape (N,)."""
         margin = MARGIN * (self._guide.upper - self._guide.lower)
         inside = np.all((q > self._guide.lower + margin) & (q < self._guide.upper - margin), axis=1)
         height = self._frames(q)[0].reshape(len(q), -1, 3)[:, self._moving, 2]
@@ -63,7 +63,7 @@ class Reach:
 
     @cached_property
     def _moving(self) -> np.ndarray:
-        """Which frames move, the ball's left out, as indices."""
+        """Indices of the frames that move, the ball's left out."""
         places = self._frames(workspace(self.robot, 50))[0].reshape(50, -1, 3)[:, :-1]
         return np.flatnonzero(np.ptp(places, axis=0).max(axis=1) > MOVES)
 

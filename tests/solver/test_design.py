@@ -13,7 +13,7 @@ from mukca.solver.design import (
     from_prior,
     workspace_of,
 )
-from mukca.solver.design.plan import Site, best_of, with_site
+from mukca.solver.design.base_placement import Site, best_of, with_site
 from mukca.solver.robot import choose_parameters, load_robot, workspace
 
 
@@ -37,11 +37,13 @@ def variance(known: ParameterCovariance, where: Workspace) -> float:
 def test_the_gain_that_is_promised_is_had(known: ParameterCovariance, where: Workspace) -> None:
     q = workspace(known.model.robot, 12)
     known = known.with_samples(q[:6], 0).with_samples(q[6:9], 1)
-    promised = known.gains(q[9:], 1, where.mean)
+    promised = known.variance_reduction(q[9:], 1, where.mean)
     had = [1 - variance(known.with_samples(r[None], 1), where) / variance(known, where)
            for r in q[9:]]  # fmt: skip
     assert promised == pytest.approx(had, rel=1e-6)
-    assert best_of(known, q[9:], 1, where) == int(np.argmax(known.gains(q[9:], 1, where.shape)))
+    assert best_of(known, q[9:], 1, where) == int(
+        np.argmax(known.variance_reduction(q[9:], 1, where.shape))
+    )
 
 
 def test_the_order_of_samples_does_not_matter(known: ParameterCovariance) -> None:

@@ -15,10 +15,10 @@ from ...solver.design import (
     ParameterCovariance,
     Reach,
     Workspace,
-    closing_words,
     expected_groups,
     from_fit,
     from_prior,
+    next_base_advice,
     workspace_of,
 )
 from ...solver.paper import NotConverged
@@ -165,7 +165,7 @@ class PoseSelector:
         centres = [self._centre(samples, k) for k in (0, 1)]
         here = np.array([c for c in centres if c is not None])
         where = workspace_of(self._model, known.x)
-        return closing_words(known, where, self._reach, here, self._distance)
+        return next_base_advice(known, where, self._reach, here, self._distance)
 
     def _next(
         self,
@@ -179,14 +179,14 @@ class PoseSelector:
         poses = self._candidates(samples, socket)
         if not len(poses):
             return None, 0.0
-        gains = known.gains(poses, socket, where.shape)
+        gains = known.variance_reduction(poses, socket, where.shape)
         best = int(np.argmax(gains))
         if position is not None:
             far = np.abs(poses - np.array(position)).max(axis=1)
             far[gains < NEARLY * gains[best]] = np.inf
             best = int(np.argmin(far))
         # of variance; of the deviation it is half as much
-        gain = known.gains(poses[best : best + 1], socket, where.mean)
+        gain = known.variance_reduction(poses[best : best + 1], socket, where.mean)
         return tuple(poses[best].tolist()), 1 - float(np.sqrt(1 - gain.max()))
 
     def _candidates(self, samples: Sequence[Sample], socket: int) -> np.ndarray:

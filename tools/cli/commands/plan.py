@@ -35,8 +35,7 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Show the table, and write the picture."""
-    from ....solver.design import picture
-    from ....solver.design.plan_placements import plan
+    from ....solver.design import picture, plan
     from ....solver.results import refuse_existing, write_files
 
     if options.out:

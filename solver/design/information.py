@@ -1,0 +1,218 @@
+"""Covariance of an arm's unknowns after samples, before they are taken.
+
+What a sample teaches depends on where the arm stands, not on how large its error comes out. With
+Sigma the covariance of all unknowns (the geometry x, and the centre of each socket), a sample in
+socket s whose ball moves by J with x adds to the information
+
+    Sigma'^-1 = Sigma^-1 + A^T C^-1 A            A = [J, 0, -I at socket s, 0]            (D1)
+
+with C the noise of a sample. A calibration is for distances in the workspace: with g_k the
+derivative of the distance between the k-th of K random pairs of poses by x, their mean variance is
+tr(Sigma G) with G = sum_k g_k g_k^T / K, and one more sample lowers it by
+
+    tr(S^-1 (A Sigma) G (A Sigma)^T)             S = A Sigma A^T + C                      (D2)
+
+The sample that lowers it most is the best next one (I-optimal design, chosen greedily; Fedorov
+1972; for robots Sun and Hollerbach 2008).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..bayes.inference import Posterior
+from ..bayes.model import ExtendedModel, Noise, PriorGroup, prior_groups
+from ..data import Observations
+from ..robot import workspace
+
+CENTRE = 1.0
+"""Standard deviation of where a socket is before the first sample in it [m]."""
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """Distances between random pairs of poses, by which a calibration is judged."""
+
+    slopes: np.ndarray
+    """g_k, derivatives of the distances by the model's unknowns, shape (K, size)."""
+    lengths: np.ndarray
+    """The distances, shape (K,) [m]."""
+
+    @property
+    def mean(self) -> np.ndarray:
+        """G, shape (size, size)."""
+        return self.slopes.T @ self.slopes / len(self.slopes)
+
+    @property
+    def shape(self) -> np.ndarray:
+        """G of the distances relative to each other, the arm's scale left out, shape (size, size).
+
+        All samples tell the scale alike, by the base's length. Poses differ in what they tell of
+        all else, so they are chosen by this.
+        """
+        scale = self.lengths @ self.slopes / (self.lengths @ self.lengths)
+        slopes = self.slopes - np.outer(self.lengths, scale)
+        return slopes.T @ slopes / len(slopes)
+
+
+def workspace_of(model: ExtendedModel, x: np.ndarray, pairs: int = 200) -> Workspace:
+    """Return random pairs of poses within the joints' limits."""
+    q = workspace(model.robot, 2 * pairs)
+    points, by_unknowns, _ = model.linearise(x, q, np.zeros((len(q), 2 * q.shape[1])))
+    offset = points[1::2] - points[::2]
+    lengths: np.ndarray = np.linalg.norm(offset, axis=1).clip(1e-12)
+    direction = offset / lengths[:, None]
+    slopes = np.einsum("ni,nij->nj", direction, by_unknowns[1::2] - by_unknowns[::2])
+    return Workspace(slopes, lengths)
+
+
+@dataclass(frozen=True)
+class ParameterCovariance:
+    """Covariance of the unknowns of an arm and of the sockets' centres."""
+
+    model: ExtendedModel
+    x: np.ndarray
+    """Point at which the model is linearised, shape (size,)."""
+    noise: Noise
+    covariance: np.ndarray
+    """Sigma of x and the centres of S sockets, shape (size + 3 S, size + 3 S)."""
+
+    @property
+    def sockets(self) -> int:
+        """Number of sockets."""
+        return (len(self.covariance) - self.model.size) // 3
+
+    def error(self, where: Workspace) -> float:
+        """Return the predicted error of distances: the median of one standard deviation [m]."""
+        return float(np.median(self.deviations(where)))
+
+    def deviations(self, where: Workspace) -> np.ndarray:
+        """Return the predicted standard deviation of each distance, shape (K,) [m]."""
+        size = self.model.size
+        own = self.covariance[:size, :size]
+        return np.sqrt(np.einsum("ni,ij,nj->n", where.slopes, own, where.slopes))
+
+    def with_socket(self) -> "ParameterCovariance":
+        """Return the same with one more socket, whose centre is unknown."""
+        n = len(self.covariance)
+        covariance = np.zeros((n + 3, n + 3))
+        covariance[:n, :n] = self.covariance
+        covariance[n:, n:] = CENTRE**2 * np.eye(3)
+        return replace(self, covariance=covariance)
+
+    def with_lengths(
+        self, ends: Mapping[int, np.ndarray], deviation: float
+    ) -> "ParameterCovariance":
+        """Return the same with a measured sum of lengths; see :meth:`length_row`.
+
+        Args:
+            ends: Derivatives of the sum by the sockets' centres.
+            deviation: Standard deviation of the measurement [m].
+        """
+        return self.updated(self.length_row(ends), np.array([[deviation**2]]))
+
+    def with_samples(self, q: np.ndarray, socket: int) -> "ParameterCovariance":
+        """Return the same with more samples in a socket, at configurations of shape (N, m)."""
+        known = self
+        for A, C in zip(*self.sample_rows(q, socket), strict=True):
+            known = known.updated(A, C)
+        return known
+
+    def variance_reduction(self, q: np.ndarray, socket: int, G: np.ndarray) -> np.ndarray:
+        """Return the share by which each of some samples would lower the mean variance (D2).
+
+        Args:
+            q: Their configurations, shape (N, m).
+            socket: The socket that the ball would be in.
+            G: The variance to lower, see :class:`Workspace`.
+
+        Returns:
+            Shape (N,).
+        """
+        size, sigma = self.model.size, self.covariance
+        begin = size + 3 * socket
+        _, J, by_joints = self._linearised(q)
+        cross = J @ sigma[:size] - sigma[begin : begin + 3]  # A Sigma, shape (N, 3, n)
+        own = cross[:, :, :size]
+        S = (
+            own @ J.transpose(0, 2, 1)
+            - cross[:, :, begin : begin + 3]
+            + self.noise.as_gaussian(by_joints)
+        )
+        lowered = np.einsum("nij,nji->n", np.linalg.inv(S), own @ G @ own.transpose(0, 2, 1))
+        return lowered / float(np.trace(sigma[:size, :size] @ G))
+
+    def length_row(self, ends: Mapping[int, np.ndarray]) -> np.ndarray:
+        """Return the derivatives of a sum of lengths between sockets, shape (1, n).
+
+        Args:
+            ends: For each socket, the sum's derivative by its centre, shape (3,): for a distance
+                from socket 0 to 1 along a unit vector u, ``{0: -u, 1: u}``.
+        """
+        row = np.zeros((1, len(self.covariance)))
+        for socket, slope in ends.items():
+            begin = self.model.size + 3 * socket
+            row[0, begin : begin + 3] = slope
+        return row
+
+    def sample_rows(
+        self, q: np.ndarray, socket: int, moments: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return A of (D1), shape (N, 3, n), and C, shape (N, 3, 3), of samples in a socket.
+
+        Args:
+            q: Their configurations, shape (N, m) [rad].
+            socket: The socket that the ball is in.
+            moments: Moments that hold the joints, shape (N, 3 m) [N m]; None for a rigid arm.
+        """
+        _, J, by_joints = self._linearised(q, moments)
+        rows = np.zeros((len(q), 3, len(self.covariance)))
+        begin = self.model.size + 3 * socket
+        rows[:, :, : self.model.size] = J
+        rows[:, :, begin : begin + 3] = -np.eye(3)
+        return rows, self.noise.as_gaussian(by_joints)
+
+    def updated(self, A: np.ndarray, C: np.ndarray) -> "ParameterCovariance":
+        """Return the same after a measurement with derivatives A and noise C (Kalman's update)."""
+        cross = A @ self.covariance
+        kept = self.covariance - cross.T @ np.linalg.solve(cross @ A.T + C, cross)
+        return replace(self, covariance=0.5 * (kept + kept.T))
+
+    def _linearised(
+        self, q: np.ndarray, moments: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return balls at configurations, and their derivatives by unknowns and joints."""
+        none = np.zeros((len(q), 2 * q.shape[1]))
+        return self.model.linearise(self.x, q, none if moments is None else moments)
+
+
+def from_prior(
+    model: ExtendedModel, groups: tuple[PriorGroup, ...], noise: Noise, sockets: int
+) -> ParameterCovariance:
+    """Return the covariance before the first sample.
+
+    Args:
+        model: A rigid arm.
+        groups: Priors of its unknowns.
+        noise: Noise of a sample.
+        sockets: Number of sockets.
+    """
+    n = model.size
+    covariance = CENTRE**2 * np.eye(n + 3 * sockets)
+    covariance[:n] = 0.0
+    for group in groups:
+        covariance[np.ix_(group.members, group.members)] = group.covariance(group.width)
+    return ParameterCovariance(model, np.zeros(n), noise, covariance)
+
+
+def from_fit(posterior: Posterior) -> ParameterCovariance:
+    """Return the covariance after a fit."""
+    return ParameterCovariance(posterior.model, posterior.x, posterior.noise, posterior.covariance)
+
+
+def expected_groups(model: ExtendedModel) -> tuple[PriorGroup, ...]:
+    """Return the priors of a rigid arm's geometry before anything is measured."""
+    m = len(model.robot.actuated)
+    no_rows, no_sockets = np.zeros((0, m)), np.zeros(0, dtype=np.int64)
+    return prior_groups(model, Observations(no_rows, np.zeros((0, 2 * m)), no_sockets, (), ()))
