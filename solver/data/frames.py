@@ -1,4 +1,4 @@
-"""Coordinate frames: poses, the best rigid motion between points, and where frames first stand.
+"""Coordinate frames: poses, the best rigid motion between points, and first poses of frames.
 
 A *frame* is a coordinate system in which some positions are known: that of a laser tracker, of a
 table with a grid of holes, or of a robot's base. The base of the first robot is the *world*. Where
@@ -13,9 +13,9 @@ import numpy as np
 
 from ...errors import MukcaError
 
-FAR = 0.25
-"""A point cannot be this far from where the nominal model has it [m]: it is no deviation of an
-arm, and more than a guessed ball is off."""
+MAX_ERROR = 0.25
+"""A point cannot be this far from its place by the nominal model [m]: no arm deviates so, nor does
+a guessed ball."""
 UNLIKE = 20.0
 """Coordinates whose spread is this many times that of the ball are not in metres."""
 SAME = 1e-6
@@ -31,7 +31,7 @@ class FrameError(MukcaError):
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a frame stands in another: p_outer = rotation @ p_inner + translation."""
+    """Pose of a frame in another: p_outer = rotation @ p_inner + translation."""
 
     rotation: np.ndarray
     """Shape (3, 3)."""
@@ -43,7 +43,7 @@ class Pose:
         return points @ self.rotation.T + self.translation
 
     def inverse(self) -> "Pose":
-        """Return where the outer frame stands in the inner one."""
+        """Return the pose of the outer frame in the inner one."""
         return Pose(self.rotation.T, -self.rotation.T @ self.translation)
 
     def moved(self, change: np.ndarray) -> "Pose":
@@ -137,19 +137,19 @@ def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) ->
 
 @dataclass(frozen=True)
 class FrameObservations:
-    """Positions that are known in one frame; those of one number are one place."""
+    """Positions that are known in one frame; equal numbers are one place."""
 
     name: str
-    """Of the frame, for messages."""
+    """Name of the frame, for messages."""
     numbers: np.ndarray
-    """Which places, shape (L,)."""
+    """Indices of the places, shape (L,)."""
     points: np.ndarray
     """Their coordinates in the frame, shape (L, 3) [m]."""
     wheres: Sequence[str]
-    """Where each was read, for messages."""
+    """File and line of each, for messages."""
 
     def joined(self, other: "FrameObservations") -> "FrameObservations":
-        """Return these and further landmarks of the same frame; where both have one, the latter."""
+        """Return these and further positions of the same frame."""
         return FrameObservations(
             self.name,
             np.concatenate([self.numbers, other.numbers]),
@@ -159,10 +159,9 @@ class FrameObservations:
 
 
 def place_frames(frames: Sequence[FrameObservations]) -> list[Pose]:
-    """Return poses of frames in the first one, from the places that they have in common.
+    """Return first poses of frames in the first one, from the places that they have in common.
 
-    It is where the search begins. Frame after frame is placed, the one that shares most with those
-    placed already first.
+    Frame after frame is placed, the one that shares most with those placed already first.
 
     Raises:
         FrameError: Nothing ties a frame to the others, or its coordinates cannot be: millimetres,
@@ -217,7 +216,7 @@ def _placed(frame: FrameObservations, common: np.ndarray, world: np.ndarray) -> 
                 "swap two axes, or change the sign of one"
             )
     worst = int(np.argmax(off))
-    if off[worst] > FAR:
+    if off[worst] > MAX_ERROR:
         raise FrameError(
             f"{wheres[worst]}: {off[worst]:.3g} m from where the nominal model has the ball, by "
             f"the other places of frame {frame.name!r}; a wrong line, unit or frame"
@@ -246,7 +245,7 @@ def check_base(measured: FrameObservations, visited: FrameObservations) -> None:
     _placed(replace(measured, name=visited.name), common, world)
     off = np.linalg.norm(measured.points[common] - there, axis=1)
     worst = int(np.argmax(off))
-    if off[worst] > FAR:
+    if off[worst] > MAX_ERROR:
         where = measured.wheres[int(np.flatnonzero(common)[worst])]
         raise FrameError(
             f"{where}: {off[worst]:.3g} m from where the nominal model has the ball; coordinates "

@@ -1,4 +1,4 @@
-"""What is known of places: distances between sockets, and coordinates in a frame.
+"""Known distances between sockets, and known coordinates of sockets in a frame.
 
 Each comes twice: with sockets by the names that a user gives (:class:`KnownDistance`,
 :class:`SocketAt`), and by their indices in a fit (:class:`Known`, :class:`Located`).
@@ -55,7 +55,7 @@ class Known:
     deviation: float
     """Its standard deviation [m]."""
     on_base: bool = False
-    """Whether the two sockets are on one base, which may have been recorded at several places."""
+    """True for two sockets of one base, which may have been recorded at several places."""
 
 
 @dataclass(frozen=True)

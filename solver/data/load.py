@@ -1,4 +1,4 @@
-"""What pulls at the joints of an arm at rest: gravity, and a payload at the ball."""
+"""The load on an arm at rest: gravity, and a payload at the ball."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from .measurements import Measurement
 
 @dataclass(frozen=True)
 class Load:
-    """What pulls at the joints of an arm at rest."""
+    """Gravity, and a payload at the ball."""
 
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     """In the base frame [m/s^2]; another direction for an arm on a wall or ceiling."""
@@ -18,7 +18,7 @@ class Load:
     """Mass at the ball, beyond that of the model [kg]."""
 
     def torques(self, robot: Robot, measured: Measurement) -> np.ndarray:
-        """Return what holds the joints of a placement's samples, see :meth:`moments`."""
+        """Return the moments that hold the joints in a placement's samples; see :meth:`moments`."""
         return self.moments(robot, measured.positions, measured.efforts)
 
     def moments(self, robot: Robot, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:

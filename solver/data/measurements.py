@@ -19,7 +19,7 @@ DEFAULT_DISTANCE = 0.05
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
 _FAR_OUTSIDE = 1.0
-"""A joint cannot have been this far outside its limits [rad or m]: the units must be wrong."""
+"""Distance from its limits at which a joint cannot have been [rad or m]: the units are wrong."""
 LEAST_POINTS = 4
 """Three points fix the instrument's frame, and say nothing else."""
 SAME_ROW, COPIED = 1e-6, 0.5
@@ -41,8 +41,8 @@ class Measurement:
     distance: float
     """Between the centres of its first two sockets [m]."""
     distance_source: str = "default"
-    """Where that is known from: ``given`` by the user, the ``recording``, or nothing but the
-    ``default``; or it is ``located`` by measured coordinates."""
+    """Its source: ``given`` by the user, the ``recording``, nothing but the ``default``, or
+    ``located`` by measured coordinates."""
     distance_deviation: float | None = None
     """Its standard deviation [m], where it is not a caliper's."""
     warnings: tuple[str, ...] = field(default=())
@@ -93,12 +93,12 @@ class Measurement:
 
     @property
     def has_distance(self) -> bool:
-        """Whether at least two sockets have samples, so that their distance can be compared."""
+        """True where two sockets have samples, so that their distance can be compared."""
         return len(self.sockets) > 1
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
-        """For each socket, which rows of :attr:`positions` are its samples."""
+        """Rows of :attr:`positions` of each socket's samples."""
         ends = np.cumsum([len(rows) for rows in self.by_socket]).tolist()
         return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
 
@@ -118,7 +118,7 @@ def measure(
         robot: The robot.
         distance: Between the sockets' centres [m]; None for what its ``placement.json`` says, or
             :data:`DEFAULT_DISTANCE` where that says nothing.
-        sockets: How many sockets must have samples.
+        sockets: Number of sockets that must have samples.
 
     Raises:
         RecordingError: The columns are not the chain's joints.
@@ -205,7 +205,7 @@ def check_distinct(measurements: Sequence[Measurement]) -> None:
 
 
 def _samples_of(measured: Measurement, socket: int) -> str:
-    """Return where the samples of a socket stand, for messages."""
+    """Return the file of a socket's samples, for messages."""
     path = measured.placement.path
     file = f"hole_{socket}.csv"
     if path is not None and path / file in measured.placement.files:

@@ -1,13 +1,12 @@
-"""The paper's two metrics of how well a model predicts a placement.
+"""The paper's two metrics of a model's predictions: mean absolute error, and distance error.
 
-In truth the ball is at one point for all samples of a socket. The mean absolute error (MAE) says
-how far the predicted balls scatter around theirs; the distance error, how wrong the predicted
-distance between the two sockets is. Both are needed: a model that shrinks the robot to a point has
-no MAE at all.
+In truth the ball is at one point for all samples of a socket. The mean absolute error (MAE) is the
+scatter of the predicted balls. A model that shrinks the robot to a point has none: so the error of
+the predicted distance between the two sockets is needed, too.
 
-Where an instrument measured each ball (a placement of points), the error is how far the predicted
-ball is from the measured one: a true error, in space. The instrument's frame is fitted to points
-trained on, or, where none of them is in it, to nine tenths of the points and judged on the tenth.
+Of balls that an instrument measured, the error is the distance from the measured ball. The
+instrument's frame is fitted to points trained on, or, where none of them is in it, to nine tenths
+of the points and judged on the tenth.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +25,7 @@ FOLDS = 10
 
 @dataclass(frozen=True)
 class Metrics:
-    """How well a model predicts one placement, or several; all in metres."""
+    """Errors of a model on one placement, or several; all in metres."""
 
     mean_absolute_error: float
     """Mean over the samples of |Phi(q_i) - mu_k|: Phi(q_i) is the predicted ball of sample i, and
@@ -53,7 +52,7 @@ def socket_centres(points: np.ndarray, measured: Measurement) -> np.ndarray:
 
 
 def fit_frames(trained: Sequence[tuple[np.ndarray, Measurement]]) -> dict[str, Pose]:
-    """Return where a model has the frames in which points trained on were measured.
+    """Return the poses by a model of the frames in which points trained on were measured.
 
     Args:
         trained: Placements trained on, each with the predicted ball centres, shape (N, 3) [m].
@@ -71,12 +70,12 @@ def fit_frames(trained: Sequence[tuple[np.ndarray, Measurement]]) -> dict[str, P
 def targets(
     points: np.ndarray, measured: Measurement, frames: Mapping[str, Pose] | None = None
 ) -> np.ndarray:
-    """Return where each ball should be by a model, shape (N, 3) [m].
+    """Return the true place of each ball by a model, shape (N, 3) [m].
 
     Args:
         points: Predicted ball centres for ``measured.positions``, shape (N, 3) [m].
         measured: The placement.
-        frames: Where the model has the instrument's frames, see :func:`fit_frames`.
+        frames: Poses of the instrument's frames, see :func:`fit_frames`.
     """
     if measured.kind == "sockets":
         return np.repeat(socket_centres(points, measured), measured.counts, axis=0)
@@ -134,7 +133,7 @@ def found_deviation(points: np.ndarray, measured: Measurement) -> float:
 
 
 def is_distorted(metrics: Metrics, measured: Measurement) -> bool:
-    """Tell whether a model fails to reproduce the distance between the sockets.
+    """Return True for a model that fails to reproduce the distance between the sockets.
 
     It does where the error is beyond what the caliper and the scatter of the samples explain,
     3 sqrt(s_d^2 + MAE^2 (1/N0 + 1/N1)), or beyond a fifth of the distance: such a model has

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..robot import Robot
 from .frames import FrameError
+from .instrument import Instrument, measured_points
 from .known import (
     WORLD,
     Known,
@@ -47,7 +48,7 @@ class Observations:
     """The measured coordinates of sockets."""
     frames: tuple[str, ...] = ()
     """The names of the frames whose pose is unknown."""
-    instrument: "Instrument | None" = None
+    instrument: Instrument | None = None
     """Balls that an instrument measured; None where it measured nothing."""
     base: int = WORLD
     """Index of the frame that is the robot's base."""
@@ -90,37 +91,6 @@ class Observations:
                 replace(one, socket=new[one.socket]) for one in self.located if one.socket in new
             ),
             instrument=instrument,
-        )
-
-
-@dataclass(frozen=True)
-class Instrument:
-    """The balls that an instrument measured, row by row as the samples they belong to."""
-
-    frames: np.ndarray
-    """Index of the frame of each, shape (N,); -1 for a sample in a socket."""
-    points: np.ndarray
-    """Coordinates in that frame, shape (N, 3) [m]; zero for a sample in a socket."""
-    placements: tuple[str, ...]
-    """For each sample, the name of its placement; empty for one in a socket."""
-    sources: tuple[str, ...]
-    """File and line of each, for messages."""
-
-    def rows_besides(self, placements: Collection[str]) -> np.ndarray:
-        """Return a mask of the measured samples but for some placements', shape (N,)."""
-        left = ("", *placements)
-        return np.array([name not in left for name in self.placements], dtype=bool)
-
-    def of(self, rows: np.ndarray) -> "Instrument | None":
-        """Return the balls measured at some samples; None where none was."""
-        if not (self.frames[rows] >= 0).any():
-            return None
-        picked = np.flatnonzero(rows).tolist()
-        return Instrument(
-            self.frames[rows],
-            self.points[rows],
-            tuple(self.placements[i] for i in picked),
-            tuple(self.sources[i] for i in picked),
         )
 
 
@@ -229,15 +199,8 @@ def observe_all(
         if a == b:
             raise KnownError(f"known distance from {k.first[0]}:{k.first[1]} to itself")
         pairs.append(Known(a, b, k.distance, k.deviation))
-    ends = {end for pair in pairs for end in (pair.first, pair.second)}
-    ends |= {one.socket for one in located}
-    for name, m in seated:
-        if require_scale and not any(labels.index((name, socket)) in ends for socket in m.sockets):
-            raise KnownError(
-                f"{m.placement.path or m.name}: only socket {m.sockets[0]} has samples, and no "
-                "known distance ties it; record the other socket too, or give "
-                f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
-            )
+    if require_scale:
+        _check_scale(seated, labels, pairs, located)
     shared = (tuple(labels), tuple(pairs), located, tuple(frames))
     bases = (WORLD, *(frames.index(base) for base in list(own)[1:]))
     samples = [_samples(arm, [(of(m), m) for m in arm.measurements], *shared) for arm in arms]
@@ -246,6 +209,24 @@ def observe_all(
         tuple(arm.name for arm in arms),
         bases,
     )
+
+
+def _check_scale(
+    seated: Sequence[tuple[str, Measurement]],
+    labels: Sequence[tuple[str, int]],
+    pairs: Sequence[Known],
+    located: Sequence[Located],
+) -> None:
+    """Refuse a placement none of whose sockets has a known distance or coordinates."""
+    ends = {end for pair in pairs for end in (pair.first, pair.second)}
+    ends |= {one.socket for one in located}
+    for name, m in seated:
+        if not any(labels.index((name, socket)) in ends for socket in m.sockets):
+            raise KnownError(
+                f"{m.placement.path or m.name}: only socket {m.sockets[0]} has samples, and no "
+                "known distance ties it; record the other socket too, or give "
+                f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
+            )
 
 
 def _base_of(arm: RobotRecordings) -> str:
@@ -303,21 +284,5 @@ def _samples(
         known,
         located,
         frames,
-        _instrument(measurements, frames),
-    )
-
-
-def _instrument(
-    measurements: Sequence[tuple[str, Measurement]], frames: Sequence[str]
-) -> Instrument | None:
-    if all(m.kind == "sockets" for _, m in measurements):
-        return None
-    rows = [(name, m, m.kind == "points") for name, m in measurements]
-    return Instrument(
-        np.concatenate(
-            [np.full(sum(m.counts), frames.index(m.frame) if on else -1) for _, m, on in rows]
-        ),
-        np.concatenate([m.points if on else np.zeros((sum(m.counts), 3)) for _, m, on in rows]),
-        tuple(name if on else "" for name, m, on in rows for _ in range(sum(m.counts))),
-        tuple(sample.where for _, m, _ in rows for sample in m.placement.samples),
+        measured_points(measurements, frames),
     )

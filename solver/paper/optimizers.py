@@ -26,7 +26,7 @@ class NotConverged(MukcaError):  # noqa: N818 (the situation's name)
 
 @dataclass(frozen=True)
 class Solution:
-    """Where the optimizer arrived, and how."""
+    """The minimum, and the way to it."""
 
     x: np.ndarray
     iterates: tuple[np.ndarray, ...]
@@ -116,7 +116,7 @@ def ipopt(
         NotConverged: IPOPT stopped for any other reason.
     """
     x = ca.MX.sym("x", len(start))
-    watch = _Watch(len(start), tolerance)
+    monitor = _Monitor(len(start), tolerance)
     solver = ca.nlpsol(
         "calibration",
         "ipopt",
@@ -124,20 +124,20 @@ def ipopt(
         {"x": x, "f": 1e6 * objective(x)},
         {
             "print_time": False,
-            "iteration_callback": watch,
+            "iteration_callback": monitor,
             "ipopt": {"print_level": 0, "sb": "yes", "max_iter": max_iterations, "tol": 1e-12},
         },
     )
     result: np.ndarray = solver(x0=start)["x"].full().ravel()
     status: str = solver.stats()["return_status"]
-    if not watch.settled and status not in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
+    if not monitor.converged and status not in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
         raise NotConverged(f"ipopt did not converge: {status.replace('_', ' ').lower()}")
-    iterates = watch.iterates if watch.settled else [*watch.iterates, result]
+    iterates = monitor.iterates if monitor.converged else [*monitor.iterates, result]
     return Solution(iterates[-1], tuple(iterates))
 
 
-class _Watch(ca.Callback):
-    """Is called by IPOPT after each iteration: notes the point, and stops by the paper's rule."""
+class _Monitor(ca.Callback):
+    """Callback of IPOPT: notes each iterate, and stops by the paper's rule."""
 
     def __init__(self, size: int, tolerance: float) -> None:
         ca.Callback.__init__(self)
@@ -145,7 +145,7 @@ class _Watch(ca.Callback):
         self.tolerance = tolerance
         self.iterates: list[np.ndarray] = []
         self.objective = np.inf
-        self.settled = False
+        self.converged = False
         self.construct("watch", {})
 
     def get_n_in(self) -> int:
@@ -168,5 +168,5 @@ class _Watch(ca.Callback):
         change = self.objective - objective
         self.iterates.append(x)
         self.objective = objective
-        self.settled = 0 <= change <= self.tolerance * abs(objective)
-        return [int(self.settled)]
+        self.converged = 0 <= change <= self.tolerance * abs(objective)
+        return [int(self.converged)]

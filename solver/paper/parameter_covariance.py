@@ -1,6 +1,6 @@
-"""How far the minimum of Eq. (5) would move if the same recordings were made once more.
+"""Covariance of the minimum of Eq. (5), if the same recordings were made once more.
 
-Eq. (5) does not say, but its minimum follows errors e of the data by a step of Gauss-Newton:
+The minimum follows errors e of the data by a step of Gauss-Newton:
 
     dx = -H^-1 J^T e,   H = J^T J + the regularization's
 

@@ -1,4 +1,19 @@
-"""Calibration by the paper's method: build the problem of Eq. (5), look at it, solve it."""
+"""Eq. (5) of the paper as a sum of squared residuals, its problem and its solution.
+
+    J = (N0 tr(S0) + N1 tr(S1)) / (N0 + N1)       inconsistency
+      + (|mu1 - mu0| - d)^2                       distortion
+      + lambda |Theta - Theta_nominal|^2          regularization
+
+for each placement with sockets 0 and 1:
+
+- N_k is the number of samples in socket k, mu_k the mean of their predicted ball centres, and S_k
+  their covariance (divided by N_k), whose trace is their mean square distance from mu_k.
+- d is the measured distance between the sockets [m].
+- Theta is the vector of parameters [m, rad], and lambda the weight that keeps it near nominal.
+
+In words: all balls of a socket should be predicted at one point, the two points should be as far
+apart as measured, and the robot should not change without need.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +25,6 @@ import numpy as np
 from ...errors import MukcaError
 from ..data import Measurement, check_distinct
 from ..robot import BallModel, Parameter, Robot, choose_parameters
-from . import costs
 from .optimizers import MAX_ITERATIONS, Solution, gauss_newton, ipopt
 
 OPTIMIZERS = ("gauss-newton", "ipopt")
@@ -22,9 +36,46 @@ class SettingError(MukcaError):
     """A setting of the calibration that cannot be."""
 
 
+# The terms of Eq. (5). Points are matrices of shape (3, N), one column a sample, as NumPy arrays or
+# CasADi expressions. What is linear also turns derivatives of points, shape (n, 3, N) for n
+# parameters, into its own.
+
+
+def mean(points: Any) -> Any:
+    """Return the mean of the columns, shape (3, 1): mu. Linear."""
+    count = points.shape[-1]
+    return points @ np.full((count, 1), 1.0 / count)
+
+
+def deviations(points: Any) -> Any:
+    """Return each column minus the mean of all, shape (3, N). Linear."""
+    return points - mean(points) @ np.ones((1, points.shape[-1]))
+
+
+def inconsistency(points: Any, total: int) -> Any:
+    """Return one socket's residuals, whose squares sum to N_k tr(S_k) / total. Linear.
+
+    Args:
+        points: Predicted ball centres in the socket, shape (3, N_k) [m].
+        total: Number of samples in all sockets of the placement, N0 + N1.
+    """
+    return deviations(points) * (1.0 / total**0.5)
+
+
+def distance(points_0: Any, points_1: Any) -> Any:
+    """Return |mu1 - mu0|, shape (1, 1) [m]; minus d it is the residual of the distortion."""
+    offset = mean(points_1) - mean(points_0)
+    return (offset.T @ offset) ** 0.5
+
+
+def regularization(parameters: Any, nominal: Any, weight: float) -> Any:
+    """Return residuals whose squares sum to weight * |Theta - Theta_nominal|^2. Linear."""
+    return (parameters - nominal) * weight**0.5
+
+
 @dataclass(frozen=True)
 class Problem:
-    """Eq. (5), summed over the placements trained on: what will be minimised."""
+    """Eq. (5), summed over the placements trained on."""
 
     robot: Robot
     parameters: tuple[Parameter, ...]
@@ -41,7 +92,7 @@ class Problem:
         """Return the residuals at x, shape (r,) [m], and their Jacobian, shape (r, n)."""
         positions = np.concatenate([measured.positions for measured in self.training])
         linear = self.model.linearise(x, positions)
-        parts = [(costs.regularization(x, self.start, 1.0) * self._weights, np.diag(self._weights))]
+        parts = [(regularization(x, self.start, 1.0) * self._weights, np.diag(self._weights))]
         first = 0
         for measured in self.training:
             last = first + len(measured.positions)
@@ -55,13 +106,13 @@ class Problem:
     def objective(self, x: Any) -> Any:
         """Return Eq. (5) as a CasADi expression of a symbolic parameter vector [m^2]."""
         total: Any = ca.sumsqr(
-            costs.regularization(x, ca.DM(self.model.nominal), 1.0) * ca.DM(self._weights)
+            regularization(x, ca.DM(self.model.nominal), 1.0) * ca.DM(self._weights)
         )
         for measured in self.training:
             points = [self.model.function.map(len(rows))(x, rows.T) for rows in measured.by_socket]
             for P in points:
-                total += ca.sumsqr(costs.inconsistency(P, len(measured.positions)))
-            total += ca.sumsqr(costs.distance(points[0], points[1]) - measured.distance)
+                total += ca.sumsqr(inconsistency(P, len(measured.positions)))
+            total += ca.sumsqr(distance(points[0], points[1]) - measured.distance)
         return total
 
     @property
@@ -84,14 +135,14 @@ def _placement_residuals(
     total = len(measured.positions)
     parts = [
         (
-            costs.inconsistency(P, total).ravel(),
-            costs.inconsistency(D, total).reshape(len(D), -1).T,
+            inconsistency(P, total).ravel(),
+            inconsistency(D, total).reshape(len(D), -1).T,
         )
         for P, D in zip(points, slopes, strict=True)
     ]
-    length = costs.distance(points[0], points[1])
-    direction = (costs.mean(points[1]) - costs.mean(points[0])) / length
-    by_offset = (costs.mean(slopes[1]) - costs.mean(slopes[0]))[:, :, 0]
+    length = distance(points[0], points[1])
+    direction = (mean(points[1]) - mean(points[0])) / length
+    by_offset = (mean(slopes[1]) - mean(slopes[0]))[:, :, 0]
     return [*parts, ((length - measured.distance).ravel(), (by_offset @ direction).T)]
 
 
@@ -107,7 +158,7 @@ def build_problem(
     Args:
         robot: The robot.
         training: Its placements, at least one.
-        parameters: What is free; None for all actuated joints and the ball.
+        parameters: Free parameters; None for all actuated joints and the ball.
         regularization: lambda of Eq. (5), not negative.
 
     Raises:
@@ -128,7 +179,7 @@ def solve(
     """Minimise Eq. (5) from the nominal parameters.
 
     Args:
-        problem: What to minimise.
+        problem: The problem.
         optimizer: One of :data:`OPTIMIZERS`; both reach the same minimum.
         max_iterations: Steps allowed.
 

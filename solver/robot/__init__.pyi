@@ -1,13 +1,13 @@
 from .chain import Joint as Joint
 from .chain import matrix_rpy as matrix_rpy
+from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
+from .gravity import gravity_moments as gravity_moments
+from .gravity import gravity_torques as gravity_torques
+from .gravity import moments_function as moments_function
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError
-from .kinematics import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .kinematics import BallModel as BallModel
-from .kinematics import gravity_moments as gravity_moments
-from .kinematics import gravity_torques as gravity_torques
 from .kinematics import link_frames as link_frames
-from .kinematics import moments_function as moments_function
 from .kinematics import rotation as rotation
 from .kinematics import rotation_rpy as rotation_rpy
 from .kinematics import workspace as workspace

@@ -22,14 +22,14 @@ class Joint:
     child: str
     origin: Origin
     axis: tuple[float, float, float]
-    """Unit vector in the joint's own frame; means nothing where the joint is fixed."""
+    """Unit vector in the joint's own frame; arbitrary where the joint is fixed."""
     lower: float = -math.inf
     """Lower limit [rad], [m] for a prismatic joint; minus infinity where there is none."""
     upper: float = math.inf
 
     @property
     def actuated(self) -> bool:
-        """Whether the joint moves."""
+        """True for a joint that moves."""
         return self.type != "fixed"
 
 
@@ -70,7 +70,7 @@ def find_parents(text: UrdfText, source: str) -> dict[str, str]:
 
 
 def _link(text: UrdfText, joint: str, role: str) -> str:
-    """Return the link that a joint names as its ``parent`` or ``child``; empty for none."""
+    """Return the link that is a joint's ``parent`` or ``child``; empty for none."""
     return text.joints[joint].children.get(role, {}).get("link", "")
 
 

@@ -1,7 +1,7 @@
-"""Finds joint positions that put the ball where it should be, with its neck near the vertical.
+"""Inverse kinematics: joint positions that put the ball at points, its neck near the vertical.
 
-This is the inverse kinematics of a person's hand that guides the arm into a socket. Many random
-starts go side by side, so that the answers are spread over all that the arm can do.
+It stands for a person's hand that guides the arm into a socket. Many random starts go side by side,
+so that the answers are spread over all that the arm can do.
 """
 
 from functools import lru_cache
@@ -17,16 +17,16 @@ from .urdf import Joint, Robot
 
 BATCH = 256
 """Random starts that are drawn at once."""
-FEW = 64
-"""So many of them are followed first, and then all others."""
+FIRST = 64
+"""Number of them that are followed first, and then all others."""
 ROWS = 16
 """Poses are computed for a multiple of so many configurations."""
 MARGIN = 0.1
-"""Whoever is this far outside of the limits at the target stays outside [rad, m]."""
-LONGEST = 0.5
-"""The longest step of a joint on its way to the target [rad, m]."""
+"""A start that is this far outside of the limits at the target stays outside [rad, m]."""
+MAX_STEP = 0.5
+"""Largest step of a joint on its way to the target [rad, m]."""
 MAX_TILT = np.deg2rad(50)
-"""How far the neck of the ball leans from the vertical [rad]; the printed socket allows 60 deg."""
+"""Largest lean of the ball's neck from the vertical [rad]; the printed socket allows 60 deg."""
 
 
 class SimulationError(MukcaError):
@@ -34,7 +34,7 @@ class SimulationError(MukcaError):
 
 
 class InverseKinematics:
-    """Finds configurations that put the ball at points: what the user's hand does."""
+    """Finds configurations that put the ball at points."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -54,9 +54,9 @@ class InverseKinematics:
         """Return one random configuration within the limits for each point.
 
         Args:
-            points: Where the ball is to be, shape (N, 3) [m].
+            points: Places of the ball, shape (N, 3) [m].
             generator: Source of randomness.
-            rounds: How many batches of random starts may bring nothing.
+            rounds: Batches of random starts that may bring nothing.
 
         Returns:
             Joint positions, shape (N, m).
@@ -94,7 +94,7 @@ class InverseKinematics:
         starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
         necks = _random_necks(generator)
         rows = np.resize(missing, BATCH)
-        for some in np.split(np.arange(BATCH), [BATCH - FEW])[::-1]:
+        for some in np.split(np.arange(BATCH), [BATCH - FIRST])[::-1]:
             some = some[np.isnan(reached[rows[some], 0])]
             if some.size:
                 targets = np.concatenate([points[rows[some]], necks[some]], axis=1)
@@ -105,11 +105,11 @@ class InverseKinematics:
     def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
-        moving = self._walk(q, targets, np.arange(len(q)), near=False)
+        moving = self._iterate(q, targets, np.arange(len(q)), near=False)
         # Most arrive outside the limits, and stay there: the others are worth the last steps.
         beyond = np.maximum(self.lower - q, q - self.upper).max(axis=1)
         rest = np.union1d(moving, np.flatnonzero(beyond < MARGIN))
-        self._walk(q, targets, rest, near=True)
+        self._iterate(q, targets, rest, near=True)
         pose = self._linear(q[rest])[0]
         error = targets[rest] - pose
         exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
@@ -121,7 +121,7 @@ class InverseKinematics:
         arrived[rest] = exact & tilted & inside
         return q, arrived
 
-    def _walk(
+    def _iterate(
         self, q: np.ndarray, targets: np.ndarray, moving: np.ndarray, *, near: bool
     ) -> np.ndarray:
         """Take steps in some rows of q until they arrive; return which rows still move."""
@@ -140,7 +140,7 @@ class InverseKinematics:
         error, slope = (targets - pose)[:, :rows], J[:, :rows]
         JJ = slope @ slope.transpose(0, 2, 1) + (1e-10 if near else 1e-4) * np.eye(rows)
         dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
-        return dq * np.minimum(1.0, LONGEST / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
+        return dq * np.minimum(1.0, MAX_STEP / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
 
     def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""

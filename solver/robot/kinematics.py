@@ -24,12 +24,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .chain import Body, Joint, matrix_rpy
+from .chain import Joint, matrix_rpy
 from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import Origin
-
-STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 
 
 def rotation(axis: Sequence[float], angle: Any) -> Any:
@@ -131,7 +129,7 @@ def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Linearisation:
-    """The ball positions of N samples, and their derivatives: a linear model near one point."""
+    """Ball positions of N samples, and their derivatives."""
 
     points: np.ndarray
     """Ball centres, shape (N, 3) [m]."""
@@ -146,8 +144,8 @@ class BallModel:
 
     Args:
         robot: The robot.
-        free: Which origin numbers are variable, as indices into ``robot.origins.ravel()`` (six for
-            each joint); all others stay as the URDF has them.
+        free: Variable origin numbers, as indices into ``robot.origins.ravel()`` (six for each
+            joint); all others stay as the URDF has them.
     """
 
     def __init__(self, robot: Robot, free: Sequence[int]) -> None:
@@ -175,9 +173,9 @@ class BallModel:
         return origins.reshape(-1, 6)
 
     def turns(self, parameters: np.ndarray) -> np.ndarray:
-        """Return by how much each free number turns the whole robot about the base's axes.
+        """Return the turn of the whole robot about the base's axes by each free number.
 
-        Only the angles of origins up to the first joint that moves do.
+        Only the angles of origins up to the first joint that moves turn it.
 
         Args:
             parameters: Values of the free numbers, shape (n,).
@@ -298,81 +296,3 @@ def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
     lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
     upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
     return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))
-
-
-def gravity_torques(
-    robot: Robot,
-    positions: np.ndarray,
-    gravity: Sequence[float] = STANDARD_GRAVITY,
-    payload: float = 0.0,
-) -> np.ndarray:
-    """Return the torque by which each joint holds the arm against gravity, tau = dU/dq.
-
-    U is the potential energy of the URDF's masses and of a payload at the ball, by the nominal
-    model.
-
-    Args:
-        robot: The robot.
-        positions: Joint positions, shape (N, m).
-        gravity: Acceleration in the base frame [m/s^2].
-        payload: Mass at the ball's centre [kg].
-
-    Returns:
-        Torques [N m] ([N] for a prismatic joint), shape (N, m).
-    """
-    return gravity_moments(robot, positions, gravity, payload)[:, : positions.shape[1]]
-
-
-def gravity_moments(
-    robot: Robot,
-    positions: np.ndarray,
-    gravity: Sequence[float] = STANDARD_GRAVITY,
-    payload: float = 0.0,
-) -> np.ndarray:
-    """Return the moments by which each joint holds the arm, about all three of its axes.
-
-    Arguments are those of :func:`gravity_torques`.
-
-    Returns:
-        Moments [N m], shape (N, 3 m): the torques about the joints' own axes, then the moments
-        about the first axis :func:`across` each, then about the second.
-    """
-    return _moments_of_rows(robot.joints, robot.bodies, tuple(gravity), payload)(positions)[0]
-
-
-def moments_function(
-    robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
-) -> Any:
-    """Return :func:`gravity_moments` as a CasADi function of one configuration."""
-    return _moments_function(robot.joints, robot.bodies, tuple(gravity), payload)
-
-
-@lru_cache(maxsize=16)
-def _moments_function(
-    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
-) -> Any:
-    m = sum(joint.actuated for joint in joints)
-    q, tilts = ca.SX.sym("q", m), ca.SX.sym("tilts", 2 * m)
-    frames = link_frames(joints, ca.DM(_origin_numbers(joints)), ca.vertcat(q, tilts))
-    energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
-    for body in bodies:
-        R, p = frames[body.joint]
-        energy -= body.mass * ca.dot(ca.DM(gravity), p + R @ ca.DM(body.centre))
-    # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
-    slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
-    upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
-    return ca.Function("moments", [q], [upright], {"cse": True})
-
-
-@lru_cache(maxsize=16)
-def _moments_of_rows(
-    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
-) -> RowFunction:
-    function = _moments_function(joints, bodies, gravity, payload)
-    q = ca.SX.sym("q", function.numel_in(0))
-    return RowFunction("moments", [q], [function(q)])
-
-
-def _origin_numbers(joints: Sequence[Joint]) -> list[float]:
-    """Return x y z [m] roll pitch yaw [rad] of all origins, one after the other."""
-    return [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]

@@ -1,4 +1,4 @@
-"""The parameters of a calibration: which numbers of the joint origins are free, and their names.
+"""The parameters of a calibration: free numbers of the joint origins, and their names.
 
 A parameter is called ``JOINT.x``, ``.y``, ``.z`` [m] or ``JOINT.roll``, ``.pitch``, ``.yaw``
 [rad], as in the joint's ``<origin>``.
@@ -29,8 +29,8 @@ class Parameter:
     index: int
     """Its index in ``robot.origins.ravel()``: six numbers for each joint, in chain order."""
     of_ball: bool
-    """Whether it says where the ball is on the flange. That was only guessed, so it may change
-    freely, while other parameters are held near nominal."""
+    """True for the ball's place on the flange, which was only guessed: it may change freely, while
+    other parameters are held near nominal."""
 
     @property
     def name(self) -> str:
@@ -50,9 +50,9 @@ def choose_parameters(
 
     Args:
         robot: The robot.
-        free: What is free, as joint names, ``JOINT.x``, ``JOINT.xyz`` or ``JOINT.rpy``; ``*``
+        free: Free parameters, as joint names, ``JOINT.x``, ``JOINT.xyz`` or ``JOINT.rpy``; ``*``
             stands for any text. Empty: all actuated joints and the ball.
-        fix: What is not free, by the same words.
+        fix: Fixed ones, by the same words.
 
     Raises:
         ParameterError: A word that fits nothing, or nothing remains free.

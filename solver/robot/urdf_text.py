@@ -56,7 +56,7 @@ class UrdfText:
     filename_tags: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
     """Start tags of meshes and textures."""
     robot_end: int = 0
-    """Where ``</robot>`` begins."""
+    """Byte offset of ``</robot>``."""
 
 
 def scan(data: bytes, name: str) -> UrdfText:
