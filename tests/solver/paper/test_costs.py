@@ -1,4 +1,4 @@
-"""Eq. (5): by hand, by its derivatives, and the same for both optimizers."""
+"""Eq. (5): written out, by its derivatives, and the same for both optimizers."""
 
 import casadi as ca
 import numpy as np
@@ -6,21 +6,7 @@ import pytest
 
 from mukca.recorder import read_placement
 from mukca.solver.data import cost_terms, evaluate, measure
-from mukca.solver.paper import build_problem, costs
-
-
-def test_inconsistency_by_hand() -> None:
-    # Two points 2 apart: each 1 off the mean, covariance 1 along x. Three samples in all.
-    points = np.array([[0.0, 2.0], [5.0, 5.0], [7.0, 7.0]])
-    residuals = costs.inconsistency(points, total=3)
-    assert np.sum(residuals**2) == pytest.approx(2 * 1.0 / 3)
-    assert costs.mean(points).ravel() == pytest.approx([1, 5, 7])
-
-
-def test_distance_by_hand() -> None:
-    zero = np.array([[0.0, 0.0], [0.0, 2.0], [0.0, 0.0]])
-    one = np.array([[3.0], [1.0], [4.0]])
-    assert costs.distance(zero, one).item() == pytest.approx(5.0)
+from mukca.solver.paper import build_problem
 
 
 @pytest.fixture
