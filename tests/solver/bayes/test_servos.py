@@ -1,5 +1,6 @@
 """What arms made of servos need: zeros that are off by degrees, and play in the gears."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -12,10 +13,8 @@ from mukca.solver.bayes.model import Deflection, extend
 from mukca.solver.bayes.model.effects.backlash import BACKLASH, UNLOADED_TORQUE
 from mukca.solver.bayes.results import DECIDED, angles_near, scale, with_joint_offsets
 from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.calibration import UsageError, crossval
-from mukca.solver.data import Load, SocketAt, measure, observe
-from mukca.solver.diagnostics import inspection
-from mukca.solver.paper import NotConverged
+from mukca.solver.calibration import UsageError
+from mukca.solver.data import SocketAt, measure, observe
 from mukca.solver.robot import (
     choose_parameters,
     gravity_torques,
@@ -154,35 +153,25 @@ def test_zeros_need_angles_that_are_free(robot, placement):
         calibrate(robot, placement, zeros=True, method="paper")
 
 
-def test_check_and_crossval_know_of_zeros_as_solve_does(robot, tmp_path, monkeypatch):
-    for k in (0, 1):
-        for name in ("a", "b"):
-            (tmp_path / name).mkdir(exist_ok=True)
-            rows = record(
-                robot, ANCHORED, np.random.default_rng([k, ord(name)]), samples=4
-            ).positions
-            text = "\n".join(",".join(map(str, q)) for q in rows.tolist())
+@pytest.mark.slow
+def test_check_and_crossval_know_of_zeros_as_solve_does(robot, tmp_path, capsys):
+    for seed, name in enumerate("ab"):
+        (tmp_path / name).mkdir()
+        placement = recorded(robot, Imperfection(noise=1e-4), 12, seed)
+        for k in (0, 1):
+            rows = placement.positions[placement.sockets == k].tolist()
+            text = "\n".join(",".join(map(str, q)) for q in rows)
             (tmp_path / name / f"hole_{k}.csv").write_text(text)
-    told = []
-
-    def inspected(*_, zeros=False, **__):
-        told.append(zeros)
-        raise UsageError("seen enough")
-
-    def fitted(*_, zeros=False, **__):
-        told.append(zeros)
-        raise NotConverged("seen enough")
-
-    monkeypatch.setattr(inspection, "inspect_all", inspected)
-    for verb in ("check", "crossval"):
-        assert main([verb, str(tmp_path), "--robot", "so101", "--distance", "0.15"]) == 2
-        assert main([verb, str(tmp_path), "--robot", "so101", "--distance", "0.15", "--zeros"]) == 2
-    monkeypatch.setattr(crossval, "fit_by_auto", fitted)
-    for zeros in (False, True):
-        parameters = tuple(choose_parameters(robot))
-        plan = crossval.Plan(robot, parameters, (), "auto", Load(), zeros=zeros)
-        assert crossval.run_job(plan, crossval.Job("alone", ())) is None
-    assert told == [False, True] * 3
+    figures = {}
+    for zeros in ((), ("--zeros",)):
+        words = (str(tmp_path), "--robot", "so101", "--distance", "0.15", "--json", *zeros)
+        status = main(["check", *words])
+        found = json.loads(capsys.readouterr().out)
+        codes = {d["code"] for one in (found, *found["placements"]) for d in one["findings"]}
+        assert bool(codes & {"zero", "scale"}) == (not zeros), status
+        assert main(["crossval", *words, "--processes", "1"]) == 0
+        figures[zeros] = json.loads(capsys.readouterr().out)["summary"]
+    assert figures[("--zeros",)]["mean_absolute_error"] < figures[()]["mean_absolute_error"]
 
 
 def test_the_swept_volume_is_that_of_where_the_joints_stand(robot):
