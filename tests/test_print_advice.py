@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.tools.cli import build_parser
+from mukca.tools.cli import main
 from mukca.tools.printables import MOUNTS, BallPart, PrintableError, SocketBase
 
 FOLDER = Path(__file__).parents[1] / "docs"
@@ -23,7 +23,7 @@ def test_its_pictures_are_there_and_small() -> None:
 
 def test_its_options_exist(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
-        build_parser("print-parts").parse_args(["print-parts", "--help"])
+        main(["print-parts", "--help"])
     known = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
     named = set(re.findall(r"--[a-z-]+(?=[ `])", TEXT))
     assert len(named) > 8

@@ -107,16 +107,6 @@ def test_the_spring_is_the_gradient_of_its_energy(arm: ArmModel, moving) -> None
     np.testing.assert_allclose(torque, -by_differences(energy, q), rtol=1e-6, atol=1e-5)
 
 
-@pytest.mark.parametrize("axis", range(6))
-def test_each_spring_pulls_back_along_its_own_axis(arm: ArmModel, moving, axis: int) -> None:
-    q, dq = moving
-    error = 1e-3 * np.eye(6)[axis]
-    goal = moved(arm.pose(q), error[:3], error[3:])
-    torque = ImpedanceController(arm).torque(goal, q, 0 * dq) - arm.bias(q, 0 * dq)
-    wrench = np.linalg.lstsq(arm.linearise(q)[1].T, torque, rcond=None)[0]
-    np.testing.assert_allclose(wrench, K * error, atol=1e-7)
-
-
 def test_nothing_but_the_bias_acts_on_the_null_space(arm: ArmModel, moving) -> None:
     # The tool's springs and dampers do no work at a motion that leaves the tool where it is.
     q, dq = moving

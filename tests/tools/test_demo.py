@@ -1,16 +1,14 @@
 """The demo does the whole job, and finds the demo arm as it truly is."""
 
 import json
+import re
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
 
-from mukca.recorder import read_placement
-from mukca.recorder.dataset import Sample
-from mukca.recorder.session import Recording
-from mukca.recorder.session.recording_file import Metadata
-from mukca.solver.calibration import load_calibration
+import mukca
 from mukca.tools.cli import main
 from mukca.tools.simulation import demo_arm
 
@@ -25,7 +23,7 @@ def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo: Path) -> None:
 
 def test_the_calibrated_demo_arm_is_the_true_one(demo: Path) -> None:
     """Distances between far ball positions agree with the truth; the base frame itself cannot."""
-    calibration = load_calibration(demo / "calibrated/calibration.json").calibrated
+    calibration = mukca.load_calibration(demo / "calibrated/calibration.json").calibrated
     _, arm = demo_arm()
     truth = arm.origins.ravel()[[p.index for p in calibration.parameters]]
     ready = np.array([0, 0.6, 0, -1.9, 0, 2.4, 0])
@@ -39,7 +37,9 @@ def test_the_calibrated_demo_arm_is_the_true_one(demo: Path) -> None:
 
 def test_the_demo_records_with_the_recorder(demo: Path) -> None:
     for name in ("front", "left", "right"):
-        taken, truth = (read_placement(demo / folder / name) for folder in ("recordings", "hand"))
+        taken, truth = (
+            mukca.read_placements(demo / folder / name)[0] for folder in ("recordings", "hand")
+        )
         assert np.abs(taken.positions - truth.positions).max() < 6 * 2e-5 / np.sqrt(75)
         assert taken.sockets.tolist() == truth.sockets.tolist() == [0] * 30 + [1] * 30
         assert taken.efforts is not None
@@ -54,11 +54,13 @@ def test_the_demo_sums_its_recordings_up_and_leads_to_a_real_arm(demo: Path) -> 
 
 
 def test_the_demo_never_removes_a_recording_of_a_real_arm(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    demo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    metadata = Metadata("panda", ("a",), ("rad",), 0.05, session={"driver": "franka:1.2.3.4"})
-    with Recording(tmp_path / "recordings/left", metadata) as recording:
-        recording.capture(Sample((0.1,), 0, number=1))
+    left = copytree(demo / "recordings/left", tmp_path / "recordings/left")
+    metadata = (left / "placement.json").read_text()
+    (left / "placement.json").write_text(re.sub('"mock:[^"]*"', '"franka:1.2.3.4"', metadata))
     assert main(["demo", "--out", str(tmp_path), "--force"]) == 2
     assert "left: holds a recording of a real arm" in capsys.readouterr().err
-    assert len(read_placement(tmp_path / "recordings/left").samples) == 1
+    assert (left / "samples.csv").read_bytes() == (
+        demo / "recordings/left/samples.csv"
+    ).read_bytes()

@@ -12,7 +12,7 @@ from emulator_programs import emulated_program
 from terminal_session import MUKCA, TerminalSession
 
 from mukca.tools.cli import main
-from mukca.tools.cli.commands.stream_rate import Meter
+from mukca.tools.cli.commands.stream import Meter
 
 
 @pytest.fixture

@@ -68,9 +68,9 @@ class OutputOptions(JsonOption):
 def add_options(
     parser: argparse.ArgumentParser, options: type[Any] | Mapping[str, type[Any]]
 ) -> None:
-    """Add the options of a dataclass; or of one for each kind of work, by the kind's name."""
+    """Add the options of a dataclass; or of one for each experiment, by its name."""
     if isinstance(options, Mapping):
-        kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
+        kinds = parser.add_subparsers(dest="experiment", metavar="EXPERIMENT", required=True)
         for name, kind in options.items():
             line = str(kind.__doc__)
             add_options(kinds.add_parser(name, help=line, description=line), kind)

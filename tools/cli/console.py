@@ -1,4 +1,4 @@
-"""Where verbs write: people's text and one JSON object, each to its stream.
+"""Streams of the verbs: text for people, and one JSON object.
 
 With ``--json`` standard output carries JSON alone and everything for people goes to standard
 error; without it, people read standard output.
@@ -23,11 +23,11 @@ PIPED_WIDTH = 120
 
 
 class Terminal:
-    """The two streams of a command.
+    """Streams of a command.
 
     Args:
-        json: Whether standard output carries JSON alone.
-        brief: Whether a verb, as part of another one, says no more than what came of it.
+        json: Standard output carries JSON alone.
+        brief: A verb, as part of another one, says no more than its result.
     """
 
     def __init__(self, *, json: bool = False, brief: bool = False) -> None:
@@ -45,14 +45,7 @@ class Terminal:
 
     @contextmanager
     def progress(self, total: int | None = None) -> "Generator[Callable[[str], None]]":
-        """Show what long work is at, on a terminal only.
-
-        Args:
-            total: Number of steps, where it is known.
-
-        Yields:
-            To be told the name of each step as it begins.
-        """
+        """Show the steps of long work on a terminal; what it yields is told each step's name."""
         if not sys.stderr.isatty():
             yield lambda _: None
             return
@@ -74,11 +67,7 @@ class Terminal:
         sys.stderr.write(f"{level}: {' '.join(text.split())}\n")
 
     def emit(self, value: "dict[str, Any] | Document") -> None:
-        """Write one JSON object on one line of standard output.
-
-        Raises:
-            ValueError: The object holds a NaN or an infinity, which JSON has no word for.
-        """
+        """Write one JSON object on one line of standard output; a NaN is a ValueError."""
         if isinstance(value, dict):
             text = _json.dumps(value, allow_nan=False)
         else:

@@ -39,12 +39,7 @@ class RobotOptions:
     )
 
     def load_robot(self) -> "Robot":
-        """Read the model of the robot.
-
-        Raises:
-            ModelError: No such robot, link, or chain, or one of --flange and --ball without the
-                other.
-        """
+        """Read the model of the robot; a ModelError says what is not there."""
         from ...solver.robot import load_robot
 
         return load_robot(
@@ -76,12 +71,7 @@ class RobotsOptions:
     )
 
     def load_robots(self) -> "dict[str, Robot]":
-        """Read the models of the robots by their names; the name of a single robot is empty.
-
-        Raises:
-            UsageError: A robot without a name beside others, or a name that is there twice.
-            ModelError: No such robot, link, or chain.
-        """
+        """Read the models of the robots by their names; the name of a single robot is empty."""
         from ...solver.robot import BALL_LINK, load_robot
 
         named = _named(self.robot)
@@ -142,11 +132,7 @@ def split_by_robot(
 ) -> tuple[dict[str, list[Path]], dict[str, list[Path]], list[str]]:
     """Sort paths by their robots, and leave out of the test what is trained on.
 
-    Args:
-        train: Placements, or folders of them; of several robots ``NAME:PATH``, or as the recording
-            says.
-        test: Likewise.
-        robots: By name; the name of a single robot is empty.
+    A path is ``NAME:PATH`` where there are several robots, or the recording names the robot.
 
     Returns:
         The placements to train on and those to test on, and a line for each one left out.
@@ -220,11 +206,7 @@ def placements_by_robot(paths: Mapping[str, Sequence[Path]]) -> "dict[str, list[
 def measure_all(
     paths: Sequence[Path], robot: "Robot", distance: float | None, *, sockets: int = 2
 ) -> "list[Measurement]":
-    """Read and check all placements that paths stand for.
-
-    Raises:
-        MukcaError: A placement that cannot be read or used; the message names it.
-    """
+    """Read and check all placements that paths stand for."""
     from ...solver.data import measure
 
     return [measure(p, robot, distance, sockets=sockets) for p in placements_of(paths)]

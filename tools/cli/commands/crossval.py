@@ -21,9 +21,8 @@ from .. import (
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ....solver.calibration import HeldOutErrors, Job, Plan
+    from ....solver.calibration import HeldOutErrors, Job
     from ....solver.data import Metrics
-    from ...parallel import Workers
 
 WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
@@ -49,7 +48,7 @@ class Options(RobotOptions, WorkerOptions, JsonOption):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
-    from ....solver.calibration import Plan, jobs, type_priors
+    from ....solver.calibration import Plan, jobs, run_job, type_priors
     from ....solver.data import check_distinct
     from ....solver.diagnostics import inspect_all, named
     from ....solver.robot import choose_parameters
@@ -79,7 +78,10 @@ def run(options: Options, terminal: Terminal) -> int:
         of_type=type_priors(settings.type_prior, [robot])[0],
     )
     work = jobs(len(data), options.bootstrap)
-    metrics = run_all(plan, work, options.workers, terminal)
+    with terminal.progress(len(work)) as progress:
+        metrics = options.workers.map(
+            partial(run_job, plan), work, lambda i: progress(work[i].kind.replace("_", " "))
+        )
     result = {
         "robot": options.robot,
         "method": settings.method,
@@ -93,26 +95,10 @@ def run(options: Options, terminal: Terminal) -> int:
     return 0
 
 
-def run_all(
-    plan: "Plan", work: "list[Job]", workers: "Workers", terminal: Terminal
-) -> "list[HeldOutErrors | None]":
-    """Run fits, in order, with a progress bar; None where one failed."""
-    from ....solver.calibration import run_job
-
-    with terminal.progress(len(work)) as progress:
-        return workers.map(
-            partial(run_job, plan), work, lambda i: progress(work[i].kind.replace("_", " "))
-        )
-
-
 def summary(
     names: list[str], work: "list[Job]", metrics: "list[HeldOutErrors | None]"
 ) -> dict[str, Any]:
-    """Return errors with each placement left out, the matrix, and the bootstrap's spread.
-
-    A fit that did not settle leaves None: in the matrix for a whole row, and in ``left_out`` for
-    the figures of a placement.
-    """
+    """Errors with each placement left out, matrix, and spread; None where a fit did not settle."""
     from ....solver.calibration import spread
 
     by_kind: dict[str, list[HeldOutErrors | None]] = {}
@@ -153,12 +139,7 @@ def _mean(metrics: "Sequence[Metrics | None]") -> Mapping[str, float | None]:
 
 
 def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:
-    """Return in one sentence what to do.
-
-    Args:
-        result: As :func:`summary` returns it.
-        wrong: Names of the placements in which the checks found errors.
-    """
+    """Advice in one sentence; ``wrong`` names the placements with errors."""
     names, matrix = result["cross_placement"]["names"], result["cross_placement"]["matrix"]
     unsettled = [name for name, row in zip(names, matrix, strict=True) if row is None]
     wrong = [name for name in names if name in (*wrong, *unsettled)]

@@ -137,7 +137,7 @@ def _length(distance: Any) -> str:
 
 
 def _change(change: Any) -> str:
-    """What was corrected, and when; metadata may be written by hand, and hold anything."""
+    """Correction and its time; metadata may be written by hand, and hold anything."""
     if not (isinstance(change, dict) and "distance" in change):
         return str(change)  # pyright: ignore[reportUnknownArgumentType]
     known = cast("dict[str, Any]", change)

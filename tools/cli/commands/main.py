@@ -46,14 +46,10 @@ class Command(Protocol):
     EXAMPLE: str
     """Text below the options."""
     Options: type[Any] | Mapping[str, type[Any]]
-    """Dataclass of the options, as :func:`..arguments.add_options` takes it."""
+    """Dataclass of the options, or one for each experiment."""
 
     def run(self, options: Any, terminal: Terminal) -> int:
-        """Do the work and return the exit status.
-
-        Raises:
-            MukcaError: What is wrong with the input, in one line.
-        """
+        """Do the work and return the exit status; bad input raises a MukcaError."""
         ...
 
 

@@ -87,11 +87,7 @@ def metres(millimetres: float | None) -> float | None:
 
 
 def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> bool:
-    """Write a report's files, unless they are there already; return if anything was written.
-
-    Raises:
-        OutputError: Another report is there and ``force`` is not given, or it cannot be written.
-    """
+    """Write a report's files, unless they are there already; return if anything was written."""
     new = {name: data for name, data in contents.items() if not _holds(folder / name, data)}
     present = [folder / name for name in new if (folder / name).exists()]
     if present and not force:

@@ -26,7 +26,7 @@ DRIVERS = {
     **{name: f"feetech:PORT?arm={name}" for name in ("so101", "so100")},
     **{name: f"dynamixel:PORT?arm={name}" for name in ("vx300s", "wx250s", "koch")},
 }
-"""What reads each robot; any can be read by way of ROS."""
+"""Driver of each robot; any can be read by way of ROS."""
 CONFIGURATIONS = 256
 ROUNDS = 3
 

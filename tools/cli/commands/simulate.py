@@ -140,11 +140,7 @@ def _arm(options: Experiment) -> int:
 def attempts(
     options: Experiment, words: Sequence[str], terminal: Terminal
 ) -> "list[ExperimentRun]":
-    """Try models on the arm, one after the other.
-
-    Raises:
-        MissingExtra: The packages are not installed.
-    """
+    """Try models on the arm, one after the other."""
     _load_mujoco()
     from ...experiments import model_urdf, run_experiment
     from ...simulation import demo_arm
@@ -161,13 +157,7 @@ def attempts(
 
 
 def _load_mujoco() -> None:
-    """Import what the experiments need.
-
-    MuJoCo would load OpenGL with it, and fail with it; only pictures need that, later.
-
-    Raises:
-        MissingExtra: A package is not there.
-    """
+    """Import MuJoCo without OpenGL, which only pictures need, and Pinocchio."""
     wish = os.environ.get("MUJOCO_GL", "")
     os.environ["MUJOCO_GL"] = "disable"
     try:

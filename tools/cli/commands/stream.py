@@ -4,18 +4,20 @@ import logging
 import math
 import sys
 import textwrap
+from collections import deque
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ....drivers import DriverError, JointState, Reason, Reconnecting, clock, open_driver
 from .. import POSITIVE, Terminal, option
-from .stream_rate import Meter
 
 if TYPE_CHECKING:
     from rich.console import Group
     from rich.table import Table
 
+WINDOW_SECONDS = 1.0
+LATEST_INTERVALS = 2000
 READ_SECONDS = 0.2
 WAITED_SECONDS = 5e-5  # a read that took less found its state waiting
 SCREEN_SECONDS = 0.1
@@ -54,14 +56,49 @@ def run(options: Options, terminal: Terminal) -> int:
     return 0
 
 
-class Monitor:
-    """Reads states and counts them, until an end.
+@dataclass(frozen=True)
+class Reading:
+    """A stream's figures at one moment."""
 
-    Args:
-        driver: What is read.
-        count: How many states to read; None for no limit.
-        seconds: How long to read [s]; None for no limit.
-    """
+    rate: float
+    """States per second, over the last second."""
+    interval: float
+    """Median time between two states [s]."""
+    worst_interval: float
+    """99th percentile of it [s]."""
+
+
+class Meter:
+    """Rate and intervals of a stream, by the arrivals of its states."""
+
+    def __init__(self) -> None:
+        self._arrivals: deque[float] = deque()
+        self._intervals: deque[float] = deque(maxlen=LATEST_INTERVALS)
+        self._waited = False
+
+    def add(self, arrival: float, waited: bool) -> None:
+        """Note a state and its arrival by the monotonic clock [s].
+
+        A state that was not waited for was there already: it says nothing about when it came, and
+        the next one's interval is not counted either.
+        """
+        if waited and self._waited:
+            self._intervals.append(arrival - self._arrivals[-1])
+        self._waited = waited
+        self._arrivals.append(arrival)
+        while self._arrivals[0] < arrival - WINDOW_SECONDS:
+            self._arrivals.popleft()
+
+    def read(self) -> Reading:
+        """Return the figures; 0 where nothing is known yet."""
+        span = self._arrivals[-1] - self._arrivals[0] if self._arrivals else 0.0
+        rate = (len(self._arrivals) - 1) / span if span > 0 else 0.0
+        ordered = sorted(self._intervals) or [0.0]
+        return Reading(rate, ordered[len(ordered) // 2], ordered[int(0.99 * (len(ordered) - 1))])
+
+
+class Monitor:
+    """Reader of states, up to a count or a time [s], where one is given."""
 
     def __init__(self, driver: Reconnecting, count: int | None, seconds: float | None) -> None:
         self._driver = driver
