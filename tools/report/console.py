@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from ...solver.assessment import short_names
+from ...solver.assessment import mm, short_names
 from .figures import ReportDocument
 
 if TYPE_CHECKING:
@@ -63,7 +63,8 @@ def show_verdict(
     for row in verdict.limits:
         status = Text(row.status, _STYLES.get(row.status, "yellow"))
         lengths = [row.found, row.limit, *([row.full] if two else [])]
-        table.add_row(Text(row.title), status, *map(_millimetres, lengths))
+        shown = ["-" if length is None else mm(length, 3) for length in lengths]
+        table.add_row(Text(row.title), status, *shown)
     console.print(table)
     for row in verdict.limits:
         if row.status in ("warning", "not enough", "not evaluated") or (
@@ -80,10 +81,6 @@ def show_verdict(
         console.print(
             Text(f"The arm's repeatability: {repeatability} ({limits.repeatability_source}).")
         )
-
-
-def _millimetres(value: float | None) -> str:
-    return "-" if value is None else f"{1e3 * value:.3f} mm"
 
 
 def _placements(console: "Console", report: ReportDocument) -> Table:

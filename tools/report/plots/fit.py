@@ -37,19 +37,8 @@ def history(report: ReportDocument) -> Plot | None:
 
 def _lengths(rows: Sequence[Iteration], role: Role, term: Term) -> list[tuple[float, float]]:
     """Return iteration and root of a term of Eq. (5) [mm]."""
-    return [
-        (float(row.iteration), 1e3 * square**0.5)
-        for row in rows
-        if (square := _term(row, role, term)) is not None
-    ]
-
-
-def _term(row: Iteration, role: Role, term: Term) -> float | None:
-    """Return a term of Eq. (5) for the placements of a role [m^2]."""
-    terms = row.train if role == "train" else row.test
-    if terms is None:
-        return None
-    return terms.inconsistency if term == "inconsistency" else terms.distortion
+    roles = [(float(row.iteration), row.train if role == "train" else row.test) for row in rows]
+    return [(k, 1e3 * getattr(terms, term) ** 0.5) for k, terms in roles if terms is not None]
 
 
 def _curves(rows: Sequence[Iteration], term: Term, repeatability: float | None) -> Panel:
