@@ -29,11 +29,7 @@ class ArrivalTimeFilter:
         self._last: float | None = None
 
     def __call__(self, arrival: float) -> float:
-        """Return the stamp of the next state [s], later than all before.
-
-        Args:
-            arrival: Time at which the state arrived [s], by any clock that keeps time.
-        """
+        """Return the stamp of the next state [s], later than all before, by its arrival [s]."""
         if self._last is None:
             self._last = arrival
             return arrival

@@ -67,14 +67,9 @@ def sleep(seconds: float) -> None:
 
 
 def wait(sources: Sequence[_Source], seconds: float) -> list[_Source]:
-    """Return the sources that can be read, as soon as one can; none once the time is up.
+    """Return the sources that can be read, as soon as one can; none once the time is up [s].
 
-    Args:
-        sources: File descriptors, or objects with one.
-        seconds: Longest wait [s].
-
-    Raises:
-        OSError: A source is closed; so does ValueError.
+    Sources are file descriptors, or objects with one. A closed one raises OSError or ValueError.
     """
     return _clock.wait(sources, seconds)
 

@@ -62,10 +62,12 @@ class Piper(ValidatingDriver):
             self._await_arm()
 
     def _receive(self, deadline: float) -> JointState:
-        while True:
-            state = self._take(self._next_frame(deadline))
+        asked = clock.now()
+        while (frame := self._bus.receive(deadline)) is not None:
+            state = self._take(frame)
             if state is not None:
                 return state
+        raise self._silence(asked, deadline, "joint angles")
 
     def _disconnect(self) -> None:
         self._bus.close()
@@ -79,13 +81,6 @@ class Piper(ValidatingDriver):
             raise DriverError(
                 Reason.UNREACHABLE, f"{error}: is the arm on, and the bus at 1 Mbit/s?"
             ) from None
-
-    def _next_frame(self, deadline: float) -> can.Message:
-        """Return the next frame with joint angles, waiting for it."""
-        asked = clock.now()
-        if (frame := self._bus.receive(deadline)) is not None:
-            return frame
-        raise self._silence(asked, deadline, "joint angles")
 
     def _take(self, frame: can.Message) -> JointState | None:
         """Add a frame to the state of this turn; return the state once it is whole."""

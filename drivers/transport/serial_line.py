@@ -47,12 +47,7 @@ class SerialLine:
             self._port.write(message)
 
     def read(self, most: int, wait: float) -> bytes:
-        """Return what has come, as soon as there is something; nothing after the wait [s].
-
-        Args:
-            most: Largest number of bytes to return.
-            wait: Longest wait for the first of them [s].
-        """
+        """Return at most so many bytes, as soon as one has come; none after the wait [s]."""
         with self._translated():
             if not clock.wait([self._port], max(0.0, wait)):
                 return b""

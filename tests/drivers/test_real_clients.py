@@ -67,7 +67,6 @@ bus.shutdown()
 print(json.dumps(turns))
 """
 
-
 SCSERVO = """
 import json, sys, scservo_sdk as sdk
 sdk.port_handler.LATENCY_TIMER = 5000  # [ms]: a loaded machine is no failure

@@ -12,8 +12,7 @@ from emulation import emulated
 from emulator_programs import emulated_program
 from terminal_session import MUKCA, TerminalSession
 
-from mukca.recorder import read_placement, write_holes
-from mukca.recorder.dataset import Placement, Sample
+from mukca.recorder import Placement, Sample, read_placement, write_holes
 from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
 from mukca.tools.simulation import perturb, reachable_bases, record

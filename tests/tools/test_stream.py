@@ -12,7 +12,6 @@ from emulator_programs import emulated_program
 from terminal_session import MUKCA, TerminalSession
 
 from mukca.tools.cli import main
-from mukca.tools.cli.commands.stream import Meter
 
 
 @pytest.fixture
@@ -180,25 +179,3 @@ def test_an_emulator_tells_how_to_read_it():
     process.stdout.close()
     assert lines[0] == "Emulating kinova, version serial.\n"
     assert "mukca stream --driver 'kinova:serial:///dev/pts/" in lines[1]
-
-
-def test_the_meter():
-    meter = Meter()
-    assert meter.read().rate == 0
-    for number in range(3001):
-        meter.add(number * 0.001 + (0.004 if number % 50 == 0 else 0), waited=True)
-    reading = meter.read()
-    assert reading.rate == pytest.approx(1000, rel=0.01)
-    assert reading.interval == pytest.approx(0.001)
-    assert reading.worst_interval == pytest.approx(0.005, abs=1e-4)
-
-
-def test_the_meter_leaves_out_states_that_were_waiting():
-    """Two that came while a screen was drawn say nothing about the stream."""
-    meter = Meter()
-    for number in range(100):
-        meter.add(number * 0.001, waited=True)
-    for arrival in (0.150, 0.1501, 0.1502):
-        meter.add(arrival, waited=False)
-    meter.add(0.151, waited=True)
-    assert meter.read().worst_interval == pytest.approx(0.001)

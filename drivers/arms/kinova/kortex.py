@@ -39,7 +39,7 @@ class Kortex(KinovaArm):
         self.joints = len(self.measure(clock.now() + 2).degrees)
 
     def measure(self, deadline: float) -> Measurement:
-        """Ask for the arm's feedback, until its numbers are numbers."""
+        """Ask for the arm's feedback, until its values are finite."""
         while True:
             measurement = self._refresh(max(1e-3, deadline - clock.now()))
             if all(map(math.isfinite, measurement.degrees + measurement.torques)):
