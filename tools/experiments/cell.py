@@ -71,9 +71,6 @@ def build_cell(
         urdf: The model that the controller is given.
         hole: Diameter of the hole [m]; None for a pen on paper.
         friction: Coulomb friction of each joint [N m].
-
-    Raises:
-        ModelError: The model is not one of this arm.
     """
     truth = ArmModel(urdf_of(arm), arm.joint_names, arm.tip)
     model = ArmModel(urdf, arm.joint_names, arm.tip)

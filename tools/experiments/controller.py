@@ -26,9 +26,6 @@ class ArmModel:
         urdf: The model's text.
         joint_names: The arm's joints, in order.
         tip: The link that is controlled.
-
-    Raises:
-        ModelError: The text is not a model of an arm with these joints and this link.
     """
 
     def __init__(self, urdf: bytes, joint_names: tuple[str, ...], tip: str = BALL_LINK) -> None:

@@ -1,11 +1,9 @@
 """The peg insertion experiment of Section IV-B.
 
-The goal is taught once: the arm, elbow up, is guided into a tight hole, and the pose is written
-down by the model's own forward kinematics. Then the peg is inserted from other postures.
-
-A calibrated model's base frame is free to lean by a degree or two, since nothing outside the arm
-was measured. So no direction is taken from the model's axes: the way out of the hole is taught as
-well, and so are the axes of the table along which the hole is moved.
+The goal is taught once, elbow up, in a tight hole, by the model's own forward kinematics; then the
+peg is inserted from other postures. A calibrated model's base frame is free to lean by a degree or
+two, since nothing outside the arm was measured: so the way out of the hole and the axes of the
+table are taught as well, and none is taken from the model's axes.
 """
 
 from collections.abc import Iterator, Sequence

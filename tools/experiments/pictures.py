@@ -62,11 +62,7 @@ LINES = ("#c4511d", "#0b63a5", "#1b7f4b", "#8a4fa3", "#b98900", "#3c8f9c")
 
 
 class Camera:
-    """Renders a scene, off screen; a context manager.
-
-    Raises:
-        PictureError: Neither EGL nor OSMesa is there.
-    """
+    """Renders a scene, off screen; a context manager."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene

@@ -18,11 +18,7 @@ def pose_above(point: np.ndarray) -> Pose:
 
 
 def reach(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
-    """Return the configuration nearest to q, by Newton steps, that puts the tool at a pose.
-
-    Raises:
-        SimulationError: None is near.
-    """
+    """Return the configuration nearest to q, by Newton steps, that puts the tool at a pose."""
     for _ in range(60):
         now, J = model.linearise(q)
         error = pose_error(pose, now)

@@ -1,25 +1,15 @@
 """Results of a simulated experiment, as ``mukca simulate --json`` prints them, in SI units."""
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...solver.results import Document
 
-
-class Motion(Protocol):
-    """A trial of either experiment."""
-
-    @property
-    def tracking_error(self) -> float:
-        """Distance of the tool from where it should be [m]."""
-        ...
-
-    @property
-    def forces(self) -> np.ndarray:
-        """Magnitude of the contact force, shape (N,) [N]."""
-        ...
+if TYPE_CHECKING:
+    from .drawing import Line
+    from .insertion import Trial
 
 
 class Statistics(Document, kw_only=True, frozen=True):
@@ -47,7 +37,7 @@ class Trials(Document, kw_only=True, frozen=True):
     peak_force: Statistics
 
     @staticmethod
-    def fields_of(motions: Sequence[Motion]) -> dict[str, Any]:
+    def fields_of(motions: "Sequence[Trial | Line]") -> dict[str, Any]:
         """Return the values of these fields for some trials."""
         errors = [motion.tracking_error for motion in motions]
         return {

@@ -1,18 +1,10 @@
 """Denavit-Hartenberg tables, standard and modified (Craig's), with the transforms that remain.
 
-Along the chain lie the lines z_1 ... z_n about (or along) which the joints move. The frame on one
-line is carried to the next by four numbers of their common normal, or, where the two lines are
-nearly parallel, so that the normal may lie hundreds of metres away, by Hayati's form:
+T = Base J(q_1) A_1 J(q_2) A_2 ... J(q_n) Tool, with J the motion of a joint about or along its z
+and A_i, the step to the next axis, one of (docs/use.md)
 
     A = Rz(theta) Tz(d) Tx(a) Rx(alpha)              Denavit and Hartenberg
     A = Rz(theta) Tx(a) Rx(alpha) Ry(beta)           Hayati and Mirmirani, d = 0
-
-With J(q) = Rz(q) for a revolute joint and Tz(q) for a prismatic one, the ball's frame is
-
-    T = Base J(q_1) A_1 J(q_2) A_2 ... J(q_n) Tool
-
-The standard table has theta, d, a, alpha of A_i in row i. The modified one has theta and d of A_i,
-and a, alpha, beta of the A_(i-1) before it: the same product, bracketed otherwise.
 """
 
 import csv

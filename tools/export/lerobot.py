@@ -1,13 +1,9 @@
 """lerobot's calibration file of an arm made of servos, with the zeros that were found.
 
-A servo's position is its own count, shifted by its homing offset: Feetech servos subtract it,
-Dynamixel servos add it. A joint whose true angle is its reading plus z gets there by
-
-    n = round(4096 z / 2 pi)    homing_offset' = homing_offset - n (Feetech), + n (Dynamixel)
-
-in ticks of the position. The ends of the range stay as they are, since a shift of these as well
-would cancel that of the zero. What the ticks cannot hold, 0.044 degrees at most, and the zeros that
-are not written stay in the URDF that comes beside the file.
+A servo's position is its count less its homing offset (Feetech), or plus it (Dynamixel). A joint
+whose true angle is its reading plus z gets there by n = round(4096 z / 2 pi) ticks:
+homing_offset' = homing_offset - n (Feetech), + n (Dynamixel). The ends of the range stay, since a
+shift of these would cancel that of the zero; what is not written stays in the URDF beside it.
 """
 
 import hashlib

@@ -1,13 +1,9 @@
 """The user's own MuJoCo model, with the places of the arm's bodies replaced and all else kept.
 
-Frames of the bodies may stand elsewhere on the links than the URDF's: only the joints' axes are
-the same. With B_i the pose of joint i's body and L_i that of its URDF link, both nominal and at
-zero, the constant C_i = B_i^-1 L_i carries one into the other. So the body's new place on the one
-before is
-
-    C_(i-1) K_i C_i^-1
-
-with K_i the calibrated place of the URDF's link on the one before, at zero.
+Bodies may stand elsewhere on the links than the URDF's frames: only the joints' axes are the same.
+With B_i the pose of joint i's body and L_i that of its URDF link, both nominal and at zero, the
+constant C_i = B_i^-1 L_i carries one into the other. So the body's new place on the one before is
+C_(i-1) K_i C_i^-1, with K_i the calibrated place of the URDF's link on the one before, at zero.
 """
 
 from dataclasses import dataclass
@@ -90,11 +86,7 @@ def _links(origins: Any, request: Request) -> list[np.ndarray]:
 
 
 def _joints(request: Request) -> list[MjcfJoint]:
-    """Return the model's joints that are the arm's, in the arm's order.
-
-    Raises:
-        ExportError: The model cannot be read, or is not of this arm.
-    """
+    """Return the model's joints that are the arm's, in the arm's order."""
     try:
         import mujoco
     except ImportError:
@@ -191,11 +183,7 @@ def _local(model: Any, body: int) -> np.ndarray:
 def _carriers(
     request: Request, joints: list[MjcfJoint], nominal: list[np.ndarray]
 ) -> tuple[list[np.ndarray], list[str]]:
-    """Return C_0 of the base and C_i of each joint, and how the nominal models differ.
-
-    Raises:
-        ExportError: The axes of both models do not coincide.
-    """
+    """Return C_0 of the base and C_i of each joint, and how the nominal models differ."""
     actuated = request.calibration.robot.actuated
     bodies = list(_products([joint.place for joint in joints]))
     links = list(_products(nominal))

@@ -20,10 +20,6 @@ def place_bodies(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, b
     Args:
         model: A model; the bodies stand in it, or in one of the files that it includes.
         places: The new pose of each body on its parent, shape (4, 4), by the body's name.
-
-    Raises:
-        ExportError: No file has all of the bodies, or one hangs in a ``<frame>``, which would
-            move it on.
     """
     for file, data, begins in _files(model, model.parent, places):
         if len(begins) < len(places):

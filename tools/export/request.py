@@ -84,11 +84,7 @@ class Request:
         return self.options.get("flange") or self.calibration.robot.ball_joint.parent
 
     def require_ending(self, *endings: str) -> None:
-        """Refuse a file of another ending.
-
-        Raises:
-            ExportError: The file ends otherwise.
-        """
+        """Refuse a file of another ending."""
         if self.file.suffix not in endings:
             known = " or ".join(endings)
             raise ExportError(f"--out {self.file}: name a file that ends in {known}")

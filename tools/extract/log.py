@@ -73,9 +73,6 @@ def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
 
     A log's name fits if it is the model's, or ends or begins it with a mark between, as
     ``left/joint1`` and ``panda_joint1`` fit ``joint1``; a unit behind it does not count.
-
-    Raises:
-        ExtractError: More than one name fits a joint.
     """
     wanted = question.joints
     if question.named is not None:
@@ -109,10 +106,6 @@ def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:
         angles: Of the joints that turn, over the whole log [rad].
         degrees: True if they were read as degrees.
         question: What is looked for.
-
-    Raises:
-        ExtractError: They are larger than a turn, or smaller than any session's would be if what
-            is called degrees were such.
     """
     largest = float(np.abs(angles).max(initial=0.0))
     if largest > FULL_TURN:

@@ -15,8 +15,8 @@ from ...solver.calibration import Calibration, calibrate
 from ...solver.data import measure
 from ...solver.robot import Robot, load_robot
 from ..report import report_files, report_of
+from .document import FleetArm, FleetChange, FleetDrift, FleetParameter, FleetSession
 from .folders import MODEL, ArmFolder, find_sessions
-from .types import FleetArm, FleetChange, FleetDrift, FleetParameter, FleetSession
 
 
 def calibrate_arm(arm: ArmFolder) -> FleetArm:

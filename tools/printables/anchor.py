@@ -1,12 +1,9 @@
 """A socket base that clips to an arm's own base plate, so that its place on the arm is known.
 
 A bridge leads from the socket base to a face that meets the front edge of the arm's plate. Two
-springy fingers beside it press on the plate's sides alike, so they hold it in their middle even if
-its width was measured a little wrong. Both stand on the table. Lengths are millimetres.
-
-The plate's size is nowhere published, so it is measured: nothing of it is assumed but that its
-front edge is straight and its two sides are parallel as far as the fingers reach. A thin slice of
-the clip shows within minutes whether it fits.
+springy fingers press on its sides alike, so they hold it in their middle even if its width was
+measured a little wrong. The plate's size is nowhere published: its front edge is taken to be
+straight, and its sides parallel as far as the fingers reach. Lengths are millimetres.
 """
 
 from collections.abc import Mapping, Sequence

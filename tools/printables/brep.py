@@ -30,11 +30,7 @@ Shape = Any
 
 
 def step_bytes(name: str, solid: Solid) -> bytes:
-    """Return a STEP file (AP214, millimetres) of a part.
-
-    Raises:
-        PrintableError: Open CASCADE is not installed, or could not make the file.
-    """
+    """Return a STEP file (AP214, millimetres) of a part."""
     with _binding(), tempfile.TemporaryDirectory() as folder:
         from OCP.IFSelect import IFSelect_RetDone
         from OCP.Interface import Interface_Static
@@ -165,11 +161,7 @@ def _boolean(operation: str, body: Shape, *tools: Shape) -> Shape:
 
 
 def _single_body(shape: Shape) -> Shape:
-    """Return the one solid in a shape.
-
-    Raises:
-        PrintableError: There are several, or none.
-    """
+    """Return the one solid in a shape."""
     from OCP.TopAbs import TopAbs_SOLID
     from OCP.TopExp import TopExp_Explorer
 

@@ -31,11 +31,7 @@ def is_closed(mesh: Mesh) -> bool:
 
 
 def check_body(name: str, body: "Manifold", mesh: Mesh) -> None:
-    """Refuse a part that is not one closed body, or does not fit the printer.
-
-    Raises:
-        PrintableError: It does not.
-    """
+    """Refuse a part that is not one closed body, or does not fit the printer."""
     bodies = len(body.decompose())
     if bodies != 1 or not is_closed(mesh):
         raise PrintableError(f"{name}: these parameters make no single closed body")
@@ -52,9 +48,6 @@ def check_tilt(base: SocketBase, part: BallPart, tilt: float = TILT) -> None:
         base: The socket base.
         part: The ball part.
         tilt: How far to lean [rad].
-
-    Raises:
-        PrintableError: It collides.
     """
     ball = Sphere(part.ball / 2).at(z=part.height)
     # However it leans, a ball stays where it is; the rest of the part seldom comes near the base.

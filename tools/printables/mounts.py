@@ -1,17 +1,7 @@
 """Mounts that hold the ball's neck at the arm: plates on flanges, blocks between two fingers.
 
 Every mount stands on z = 0 as printed, its axis is z, and the neck grows from its top. Lengths are
-millimetres. Sources of the patterns:
-
-- ISO 9409-1, designation 9409-1-50-4-M6: four M6 on a circle of 50 mm.
-- KUKA, LBR iiwa media flanges: seven M6 and a 6 mm pin on that circle, 45 degrees apart.
-- Franka hand: franka_description gives fingertips of 17.5 mm width and 18.5 mm length, whose middle
-  is the frame ``hand_tcp``.
-- UFACTORY's user manual of the xArm 5, 6 and 7: flange A50/63, six M5 on a circle of 50 mm.
-- SO-101: its published part wrist_roll_follower_so101_v1: the fixed jaw is 16.5 mm wide 30 mm from
-  its end, and narrower beyond; the two jaws' faces are parallel where they are 40 mm apart.
-- ViperX and WidowX: their descriptions let the fingers open from 42 to 114 mm and from 30 to 74 mm.
-- ISO 273 (medium) for screw holes, ISO 4762 for screw heads.
+millimetres. docs/print.md has the sources of the patterns.
 """
 
 import math

@@ -72,11 +72,7 @@ def part_names(base: SocketBase) -> list[str]:
 
 
 def base_part(base: SocketBase) -> Part:
-    """Build and check a socket base.
-
-    Raises:
-        PrintableError: It cannot be printed.
-    """
+    """Build and check a socket base."""
     facts: dict[str, Any] = {
         "distance": base.distance / 1000,
         "ball_diameter": base.ball / 1000,
@@ -91,11 +87,7 @@ def base_part(base: SocketBase) -> Part:
 
 
 def ball_part(name: str, ball: BallPart) -> Part:
-    """Build a ball part, and check it by itself.
-
-    Raises:
-        PrintableError: It cannot be printed.
-    """
+    """Build a ball part, and check it by itself."""
     facts = {
         "ball": [x / 1000 for x in ball.position],
         "ball_diameter": ball.ball / 1000,

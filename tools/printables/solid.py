@@ -23,11 +23,7 @@ class PrintableError(MukcaError):
 
 
 def check_range(name: str, value: float, low: float, high: float) -> None:
-    """Refuse a length out of its range [mm].
-
-    Raises:
-        PrintableError: The value lies outside, or is no number.
-    """
+    """Refuse a length out of its range [mm]."""
     if not low <= value <= high:
         raise PrintableError(f"{name} of {value:g} mm: expected {low:g} to {high:g} mm")
 

@@ -18,6 +18,16 @@ BASE = rigid((0.4, -0.2, 0.8, 0.2, -0.3, 2.0))
 """The arm's base in the world."""
 
 
+HEAD = """<!-- mine -->
+<mujoco model="cell">
+  <compiler angle="radian"/>
+  <default><joint damping='1'/></default>
+  <worldbody>
+    <geom size="1 1 .1"
+      type="plane"/><!-- floor -->
+    <light pos='0 0 3'/>"""
+
+
 def frames(robot: Robot, seed: int = 0) -> list[np.ndarray]:
     """Where each URDF link stands on its body, whose origin is on the axis; the base's first."""
     rng = np.random.default_rng(seed)
@@ -46,13 +56,7 @@ def pose(T: np.ndarray, euler: bool) -> str:
 def model_of(robot: Robot, prefix: str = "", welded: bool = True) -> str:
     """Return a MuJoCo model of the nominal arm as somebody may have written it."""
     carriers = frames(robot)
-    text = ['<!-- mine -->\n<mujoco model="cell">\n  <compiler angle="radian"/>']
-    text += [
-        "  <default><joint damping='1'/></default>",
-        "  <worldbody>",
-        '    <geom size="1 1 .1"',
-    ]
-    text += ['      type="plane"/><!-- floor -->', "    <light pos='0 0 3'/>"]
+    text = [HEAD]
     text.append(f'    <body name="stand" {pose(BASE @ np.linalg.inv(carriers[0]), False)}>')
     place, depth, count = carriers[0], 1, 0
     for joint in robot.joints:
@@ -234,12 +238,6 @@ def test_urdf_models_that_mujoco_saved(export, calibrations, tmp_path) -> None:
     assert status == 0, err
 
 
-def broken(robot: Robot, old: str, new: str) -> str:
-    text = model_of(robot)
-    assert old in text
-    return text.replace(old, new)
-
-
 @pytest.mark.parametrize(
     ("robot", "old", "new", "said"),
     [
@@ -256,7 +254,9 @@ def test_a_model_that_does_not_fit_is_refused(
     export, calibrations, tmp_path, robot, old, new, said
 ) -> None:
     mine, out = tmp_path / "mine.xml", tmp_path / "out.xml"
-    mine.write_text(broken(load_robot(robot), old, new) if old else model_of(load_robot(robot)))
+    text = model_of(load_robot(robot))
+    assert old in text
+    mine.write_text(text.replace(old, new) if old else text)
     words = ("--to", "mjcf", "--like", mine, "--out", out)
     status, _, err = export(calibrations / "panda.json", *words)
     assert status == 2 and said in err and len(err.splitlines()) == 1
@@ -294,10 +294,7 @@ def test_a_joint_that_turns_the_other_way_is_refused(export, calibrations, tmp_p
 
 
 def test_it_needs_a_model(export, calibrations, tmp_path) -> None:
-    status, _, err = export(
-        calibrations / "panda.json", "--to", "mjcf", "--out", tmp_path / "a.xml"
-    )
-    assert status == 2 and "--like FILE" in err
-    words = ("--to", "mjcf", "--like", tmp_path, "--out", tmp_path / "a.xml")
-    status, _, err = export(calibrations / "panda.json", *words)
-    assert status == 2 and "no such file" in err
+    words = (calibrations / "panda.json", "--to", "mjcf", "--out", tmp_path / "a.xml")
+    for like, said in (((), "--like FILE"), (("--like", tmp_path), "no such file")):
+        status, _, err = export(*words, *like)
+        assert status == 2 and said in err

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from mukca.drivers import JointState
-from mukca.drivers.arms import Motion, SimulatedArm
-from mukca.drivers.arms.simulated import Fault
+from mukca.drivers.arms import Fault, Motion, SimulatedArm
 from mukca.recorder import read_placement
 from mukca.tools.cli import main
 

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from mukca.drivers.arms import Motion, SimulatedArm
+from mukca.recorder import read_placement
 from mukca.recorder.stream import JointLimits
 from mukca.solver.calibration import UsageError
 from mukca.solver.robot import load_robot
@@ -101,12 +103,8 @@ def test_no_average_goes_across_two_episodes() -> None:
 )
 def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, visits) -> None:
     """Placements are numbered by their first rest, and the socket of that rest is called 0."""
-    from mukca.recorder import read_placement
-    from mukca.recorder.stream import StationaryPose
-    from mukca.tools.extract.rests import TimedRest
-
     robot = load_robot("panda")
-    truth, found = [], []
+    truth, places = [], []
     left: dict[str, list] = {}
     for name in {visit.split()[0] for visit in visits}:
         for sample in read_placement(session / name).samples:
@@ -114,10 +112,15 @@ def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, vis
     share = {visit: len(left[visit]) // visits.count(visit) for visit in visits}
     for visit in visits:
         for _ in range(share[visit]):
-            at = float(len(found))
-            rest = StationaryPose(left[visit].pop(), (1e-5,) * 7, None, None, at, 30)
-            found.append(TimedRest(at, at + 0.5, rest))
+            places.append(left[visit].pop())
             truth.append(visit)
+    motion = Motion(places, hold=0.8, move=0.6)
+    stamps = np.arange(0, motion.duration, 1 / 40)
+    states = [SimulatedArm(motion).state(moment) for moment in stamps.tolist()]
+    positions = np.array([state.position for state in states])
+    log = Log(stamps, positions, None, np.zeros(len(stamps), dtype=int))
+    found = find_rests(log, joints_of(robot), window=0.3, still=5e-4)
+    assert len(found) == len(truth)
     bases = list(dict.fromkeys(visit.split()[0] for visit in visits))
     first = {base: next(visit for visit in visits if visit.startswith(base)) for base in bases}
     expected = [
