@@ -8,10 +8,11 @@ inverse, ``command``, is a short loop round one of them.
 
 import json
 import re
-from string import Template
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
+from jinja2 import Environment, FileSystemLoader
 
 from .expressions import FullModel, full_model
 from .request import Exported, ExportError, Request
@@ -40,11 +41,29 @@ def write(request: Request) -> Exported:
         "true_positions": model.true_positions,
         "gravity": model.gravity,
     }
-    bodies = {word: _body(model, value) for word, value in values.items()}
-    source = _source(request, bodies)
-    header = _header(request, flange)
+    sizes = {"ball": "3", "flange": "16", "jacobian": f"6 * {name.upper()}_JOINTS"}
+    functions = {word: (sizes.get(word), _body(model, value)) for word, value in values.items()}
+    source = _filled(
+        "controller.c.j2",
+        request,
+        ["The header says what each function does."],
+        names=", ".join(map(json.dumps, calibrated.robot.joint_names)),
+        squares=any("square(" in body for _, body in functions.values()),
+        functions=functions,
+    )
+    header = _filled(
+        "controller.h.j2",
+        request,
+        [
+            f"Corrections of the joints: {', '.join(calibrated.deflection.extensions) or 'none'}.",
+            "No function allocates memory or keeps any; all may be called from several threads.",
+        ],
+        number=len(calibrated.robot.actuated),
+        base=_plain(calibrated.robot.base),
+        flange=_plain(flange),
+    )
     usage = f"Compile {name}.c with your program, include {name}.h; the flange is {flange}."
-    return Exported({f"{name}.c": source.encode(), f"{name}.h": header.encode()}, (), (usage,))
+    return Exported({f"{name}.c": source, f"{name}.h": header}, (), (usage,))
 
 
 def _flange(request: Request) -> int:
@@ -73,110 +92,18 @@ def _body(model: FullModel, value: Any) -> str:
     return text
 
 
-def _header(request: Request, flange: str) -> str:
-    """Return the declarations, each with what it does."""
-    robot = request.calibration.robot
-    extensions = request.calibration.calibrated.deflection.extensions
-    about = [
-        *request.identity.lines(),
-        f"Corrections of the joints: {', '.join(extensions) or 'none'}.",
-        "No function allocates memory or keeps any; all may be called from several threads.",
-    ]
-    words = {"number": len(robot.actuated), "base": _plain(robot.base), "flange": _plain(flange)}
-    return _comment(about) + _filled(_HEADER, request, **words)
+def _filled(template: str, request: Request, about: list[str], **words: object) -> bytes:
+    """Return a template's text; what stands in comments cannot end them."""
+    folder = FileSystemLoader(Path(__file__).parent / "templates")
+    environment = Environment(  # noqa: S701 (C, not HTML)
+        loader=folder, keep_trailing_newline=True, trim_blocks=True
+    )
+    name = request.file.stem
+    lines = [_plain(line) for line in [*request.identity.lines(), *about]]
+    names = {"arm": name, "ARM": name.upper()}
+    return environment.get_template(template).render(about=lines, **names, **words).encode()
 
 
 def _plain(name: str) -> str:
     """Return a name as it may stand in a comment."""
     return name.replace("*/", "")
-
-
-def _comment(lines: list[str]) -> str:
-    return "/* " + "\n   ".join(map(_plain, lines)) + " */\n"
-
-
-def _filled(template: str, request: Request, **words: object) -> str:
-    name = request.file.stem
-    return Template(template).substitute(arm=name, ARM=name.upper(), **words)
-
-
-def _source(request: Request, bodies: dict[str, str]) -> str:
-    joints = request.calibration.robot.joint_names
-    parts = [
-        _comment([*request.identity.lines(), "The header says what each function does."]),
-        f'#include "{request.file.stem}.h"\n\n#include <math.h>\n',
-        _filled(_NAMES, request, names=", ".join(map(json.dumps, joints))),
-    ]
-    if any("square(" in body for body in bodies.values()):
-        parts.append("static double square(double x) { return x * x; }\n")
-    sizes = {"ball": "3", "flange": "16", "jacobian": "6 * ${ARM}_JOINTS"}
-    for word, body in bodies.items():
-        size = sizes.get(word, "${ARM}_JOINTS")
-        declared = f"void ${{arm}}_{word}(const double q[${{ARM}}_JOINTS], double out[{size}]) {{"
-        parts.append(f"{_filled(declared, request)}\n{body}}}\n")
-    return "\n".join([*parts, _filled(_COMMAND, request)])
-
-
-_HEADER = """
-#ifndef ${ARM}_H
-#define ${ARM}_H
-
-#ifdef __cplusplus
-extern "C" {
-#endif
-
-#define ${ARM}_JOINTS $number
-
-/* The joints, in the order of every array. Positions are radians (metres for a prismatic joint),
-   as the robot's encoders report them; lengths are metres. */
-extern const char *const ${arm}_joint_names[${ARM}_JOINTS];
-
-/* The calibration ball's centre in the frame of $base. */
-void ${arm}_ball(const double q[${ARM}_JOINTS], double p[3]);
-
-/* The pose of $flange in the frame of $base: a 4 x 4 matrix, row after row. */
-void ${arm}_flange(const double q[${ARM}_JOINTS], double T[16]);
-
-/* The Jacobian of $flange, a 6 x $number matrix, row after row: the joints' speeds are multiplied
-   by it to give the speed of its origin, upper three rows, and its angular velocity, lower three
-   rows; both in the frame of $base. */
-void ${arm}_jacobian(const double q[${ARM}_JOINTS], double J[6 * ${ARM}_JOINTS]);
-
-/* Where the joints truly are while the robot, at rest, reports q. */
-void ${arm}_true_positions(const double q[${ARM}_JOINTS], double positions[${ARM}_JOINTS]);
-
-/* The inverse: what to command so that the joints truly stand at q. Returns 0, or -1 where q is
-   not a configuration; the positions are not to be used then. */
-int ${arm}_command(const double q[${ARM}_JOINTS], double positions[${ARM}_JOINTS]);
-
-/* The torques that hold the arm against gravity, by the masses of its model [N m]. */
-void ${arm}_gravity(const double q[${ARM}_JOINTS], double torques[${ARM}_JOINTS]);
-
-#ifdef __cplusplus
-}
-#endif
-#endif
-"""
-
-_NAMES = """\
-const char *const ${arm}_joint_names[${ARM}_JOINTS] = {$names};
-"""
-
-_COMMAND = """\
-int ${arm}_command(const double q[${ARM}_JOINTS], double positions[${ARM}_JOINTS]) {
-  double there[${ARM}_JOINTS];
-  int i, round, done = 0;
-  for (i = 0; i < ${ARM}_JOINTS; ++i) positions[i] = q[i];
-  /* Each round leaves a thousandth of the error: joints are corrected by milliradians. */
-  for (round = 0; round < 20 && !done; ++round) {
-    ${arm}_true_positions(positions, there);
-    done = 1;
-    for (i = 0; i < ${ARM}_JOINTS; ++i) {
-      const double miss = q[i] - there[i];
-      if (!(fabs(miss) <= 1e-14)) done = 0;
-      positions[i] += miss;
-    }
-  }
-  return done ? 0 : -1;
-}
-"""
