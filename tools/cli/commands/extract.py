@@ -1,7 +1,6 @@
 """``mukca extract``: find the rests of an arm in a log, and make a recording of them."""
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,7 +70,8 @@ def run(options: Options, terminal: Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
     from ...extract import assign, find_rests, placements_of, propose_samples, read_log
 
-    _check(options)
+    if options.out is not None:
+        refuse_existing(options.out, force=options.force)
     robot = options.load_robot()
     joints = joints_of(robot)
     with terminal.progress() as step:
@@ -103,11 +103,6 @@ def run(options: Options, terminal: Terminal) -> int:
             }
         )
     return 0 if folders else 1
-
-
-def _check(options: Options) -> None:
-    if options.out is not None:
-        refuse_existing(options.out, force=options.force)
 
 
 def _question(options: Options, joints: "Sequence[JointLimits]") -> "Question":
@@ -198,7 +193,6 @@ def _say_outputs(
 
 def _row(proposal: "Proposal") -> dict[str, Any]:
     rest = proposal.timed.rest
-    assert math.isfinite(rest.stamp)
     return {
         "begin": proposal.timed.begin,
         "end": proposal.timed.end,

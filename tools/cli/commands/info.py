@@ -9,7 +9,6 @@ from typing import Any, cast
 from ....recorder import (
     METADATA,
     SAMPLES,
-    SampleFile,
     find_placements,
     placement_name,
     read_distance,
@@ -59,39 +58,12 @@ def run(options: Options, terminal: Terminal) -> int:
 def describe(folder: Path) -> dict[str, Any]:
     """Return what a placement holds, in SI units."""
     content = read_samples(folder / SAMPLES) if (folder / SAMPLES).exists() else None
-    if content and not content.live:
-        return _describe_empty(folder, content)
-    placement = read_placement(folder)
-    positions = placement.positions
-    spreads = [sample.spread for sample in placement.samples if sample.spread]
-    return {
-        "name": placement.name,
-        "files": [str(file) for file in placement.files],
-        "samples": {
-            str(socket): int((placement.sockets == socket).sum())
-            for socket in sorted(set(placement.sockets.tolist()))
-        },
-        "kind": "sockets" if placement.samples[0].point is None else "points",
-        "taken_back": len(content.withdrawn) if content else 0,
-        "joints": list(_names(placement)),
-        "lowest": positions.min(axis=0).tolist(),
-        "highest": positions.max(axis=0).tolist(),
-        "largest_spread": [max(column) for column in zip(*spreads, strict=True)] or None,
-        "efforts": placement.efforts is not None,
-        "distance": placement.distance,
-        "remarks": list(placement.remarks),
-        "metadata": read_metadata(folder / METADATA),
-    }
-
-
-def _describe_empty(folder: Path, content: SampleFile) -> dict[str, Any]:
-    """Return the same of a recording without a sample that counts."""
-    return {
+    facts: dict[str, Any] = {
         "name": placement_name(folder),
         "files": [str(folder / SAMPLES)],
         "samples": {},
-        "taken_back": len(content.withdrawn),
-        "joints": list(content.joint_names),
+        "taken_back": len(content.withdrawn) if content else 0,
+        "joints": list(content.joint_names) if content else [],
         "lowest": None,
         "highest": None,
         "largest_spread": None,
@@ -99,6 +71,24 @@ def _describe_empty(folder: Path, content: SampleFile) -> dict[str, Any]:
         "distance": read_distance(folder / METADATA),
         "remarks": [],
         "metadata": read_metadata(folder / METADATA),
+    }
+    if content and not content.live:
+        return facts
+    placement = read_placement(folder)
+    positions, sockets = placement.positions, placement.sockets.tolist()
+    spreads = [sample.spread for sample in placement.samples if sample.spread]
+    return facts | {
+        "name": placement.name,
+        "files": [str(file) for file in placement.files],
+        "samples": {str(socket): sockets.count(socket) for socket in sorted(set(sockets))},
+        "kind": "sockets" if placement.samples[0].point is None else "points",
+        "joints": list(_names(placement)),
+        "lowest": positions.min(axis=0).tolist(),
+        "highest": positions.max(axis=0).tolist(),
+        "largest_spread": [max(column) for column in zip(*spreads, strict=True)] or None,
+        "efforts": placement.efforts is not None,
+        "distance": placement.distance,
+        "remarks": list(placement.remarks),
     }
 
 

@@ -193,9 +193,10 @@ def _describe(terminal: Terminal, options: Options, parts: list[Part]) -> None:
 
 
 def _lines(facts: Mapping[str, Any]) -> list[str]:
+    if "sockets_in_base" in facts:
+        return [*_base_lines(facts), *_anchor_lines(facts)]
     if "caliper" in facts:
-        anchored = _anchor_lines(facts) if "sockets_in_base" in facts else []
-        return [*_base_lines(facts), *anchored]
+        return _base_lines(facts)
     if "ball" in facts:
         return _ball_lines(facts)
     return ["a slice of the clip: print it first, and see that it sits on the arm's plate"]
@@ -239,10 +240,7 @@ def _ball_lines(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _places(ball: Sequence[float], flanges: Mapping[str, str]) -> list[str]:
-    """Return the options of ``mukca solve`` that put the ball onto a robot, a line for each link.
-
-    The shipped models hold a ball already, so this one gets a name of its own.
-    """
+    """Options of ``mukca solve`` for this ball: the shipped models hold another one already."""
     where = "--ball " + " ".join(f"{x:g}" for x in ball)
     if not flanges:
         return [f"place: --flange LINK {where}"]

@@ -148,6 +148,7 @@ def run(options: Options, terminal: Terminal) -> int:
             "recording does not yet work on Windows; record on Linux, on macOS or in WSL. "
             "check, solve, validate and report do work here"
         )
+    # A session fills in what is continued: the distance, the sockets, the next placement.
     arguments = argparse.Namespace(**vars(options))
     with _interruptible():
         _fill_in(arguments)
