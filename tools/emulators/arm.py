@@ -18,13 +18,13 @@ GREATEST_EFFORT = 30.0  # N m
 def replay_arm(
     folder: Path, joints: int, rate: float, motion: tuple[float, float], noise: float
 ) -> SimulatedArm:
-    """Return an arm that goes through the configurations of a placement, then rests.
+    """Return an arm that goes through the configurations of a placement's folder, then rests.
 
     Args:
         folder: The placement.
-        joints: How many joints the robot has.
+        joints: Number of the robot's joints.
         rate: States per second.
-        motion: How long each rest and each move lasts [s].
+        motion: Duration of each rest and each move [s].
         noise: Standard deviation of the encoder noise [rad].
 
     Raises:

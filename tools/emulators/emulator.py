@@ -202,14 +202,7 @@ class Emulator(ABC):
         return udp
 
     def open_line(self, address: str) -> tuple[int, str]:
-        """Open a pseudo-terminal, a serial line whose settings nobody checks.
-
-        Returns:
-            The emulator's end, and the name of the other.
-
-        Raises:
-            MukcaError: An address was given, which such a line cannot have.
-        """
+        """Open a pseudo-terminal; return the emulator's end, and the name of the other."""
         if address:
             name = type(self).__name__.removesuffix("Emulator").lower()
             raise MukcaError(f"{name} opens a terminal of its own; leave --address out")

@@ -92,13 +92,7 @@ class FrankaEmulator(Emulator):
 
 
 def encode_state(version: int, number: int, state: JointState) -> bytes:
-    """Return the RobotState datagram of a server version.
-
-    Args:
-        version: 3 to 10.
-        number: The message's number.
-        state: Joint angles and torques; all else is at rest.
-    """
+    """Return the numbered RobotState datagram of a server version, 3 to 10, of an arm at rest."""
     letter = "f" if version == 10 else "d"
     zeros: tuple[float, ...] = (0.0,)
     pose = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.3, 0.0, 0.5, 1.0)
