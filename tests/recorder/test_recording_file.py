@@ -1,8 +1,6 @@
 """What is captured is on the disk, reads back exactly, and survives whatever happens to it."""
 
-import json
 import os
-import resource
 from dataclasses import replace
 from pathlib import Path
 
@@ -92,32 +90,6 @@ def test_new_files_are_synced_before_their_folder_and_that_before_they_are_used(
     assert metadata in synced[: len(synced) - 1 - synced[::-1].index((folder, 0))]
 
 
-def test_it_is_continued(tmp_path: Path) -> None:
-    record(tmp_path, 1, 2)
-    record(tmp_path, 3)
-    assert [s.number for s in read_placement(tmp_path).samples] == [1, 2, 3]
-    metadata = json.loads((tmp_path / "placement.json").read_text())
-    assert len(metadata["sessions"]) == 2
-    assert metadata["distance"] == read_placement(tmp_path).distance == 0.05
-
-
-@pytest.mark.parametrize(
-    ("other", "told"),
-    [
-        (replace(METADATA, robot="another"), "robot arm, not another"),
-        (replace(METADATA, joints=("a", "c")), "joints a, b,c, not a, c"),
-        (replace(METADATA, distance=0.1), "distance 0.05, not 0.1"),
-        (replace(METADATA, sockets=3), "sockets 2, not 3"),
-    ],
-)
-def test_another_robot_or_base_is_refused(tmp_path: Path, other: Metadata, told: str) -> None:
-    record(tmp_path, 1)
-    before = {file: file.read_bytes() for file in tmp_path.iterdir()}
-    with pytest.raises(MukcaError, match=told):
-        Recording(tmp_path, other)
-    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == before
-
-
 def test_joints_are_checked_even_without_metadata(tmp_path: Path) -> None:
     record(tmp_path, 1)
     (tmp_path / "placement.json").unlink()
@@ -151,31 +123,6 @@ def test_a_torn_end_costs_only_itself(tmp_path: Path) -> None:
         assert aside == ([torn] if torn else [])
         kept = (folder / "samples.csv").read_bytes().splitlines(keepends=True)
         assert kept[:-1] == (left or lines[:1])
-
-
-def test_two_cannot_write_at_once(tmp_path: Path) -> None:
-    with (
-        Recording(tmp_path, METADATA),
-        pytest.raises(MukcaError, match="another mukca record"),
-    ):
-        Recording(tmp_path, METADATA)
-    record(tmp_path, 1)
-
-
-def test_a_full_disk_refuses_one_capture_and_keeps_the_file_whole(tmp_path: Path) -> None:
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    with Recording(tmp_path, METADATA) as recording:
-        recording.capture(sample(1))
-        before = (tmp_path / "samples.csv").read_bytes()
-        try:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 20, hard))
-            with pytest.raises(MukcaError, match=r"cannot be written to: File too large"):
-                recording.capture(sample(2))
-            assert (tmp_path / "samples.csv").read_bytes() == before
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        recording.capture(sample(2))
-    assert [s.number for s in read_placement(tmp_path).samples] == [1, 2]
 
 
 @pytest.mark.parametrize("how", ["appended", "replaced", "deleted"])

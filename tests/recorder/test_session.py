@@ -53,12 +53,6 @@ def test_what_is_refused_at_the_same_socket(position: tuple[float, ...], told: s
     assert refusal is None if told is None else told in str(refusal)
 
 
-def test_a_ball_that_was_not_moved_to_the_other_socket_is_noticed() -> None:
-    session = captured(Session(JOINTS), 0.0, 0.0).switched(1)
-    assert "move the ball to socket 1" in str(session.refusal((math.radians(0.1), 0.0)))
-    assert session.refusal((math.radians(0.5), 0.0)) is None
-
-
 def test_a_withdrawn_configuration_may_be_captured_again() -> None:
     session = captured(Session(JOINTS), 0.0, 0.0)
     assert session.refusal((0.0, 0.0)) is not None
@@ -67,14 +61,6 @@ def test_a_withdrawn_configuration_may_be_captured_again() -> None:
 
 def test_a_joint_without_limits_may_be_anywhere() -> None:
     assert Session((JointLimits("wheel"),)).refusal((100.0,)) is None
-
-
-def test_a_sample_can_be_taken_back_brought_again_and_relabelled() -> None:
-    session = captured(captured(Session(JOINTS), 0.0, 0.0), 0.5, 0.1)
-    assert session.without(1).counts == (1, 0)
-    assert session.without(1).restored(1) == session
-    moved = session.relabelled(2, 1)
-    assert moved.counts == (1, 1) and moved.samples[1].position == (0.5, 0.1)
 
 
 def test_the_next_socket_is_one_that_lacks_samples() -> None:

@@ -9,7 +9,6 @@ from collections.abc import Generator
 from contextlib import ExitStack, closing, contextmanager
 from typing import Any
 
-from ...drivers import Reconnecting, open_driver
 from ...recorder import (
     METADATA,
     SOCKETS,
@@ -21,12 +20,13 @@ from ...recorder import (
 )
 from ...recorder.session import Recording, Session
 from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, StreamMonitor
-from ...recorder.terminal import Keyboard, Lines, Outcome, Recorder, Screen, Script, keys_with
-from ...solver.calibration import UsageError
+from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
 from ..cli import Terminal
 from .guidance_process import BackgroundGuidance, goal_for
+from .inputs import connect, keys_of
 from .outlier_checks import FIRST_FAR, OutlierCheck, gravity_of, similar_models
+from .page import PageProcess
 
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
 DISTANCE = 0.05
@@ -56,30 +56,25 @@ def record_session(
     joints, keys = joints_of(robot), keys_with(arguments.key)
     _adopt(arguments)
     with ExitStack() as stack:
-        keyboard, script = _keys(arguments, stack)
+        keyboard, script = keys_of(arguments, stack)
         stack.enter_context(_quiet())
         stack.enter_context(_without_collection())
         _say_now(f"connecting to {arguments.driver}")
-        driver = stack.enter_context(_connect(arguments.driver, robot.joint_names))
+        driver = stack.enter_context(connect(arguments.driver, robot.joint_names))
         still = max(STILL, driver.resolution) if arguments.still is None else arguments.still
         stream = stack.enter_context(closing(Stream(driver)))
         recording = stack.enter_context(_recording(arguments, robot, joints, still))
         if arguments.keep_stream:
             stack.enter_context(_logged(stream, arguments, robot, terminal))
         session = _session(arguments, robot, joints, recording)
-        observer = None
-        if arguments.page:
-            from .page import PageProcess
-
-            observer = stack.enter_context(closing(PageProcess(arguments)))
-            session = _with_address(session, observer.url, arguments.page_host)
+        page = stack.enter_context(closing(PageProcess(arguments))) if arguments.page else None
+        live = script is None
         guidance = None
-        if keyboard and script is None and not arguments.no_guide:
+        if keyboard and live and not arguments.no_guide:
             goal = goal_for(robot, arguments.goal_mm)
             guidance = stack.enter_context(closing(BackgroundGuidance(arguments, goal)))
-        live = script is None
         return Recorder(
-            session=session,
+            session=_with_address(session, page.url, arguments.page_host) if page else session,
             stream=stream,
             monitor=StreamMonitor(
                 joints,
@@ -101,7 +96,7 @@ def record_session(
             moved=moved,
             sound=arguments.sound != "off",
             guidance=guidance,
-            observer=observer,
+            observer=page,
             resume_summary=_resume_summary(session, arguments) if keyboard and live else (),
         ).run()
 
@@ -128,33 +123,6 @@ def _logged(
         log.close()
         if log.trouble:
             terminal.warn(log.trouble)
-
-
-def is_scripted(arguments: argparse.Namespace) -> bool:
-    """Return whether a script presses the keys."""
-    return arguments.keys is not None or not _has_keyboard()
-
-
-def _has_keyboard() -> bool:
-    return sys.stdin is not None and sys.stdin.isatty()  # pyright: ignore[reportUnnecessaryComparison]
-
-
-def _keys(arguments: argparse.Namespace, stack: ExitStack) -> tuple[Keyboard | None, Script | None]:
-    """Return the keyboard where there is a terminal, and the script where there is one."""
-    keyboard = Keyboard() if _has_keyboard() else None
-    if arguments.keys is not None:
-        try:
-            file = stack.enter_context(arguments.keys.open("rb"))
-        except OSError as error:
-            raise UsageError(f"--keys {arguments.keys}: {error.strerror}") from None
-        return keyboard, Script(file.fileno(), str(arguments.keys))
-    if keyboard:
-        return keyboard, None
-    if arguments.auto:
-        raise UsageError("--auto needs a terminal, for the keys between two sockets")
-    if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
-        raise UsageError("standard input is closed; run it in a terminal, or use --keys FILE")
-    return None, Script(sys.stdin.fileno())
 
 
 def _adopt(arguments: argparse.Namespace) -> None:
@@ -220,11 +188,6 @@ def _without_collection() -> Generator[None, None, None]:
     finally:
         if not kept:
             gc.unfreeze()
-
-
-def _connect(text: str, joint_names: tuple[str, ...]) -> Reconnecting:
-    name, _, address = text.partition(":")
-    return Reconnecting(lambda: open_driver(name, address, joint_names))
 
 
 def _recording(
