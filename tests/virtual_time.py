@@ -30,6 +30,25 @@ class Peer(Protocol):
     def send_due(self) -> None: ...
 
 
+class Every:
+    """A peer that does the same again and again."""
+
+    def __init__(self, time: "VirtualTime", seconds: float, act: Callable[[], object]) -> None:
+        self.watched: dict[int, Callable[[], None]] = {}
+        self._seconds, self._act = seconds, act
+        self._next = time.now() + seconds
+
+    def heed(self, readable: Sequence[int]) -> None:
+        pass
+
+    def due(self) -> float:
+        return self._next
+
+    def send_due(self) -> None:
+        self._next += self._seconds
+        self._act()
+
+
 class VirtualTime(clock.Clock):
     """Stands in for the host's clock, and for the threads that do something again and again."""
 

@@ -2,7 +2,6 @@
 
 import os
 from contextlib import AbstractContextManager, suppress
-from types import TracebackType
 from typing import Protocol
 
 from rich.console import Console, ConsoleDimensions, Group
@@ -46,12 +45,7 @@ class Screen:
         self._write(_ENTER)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with suppress(HangUp):
             self._write(_LEAVE)
 
@@ -112,12 +106,7 @@ class Lines:
     def __enter__(self) -> "Lines":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         return
 
     def show(self, view: View) -> None:

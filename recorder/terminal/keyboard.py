@@ -5,7 +5,6 @@ import re
 import sys
 import termios
 from contextlib import suppress
-from types import TracebackType
 from typing import Any
 
 from ...drivers import clock
@@ -65,12 +64,7 @@ class Keyboard:
         termios.tcsetattr(self._descriptor, termios.TCSANOW, mode)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._before is not None:
             with suppress(termios.error):  # the terminal may be gone
                 termios.tcflush(self._descriptor, termios.TCIFLUSH)
