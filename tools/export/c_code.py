@@ -1,9 +1,8 @@
 """The full model as C99 source that needs nothing but <math.h>, for controllers.
 
 Each function's body is what CasADi generates of the model's own expressions
-(:mod:`mukca.tools.export.expressions`): straight arithmetic, no loop, no memory beyond the stack.
-Its
-inverse, ``command``, is a short loop round one of them.
+(:mod:`.expressions`): straight arithmetic, no loop, no memory beyond the stack. The inverse,
+``command``, is a short loop round one of them; it and the header are in ``templates``.
 """
 
 import json

@@ -1,8 +1,8 @@
 """The full model of a calibrated robot as CasADi expressions, to make code of it.
 
-Nothing is written here a second time: the corrections of the joints are those of
-:meth:`mukca.solver.bayes.model.deflection.Deflection.true_positions`, traced with symbols for
-numbers, and the kinematics those of :func:`mukca.solver.robot.kinematics.link_frames`.
+Nothing is written here a second time: the corrections of the joints are those of the model's
+``Deflection.true_positions``, traced with symbols for numbers, and the kinematics those of
+:func:`mukca.solver.robot.kinematics.link_frames`.
 """
 
 from dataclasses import dataclass
