@@ -156,8 +156,7 @@ def observe_all(
 ) -> MultiRobotObservations:
     """Put the placements of all robots together for a fit.
 
-    A socket is known by its placement and number. Of several robots, placements of the same place
-    (see :attr:`~mukca.recorder.dataset.Placement.place`) are the same base, not moved.
+    Placements of several robots at the same ``Placement.place`` are the same base, not moved.
 
     Args:
         arms: The robots and their placements.
@@ -167,8 +166,7 @@ def observe_all(
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
 
     Raises:
-        KnownError: A known distance names a socket that is not there, or a socket of its own
-            has no known distance to any other.
+        KnownError: A known distance of a socket that is not there, or a socket without any.
         FrameError: Coordinates of a socket that is not there.
     """
 

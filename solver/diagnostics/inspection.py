@@ -1,15 +1,6 @@
-"""Inspection of recordings before they are fitted, and the table of its checks.
+"""Inspection of recordings before they are fitted: each placement, and all of them together."""
 
-To add a check of a placement:
-
-1. Write a file with one function of (Evidence, Measurement) that returns diagnostics, each with a
-   code of its own: what it looks for, by what evidence, in which words.
-2. Put the function into FIT_CHECKS if it believes the robust fit, so that it is silent where wrong
-   columns spoil that, or into RECORDING_CHECKS if it needs the recording alone.
-3. Test by ``mukca check`` that it finds the mistake, and is silent on sound recordings.
-"""
-
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,19 +8,12 @@ import numpy as np
 from ..data import CALIPER_DEVIATION, KnownDistance, Measurement
 from ..robot import Robot
 from .change_points import Change
+from .checks import FIT_CHECKS, RECORDING_CHECKS
 from .columns import column_behind_scale, column_diagnostics
-from .configurations import duplicates, motionless_joints
 from .diagnostic import Diagnostic
 from .distances import DistanceVerdict, Scale, check_distances, named
 from .evidence import Evidence, gather
-from .far_samples import far_samples
-from .outside_socket import outside_socket
 from .robust_fit import UNEXPLAINED, RigidFit
-from .sample_count import few_samples
-
-Check = Callable[[Evidence, Measurement], list[Diagnostic]]
-FIT_CHECKS: tuple[Check, ...] = (outside_socket, far_samples)
-RECORDING_CHECKS: tuple[Check, ...] = (few_samples, duplicates, motionless_joints)
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ import numpy as np
 import pinocchio
 import pytest
 
+from mukca import MukcaError
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.results.calibrated import JointsError
 from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
 
 
@@ -52,5 +52,5 @@ def test_one_configuration_or_many(tmp_path: Path) -> None:
 )
 def test_joint_positions_of_another_robot_are_refused(q, words: str) -> None:
     for model in ("ball", "geometric_ball", "nominal_ball"):
-        with pytest.raises(JointsError, match=re.escape(words)):
+        with pytest.raises(MukcaError, match=re.escape(words)):
             getattr(calibrated("panda"), model)(q)

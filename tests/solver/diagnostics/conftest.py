@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import Placement
+from mukca import Placement
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import Survey, inspect_all
 from mukca.tools.simulation import Base, record

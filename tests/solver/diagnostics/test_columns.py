@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mukca import MukcaError
 from mukca.solver.data import measure
-from mukca.solver.data.measurements import MeasurementError
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record, simulate_recordings
@@ -53,7 +53,7 @@ def test_what_no_single_mistake_explains_is_told(look, change, placements) -> No
 
 
 def test_a_sign_that_leaves_the_limits_is_told(look, change, placements) -> None:
-    with pytest.raises(MeasurementError, match=r"panda_joint4.*is it sign-flipped"):
+    with pytest.raises(MukcaError, match=r"panda_joint4.*is it sign-flipped"):
         look([change(placement, flipped(3)) for placement in placements])
 
 

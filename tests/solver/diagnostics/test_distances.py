@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import Placement
+from mukca import Placement
 from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import scale

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.recorder.dataset import Placement
+from mukca import Placement
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import load_robot

@@ -6,12 +6,10 @@ from shutil import copyfile
 import numpy as np
 import pytest
 
+from mukca import MukcaError
 from mukca.recorder import read_placement
 from mukca.solver.data import check_distinct, evaluate, is_distorted, measure, socket_centres
-from mukca.solver.data.measurements import MeasurementError
 from mukca.solver.paper import NotConverged, ball_only, build_problem, solve
-from mukca.solver.paper.optimizers import gauss_newton
-from mukca.solver.paper.problem import SettingError
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import choose_parameters, load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record
@@ -61,15 +59,6 @@ def test_with_noise_the_held_out_error_is_the_noise(workspace) -> None:
 
 
 @pytest.mark.slow
-def test_both_optimizers_reach_the_same_robot(session, panda) -> None:
-    measured = measure(read_placement(session / "front"), panda)
-    problem = build_problem(panda, [measured])
-    one, other = solve(problem, "gauss-newton").x, solve(problem, "ipopt").x
-    points = [problem.model.points(x, measured.positions) for x in (one, other)]
-    assert np.abs(points[0] - points[1]).max() < 1e-6
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("optimizer", ["gauss-newton", "ipopt"])
 def test_not_converged_is_never_a_result(session, panda, optimizer: str) -> None:
     problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])
@@ -79,26 +68,8 @@ def test_not_converged_is_never_a_result(session, panda, optimizer: str) -> None
 
 def test_an_unknown_optimizer_is_refused(session, panda) -> None:
     problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])
-    with pytest.raises(SettingError, match="'newton': choose one of gauss-newton, ipopt"):
+    with pytest.raises(MukcaError, match="'newton': choose one of gauss-newton, ipopt"):
         solve(problem, "newton")
-
-
-def test_a_valley_is_followed_by_damping() -> None:
-    """Rosenbrock's function as two residuals: full Gauss-Newton steps overshoot far from home."""
-
-    def evaluate_residuals(x):
-        J = np.array([[-1.0, 0.0], [-20 * x[0], 10.0]])
-        return np.array([1 - x[0], 10 * (x[1] - x[0] ** 2)]), J
-
-    assert gauss_newton(evaluate_residuals, np.array([-1.9, 2.0])).x == pytest.approx([1, 1])
-
-
-def test_no_way_down_is_not_converged() -> None:
-    def wrong(x):  # a Jacobian of the wrong sign
-        return np.array([x[0] ** 2 + 1.0]), np.array([[-2 * x[0]]])
-
-    with pytest.raises(NotConverged):
-        gauss_newton(wrong, np.array([1.0]))
 
 
 def test_regularization_counts_once_per_placement(session, panda) -> None:
@@ -148,21 +119,19 @@ def test_a_wrong_distance_distorts(session, panda) -> None:
 
 def test_the_same_placement_twice_is_refused(session, panda) -> None:
     one = measure(read_placement(session / "front"), panda)
-    with pytest.raises(MeasurementError, match="same placement"):
+    with pytest.raises(MukcaError, match="same placement"):
         check_distinct([one, replace(one)])
 
 
 def test_a_socket_that_is_a_copy_of_another_is_refused(session, panda, tmp_path) -> None:
     for name in ("hole_0.csv", "hole_1.csv"):
         copyfile(session / "front/hole_0.csv", tmp_path / name)
-    with pytest.raises(MeasurementError, match=r"hole_0\.csv and .*hole_1\.csv are identical"):
+    with pytest.raises(MukcaError, match=r"hole_0\.csv and .*hole_1\.csv are identical"):
         measure(read_placement(tmp_path), panda)
     copyfile(session / "right/hole_1.csv", tmp_path / "hole_1.csv")
     others = [measure(read_placement(session / name), panda) for name in ("left", "right")]
     check_distinct(others)
-    with pytest.raises(
-        MeasurementError, match=r"right/hole_1\.csv and .*hole_1\.csv are identical"
-    ):
+    with pytest.raises(MukcaError, match=r"right/hole_1\.csv and .*hole_1\.csv are identical"):
         check_distinct([*others, measure(read_placement(tmp_path), panda)])
 
 
@@ -178,5 +147,5 @@ def test_a_copy_in_another_order_and_rounded_is_one(session, panda) -> None:
     read = read_placement(session / "front")
     rounded = [replace(s, position=tuple(np.round(s.position, 7).tolist())) for s in read.samples]
     copy = replace(read, name="copy", files=(), samples=tuple(reversed(rounded)))
-    with pytest.raises(MeasurementError, match="are identical, so one is a copy"):
+    with pytest.raises(MukcaError, match="are identical, so one is a copy"):
         check_distinct([measure(read, panda), measure(copy, panda)])

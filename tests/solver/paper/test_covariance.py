@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from mukca.solver.bayes.model import extend
-from mukca.solver.calibration.fit import fit_by_paper
 from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure
-from mukca.solver.robot import choose_parameters
+from mukca.solver.paper import build_problem, covariance, solve
 from mukca.tools.simulation import Base, record
 
 
@@ -22,11 +21,11 @@ def recordings(panda, true_panda):
 
 def size(panda, placement, distance: float = 0.05) -> tuple[float, float]:
     """Return by how much the arm comes out larger, and the deviation of that."""
-    fit = fit_by_paper(panda, choose_parameters(panda), [measure(placement, panda, distance)])
-    by_scale = extend(panda, fit.calibrated.parameters).by_scale()
-    assert fit.covariance is not None
-    change = fit.calibrated.values - fit.calibrated.model.nominal
-    return float(by_scale @ change), float(by_scale @ fit.covariance @ by_scale) ** 0.5
+    problem = build_problem(panda, [measure(placement, panda, distance)])
+    by_scale = extend(panda, problem.parameters).by_scale()
+    x = solve(problem).x
+    deviation = float(by_scale @ covariance(problem, x) @ by_scale) ** 0.5
+    return float(by_scale @ (x - problem.start)), deviation
 
 
 def test_a_caliper_s_error_makes_the_size_wrong_as_it_really_does(panda, recordings) -> None:

@@ -2,8 +2,8 @@
 
 import pytest
 
+from mukca import MukcaError
 from mukca.solver.robot import choose_parameters
-from mukca.solver.robot.parameters import ParameterError
 
 
 def names(panda, **words) -> list[str]:
@@ -27,10 +27,10 @@ def test_words_name_joints_groups_components_and_patterns(panda) -> None:
 
 @pytest.mark.parametrize("word", ["panda_joint9", "panda_joint1.w", "", "joint1.x"])
 def test_unknown_words_are_told(panda, word: str) -> None:
-    with pytest.raises(ParameterError, match="panda_joint1"):
+    with pytest.raises(MukcaError, match="panda_joint1"):
         choose_parameters(panda, fix=[word])
 
 
 def test_something_must_be_free(panda) -> None:
-    with pytest.raises(ParameterError, match="nothing is left free"):
+    with pytest.raises(MukcaError, match="nothing is left free"):
         choose_parameters(panda, fix=["*"])
