@@ -1,5 +1,6 @@
 """What samples would teach: the gain that is promised is the gain that is had."""
 
+import json
 from itertools import pairwise
 
 import numpy as np
@@ -13,8 +14,8 @@ from mukca.solver.design import (
     from_prior,
     workspace_of,
 )
-from mukca.solver.design.base_placement import Site, best_of, with_site
 from mukca.solver.robot import choose_parameters, load_robot, workspace
+from mukca.tools.cli import main
 
 
 @pytest.fixture(scope="module")
@@ -41,9 +42,6 @@ def test_the_gain_that_is_promised_is_had(known: ParameterCovariance, where: Wor
     had = [1 - variance(known.with_samples(r[None], 1), where) / variance(known, where)
            for r in q[9:]]  # fmt: skip
     assert promised == pytest.approx(had, rel=1e-6)
-    assert best_of(known, q[9:], 1, where) == int(
-        np.argmax(known.variance_reduction(q[9:], 1, where.shape))
-    )
 
 
 def test_the_order_of_samples_does_not_matter(known: ParameterCovariance) -> None:
@@ -68,21 +66,14 @@ def test_samples_and_lengths_never_make_it_worse(
     assert all(later < earlier for earlier, later in pairwise(errors))
 
 
-def test_a_longer_base_and_another_site_teach_more(
-    known: ParameterCovariance, where: Workspace
-) -> None:
-    """One socket's poses move on with it, so the same poses serve for every site here."""
-    q = workspace(known.model.robot, 40)
-
-    def after(distance: float) -> ParameterCovariance:
-        centres = np.array([[0.4, 0.0, 0.1], [0.4, distance, 0.1]])
-        none = from_prior(known.model, expected_groups(known.model), known.noise, 0)
-        return with_site(none, Site(centres, (q[:20], q[20:])), where, 6)
-
-    short = after(0.05)
-    before = Site(np.array([[0.4, 0.0, 0.1], [0.4, 0.05, 0.1]]), (q[:1], q[:1]))
-    there = Site(np.array([[0.0, 0.4, 0.1], [0.05, 0.4, 0.1]]), (q[:20], q[20:]))
-    assert with_site(short, there, where, 6, before).error(where) < short.error(where)
+def test_a_longer_base_and_another_place_teach_more(capsys) -> None:
+    errors = {}
+    for distance in ("0.05", "0.2"):
+        words = ["plan", "--robot", "so101", "--distance", distance, "--samples", "6", "--json"]
+        assert main(words) == 0
+        (errors[distance],) = (p["predicted"] for p in json.loads(capsys.readouterr().out)["plans"])
+    assert errors["0.2"][0] < errors["0.05"][0]
+    assert all(later < earlier for earlier, later in pairwise(errors["0.05"]))
 
 
 def test_what_poses_are_chosen_by_leaves_the_scale_out(
