@@ -22,8 +22,8 @@ import numpy as np
 from mukca.recorder import find_placements, read_placement
 from mukca.recorder.dataset import Placement
 from mukca.solver.bayes.inference import Posterior
-from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import KnownDistance, Measurement, measure, observe
+from mukca.solver.bayes.selection import select_models
+from mukca.solver.data import KnownDistance, Measurement, RobotRecordings, measure, observe_all
 from mukca.solver.robot import Robot, choose_parameters, gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
@@ -46,22 +46,22 @@ def seconds(work: Callable[[], object], runs: int) -> float:
 
 def costs(robot: Robot, data: list[Measurement]) -> None:
     parameters = choose_parameters(robot)
-    one = observe(data[:1], robot)
-    found = select_model(robot, parameters, one).full
+    one = observe_all([RobotRecordings(robot, data[:1])])
+    found = select_models([(robot, parameters)], one).full.arms[0]
     model = found.model
 
     def evaluate() -> None:
         model.linearise(found.x, one.positions, one.torques)
 
     evaluation = seconds(evaluate, 30)
-    fit = seconds(lambda: select_model(robot, parameters, one), 5)
+    fit = seconds(lambda: select_models([(robot, parameters)], one), 5)
     print(
         f"auto, one placement ({data[0].name}): {fit:.2f} s = {fit / evaluation:.0f} evaluations "
         f"of {1e3 * evaluation:.2f} ms"
     )
-    everything = observe(data, robot)
+    everything = observe_all([RobotRecordings(robot, data)])
     begin = time.perf_counter()
-    select_model(robot, parameters, everything)
+    select_models([(robot, parameters)], everything)
     print(
         f"auto, {len(data)} placements, each left out in turn: {time.perf_counter() - begin:.1f} s"
     )
@@ -109,8 +109,9 @@ def misreading(seed: int) -> dict[str, np.ndarray]:
         ("150 mm base", long, ()),
     ):
         placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
-        data = observe([measure(p, robot) for p in placements], robot, known=also, deviation=OFF)
-        found = select_model(robot, parameters, data, stages=()).full
+        arm = RobotRecordings(robot, [measure(p, robot) for p in placements])
+        data = observe_all([arm], known=also, deviation=OFF)
+        found = select_models([(robot, parameters)], data, stages=()).full.arms[0]
         errors[kind] = distance_errors(found, truth, seed)
     return errors
 

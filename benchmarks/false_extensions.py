@@ -18,8 +18,8 @@ from collections import Counter
 
 import numpy as np
 
-from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import measure, observe
+from mukca.solver.bayes.selection import select_models
+from mukca.solver.data import RobotRecordings, measure, observe_all
 from mukca.solver.paper import NotConverged
 from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
 from mukca.tools.cli import WorkerOptions, add_options, read_options
@@ -44,12 +44,12 @@ def notes_of(seed: int) -> tuple[str, tuple[str, ...]]:
     arm = perturb(nominal, generator, TRANSLATION, TURN)
     how = Imperfection(noise=generator.uniform(*NOISE))
     placement = record(arm, reachable_bases(arm, generator, 1)[0], generator, imperfection=how)
-    data = observe([measure(placement, nominal)], nominal)
+    data = observe_all([RobotRecordings(nominal, [measure(placement, nominal)])])
     try:
-        chosen = select_model(nominal, tuple(choose_parameters(nominal)), data, zeros=True)
+        chosen = select_models([(nominal, choose_parameters(nominal))], data, zeros=True)
     except NotConverged:
         return nominal.name, ("no model: the fit did not settle",)
-    return nominal.name, chosen.notes
+    return nominal.name, chosen.notes[0]
 
 
 def main() -> None:

@@ -21,8 +21,8 @@ from functools import partial
 
 import numpy as np
 
-from mukca.solver.bayes.inference import JointPosterior, estimate_all
-from mukca.solver.bayes.model import MultiRobotModel, extend
+from mukca.solver.bayes.inference import JointPosterior, estimate
+from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import between
 from mukca.solver.data import (
     IDENTITY,
@@ -80,7 +80,7 @@ def fit(
     """Return the geometry of all arms, and the frames."""
     scene = observe_all(arms, sockets_at=at, deviation=deviation)
     models = [extend(arm.robot, choose_parameters(arm.robot)) for arm in arms]
-    return estimate_all(MultiRobotModel(tuple(models)), scene, joint_noise=False)
+    return estimate(models, scene, joint_noise=False)
 
 
 def balls(arm: Robot, q: np.ndarray) -> np.ndarray:

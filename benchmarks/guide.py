@@ -30,7 +30,7 @@ from mukca.recorder import read_placements
 from mukca.recorder.dataset import Placement, Sample
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import ExtendedModel, Noise, extend
-from mukca.solver.data import measure, observe
+from mukca.solver.data import RobotRecordings, measure, observe_all
 from mukca.solver.design import expected_groups, from_fit, from_prior, workspace_of
 from mukca.solver.robot import (
     BallModel,
@@ -111,9 +111,8 @@ def unguided(hand: Hand, base: Base, each: int = 30) -> list[Sample]:
 
 def fitted(robot: Robot, samples: list[Sample]) -> Posterior:
     placement = Placement("train", tuple(samples), robot.joint_names, 0.05)
-    return estimate(
-        extend(robot, choose_parameters(robot)), observe([measure(placement, robot)], robot)
-    )
+    data = observe_all([RobotRecordings(robot, [measure(placement, robot)])])
+    return estimate([extend(robot, choose_parameters(robot))], data).arms[0]
 
 
 def truth(arm: Robot, found: Posterior, test: Placement) -> tuple[float, float, float]:
@@ -217,7 +216,8 @@ def _draw(train: Placement, socket: int, each: int, generator: np.random.Generat
 
 def held_out(model: ExtendedModel, train: Placement, test: list[Placement]) -> float:
     """Return the mean held-out error by a rigid fit [m]."""
-    found = estimate(model, observe([measure(train, model.robot)], model.robot))
+    data = observe_all([RobotRecordings(model.robot, [measure(train, model.robot)])])
+    found = estimate([model], data).arms[0]
     errors = []
     for placement in test:
         balls = found.model.ball.points(found.values, placement.positions)

@@ -27,8 +27,8 @@ import numpy as np
 
 from mukca.solver.bayes.results import DECIDED, angles_near
 from mukca.solver.bayes.results import with_joint_offsets as zeros_in
-from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import Load, SocketAt, measure, observe
+from mukca.solver.bayes.selection import select_models
+from mukca.solver.data import Load, RobotRecordings, SocketAt, measure, observe_all
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import Origin, Robot, choose_parameters, load_robot, rotation, rotation_rpy
 from mukca.tools.cli import WorkerOptions, add_options, read_options
@@ -100,11 +100,11 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
         for k, centre in enumerate(bases[0].sockets)
     ]
     parameters = tuple(choose_parameters(nominal))
-    data = observe([train], nominal, sockets_at=at)
+    data = observe_all([RobotRecordings(nominal, [train])], sockets_at=at)
     begin = time.perf_counter()
-    chosen = select_model(nominal, parameters, data, zeros=True)
+    chosen = select_models([(nominal, parameters)], data, zeros=True)
     seconds = time.perf_counter() - begin
-    full, urdf = chosen.full, zeros_in(chosen.geometric)
+    full, urdf = chosen.full.arms[0], zeros_in(chosen.geometric.arms[0])
     found = CalibratedRobot(
         nominal, parameters, zeros_in(full), full.deflection.without_joint_offsets, Load(), urdf
     )
@@ -114,7 +114,7 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     lines = [
         f"arm {seed} ({seconds:.1f} s), mm held out, nominal > URDF > corrected: "
         + " > ".join(f"{1e3 * error:.1f}" for error in errors),
-        "  " + "; ".join(chosen.notes),
+        "  " + "; ".join(chosen.notes[0]),
     ]
     begin = full.model.geometry
     deviations = np.degrees(np.sqrt(np.diag(full.covariance)[begin : begin + len(zeros)]))

@@ -21,8 +21,14 @@ from functools import partial
 import numpy as np
 
 from mukca.solver.bayes.results.uncertainty import deviations, distance_deviations, prior_deviations
-from mukca.solver.bayes.selection.model_selection import select_model
-from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure, observe
+from mukca.solver.bayes.selection import select_models
+from mukca.solver.data import (
+    CALIPER_DEVIATION,
+    SEAT_DEVIATION,
+    RobotRecordings,
+    measure,
+    observe_all,
+)
 from mukca.solver.robot import choose_parameters, gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, realistic_flaws, record
@@ -42,7 +48,8 @@ def draw(rigid: bool, seed: int) -> dict[str, list[float]]:
     placements = [record(arm, base, generator, imperfection=flaws) for base in bases]
     measured = [measure(p, robot, stated) for p in placements]
     parameters = choose_parameters(robot)
-    found = select_model(robot, parameters, observe(measured[:2], robot)).full
+    data = observe_all([RobotRecordings(robot, measured[:2])])
+    found = select_models([(robot, parameters)], data).full.arms[0]
     truth = arm.origins.ravel()[found.model.ball.free]
 
     q = workspace(robot, 80, seed)

@@ -12,7 +12,7 @@ from ..bayes.inference import JointPosterior, Posterior
 from ..bayes.model import Expected
 from ..bayes.model.effects import EXTENSIONS
 from ..bayes.results import project_to_geometry, with_joint_offsets
-from ..bayes.selection import Selected, select_all
+from ..bayes.selection import Selected, select_models
 from ..data import (
     CALIPER_DEVIATION,
     KnownDistance,
@@ -174,7 +174,7 @@ def fit_arms(
         deviation=distance_deviation,
         require_scale=require_scale,
     )
-    chosen = select_all(
+    chosen = select_models(
         [(arm.robot, free) for arm, free in zip(arms, parameters, strict=True)],
         scene,
         stages=[name for name in EXTENSIONS if name not in without],

@@ -37,7 +37,6 @@ from .metrics import targets as targets
 from .observations import MultiRobotObservations as MultiRobotObservations
 from .observations import Observations as Observations
 from .observations import RobotRecordings as RobotRecordings
-from .observations import observe as observe
 from .observations import observe_all as observe_all
 from .sockets_at import in_placements as in_placements
 from .sockets_at import parse_socket_at as parse_socket_at

@@ -10,7 +10,7 @@ from ...recorder.session import Advice
 from ...solver.bayes.inference import Posterior, estimate
 from ...solver.bayes.model import Noise, extend
 from ...solver.bayes.results import scale
-from ...solver.data import CALIPER_DEVIATION, measure, observe
+from ...solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe_all
 from ...solver.design import (
     ParameterCovariance,
     Reach,
@@ -123,8 +123,9 @@ class PoseSelector:
         if self._sockets < 2 or min(counts[:2]) < MIN_FITTED:
             return None
         try:
-            data = observe([measure(self._placement(samples), self._robot)], self._robot)
-            return estimate(self._model, data)
+            measured = measure(self._placement(samples), self._robot)
+            data = observe_all([RobotRecordings(self._robot, [measured])])
+            return estimate([self._model], data).arms[0]
         except (NotConverged, np.linalg.LinAlgError):
             return None
 

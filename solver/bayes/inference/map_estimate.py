@@ -15,21 +15,15 @@ The last two lead to the maximum of the evidence (A6), see
 width of a group that the data do not support falls to nearly zero; the group is then taken out.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import log
 
 import numpy as np
 
-from ...data import MultiRobotObservations, Observations
+from ...data import MultiRobotObservations
 from ...paper import NotConverged
-from ..model import (
-    NEGLIGIBLE,
-    SMALLEST,
-    ExtendedModel,
-    MultiRobotModel,
-    as_arms,
-    as_scene,
-)
+from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel
 from .active_set import active_set_step
 from .hyperparameters import (
     following_noise,
@@ -48,7 +42,7 @@ from .objective import (
     prior_gradient,
     prior_precision,
 )
-from .posterior import JointPosterior, Posterior
+from .posterior import JointPosterior
 from .state import Step, moved, start
 
 MAX_ITERATIONS = 300
@@ -67,33 +61,26 @@ RISE = 1e-9
 """Relative rise of the objective in a step that is rounding alone."""
 
 
-def estimate(model: ExtendedModel, data: Observations, *, joint_noise: bool = True) -> Posterior:
-    """Find the most plausible unknowns of a model, starting at the nominal robot.
-
-    Args:
-        model: What is unknown.
-        data: What was measured.
-        joint_noise: Whether the joint angles' noise may be other than zero.
-
-    Raises:
-        NotConverged: The widths and the noise did not settle.
-        FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
-    """
-    return estimate_all(as_arms(model), as_scene(data), joint_noise=joint_noise).arms[0]
-
-
-def estimate_all(
-    model: MultiRobotModel,
+def estimate(
+    models: Sequence[ExtendedModel],
     data: MultiRobotObservations,
     *,
     joint_noise: bool = True,
     near: JointPosterior | None = None,
 ) -> JointPosterior:
-    """Find the most plausible unknowns of several robots together; see :func:`estimate`.
+    """Find the most probable unknowns of one robot or several, fitted together.
 
-    ``near`` is a result for the same robots to start from, instead of the nominal ones.
+    Args:
+        models: The unknowns of each robot.
+        data: What was measured.
+        joint_noise: Whether the joint angles' noise may be other than zero.
+        near: A result for the same robots from which to start, instead of the nominal ones.
+
+    Raises:
+        NotConverged: The widths and the noise did not settle.
+        FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
-    objective = build_objective(model, data)
+    objective = build_objective(models, data)
     state: State = start(objective, joint_noise, near)
     iterates: list[np.ndarray] = [state.x]
     left = np.zeros(len(state.x), dtype=int)

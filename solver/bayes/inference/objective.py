@@ -33,13 +33,14 @@ their priors, and the robot should not shrink.
   shrinks does not shrink the measurement.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from ...data import WORLD, MultiRobotObservations, Observations, Pose
-from ..model import ExtendedModel, MultiRobotModel, Noise, PriorGroup, SampleRows, as_arms, as_scene
+from ...data import WORLD, MultiRobotObservations, Pose
+from ..model import ExtendedModel, MultiRobotModel, Noise, PriorGroup, SampleRows
 
 Balls = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Balls, each in its own robot's base, and their derivatives by x and by the joints."""
@@ -114,17 +115,14 @@ class State:
     """Errors and derivatives at x and the centres."""
 
 
-def build_objective(
-    model: ExtendedModel | MultiRobotModel, data: Observations | MultiRobotObservations
-) -> Objective:
-    """Return the objective of one robot or several, and what is known of them."""
-    model, scene = as_arms(model), as_scene(data)
+def build_objective(models: Sequence[ExtendedModel], data: MultiRobotObservations) -> Objective:
+    """Return the objective of one robot or several."""
     log_volumes = tuple(
         one.log_volume(np.zeros(one.size), arm.positions)[0]
-        for one, arm in zip(model.models, scene.arms, strict=True)
+        for one, arm in zip(models, data.arms, strict=True)
     )
-    whiten = np.linalg.inv(np.linalg.cholesky(scene.arms[0].distance_covariance()))
-    return Objective(model, SampleRows(scene), log_volumes, whiten)
+    whiten = np.linalg.inv(np.linalg.cholesky(data.arms[0].distance_covariance()))
+    return Objective(MultiRobotModel(tuple(models)), SampleRows(data), log_volumes, whiten)
 
 
 def linearise(

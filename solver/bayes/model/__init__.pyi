@@ -3,8 +3,6 @@ from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import extend as extend
 from .multi_robot import MultiRobotModel as MultiRobotModel
 from .multi_robot import SampleRows as SampleRows
-from .multi_robot import as_arms as as_arms
-from .multi_robot import as_scene as as_scene
 from .noise import NEGLIGIBLE as NEGLIGIBLE
 from .noise import NU as NU
 from .noise import SMALLEST as SMALLEST

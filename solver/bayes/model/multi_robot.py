@@ -216,13 +216,3 @@ class SampleRows:
             blank = ("",) * len(arm.positions)
             names += blank if arm.instrument is None else arm.instrument.sources
         return [names[row] for row in rows.tolist()]
-
-
-def as_arms(model: ExtendedModel | MultiRobotModel) -> MultiRobotModel:
-    """Return the models of all robots; one robot stands for itself."""
-    return model if isinstance(model, MultiRobotModel) else MultiRobotModel((model,))
-
-
-def as_scene(data: Observations | MultiRobotObservations) -> MultiRobotObservations:
-    """Return the data of all robots; those of one stand for themselves."""
-    return data if isinstance(data, MultiRobotObservations) else MultiRobotObservations((data,))

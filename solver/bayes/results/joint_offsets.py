@@ -38,7 +38,7 @@ def joint_offsets_in_words(posterior: Posterior) -> str:
             posterior.model.robot.joint_names, posterior.x[begin:], variances, strict=False
         )
     ]
-    return f"zeros: {', '.join(words)}"
+    return f"joint offsets: {', '.join(words)}"
 
 
 def with_joint_offsets(posterior: Posterior) -> np.ndarray:

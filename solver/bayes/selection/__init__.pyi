@@ -1,2 +1,2 @@
 from .model_selection import Selected as Selected
-from .model_selection import select_all as select_all
+from .model_selection import select_models as select_models

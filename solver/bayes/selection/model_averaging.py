@@ -21,48 +21,46 @@ arms that were measured in three axes did (Panda, FR3, iiwa 14), and Laplace's r
 then expects it of the next in four cases of five."""
 
 
-def probabilities(worlds: Sequence[JointPosterior]) -> np.ndarray:
-    """Return how probable each model is by its evidence.
+def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
+    """Return the probability of each model by its evidence, shape (len(models),).
 
     Before the data all are equally probable, but for those in which joints both twist and tilt.
     """
+    pair = {COMPLIANCE.name, TILT.name}
     both = [
-        sum(
-            {COMPLIANCE.name, TILT.name} <= {g.name for g in arm.groups if g.width}
-            for arm in world.arms
-        )
-        for world in worlds
+        sum(pair <= {g.name for g in arm.groups if g.width} for arm in model.arms)
+        for model in models
     ]
-    evidence = np.array([world.log_evidence for world in worlds]) + np.array(both) * log(ALSO_TILTS)
-    shares = np.exp(evidence - evidence.max())
-    return shares / shares.sum()
+    evidence = np.array([model.log_evidence for model in models]) + np.array(both) * log(ALSO_TILTS)
+    odds = np.exp(evidence - evidence.max())
+    return odds / odds.sum()
 
 
-def averaged(worlds: Sequence[JointPosterior], shares: np.ndarray) -> JointPosterior:
+def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> JointPosterior:
     """Return the mean of several results for the same robots and data.
 
     Args:
-        worlds: The results, of models with different extensions.
-        shares: How much each counts, shape (len(worlds),); they sum to 1.
+        results: The results, of models with different extensions.
+        probabilities: Weights of the results, shape (len(results),); they sum to 1.
     """
-    best = worlds[int(np.argmax(shares))]
-    robots = [[world.arms[i] for world in worlds] for i in range(len(best.arms))]
+    best = results[int(np.argmax(probabilities))]
+    robots = [[result.arms[i] for result in results] for i in range(len(best.arms))]
     models = MultiRobotModel(tuple(map(_union, robots)))
     size = models.size + len(best.covariance) - best.own[-1].stop
-    means, covariance = np.zeros((len(worlds), size)), np.zeros((size, size))
-    for mean, share, world in zip(means, shares, worlds, strict=True):
-        arms = zip(models.own, models.models, world.arms, strict=True)
+    means, covariance = np.zeros((len(results), size)), np.zeros((size, size))
+    for mean, weight, result in zip(means, probabilities, results, strict=True):
+        arms = zip(models.own, models.models, result.arms, strict=True)
         rows = [i for own, model, arm in arms for i in _rows(model, arm.model, own.start)]
         rows += range(models.size, size)
-        mean[rows] = np.concatenate([*(arm.x for arm in world.arms), _places(world, best)])
-        covariance[np.ix_(rows, rows)] += share * world.covariance
-    mean = shares @ means
-    covariance += ((means - mean).T * shares) @ (means - mean)
+        mean[rows] = np.concatenate([*(arm.x for arm in result.arms), _places(result, best)])
+        covariance[np.ix_(rows, rows)] += weight * result.covariance
+    mean = probabilities @ means
+    covariance += ((means - mean).T * probabilities) @ (means - mean)
     count = best.arms[0].centres.size
     turns = mean[models.size : size - count].reshape(-1, 6)
     frames = zip(best.frames.items(), turns, strict=True)
     arms = tuple(
-        _of_arm(model, arms, shares, mean[own], covariance[picked][:, picked])
+        _of_arm(model, arms, probabilities, mean[own], covariance[picked][:, picked])
         for model, arms, own, picked in zip(
             models.models,
             robots,
@@ -89,33 +87,33 @@ def _union(arms: Sequence[Posterior]) -> ExtendedModel:
 
 
 def _rows(whole: ExtendedModel, part: ExtendedModel, begin: int = 0) -> list[int]:
-    """Return where the unknowns of a model are among those of one with more extensions."""
+    """Return the places of a model's unknowns among those of one with more extensions."""
     place = {name: i for i, name in enumerate(whole.names, begin)}
     return [place[name] for name in part.names]
 
 
-def _places(world: JointPosterior, near: JointPosterior) -> np.ndarray:
-    """Return where the frames are, as changes from another result, and then the sockets."""
+def _places(result: JointPosterior, near: JointPosterior) -> np.ndarray:
+    """Return the frames, as changes from another result, and then the sockets."""
     changes: list[np.ndarray] = []
-    for name, pose in world.frames.items():
+    for name, pose in result.frames.items():
         there = near.frames[name]
         R = pose.rotation @ there.rotation.T  # hardly any turn, so its sine is its angle
         turn = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
         changes += [turn, pose.translation - there.translation]
-    return np.concatenate([*changes, world.arms[0].centres.ravel()])
+    return np.concatenate([*changes, result.arms[0].centres.ravel()])
 
 
 def _of_arm(
     model: ExtendedModel,
     arms: Sequence[Posterior],
-    shares: np.ndarray,
+    probabilities: np.ndarray,
     x: np.ndarray,
     covariance: np.ndarray,
 ) -> Posterior:
-    """Return what is known of one of the robots."""
-    best = arms[int(np.argmax(shares))]
+    """Return the mean of one of the robots."""
+    best = arms[int(np.argmax(probabilities))]
     groups: dict[str, PriorGroup] = {}
-    for _, arm in sorted(zip(shares.tolist(), arms, strict=True), key=lambda one: one[0]):
+    for _, arm in sorted(zip(probabilities.tolist(), arms, strict=True), key=lambda one: one[0]):
         rows = np.array(_rows(model, arm.model))
         for group in arm.groups:
             groups[group.name] = replace(group, members=rows[group.members])
@@ -126,10 +124,10 @@ def _of_arm(
         best,
         model=model,
         x=x,
-        centres=np.tensordot(shares, [arm.centres for arm in arms], 1),
+        centres=np.tensordot(probabilities, [arm.centres for arm in arms], 1),
         covariance=covariance,
         groups=tuple(sorted(groups.values(), key=lambda group: group.members[0])),
         points=model.predict(x, best.data.positions, best.data.torques),
-        weights=shares @ [arm.weights for arm in arms],
+        weights=probabilities @ [arm.weights for arm in arms],
         iterates=tuple(padded),
     )
