@@ -135,3 +135,18 @@ def test_a_simulated_arm_may_bend_in_three_axes_and_turn_unevenly(panda) -> None
 def test_numbers_that_cannot_be_simulated_are_told(panda, numbers: dict, words: str) -> None:
     with pytest.raises(mukca.MukcaError, match=words):
         mukca.simulate_recordings(panda, **numbers)
+
+
+def test_a_simulated_arm_with_play_sags_and_its_encoders_have_steps() -> None:
+    robot = load_robot("so101")
+    base = Base("anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0.0]), 0.15)
+    one, sagged, stepped = (
+        record(robot, base, np.random.default_rng(1), samples=6, imperfection=how).positions
+        for how in (Imperfection(), Imperfection(play=0.02), Imperfection(resolution=0.01))
+    )
+    assert np.abs(sagged - one) == pytest.approx(0.01)
+    torques = gravity_moments(robot, one)[:, : one.shape[1]]
+    loaded = np.abs(torques) > 0.05
+    assert loaded.sum() > 20
+    assert (np.sign(sagged - one) == np.sign(torques))[loaded].all()
+    assert stepped / 0.01 == pytest.approx(np.round(stepped / 0.01))

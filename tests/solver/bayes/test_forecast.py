@@ -6,25 +6,24 @@ import pytest
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import workspace_deviation
-from mukca.solver.data import Load, Measurement, measure, observe
+from mukca.solver.data import Load, Measurement, RobotRecordings, measure, observe_all
 from mukca.solver.design import error_map, joint_effects, predicted_posterior, workspace_samples
 from mukca.solver.robot import Robot, choose_parameters
-from mukca.tools.simulation import reachable_bases, record
+from mukca.tools.simulation import simulate_recordings
 
 LOAD = Load()
 
 
 @pytest.fixture(scope="module")
-def recorded(panda: Robot, true_panda: Robot) -> list[Measurement]:
-    generator = np.random.default_rng(5)
-    bases = reachable_bases(true_panda, generator, 2)
-    placements = [record(true_panda, b, generator, samples=20, noise=1e-4) for b in bases]
+def recorded(panda: Robot) -> list[Measurement]:
+    _, placements = simulate_recordings(panda, 2, samples=20, seed=5, noise=1e-4)
     return [measure(placement, panda) for placement in placements]
 
 
 @pytest.fixture(scope="module")
 def first(panda: Robot, recorded) -> Posterior:
-    return estimate(extend(panda, choose_parameters(panda)), observe(recorded[:1], panda))
+    data = observe_all([RobotRecordings(panda, recorded[:1])])
+    return estimate([extend(panda, choose_parameters(panda))], data).arms[0]
 
 
 def samples(panda: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -34,7 +33,7 @@ def samples(panda: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.nd
 
 @pytest.mark.slow
 def test_a_second_placement_brings_what_was_forecast(panda, recorded, first) -> None:
-    both = estimate(first.model, observe(recorded, panda))
+    both = estimate([first.model], observe_all([RobotRecordings(panda, recorded)])).arms[0]
     forecast = predicted_posterior(first, samples(panda, recorded[1]))
     before, expected, found = (workspace_deviation(p, LOAD)[0] for p in (first, forecast, both))
     assert expected < 0.95 * before

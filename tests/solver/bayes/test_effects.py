@@ -1,0 +1,115 @@
+"""Every effect of the table, by itself: its derivatives, its names, and what it does to an arm."""
+
+import numpy as np
+import pytest
+
+from mukca.solver.bayes.model import Deflection, extend
+from mukca.solver.bayes.model.effects import EFFECTS, EXTENSIONS
+from mukca.solver.bayes.results import angles_near
+from mukca.solver.robot import (
+    BallModel,
+    Robot,
+    choose_parameters,
+    gravity_moments,
+    load_robot,
+    rotation_rpy,
+    workspace,
+)
+
+UNLOADED = 0.02
+"""Torque under which a joint with play may rest on either side [N m]."""
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_derivatives_are_those_of_the_ball(name: str, panda: Robot) -> None:
+    """By every coefficient, against finite differences."""
+    model = extend(panda, choose_parameters(panda), [name])
+    q = workspace(panda, 4)
+    moments = gravity_moments(panda, q)
+    x = np.random.default_rng(0).uniform(0, 1e-4, model.size)
+    _, slopes, _ = model.linearise(x, q, moments)
+    assert model.names[model.geometry :] == EFFECTS[name].coefficient_names(panda.joint_names)
+    for i in range(model.geometry, model.size):
+        step = 1e-6 * np.eye(model.size)[i]
+        ahead, behind = (model.predict(x + s, q, moments) for s in (step, -step))
+        assert slopes[:, :, i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-6)
+
+
+def test_every_effect_has_its_extension_and_its_own_names(panda: Robot) -> None:
+    tried = [name for names in EXTENSIONS.values() for name in names]
+    assert tried == [name for name, effect in EFFECTS.items() if effect.extension]
+    names = [c for e in EFFECTS.values() for c in e.coefficient_names(panda.joint_names)]
+    assert len(names) == len(set(names))
+
+
+def test_backlash_rests_where_gravity_turns_it_to() -> None:
+    play = Deflection(("play",), (np.array([0.01, 0.02]),))
+    torques = np.array([[1.0, -1.0], [-5.0, 0.0], [UNLOADED, 0.0]])
+    turned = play.true_positions(np.zeros((3, 2)), torques)
+    assert turned == pytest.approx(
+        np.array([[-0.01, 0.02], [0.01, 0.0], [-0.01 / 2**0.5, 0.0]]), abs=1e-5
+    )
+
+
+def test_a_joint_without_load_may_rest_anywhere_in_its_play() -> None:
+    noise = EFFECTS["play"].joint_noise
+    assert noise is not None
+    free, loaded = noise(np.array([[0.0, 1.0], [UNLOADED, -1.0]])).T
+    assert free == pytest.approx([1.0, 0.5**0.5])
+    assert (loaded < 0.2).all()
+
+
+@pytest.mark.parametrize("angles", [(0.3, -0.2, 2.9), (1.5708, 1.5707963267948966, -1.5708)])
+def test_angles_of_a_rotation_are_near_the_others(angles: tuple[float, float, float]) -> None:
+    R = rotation_rpy(angles).full()
+    back = angles_near(R, np.array(angles) + 1e-3)
+    assert rotation_rpy(back.tolist()).full() == pytest.approx(R, abs=1e-9)
+    assert back == pytest.approx(angles, abs=5e-3)
+
+
+def test_the_swept_volume_is_that_of_the_true_positions() -> None:
+    """Else lengths and joint offsets that trade for each other would run away together."""
+    robot, offsets = load_robot("so101"), np.radians([3.0, -4.0, 5.0, -2.0, 0.0])
+    model = extend(robot, choose_parameters(robot), ["zero", "play"])
+    q, own = workspace(robot, 20), slice(model.geometry, model.geometry + 5)
+    x = np.zeros(model.size)
+    x[own] = offsets
+    value, slope = model.log_volume(x, q)
+    true = q + offsets
+    assert value == pytest.approx(model.ball.log_volume(model.ball.nominal, true)[0])
+    for i in (0, own.start + 1, own.start + 2, own.stop):
+        step = 1e-6 * np.eye(model.size)[i]
+        ahead, behind = (model.log_volume(x + s, q)[0] for s in (step, -step))
+        assert slope[i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-5)
+
+
+def test_the_volume_of_the_swept_ball_is_that_of_its_jacobian(panda: Robot) -> None:
+    """At random poses, against determinants; its slopes against finite differences."""
+    model = BallModel(panda, [p.index for p in choose_parameters(panda)])
+    q = np.random.default_rng(0).uniform(-1, 1, (5, 7))
+    value, slope, by_joints = model.log_volume(model.nominal, q)
+    J = model.linearise(model.nominal, q).by_joints
+    assert value == pytest.approx(np.mean(0.5 * np.log(np.linalg.det(J @ J.transpose(0, 2, 1)))))
+    for i in range(0, len(slope), 5):
+        step = 1e-6 * np.eye(len(slope))[i]
+        ahead, behind = (model.log_volume(model.nominal + s, q)[0] for s in (step, -step))
+        assert slope[i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-6)
+    for i, turn in enumerate(1e-6 * np.eye(7)):
+        ahead, behind = (model.log_volume(model.nominal, q + s)[0] for s in (turn, -turn))
+        assert by_joints[i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-6)
+
+
+def test_a_robot_turns_as_a_whole_by_its_first_joint(panda: Robot) -> None:
+    """Against the ball's own derivatives, at a place where the angles are large."""
+    parameters = choose_parameters(panda)
+    ball = BallModel(panda, [p.index for p in parameters])
+    generator = np.random.default_rng(0)
+    x = ball.nominal + generator.normal(0, 0.3, len(parameters))
+    linear, turns = ball.linearise(x, generator.uniform(-1, 1, (3, 7))), ball.turns(x)
+    first = [i for i, p in enumerate(parameters) if p.name.startswith("panda_joint1.")][3:]
+    origin = ball.origins(x)[parameters[first[0]].index // 6, :3]
+    for i in first:
+        expected = np.cross(turns[:, i], linear.points - origin)
+        assert linear.by_parameters[:, :, i] == pytest.approx(expected)
+    others = np.delete(turns, first, axis=1)
+    assert not others.any() and len(first) == 3

@@ -1,0 +1,72 @@
+"""The exported URDF: as near to the full model as a URDF can be where it is used."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mukca
+
+pytestmark = pytest.mark.slow
+ELASTIC = {"compliance": 8e-5, "tilt": 4e-5}
+
+
+def by_geometry(calibration: mukca.Calibration) -> float:
+    """The mean error of the exported URDF alone at placements held out [m]."""
+    summary = calibration.errors.summary.test
+    assert summary is not None
+    return (summary.geometric or summary.calibrated).mean_absolute_error
+
+
+@pytest.fixture(scope="module")
+def robot() -> mukca.Robot:
+    return mukca.load_robot("panda")
+
+
+def test_it_is_better_than_the_papers_geometry_elsewhere(robot: mukca.Robot) -> None:
+    _, (train, *test) = mukca.simulate_recordings(robot, 4, seed=0, noise=7e-5, **ELASTIC)
+    by_auto = mukca.calibrate(robot, train, test=test)
+    by_paper = mukca.calibrate(robot, train, test=test, method="paper")
+    assert by_auto.document.deflection
+    assert by_geometry(by_auto) < by_geometry(by_paper)
+
+
+def test_a_rigid_arms_geometry_is_its_calibration(robot: mukca.Robot, tmp_path) -> None:
+    _, (train,) = mukca.simulate_recordings(robot, 1, samples=15, seed=0, noise=1e-6)
+    found = mukca.calibrate(robot, train)
+    assert found.document.deflection == {}
+    assert found.save(tmp_path / "out").keys() == {"urdf", "calibration"}
+    q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
+    assert found.calibrated.geometric_ball(q) == pytest.approx(found.ball(q), abs=1e-12)
+
+
+def test_few_samples_leave_it_between_theirs_and_the_full_models(robot: mukca.Robot) -> None:
+    """The surer the full model is, the further it is followed from the samples' own geometry."""
+    _, (train,) = mukca.simulate_recordings(robot, 1, seed=1, noise=7e-5, **ELASTIC)
+    q = np.random.default_rng(0).uniform(-1.5, 1.5, (200, 7))
+    alone = mukca.calibrate(robot, train, method="paper").ball(q)
+    full = mukca.calibrate(robot, train, without=("transmission",))
+    exported = full.calibrated.geometric_ball(q)
+    sizes = [
+        np.linalg.norm(
+            np.linalg.norm(a[1:] - a[:-1], axis=1) - np.linalg.norm(b[1:] - b[:-1], axis=1)
+        )
+        for a, b in ((exported, alone), (full.ball(q), alone))
+    ]
+    assert 0 < sizes[0] < sizes[1]
+
+
+@pytest.mark.parametrize("flaws", [ELASTIC, {}])
+def test_a_distance_that_is_hardly_known_does_not_set_the_size(
+    robot: mukca.Robot, flaws: dict[str, float]
+) -> None:
+    """The paper's cost takes it as it is; so its geometry is not what the URDF has."""
+    truth, (train,) = mukca.simulate_recordings(robot, 1, seed=0, noise=7e-5, **flaws)
+    wrong = replace(train, distance=0.051)
+    found = mukca.calibrate(robot, wrong, distance_deviation=1e-3, accept_distorted=True).calibrated
+    q = np.random.default_rng(0).uniform(-1.5, 1.5, (60, 7))
+    true, exported = (
+        np.linalg.norm(points[1::2] - points[::2], axis=1).sum()
+        for points in (truth.ball(q), found.geometric_ball(q))
+    )
+    assert exported / true == pytest.approx(1, abs=4e-3)

@@ -1,0 +1,243 @@
+"""Beyond geometry: what is there is found, what is not vanishes, and outliers hardly count."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mukca
+
+pytestmark = pytest.mark.slow
+EXTENSIONS = ("compliance", "tilt", "transmission")
+
+
+def held_out(calibration: mukca.Calibration) -> float:
+    """The mean error at placements that were held out [m]."""
+    summary = calibration.errors.summary.test
+    assert summary is not None
+    return summary.calibrated.mean_absolute_error
+
+
+def coefficients(found: mukca.Calibration, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Values and standard deviations of an effect's coefficients."""
+    rows = [c for c in found.document.coefficients or () if c.name.split(".")[-1].startswith(kind)]
+    return np.array([(c.value, c.standard_deviation) for c in rows]).T
+
+
+@pytest.mark.parametrize("name", ["panda", "gen3_lite"])
+def test_what_is_not_there_vanishes(name: str) -> None:
+    robot = mukca.load_robot(name)
+    _, (train, test) = mukca.simulate_recordings(robot, 2, seed=1, noise=1e-4)
+    found = mukca.calibrate(robot, train, test=test)
+    geometric = mukca.calibrate(robot, train, test=test, without=EXTENSIONS)
+    assert found.document.deflection == {} and found.calibrated.exported is None
+    assert held_out(found) < 1.02 * held_out(geometric)
+    noise = found.document.noise
+    assert noise is not None
+    assert 0.5e-4 < noise.space < 1.3e-4
+
+
+@pytest.mark.parametrize(("kind", "size"), [("compliance", 8e-5), ("tilt", 5e-5)])
+def test_elasticity_is_found_within_its_intervals(kind: str, size: float) -> None:
+    robot = mukca.load_robot("panda")
+    sizes = {kind: size}
+    truth, (train, test) = mukca.simulate_recordings(robot, 2, seed=2, **sizes)
+    found = mukca.calibrate(robot, train, test=test, type_prior=["none"])
+    geometric = mukca.calibrate(robot, train, test=test, without=EXTENSIONS)
+    assert kind in found.document.deflection
+    assert any(line.startswith(f"{kind}: kept") for line in found.document.choices or ())
+    values, deviations = coefficients(found, kind)
+    (true,) = truth.deflection.coefficients
+    assert (values >= 0).all()
+    assert (np.abs(values - true) < 3 * deviations.clip(min=1e-7)).mean() > 0.9
+    assert held_out(found) < 0.9 * held_out(geometric)
+    assert {c.unit for c in found.document.coefficients or ()} >= {"rad/(N m)"}
+
+
+def test_transmission_error_is_found() -> None:
+    robot = mukca.load_robot("panda")
+    _, (*train, test) = mukca.simulate_recordings(robot, 3, seed=3, transmission=4e-4)
+    found = mukca.calibrate(robot, train, test=test)
+    assert {"harmonic_1", "harmonic_2"} <= found.document.deflection.keys()
+    geometric = mukca.calibrate(robot, train, test=test, without=EXTENSIONS)
+    assert held_out(found) < 0.7 * held_out(geometric)
+
+
+def test_a_harmonic_that_few_samples_do_not_show_stays_uncertain() -> None:
+    robot = mukca.load_robot("panda")
+    _, (train,) = mukca.simulate_recordings(
+        robot, 1, samples=15, seed=4, compliance=8e-5, tilt=5e-5, transmission=1e-4
+    )
+    found = mukca.calibrate(robot, train)
+    if "harmonic_1" in found.document.deflection:
+        assert coefficients(found, "sin1")[1].mean() > 2e-5
+    assert found.document.uncertainty is not None
+
+
+def test_noise_of_the_joints_is_told_from_noise_in_space() -> None:
+    """Each joint is 1.5 mrad off, to either side, as by backlash."""
+    robot = mukca.load_robot("gen3_lite")
+    _, (train,) = mukca.simulate_recordings(robot, 1, seed=4, noise=1e-4)
+    sides = np.random.default_rng(0).choice([-1.5e-3, 1.5e-3], train.positions.shape)
+    spoilt = moved(train, train.positions + sides)
+    found = mukca.calibrate(robot, spoilt, without=EXTENSIONS).document
+    in_space = mukca.calibrate(robot, spoilt, without=(*EXTENSIONS, "joint-noise")).document
+    assert found.noise is not None and in_space.noise is not None
+    assert 0.9e-3 < found.noise.joint < 1.8e-3
+    assert in_space.noise.joint == 0
+    assert (found.log_evidence or 0) > (in_space.log_evidence or 0) + 3
+
+
+def moved(placement: mukca.Placement, positions: np.ndarray) -> mukca.Placement:
+    """The placement as it would be with other joint positions."""
+    pairs = zip(placement.samples, positions.tolist(), strict=True)
+    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
+
+
+def test_measured_efforts_tell_how_an_arm_bends() -> None:
+    """Efforts unlike gravity's, as under a hand that pushes, and readings bent by them."""
+    robot = mukca.load_robot("panda")
+    _, (train, test) = mukca.simulate_recordings(robot, 2, seed=5)
+    compliance, generator = np.array([0, 9, 6, 12, 15, 9, 0]) * 1e-5, np.random.default_rng(0)
+
+    def pushed(placement: mukca.Placement) -> mukca.Placement:
+        efforts = generator.normal(0, 10, placement.positions.shape)
+        bent = moved(placement, placement.positions + compliance * efforts)
+        rows = zip(bent.samples, map(tuple, efforts.tolist()), strict=True)
+        return replace(bent, samples=tuple(replace(s, effort=effort) for s, effort in rows))
+
+    by_effort = mukca.calibrate(robot, pushed(train), test=pushed(test))
+    assert held_out(by_effort) < 3e-4
+    found, _ = coefficients(by_effort, "compliance")
+    assert found[1:6] == pytest.approx(compliance[1:6], abs=1.5e-5)
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14"])
+def test_gross_outliers_hardly_count(name: str) -> None:
+    """A tenth of the balls, 5 to 50 mm off."""
+    robot, generator = mukca.load_robot(name), np.random.default_rng(9)
+    _, (*train, test) = mukca.simulate_recordings(robot, 3, seed=1, noise=1e-4)
+    spoilt: list[mukca.Placement] = []
+    for placement in train:
+        q = placement.positions.copy()
+        turns = generator.choice([-1, 1], 6) * generator.uniform(0.02, 0.1, 6)
+        q[np.arange(0, 60, 10), generator.integers(1, 4, 6)] += turns
+        spoilt.append(moved(placement, q))
+    clean, robust = (mukca.calibrate(robot, data, test=test) for data in (train, spoilt))
+    assert held_out(robust) < 1.15 * held_out(clean)
+    weights = [s.weight for p in robust.document.data for s in p.samples if s.weight is not None]
+    assert np.sort(weights)[:10].max() < 0.06
+    assert robust.document.noise and clean.document.noise
+    assert robust.document.noise.nu < clean.document.noise.nu
+
+
+def test_leaving_one_out_drops_what_does_not_help() -> None:
+    robot = mukca.load_robot("ur5e")
+    _, train = mukca.simulate_recordings(robot, 3, seed=7, noise=1e-4)
+    found = mukca.calibrate(robot, train)
+    assert [note.split(":")[0] for note in found.document.choices or ()] == list(EXTENSIONS)
+    assert found.document.deflection == {}
+
+
+def test_of_many_placements_some_are_left_out_at_a_time() -> None:
+    robot = mukca.load_robot("ur5e")
+    _, train = mukca.simulate_recordings(robot, 6, samples=8, seed=3, compliance=3e-4)
+    tried: list[str] = []
+    found = mukca.calibrate(robot, train, progress=tried.append, without=("tilt", "transmission"))
+    assert "compliance" in tried and "compliance" in found.document.deflection
+    (line,) = found.document.choices or ()
+    assert "where one placement is left out, all together lower errors by" in line
+
+
+def test_extensions_can_be_switched_off() -> None:
+    robot = mukca.load_robot("panda")
+    _, train = mukca.simulate_recordings(robot, 1, seed=2, compliance=8e-5)
+    found = mukca.calibrate(robot, train, without=(*EXTENSIONS, "joint-noise")).document
+    assert found.choices == () and found.deflection == {}
+    assert found.noise is not None
+    assert found.noise.joint == 0
+
+
+def test_a_model_does_not_shrink_to_look_better() -> None:
+    """Errors shrink with the model; over many samples that would outweigh the base."""
+    robot = mukca.load_robot("panda")
+    _, train = mukca.simulate_recordings(
+        robot, 3, samples=60, seed=0, noise=1e-4, translation=0, rotation=0
+    )
+    found = mukca.calibrate(robot, train, distance_deviation=1e-4, without=EXTENSIONS)
+    assert found.document.scale is not None
+    assert abs(found.document.scale.value) < 3e-4  # without the volume: -2e-3
+
+
+def test_thousands_of_samples_do_not_blow_the_robot_up() -> None:
+    """And no width follows unknowns that are far astray: it would be 100 rad for good."""
+    robot = mukca.load_robot("panda")
+    _, (train,) = mukca.simulate_recordings(robot, 1, samples=120, seed=3, noise=1e-4)
+    shifts = np.random.default_rng(0).normal(0, 1e-5, (9, *train.positions.shape))
+    often = [moved(train, train.positions + shift).samples for shift in shifts]
+    many = replace(train, samples=tuple(sample for samples in often for sample in samples))
+    found, few = (mukca.calibrate(robot, p, without=EXTENSIONS).document for p in (many, train))
+    assert found.noise and few.noise and found.scale and few.scale and found.groups
+    assert found.noise.space == pytest.approx(few.noise.space, rel=0.1)
+    assert abs(found.scale.value - few.scale.value) < 2e-3
+    assert max(group.width for group in found.groups) <= 0.1
+
+
+@pytest.mark.parametrize("seed", [7, 10])
+def test_no_variance_is_negative_where_a_width_collapses(seed: int) -> None:
+    """Five samples a socket of a gear with 5 mrad of noise."""
+    robot = mukca.load_robot("gen3_lite")
+    _, (train,) = mukca.simulate_recordings(robot, 1, samples=5, seed=seed, noise=1e-4)
+    noise = np.random.default_rng(seed).normal(0, 5e-3, train.positions.shape)
+    found = mukca.calibrate(robot, moved(train, train.positions + noise)).document
+    deviations = [p.standard_deviation for p in found.parameters]
+    assert all(d is not None and np.isfinite(d) and d >= 0 for d in deviations)
+    assert found.uncertainty is not None
+    assert np.isfinite(found.uncertainty.distance_deviation.worst)
+
+
+def test_stated_deviations_come_true() -> None:
+    """Of all parameters, also those that only the prior holds."""
+    robot = mukca.load_robot("panda")
+    truth, train = mukca.simulate_recordings(robot, 2, samples=20, seed=1, noise=1e-4)
+    found = mukca.calibrate(robot, train, without=EXTENSIONS)
+    assert [p.name for p in truth.parameters] == [p.name for p in found.document.parameters]
+    stated = np.array([p.standard_deviation for p in found.document.parameters], dtype=float)
+    off = np.abs(found.calibrated.values - truth.values)
+    kept = [not p.of_ball for p in truth.parameters]  # its orientation means nothing
+    ratios = (off / stated)[kept]
+    assert np.mean(ratios < 2) > 0.9
+    assert 0.4 < np.mean(ratios**2) ** 0.5 < 1.6
+
+
+def test_more_samples_tell_more() -> None:
+    robot = mukca.load_robot("panda")
+    _, (one, other, test) = mukca.simulate_recordings(robot, 3, samples=12, seed=8)
+    single, both = (
+        mukca.calibrate(robot, train, test=test, without=EXTENSIONS)
+        for train in (one, [one, other])
+    )
+    stated = [c.document.uncertainty for c in (single, both)]
+    assert stated[0] and stated[1]
+    assert stated[1].distance_deviation.median < stated[0].distance_deviation.median
+    assert stated[1].observability_index > 0
+    (placement,) = [p for p in both.errors if p.role == "test"]
+    assert placement.predicted_deviation == pytest.approx(placement.found_deviation, rel=0.6)
+
+
+def test_what_recordings_cannot_show_is_named() -> None:
+    robot = mukca.load_robot("panda")
+    _, train = mukca.simulate_recordings(robot, 2, samples=12, seed=8)
+    found = mukca.calibrate(robot, train, without=EXTENSIONS).document
+    assert found.uncertainty and found.groups
+    weak = {direction.text: direction.deviation for direction in found.uncertainty.weak_directions}
+    assert {"the base frame", "the ball's orientation"} <= weak.keys()
+    assert "sliding along panda_joint3's axis" in weak
+    assert all(0.5 < deviation <= 1.001 for deviation in weak.values())
+    assert all(abs(pair.value) > 0.9 for pair in found.uncertainty.correlations)
+    assert "the flange's orientation" in found.uncertainty.cannot_see[-1]
+    (ball,) = [group for group in found.groups if group.name == "ball"]
+    assert ball.count == 6 and ball.effective == pytest.approx(
+        3, abs=0.1
+    )  # its place, not its turn
+    assert all(0 <= group.effective <= group.count for group in found.groups)

@@ -1,0 +1,116 @@
+"""The method's linear algebra, against what it stands for: whole matrices, all choices, draws."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from mukca.solver.bayes.inference.active_set import active_set_step
+from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix
+from mukca.solver.bayes.inference.truncated_gaussian import expectation_propagation
+
+
+def random_arrowhead(seed: int, sockets: int, known: int) -> tuple[ArrowheadMatrix, np.ndarray]:
+    """Of 5 unknowns whose units differ, and the whole matrix."""
+    generator = np.random.default_rng(seed)
+    units = np.logspace(-2, 2, 5)
+    roots = generator.normal(0, 1, (sockets, 3, 3))
+    own, D = roots @ roots.swapaxes(1, 2) + np.eye(3), np.zeros((3 * sockets,) * 2)
+    for k, block in enumerate(own):
+        D[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = block
+    root, X = generator.normal(0, 1, (5, 5)) * units, generator.normal(0, 1, (3 * sockets, 5))
+    Z, B = root.T @ root, generator.normal(0, 3, (known, 5 + 3 * sockets))
+    H = np.block([[Z + X.T @ D @ X, X.T @ D], [D @ X, D]]) + B.T @ B
+    return ArrowheadMatrix(Z, X, own, B), H
+
+
+@pytest.mark.parametrize(("sockets", "known"), [(0, 0), (1, 0), (4, 3), (3, 9)])
+def test_the_inverse_by_blocks_is_the_whole_one(sockets: int, known: int) -> None:
+    matrix, H = random_arrowhead(sockets, sockets, known)
+    free = np.array([True, True, False, True, True])
+    rows = np.r_[free, np.ones(3 * sockets, dtype=bool)]
+    some = np.ix_(rows, rows)
+    inverse, expected = matrix.inverse(free), np.zeros_like(H)
+    expected[some] = np.linalg.inv(H[some])
+    assert inverse.whole() == pytest.approx(expected, rel=1e-7, abs=1e-10)
+    v = np.random.default_rng(9).normal(0, 1, len(H))
+    assert matrix.times(v) == pytest.approx(H @ v)
+    assert inverse.times(v) == pytest.approx(expected @ v, rel=1e-7, abs=1e-10)
+    assert inverse.log_determinant == pytest.approx(np.linalg.slogdet(H[some])[1])
+    H[:5, :5] += np.eye(5)
+    assert matrix.plus(np.eye(5)).times(v) == pytest.approx(H @ v)
+
+
+def without_sockets(H: np.ndarray) -> ArrowheadMatrix:
+    n = len(H)
+    return ArrowheadMatrix(H, np.zeros((0, n)), np.zeros((0, 3, 3)), np.zeros((0, n)))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_it_is_the_best_of_all_steps_within_the_bounds(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    root = generator.normal(0, 1, (6, 6))
+    H, gradient = root @ root.T + 0.1 * np.eye(6), generator.normal(0, 1, 6)
+    bounded = np.array([True, True, True, False, False, False])
+    free = np.array([True, True, True, True, True, False])
+    x = np.where(bounded, generator.choice([0.0, 0.3], 6), generator.normal(0, 1, 6))
+
+    def value(d: np.ndarray) -> float:
+        return float(gradient @ d + 0.5 * d @ H @ d)
+
+    values: list[float] = []
+    for choice in product([True, False], repeat=3):
+        held = np.array([*choice, False, False, False])
+        some = free & ~held
+        d = np.where(held, -x, 0.0)
+        d[some] = -np.linalg.solve(H[np.ix_(some, some)], (gradient + H @ d)[some])
+        if ((x + d)[bounded] >= -1e-12).all():
+            values.append(value(d))
+    change, covariance = active_set_step(without_sockets(H), gradient, x, free, bounded)
+    assert value(change) == pytest.approx(min(values), abs=1e-9)
+    assert ((x + change)[bounded] >= 0).all() and change[5] == 0
+    zero = bounded & (x + change == 0)
+    assert not covariance.dense[zero].any() and not covariance.dense[5].any()
+
+
+def test_it_is_exact_where_some_of_it_is_hardly_seen() -> None:
+    """Exact data, two arms: the curvature's inverse alone is wrong by more than the noise."""
+    generator = np.random.default_rng(1)
+    axes = np.linalg.qr(generator.normal(0, 1, (40, 40)))[0]
+    H = (axes * np.logspace(-12, 0, 40)) @ axes.T
+    H = (H + H.T) / 2
+    gradient = -H @ generator.normal(0, 1, 40)
+    none = np.zeros(40, dtype=bool)
+    change, _ = active_set_step(without_sockets(H), gradient, np.zeros(40), ~none, none)
+    assert np.abs(H @ change + gradient).max() < 1e-13
+
+
+@pytest.mark.parametrize("seed", [0, 2, 3])
+def test_mean_spread_and_share_are_those_of_draws_within_the_bounds(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    A, mean = generator.normal(size=(3, 5)), generator.normal(0, 1.5, 3)
+    covariance = A @ A.T
+    draws = generator.multivariate_normal(mean, covariance, 400_000)
+    inside = draws[(draws >= 0).all(axis=1)]
+    found = expectation_propagation(mean, covariance)
+    precision = np.linalg.inv(covariance)
+    spread = np.linalg.inv(precision + np.diag(found.precision))
+    centre = spread @ (precision @ mean + found.pull)
+    deviation = inside.std(axis=0)
+    assert centre == pytest.approx(inside.mean(axis=0), abs=0.05 * deviation.max())
+    assert np.sqrt(np.diag(spread)) == pytest.approx(deviation, rel=0.05)
+    assert found.log_share == pytest.approx(np.log(len(inside) / len(draws)), abs=0.05)
+
+
+def test_what_is_far_beyond_its_bound_decays_exponentially() -> None:
+    """Where the curve is steep at the bound, only exp(-slope x) is left of it."""
+    found = expectation_propagation(np.array([-1000.0]), np.eye(1))
+    spread = 1 / (1 + found.precision)
+    assert spread**0.5 == pytest.approx(1e-3, rel=1e-3)
+    assert spread * (found.pull - 1000) == pytest.approx(1e-3, rel=1e-3)
+    assert found.log_share == pytest.approx(-0.5e6 - np.log(1000 * (2 * np.pi) ** 0.5), rel=1e-9)
+
+
+def test_what_is_far_within_is_left_alone() -> None:
+    found = expectation_propagation(np.array([8.0, 9.0]), np.array([[1.0, 0.5], [0.5, 1.0]]))
+    assert np.abs([*found.precision, *found.pull, found.log_share]).max() < 1e-9

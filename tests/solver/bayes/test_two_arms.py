@@ -1,0 +1,113 @@
+"""Two arms that visited the same bases."""
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.solver.data import Pose, turn
+from mukca.solver.robot import BallModel, rotation_rpy
+from mukca.tools.simulation import Base, perturb, recorded_by_both
+
+HOME = Pose(np.eye(3), np.zeros(3))
+FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))
+BASES = [
+    Base(name, np.array(centre), np.array([np.cos(i), np.sin(i), 0.0]))
+    for i, (name, centre) in enumerate((("front", [0.6, 0, 0.15]), ("left", [0.55, 0.35, 0.3])))
+]
+WITHOUT = ["compliance", "tilt", "transmission", "joint-noise"]
+
+
+class Pair:
+    """A Panda and an arm with six joints, face to face, and what they recorded."""
+
+    def __init__(self, noise: float) -> None:
+        generator = np.random.default_rng(6)
+        self.robots = {"A": mukca.load_robot("panda"), "B": mukca.load_robot("ur5e")}
+        self.truth = [perturb(robot, generator, 2e-3, 5e-3) for robot in self.robots.values()]
+        own = recorded_by_both(self.truth, [HOME, FACING], BASES, generator, samples=8, noise=noise)
+        self.placements = dict(zip(self.robots, own, strict=True))
+
+    def fit(self, names: tuple[str, ...] = ("front", "left"), **options):
+        """Calibrate both on some of the placements."""
+        train = {arm: [p for p in own if p.name in names] for arm, own in self.placements.items()}
+        return mukca.calibrate(self.robots, train, without=WITHOUT, **options)
+
+
+@pytest.fixture(scope="module")
+def exact() -> Pair:
+    return Pair(0.0)
+
+
+@pytest.fixture(scope="module")
+def noisy() -> Pair:
+    return Pair(1e-4)
+
+
+@pytest.fixture(scope="module")
+def found(noisy: Pair):
+    return noisy.fit()
+
+
+def relative(found) -> tuple[Pose, dict]:
+    """Where the second base stands in the first one's frame."""
+    told = found.document.between["A_to_B"]
+    return Pose(rotation_rpy(told.rpy).full(), np.array(told.xyz)), told
+
+
+@pytest.mark.slow
+def test_exact_recordings_tie_the_tools_exactly(exact: Pair) -> None:
+    """At the sockets and away from them, though the base frame is known to millimetres only."""
+    found = exact.fit(distance_deviation=1e-7)
+    pose, _ = relative(found)
+    for a, b in zip(*exact.placements.values(), strict=True):
+        near = [a.positions + 0.02, b.positions - 0.02]
+        balls = [found[arm].ball(q) for arm, q in zip("AB", near, strict=True)]
+        true = [
+            BallModel(arm, []).points(np.empty(0), q)
+            for arm, q in zip(exact.truth, near, strict=True)
+        ]
+        seen = np.linalg.norm(pose.apply(balls[1]) - balls[0], axis=1)
+        expected = np.linalg.norm(FACING.apply(true[1]) - true[0], axis=1)
+        assert seen == pytest.approx(expected, abs=1e-9)
+    assert np.abs(pose.translation - FACING.translation).max() > 1e-4
+
+
+@pytest.mark.slow
+def test_noise_makes_errors_as_large_as_stated(noisy: Pair, found) -> None:
+    pose, told = relative(found)
+    assert told.shared_sockets == 4
+    assert told.tool_deviation is not None and 5e-5 < told.tool_deviation < 1e-3
+    errors: list[np.ndarray] = []
+    for a, b in zip(*noisy.placements.values(), strict=True):
+        balls = [found["A"].ball(a.positions), found["B"].ball(b.positions)]
+        errors += [pose.apply(balls[1]).mean(axis=0) - balls[0].mean(axis=0)]
+    assert np.linalg.norm(errors, axis=1).max() < 3 * told.tool_deviation
+
+
+@pytest.mark.slow
+def test_one_base_leaves_a_turn_about_the_line_of_its_sockets(exact: Pair) -> None:
+    told = exact.fit(("front",)).document.between["A_to_B"]
+    assert told.xyz is None and "turn" in told.text
+
+
+def test_arms_that_share_nothing_are_refused(exact: Pair) -> None:
+    train = {"A": exact.placements["A"][0], "B": exact.placements["B"][1]}
+    with pytest.raises(mukca.MukcaError, match="nothing ties it to the robot"):
+        mukca.calibrate(exact.robots, train, without=WITHOUT)
+
+
+@pytest.mark.slow
+def test_one_urdf_has_both_arms_where_they_stand(found, tmp_path: Path) -> None:
+    found.save(tmp_path / "out")
+    (file,) = (tmp_path / "out").glob("arms.urdf")
+    assert ET.parse(file).getroot().find("link[@name='world']") is not None
+    pose, _ = relative(found)
+    for name, stands in (("A", HOME), ("B", pose)):
+        chain = mukca.load_robot(file, tip=f"{name}_ball_link")
+        own = found[name].calibrated
+        q = np.linspace(-1, -0.5, len(chain.actuated))[None]
+        expected = stands.apply(own.geometric_ball(q))
+        assert BallModel(chain, []).points(np.empty(0), q) == pytest.approx(expected, abs=1e-9)
