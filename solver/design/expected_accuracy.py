@@ -19,7 +19,8 @@ from ..data import (
     KnownError,
     Load,
     Measurement,
-    observe,
+    RobotRecordings,
+    observe_all,
 )
 from ..paper import NotConverged
 from ..robot import Robot, choose_parameters, gravity_moments, workspace
@@ -176,9 +177,10 @@ def predicted_error(
     The median over random poses, one standard deviation; None where it cannot be told.
     """
     try:
-        data = observe(measurements, robot, known=known, deviation=deviation, load=load)
+        arm = RobotRecordings(robot, measurements, load)
+        data = observe_all([arm], known=known, deviation=deviation)
         model = extend(robot, choose_parameters(robot), (JOINT_OFFSET.name,) if zeros else ())
-        median = workspace_deviation(estimate(model, data), load)[0]
+        median = workspace_deviation(estimate([model], data).arms[0], load)[0]
     except (KnownError, NotConverged):
         return None
     return median if np.isfinite(median) else None
