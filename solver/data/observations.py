@@ -129,23 +129,6 @@ class RobotRecordings:
     """Its name among several robots."""
 
 
-def observe(
-    measurements: Sequence[Measurement],
-    robot: Robot,
-    *,
-    known: Sequence[KnownDistance] = (),
-    sockets_at: Sequence[SocketAt] = (),
-    deviation: float = CALIPER_DEVIATION,
-    load: Load | None = None,
-) -> Observations:
-    """Return the observations of one robot; arguments and errors are those of :func:`observe_all`.
-
-    The load is gravity alone, straight down, where none is given.
-    """
-    arm = RobotRecordings(robot, measurements, load or Load())
-    return observe_all([arm], known=known, sockets_at=sockets_at, deviation=deviation).arms[0]
-
-
 def observe_all(
     arms: Sequence[RobotRecordings],
     *,

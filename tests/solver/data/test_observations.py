@@ -6,8 +6,20 @@ import numpy as np
 import pytest
 
 from mukca.recorder import read_placement
-from mukca.solver.data import KnownError, Load, measure, observe, parse_known
+from mukca.solver.data import (
+    KnownError,
+    Load,
+    RobotRecordings,
+    measure,
+    observe_all,
+    parse_known,
+)
 from mukca.solver.robot import gravity_moments
+
+
+def observe(measurements, robot, *, load: Load | None = None, **options):
+    arm = RobotRecordings(robot, measurements, load or Load())
+    return observe_all([arm], **options).arms[0]
 
 
 @pytest.fixture
