@@ -1,6 +1,8 @@
 """The house: which room may import from which, and what is shipped."""
 
 import ast
+import importlib
+import importlib.util
 import re
 import sys
 from pathlib import Path
@@ -17,6 +19,16 @@ else:
 ROOT = Path(__file__).parents[1]
 ROOMS = ("drivers", "recorder", "solver", "tools")
 FILES = [file for room in ROOMS for file in sorted((ROOT / room).rglob("*.py"))]
+FOLDERS = sorted({file.parent for file in FILES})
+READING = {"dataset", "csv_files", "placement", "samples"}
+"""Files of the recorder that read recordings; :mod:`mukca.recorder.dataset` is their door."""
+
+
+def face(folder: Path) -> dict[str, str]:
+    """The names that a folder offers, each with the module that it comes from."""
+    tree = ast.parse((folder / "__init__.pyi").read_text())
+    rows = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    return {alias.name: node.module or "" for node in rows for alias in node.names}
 
 
 def imports(file: Path) -> list[str]:
@@ -27,7 +39,7 @@ def imports(file: Path) -> list[str]:
         if isinstance(node, ast.ImportFrom) and node.level:
             base = package[: len(package) - node.level + 1]
             module = ".".join([*base, *(node.module or "").split(".")]).strip(".")
-            modules += [module] if node.module else [f"{module}.{a.name}" for a in node.names]
+            modules.append(module)
         elif isinstance(node, ast.ImportFrom | ast.Import):
             names = (
                 [node.module] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
@@ -45,11 +57,62 @@ def test_data_flows_one_way_through_the_rooms(file: Path) -> None:
             assert ROOMS.index(other) <= ROOMS.index(room), f"{file}: {module} is above {room}"
 
 
-@pytest.mark.parametrize("file", sorted((ROOT / "solver").rglob("*.py")), ids=lambda f: f.name)
-def test_the_solver_sees_neither_driver_nor_terminal(file: Path) -> None:
-    allowed = {"recorder.dataset", "recorder"}
-    outside = {m for m in imports(file) if m.split(".")[0] in ROOMS and not m.startswith("solver")}
-    assert outside <= allowed
+def test_the_solver_takes_from_the_recorder_what_reads_recordings() -> None:
+    offered = face(ROOT / "recorder")
+    taken: set[str] = set()
+    for file in sorted((ROOT / "solver").rglob("*.py")):
+        for module in imports(file):
+            if module.split(".")[0] in ("drivers", "recorder"):
+                taken.add(module)
+    assert taken <= {"recorder", "recorder.dataset"}, "neither a driver nor a terminal"
+    names = {
+        alias.name
+        for file in sorted((ROOT / "solver").rglob("*.py"))
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.ImportFrom) and re.fullmatch(r"\.*recorder", node.module or "")
+        for alias in node.names
+    }
+    assert {offered[name] for name in names} <= READING
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda f: str(f.relative_to(ROOT)))
+def test_a_face_offers_what_is_there(folder: Path) -> None:
+    """Each name is loaded from its file, and none has the name of a file of its folder."""
+    names = face(folder)
+    loaded = importlib.import_module(".".join(["mukca", *folder.relative_to(ROOT).parts]))
+    assert sorted(names) == sorted(loaded.__all__)
+    assert not set(names) & {file.stem for file in folder.glob("*.py")}
+    assert all(getattr(loaded, name) is not None for name in names)
+
+
+def test_folders_come_in_by_each_others_faces() -> None:
+    for file in FILES:
+        for module in imports(file):
+            target = ROOT.joinpath(*module.split("."))
+            if module.split(".")[0] in ROOMS and not target.is_dir():
+                assert target.parent == file.parent, f"{file}: {module} by its folder's face"
+
+
+def test_nobody_inside_imports_the_face_of_the_root() -> None:
+    for file in FILES:
+        assert "" not in imports(file), file
+
+
+def test_what_a_module_imports_fits_a_glance() -> None:
+    for file in FILES:
+        assert len(set(imports(file))) <= 10, file
+
+
+def test_folders_import_in_no_circle_and_the_page_shows_how() -> None:
+    """``python docs/images/architecture.py`` draws both anew."""
+    path = ROOT / "docs" / "images" / "architecture.py"
+    spec = importlib.util.spec_from_file_location("architecture", path)
+    assert spec is not None and spec.loader is not None
+    drawing = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(drawing)
+    graph = {folder: drawing.imports(folder) for folder in drawing.folders()}
+    assert drawing.table(graph) in (ROOT / "docs" / "architecture.md").read_text()
+    assert drawing.picture(graph) == (ROOT / "docs" / "images" / "architecture.svg").read_text()
 
 
 def test_every_folder_with_code_is_shipped() -> None:
