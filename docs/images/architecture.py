@@ -141,7 +141,9 @@ def _way(y: int) -> list[str]:
             width = (WIDTH - 24) // len(own)
             x, end = 18 + WIDTH * room + k * width, 0
             end = x + width - 4
-            points = f"{x},{y + 14} {end - 8},{y + 14} {end},{y + 28} {end - 8},{y + 42} {x},{y + 42}"
+            points = (
+                f"{x},{y + 14} {end - 8},{y + 14} {end},{y + 28} {end - 8},{y + 42} {x},{y + 42}"
+            )
             parts.append(f'<polygon points="{points}" class="type"/>')
             parts.append(f'<text x="{x + 8}" y="{y + 32}" class="word">{word}</text>')
     x = 24 + WIDTH * (len(ROOMS) - 1)

@@ -1,5 +1,5 @@
-from .assessment import Assessment as Assessment
 from .assessment import DRAWN as DRAWN
+from .assessment import Assessment as Assessment
 from .assessment import Options as Options
 from .assessment import judged as judged
 from .assessment import limits_of as limits_of

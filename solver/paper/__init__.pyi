@@ -1,8 +1,8 @@
 from .optimizers import MAX_ITERATIONS as MAX_ITERATIONS
 from .optimizers import NotConverged as NotConverged
 from .parameter_covariance import covariance as covariance
-from .problem import Problem as Problem
 from .problem import REGULARIZATION as REGULARIZATION
+from .problem import Problem as Problem
 from .problem import ball_only as ball_only
 from .problem import build_problem as build_problem
 from .problem import solve as solve

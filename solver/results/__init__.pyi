@@ -4,8 +4,8 @@ from .arms import FramePose as FramePose
 from .arms import GivenArm as GivenArm
 from .arms import VisitedSocket as VisitedSocket
 from .calibrated import CalibratedRobot as CalibratedRobot
-from .calibration import CalibrationDocument as CalibrationDocument
 from .calibration import FORMAT as FORMAT
+from .calibration import CalibrationDocument as CalibrationDocument
 from .calibration import FitResult as FitResult
 from .calibration import Model as Model
 from .calibration import NextPlacement as NextPlacement

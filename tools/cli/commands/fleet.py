@@ -42,9 +42,9 @@ def run(options: Options, terminal: Terminal) -> int:
         calibrate_arm,
         compare_parameters,
         find_arms,
+        fleet_page,
         last_sessions,
     )
-    from ...report.page import fleet_page
 
     refuse_existing(options.out, force=options.force)
     items = [_arm(options, folder) for folder in find_arms(options.folder)]
@@ -90,7 +90,7 @@ def _path_or_name(robot: str) -> str:
 
 def show(result: "FleetDocument", terminal: Terminal) -> None:
     """Print a row for each arm, and what to do."""
-    from ...report.page import line_of, summary_of
+    from ...fleet import line_of, summary_of
     from .. import table
 
     heads = ("arm", "last session", "nominal", "calibrated", "verdict")
