@@ -38,8 +38,9 @@ def files(folder: str) -> Iterator[Path]:
 
 
 def folders() -> list[str]:
-    """Return the folders that hold code, below the root, with slashes."""
-    found = {p.parent for room in ROOMS for p in (ROOT / room).rglob("*.py")}
+    """Return the folders that hold modules beside their face, below the root, with slashes."""
+    modules = (p for room in ROOMS for p in (ROOT / room).rglob("*.py"))
+    found = {p.parent for p in modules if p.name != "__init__.py"}
     return sorted(p.relative_to(ROOT).as_posix() for p in found)
 
 

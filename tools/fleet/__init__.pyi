@@ -1,3 +1,4 @@
+# keep: FleetArm, FleetSession
 from .calibrate import calibrate_arm as calibrate_arm
 from .calibrate import compare_parameters as compare_parameters
 from .calibrate import last_sessions as last_sessions
