@@ -3,7 +3,9 @@ from .calibrate import calibrate_arm as calibrate_arm
 from .calibrate import compare_parameters as compare_parameters
 from .calibrate import last_sessions as last_sessions
 from .document import FORMAT as FORMAT
+from .document import FleetArm as FleetArm
 from .document import FleetDocument as FleetDocument
+from .document import FleetSession as FleetSession
 from .folders import ArmFolder as ArmFolder
 from .folders import find_arms as find_arms
 from .page import fleet_page as fleet_page
