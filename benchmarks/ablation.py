@@ -19,9 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder import find_placements, read_placement
-from mukca.solver.calibration import fit_by_auto
-from mukca.solver.calibration.fit import fit_by_paper
-from mukca.solver.data import Measurement, evaluate, measure
+from mukca.solver.calibration import SolveOptions, fit_robots
+from mukca.solver.data import Measurement, RobotRecordings, evaluate, measure
 from mukca.solver.paper import REGULARIZATION
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
@@ -64,8 +63,9 @@ def means_held(robot: Robot, train: Measurement) -> Predict:
 
 def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
     """Return each model's mean absolute error at all placements but the first [mm]."""
-    parameters, (train, *test) = choose_parameters(robot), data
-    paper = fit_by_paper(robot, parameters, [train]).calibrated
+    train, *test = data
+    recordings = [RobotRecordings(robot, [train])]
+    paper = fit_robots(recordings, SolveOptions(method="paper"))[0].calibrated
     models: dict[str, Predict] = {
         "nominal": lambda m: paper.nominal_ball(m.positions),
         "means held": means_held(robot, train),
@@ -73,7 +73,8 @@ def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
     }
     for name, kept in ROWS.items():
         without = [extension for extension in EXTENSIONS if extension not in kept]
-        found = fit_by_auto(robot, parameters, [train], without=without).calibrated
+        options = SolveOptions(type_prior=("none",), without=without)
+        found = fit_robots(recordings, options)[0].calibrated
         models[name] = lambda m, found=found: found.ball(m.positions, m.efforts)
         models["URDF alone"] = lambda m, found=found: found.geometric_ball(m.positions)
     return {

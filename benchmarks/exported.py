@@ -18,10 +18,9 @@ from functools import partial
 
 import numpy as np
 
-from mukca.solver.calibration import fit_by_auto
-from mukca.solver.calibration.fit import fit_by_paper
-from mukca.solver.data import Measurement, measure
-from mukca.solver.robot import InverseKinematics, Robot, choose_parameters, load_robot
+from mukca.solver.calibration import SolveOptions, fit_robots
+from mukca.solver.data import Measurement, RobotRecordings, measure
+from mukca.solver.robot import InverseKinematics, Robot, load_robot
 from mukca.solver.robot.inverse_kinematics import MAX_TILT
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, realistic_flaws, record
@@ -75,7 +74,7 @@ def distances(ball: np.ndarray, held_out: Measurement) -> np.ndarray:
 def draw(rigid: bool, step: float | None, seed: int) -> dict[str, Row]:
     """Return how one arm comes out, by what it was trained on."""
     robot, generator = load_robot(ROBOTS[seed % len(ROBOTS)]), np.random.default_rng(seed)
-    arm, parameters = perturb(robot, generator, 2e-3, 5e-3), choose_parameters(robot)
+    arm = perturb(robot, generator, 2e-3, 5e-3)
     how = Imperfection(1e-4) if rigid else realistic_flaws(robot, generator)
     bases = reachable_bases(arm, generator, 6)
     guide = Timid(arm, step) if step else InverseKinematics(arm)
@@ -91,7 +90,9 @@ def draw(rigid: bool, step: float | None, seed: int) -> dict[str, Row]:
     rows: dict[str, Row] = {}
     for name, (samples, places) in TRAINED.items():
         train = at(slice(places), samples)
-        fits = [fit(robot, parameters, train).calibrated for fit in (fit_by_auto, fit_by_paper)]
+        recordings = [RobotRecordings(robot, train)]
+        by = [SolveOptions(type_prior=("none",)), SolveOptions(method="paper")]
+        fits = [fit_robots(recordings, options)[0].calibrated for options in by]
         urdf, paper = (
             np.concatenate([distances(one.geometric_ball(m.positions), m) for m in test])
             for one in fits

@@ -22,9 +22,8 @@ import numpy as np
 
 from mukca.recorder.dataset import Placement, Sample
 from mukca.solver.bayes.model import Deflection
-from mukca.solver.calibration import fit_by_auto
-from mukca.solver.calibration.fit import fit_by_paper
-from mukca.solver.data import Measurement, measure
+from mukca.solver.calibration import SolveOptions, fit_robots
+from mukca.solver.data import RobotRecordings, Measurement, measure
 from mukca.solver.robot import BallModel, Robot, choose_parameters
 from mukca.tools.simulation import Imperfection, demo_arm, demo_bases, reachable_bases, record
 
@@ -85,8 +84,9 @@ def fit(method: str, samples: int, placements: int) -> None:
     train = one_placement(samples) if samples else many_placements(placements)
     robot, _ = demo_arm()
     begin = time.process_time()
-    solve = fit_by_paper if method == "paper" else fit_by_auto
-    result = solve(robot, choose_parameters(robot), train)
+    auto = SolveOptions(type_prior=("none",))
+    options = SolveOptions(method="paper") if method == "paper" else auto
+    (result,) = fit_robots([RobotRecordings(robot, train)], options)
     seconds = time.process_time() - begin
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(seconds, memory, sum(len(m.positions) for m in train), result.iterations)

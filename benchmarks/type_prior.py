@@ -19,9 +19,8 @@ import numpy as np
 
 from mukca.solver.bayes.model import Deflection, Expected
 from mukca.solver.bayes.results.uncertainty import deviations
-from mukca.solver.calibration import fit_by_auto
-from mukca.solver.calibration.fit import fit_by_paper
-from mukca.solver.data import Measurement, evaluate, measure
+from mukca.solver.calibration import SolveOptions, fit_robots
+from mukca.solver.data import RobotRecordings, Measurement, evaluate, measure
 from mukca.solver.robot import Robot, choose_parameters, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import TRANSLATION, TURN, Imperfection, perturb, reachable_bases, record
@@ -48,7 +47,7 @@ def recordings(
 
 def learned(robot: Robot, placements: list[Measurement]) -> dict[str, Expected]:
     """Return what a calibration tells of the elasticity."""
-    found = fit_by_auto(robot, choose_parameters(robot), placements).posterior
+    found = fit_robots([RobotRecordings(robot, placements)], SolveOptions(type_prior=("none",)))[0].posterior
     assert found is not None
     return {
         effect.name: (found.x[own], deviations(found)[own])
@@ -67,7 +66,6 @@ def draw(samples: int, seed: int) -> dict[str, float]:
     }
     other = learned(robot, recordings(robot, of_type, generator, [30, 30]))
     train, *test = recordings(robot, of_type, generator, [samples, 30, 30, 30])
-    parameters = choose_parameters(robot)
 
     def turned(values: np.ndarray) -> np.ndarray:
         return values.reshape(-1, joints)[:, ::-1].ravel()
@@ -78,9 +76,9 @@ def draw(samples: int, seed: int) -> dict[str, float]:
         "five times": {name: (5 * x, 5 * d) for name, (x, d) in other.items()},
         "reversed": {name: (turned(x), turned(d)) for name, (x, d) in other.items()},
     }
-    models = {"paper": fit_by_paper(robot, parameters, [train]).calibrated}
+    models = {"paper": fit_robots([RobotRecordings(robot, [train])], SolveOptions(method="paper"))[0].calibrated}
     for name, prior in priors.items():
-        models[name] = fit_by_auto(robot, parameters, [train], of_type=prior).calibrated
+        models[name] = fit_robots([RobotRecordings(robot, [train])], SolveOptions(type_prior=("none",)), types=[prior])[0].calibrated
     return {
         name: 1e3
         * float(np.mean([evaluate(model.ball(m.positions), m).mean_absolute_error for m in test]))

@@ -6,7 +6,7 @@ A few samples, or many alike, leave small errors by any model, so small errors a
 import math
 from collections.abc import Sequence
 
-from ..results.calibration import Scale, Uncertainty
+from ..results import Scale, Uncertainty
 from .formatting import joined, mm, plural
 from .predictions import PlacementPrediction
 from .types_report_drawing import Coverage

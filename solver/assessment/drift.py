@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..data import Measurement, evaluate, mean_metrics, socket_centres, targets
-from ..results import CalibratedRobot, CalibrationDocument
-from ..results.calibration import Summary
+from ..results import CalibratedRobot, CalibrationDocument, Summary
 from .types_report_verdict import Limits
 
 STEPS = 4

@@ -5,8 +5,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..results import fields_of
-from ..results.calibration import PlacementErrors, Role, Summary
+from ..results import PlacementErrors, Role, Summary, fields_of
 from .formatting import short_where
 from .predictions import PlacementPrediction, Predictions
 from .types_report_errors import (

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ..diagnostics import OF_JOINTS, Diagnostic, size_level
-from ..results.calibration import PlacementErrors, Scale
+from ..results import PlacementErrors, Scale
 from .formatting import joined, short_names
 from .types_report_verdict import LimitResult, Status
 

@@ -2,8 +2,7 @@
 
 from typing import Literal
 
-from ..results import Document
-from ..results.calibration import Role
+from ..results import Document, Role
 
 
 class JointRange(Document, kw_only=True, frozen=True):

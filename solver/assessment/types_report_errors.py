@@ -3,8 +3,7 @@
 import math
 from typing import Generic, Literal, TypeVar
 
-from ..results import Document
-from ..results.calibration import PlacementErrors, Role, Summary
+from ..results import Document, PlacementErrors, Role, Summary
 
 ModelName = Literal["nominal", "calibrated", "geometric"]
 """``geometric``: ``calibrated.urdf`` as the user loads it."""

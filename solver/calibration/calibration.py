@@ -1,4 +1,4 @@
-"""A calibration as people use it: look, predict, save, load again, validate."""
+"""A calibration as people use it: print, predict, save, load again, validate."""
 
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,27 +13,27 @@ from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
 from ...recorder.dataset import Placement
-from ..assessment import Assessment, Verdict, distance_text, judged
+from ..assessment import Assessment, Verdict, distance_text, joints_wrong, judged
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure
-from ..diagnostics import OF_JOINTS
 from ..results import (
     CalibratedRobot,
     CalibrationDocument,
+    PlacementErrors,
     Result,
+    Role,
+    Summaries,
     calibrated_robot,
     encode,
     read_calibration,
     refuse_existing,
     write_files,
 )
-from ..results.calibration import PlacementErrors, Role, Summaries
 from ..robot import Robot
-from .errors import placement_errors, summarise
-from .errors_text import errors_text
-from .models import models_of
-from .prepare import as_list
-from .usage import UsageError
+from .error_table import errors_text
+from .errors import models_of, placement_errors, summarise
+from .options import UsageError
+from .problem import as_list
 
 MOST_FINDINGS = 5
 """Findings that are printed; all are in the document."""
@@ -47,7 +47,7 @@ class DistortedError(MukcaError):
 
 @dataclass(frozen=True, repr=False)
 class Errors(Sequence[PlacementErrors]):
-    """How far off the models are, placement by placement; prints as a table in mm."""
+    """Errors of the models, placement by placement; prints as a table in mm."""
 
     placements: tuple[PlacementErrors, ...]
     summary: Summaries
@@ -110,15 +110,15 @@ class Calibration:
 
     @property
     def result(self) -> Result:
-        """What the calibration says of itself, without the samples and the models."""
+        """Result of the calibration, without the samples and the models."""
         fields = Result.__struct_fields__
         return Result(**{name: getattr(self.document, name) for name in fields})
 
     @property
     def distortion(self) -> str:
-        """Why a model that does not reproduce the sockets' distance is not to be used."""
+        """Refusal of a model that does not reproduce the sockets' distance, in words."""
         mend = "Check --distance, that sockets are not mixed up, and the data"
-        if any(finding.code in OF_JOINTS for finding in self.document.checks or ()):
+        if joints_wrong(self.document.checks):
             mend = "Mend first what the checks say of the joints"
         return (
             "refused: the calibrated model does not reproduce the sockets' distance at "
@@ -133,7 +133,7 @@ class Calibration:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether the calibration is to be used, and what that rests on."""
+        """Verdict on the calibration, and the limits that it rests on."""
         return self.assessment.verdict
 
     def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:

@@ -3,39 +3,28 @@
 What was left out shows how the calibration does at a new place (paper, Fig. 6).
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...recorder.dataset import Sample
-from ..bayes.model import Expected
-from ..data import CALIPER_DEVIATION, KnownDistance, Load, Measurement, Metrics, evaluate
+from ..data import Measurement, Metrics, RobotRecordings, evaluate
+from ..diagnostics import named
 from ..paper import NotConverged
 from ..results import CalibratedRobot
-from ..robot import Parameter, Robot
-from .fit import fit_by_auto, fit_by_paper
+from ..robot import Robot
+from .fit import fit_robots
+from .options import SolveOptions
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is the same in every fit of a cross-validation."""
+    """Everything that is the same in every fit of a cross-validation."""
 
     robot: Robot
-    parameters: tuple[Parameter, ...]
     measurements: tuple[Measurement, ...]
-    method: str
-    """``auto`` or ``paper``."""
-    load: Load
-    known: tuple[KnownDistance, ...] = ()
-    """auto: distances measured beside those between each placement's sockets, whose placements
-    are named in full."""
-    deviation: float = CALIPER_DEVIATION
-    """auto: standard deviation of the latter [m]."""
-    zeros: bool = False
-    """auto: whether the joints' zeros may be off by degrees, as on arms made of servos."""
-    of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
-    """auto: elasticity of other arms of the type."""
+    options: SolveOptions
 
 
 @dataclass(frozen=True)
@@ -62,7 +51,7 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
 
 @dataclass(frozen=True)
 class HeldOutErrors:
-    """How far off a calibration is at every placement."""
+    """Errors of a calibration at every placement."""
 
     full: tuple[Metrics, ...]
     """By the full model."""
@@ -71,7 +60,7 @@ class HeldOutErrors:
 
 
 def run_job(plan: Plan, job: Job) -> HeldOutErrors | None:
-    """Fit, and return the errors at every placement; None if the fit did not settle."""
+    """Fit, and return the errors at every placement; None if the fit did not converge."""
     try:
         robot = _fit(plan, job)
     except NotConverged:
@@ -88,20 +77,11 @@ def _fit(plan: Plan, job: Job) -> CalibratedRobot:
     if job.seed is not None:
         generator = np.random.default_rng(job.seed)
         train = [resampled(measured, generator) for measured in train]
-    if plan.method == "paper":
-        return fit_by_paper(plan.robot, plan.parameters, train).calibrated
     names = {measured.name for measured in train}
-    return fit_by_auto(
-        plan.robot,
-        plan.parameters,
-        train,
-        known=[k for k in plan.known if {k.first[0], k.second[0]} <= names],
-        distance_deviation=plan.deviation,
-        load=plan.load,
-        zeros=plan.zeros,
-        of_type=plan.of_type,
-        require_scale=False,
-    ).calibrated
+    known = named(plan.measurements, plan.options.distances)
+    options = replace(plan.options, known=[k for k in known if {k.first[0], k.second[0]} <= names])
+    recordings = RobotRecordings(plan.robot, train, options.load)
+    return fit_robots([recordings], options, require_scale=False)[0].calibrated
 
 
 def resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:

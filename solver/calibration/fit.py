@@ -1,4 +1,4 @@
-"""Fits a robot to placements, by the paper's method or by the default one."""
+"""Fit of one robot, or several together, by the paper's method or by the default one."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -13,18 +13,12 @@ from ..bayes.model import Expected
 from ..bayes.model.effects import EXTENSIONS
 from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Selected, select_models
-from ..data import (
-    CALIPER_DEVIATION,
-    KnownDistance,
-    Load,
-    Measurement,
-    RobotRecordings,
-    SocketAt,
-    observe_all,
-)
-from ..paper import MAX_ITERATIONS, REGULARIZATION, NotConverged, build_problem, covariance, solve
+from ..data import CALIPER_DEVIATION, Load, Measurement, RobotRecordings, observe_all
+from ..paper import NotConverged, build_problem, covariance, solve
 from ..results import CalibratedRobot
-from ..robot import BallModel, Parameter, Robot
+from ..robot import BallModel, Parameter, choose_parameters
+from .options import SolveOptions
+from .type_prior import type_priors
 
 Predict = Callable[[Measurement], np.ndarray]
 """A model as a function: takes a placement, returns its N ball centres, shape (N, 3) [m]."""
@@ -37,16 +31,17 @@ class Fit:
     calibrated: CalibratedRobot
     optimizer: str
     seconds: float
-    """How long the fit took [s]."""
+    """Duration of the fit [s]."""
     iterates: tuple[Predict, ...]
     """The model after each iteration, the nominal one first."""
     posterior: Posterior | None = None
-    """How well everything is known; None by the paper's method, which does not say."""
+    """Posterior of the parameters; None by the paper's method, which has none."""
     choices: tuple[str, ...] | None = None
     """One line for each extension (compliance, tilt, ..): kept or not, and why. None by the
     paper's method, which has none."""
-    world: JointPosterior | None = None
-    """All robots that were fitted together, and the frames; None by the paper's method."""
+    joint_posterior: JointPosterior | None = None
+    """Posterior of all robots that were fitted together, and of the frames; None by the paper's
+    method."""
     covariance: np.ndarray | None = None
     """By the paper's method: how far the parameters would move if the same were recorded again,
     shape (n, n)."""
@@ -57,32 +52,72 @@ class Fit:
         return len(self.iterates) - 1
 
 
-def fit_by_paper(
-    robot: Robot,
-    parameters: Sequence[Parameter],
-    train: Sequence[Measurement],
+def fit_robots(
+    robots: Sequence[RobotRecordings],
+    options: SolveOptions,
     *,
-    optimizer: str = "gauss-newton",
-    regularization: float = REGULARIZATION,
-    max_iterations: int = MAX_ITERATIONS,
-) -> Fit:
-    """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.paper.costs`.
+    types: Sequence[Mapping[str, Expected]] | None = None,
+    require_scale: bool = True,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Fit]:
+    """Fit one robot, or several together, to their recordings; docs/model.md has the method.
 
     Args:
-        robot: The nominal robot.
-        parameters: What of its geometry is free.
-        train: The placements, each with two sockets.
-        optimizer: ``gauss-newton`` or ``ipopt``; both reach the same minimum.
-        regularization: lambda of Eq. (5).
-        max_iterations: Steps allowed.
+        robots: The nominal robots, and the placements to fit.
+        options: Method and its options. Coordinates are those of sockets in the placements.
+        types: Elasticity of other arms of each robot's type; None for what the options say.
+        require_scale: Refuse a placement none of whose sockets has a known distance to another.
+        progress: Called with a word for each model that is fitted.
+
+    Returns:
+        A fit for each robot. By the default method they share one :attr:`Fit.joint_posterior`.
 
     Raises:
-        SettingError: An optimizer or a regularization that cannot be.
-        NotConverged: The optimizer gave up.
+        KnownError: A known distance does not fit the placements.
+        FrameError: Coordinates do not fit them, or a frame is not tied to the robot.
+        NotConverged: A fit did not converge.
     """
+    options = options.validated()
+    parameters = [choose_parameters(one.robot, options.free, options.fix) for one in robots]
+    if options.method == "paper":
+        pairs = zip(robots, parameters, strict=True)
+        return [_fit_by_paper(one, free, options) for one, free in pairs]
+    if types is None:
+        types = type_priors(options.type_prior, [one.robot for one in robots])
+    begin = time.perf_counter()
+    data = observe_all(
+        robots,
+        known=options.distances,
+        sockets_at=options.located,
+        deviation=options.deviation,
+        require_scale=require_scale,
+    )
+    chosen = select_models(
+        [(one.robot, free) for one, free in zip(robots, parameters, strict=True)],
+        data,
+        stages=[name for name in EXTENSIONS if name not in options.without],
+        joint_noise="joint-noise" not in options.without,
+        zeros=bool(options.zeros),
+        types=types,
+        progress=progress,
+    )
+    seconds = time.perf_counter() - begin
+    return [
+        _fit_of(one, free, chosen, i, seconds)
+        for i, (one, free) in enumerate(zip(robots, parameters, strict=True))
+    ]
+
+
+def _fit_by_paper(
+    recordings: RobotRecordings, parameters: Sequence[Parameter], options: SolveOptions
+) -> Fit:
+    """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.paper`."""
+    assert options.regularization is not None and options.max_iterations is not None
+    optimizer, regularization = str(options.optimizer), options.regularization
+    train, robot = recordings.measurements, recordings.robot
     problem = build_problem(robot, train, parameters=parameters, regularization=regularization)
     begin = time.perf_counter()
-    solution = solve(problem, optimizer, max_iterations)
+    solution = solve(problem, optimizer, options.max_iterations)
     seconds = time.perf_counter() - begin
     calibrated = CalibratedRobot(robot, problem.parameters, solution.x)
     iterates = tuple(partial(_rigid, problem.model, x) for x in solution.iterates)
@@ -91,103 +126,6 @@ def fit_by_paper(
 
 def _rigid(model: BallModel, x: np.ndarray, measured: Measurement) -> np.ndarray:
     return model.points(x, measured.positions)
-
-
-def fit_by_auto(
-    robot: Robot,
-    parameters: Sequence[Parameter],
-    train: Sequence[Measurement],
-    *,
-    known: Sequence[KnownDistance] = (),
-    sockets_at: Sequence[SocketAt] = (),
-    distance_deviation: float = CALIPER_DEVIATION,
-    load: Load | None = None,
-    without: Sequence[str] = (),
-    zeros: bool = False,
-    of_type: Mapping[str, Expected] | None = None,
-    require_scale: bool = True,
-    progress: Callable[[str], None] = lambda _: None,
-) -> Fit:
-    """Fit geometry, elasticity and transmission error, as far as the data support them.
-
-    docs/model.md introduces the method; :mod:`mukca.solver.bayes` is it.
-
-    Args:
-        robot: The nominal robot.
-        parameters: What of its geometry is free.
-        train: The placements.
-        known: Measured distances beside those between each placement's first two sockets.
-        sockets_at: Measured coordinates of sockets.
-        distance_deviation: Standard deviation of a base's distance [m].
-        load: What pulls at the joints; None for gravity alone, straight down.
-        without: Among ``compliance``, ``tilt``, ``play``, ``transmission`` and ``joint-noise``:
-            what is not tried.
-        zeros: Whether the joints' zeros may be off by degrees, as on arms made of servos.
-        of_type: Elasticity of other arms of the type, see
-            :attr:`mukca.solver.bayes.model.extended_model.ExtendedModel.of_type`.
-        require_scale: Refuse a placement none of whose sockets has a known distance to another.
-        progress: Called with a word for each model that is fitted.
-
-    Raises:
-        KnownError: A known distance does not fit the placements.
-        FrameError: Coordinates do not fit them, or a frame is not tied to the robot.
-        NotConverged: A fit did not settle.
-    """
-    arm = RobotRecordings(robot, train, load or Load())
-    return fit_arms(
-        [arm],
-        [parameters],
-        known=known,
-        sockets_at=sockets_at,
-        distance_deviation=distance_deviation,
-        without=without,
-        zeros=zeros,
-        types=[of_type] if of_type else [],
-        require_scale=require_scale,
-        progress=progress,
-    )[0]
-
-
-def fit_arms(
-    arms: Sequence[RobotRecordings],
-    parameters: Sequence[Sequence[Parameter]],
-    *,
-    known: Sequence[KnownDistance] = (),
-    sockets_at: Sequence[SocketAt] = (),
-    distance_deviation: float = CALIPER_DEVIATION,
-    without: Sequence[str] = (),
-    zeros: bool = False,
-    types: Sequence[Mapping[str, Expected]] = (),
-    require_scale: bool = True,
-    progress: Callable[[str], None] = lambda _: None,
-) -> list[Fit]:
-    """Fit several robots together; arguments as for :func:`fit_by_auto`, parameters robot by robot.
-
-    Returns:
-        A fit for each robot. They share one :attr:`Fit.world`.
-    """
-    begin = time.perf_counter()
-    scene = observe_all(
-        arms,
-        known=known,
-        sockets_at=sockets_at,
-        deviation=distance_deviation,
-        require_scale=require_scale,
-    )
-    chosen = select_models(
-        [(arm.robot, free) for arm, free in zip(arms, parameters, strict=True)],
-        scene,
-        stages=[name for name in EXTENSIONS if name not in without],
-        joint_noise="joint-noise" not in without,
-        zeros=zeros,
-        types=types,
-        progress=progress,
-    )
-    seconds = time.perf_counter() - begin
-    return [
-        _fit_of(arm, free, chosen, i, seconds)
-        for i, (arm, free) in enumerate(zip(arms, parameters, strict=True))
-    ]
 
 
 def _fit_of(
@@ -205,7 +143,13 @@ def _fit_of(
     )
     iterates = tuple(partial(_extended, full, arm.load, x) for x in full.iterates)
     return Fit(
-        calibrated, "gauss-newton", seconds, iterates, full, chosen.notes[i], world=chosen.full
+        calibrated,
+        "gauss-newton",
+        seconds,
+        iterates,
+        full,
+        chosen.notes[i],
+        joint_posterior=chosen.full,
     )
 
 
@@ -218,7 +162,8 @@ def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:
     if not more and full.deflection.joint_offsets is None and all(m.has_distance for m in train):
         # else the paper's cost does not know all that is known
         with suppress(NotConverged):
-            alone = fit_by_paper(arm.robot, full.model.parameters, train).calibrated.values
+            problem = build_problem(arm.robot, train, parameters=full.model.parameters)
+            alone = solve(problem).x
     return project_to_geometry(full, arm.load, alone)
 
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_args
 
+from ...errors import MukcaError
 from ..bayes.model.effects import EXTENSIONS
-from .usage import UsageError
 
 if TYPE_CHECKING:
     from ..data import KnownDistance, Load, SocketAt
@@ -20,6 +20,10 @@ else:  # the command line reads the types of the fields, and has words for these
 
 Method = Literal["auto", "paper"]
 Optimizer = Literal["gauss-newton", "ipopt"]
+
+
+class UsageError(MukcaError):
+    """Arguments that cannot be, or do not go together; in words that hold for Python, too."""
 
 
 @dataclass(frozen=True)
@@ -202,9 +206,10 @@ class SolveOptions:
         filled: dict[str, Any] = {}
         for name, option in option_table().items():
             value = getattr(self, name)
+            mine = option.method in (None, self.method)
             if value is None or (isinstance(value, Sequence) and not value):
-                filled[name] = option.default if value is None or option.default else value
-            elif option.method not in (None, self.method):
+                filled[name] = value if option.default is None or not mine else option.default
+            elif not mine:
                 raise UsageError(
                     f"{_words(name)} belongs to --method {option.method}; this is "
                     f"--method {self.method}"
@@ -237,7 +242,7 @@ class SolveOptions:
         """Known distances."""
         from ..data import parse_known
 
-        return [parse_known(str(words)) for words in self.known]
+        return [parse_known(str(k)) if isinstance(k, str | Path) else k for k in self.known]
 
     @property
     def located(self) -> "list[SocketAt]":
@@ -281,15 +286,15 @@ def _check(name: str, value: Any, option: Option) -> None:
         raise UsageError(f"{_words(name)} {unknown[0]}: choose among {', '.join(option.choices)}")
 
 
-def _lines(known: Iterable[object]) -> Iterable[str]:
-    """Yield known distances, one a word; a word that is a file stands for its lines."""
-    for word in map(str, known):
-        if Path(word).is_file():
-            text = Path(word).read_text(encoding="utf-8")
+def _lines(known: "Sequence[str | Path | KnownDistance]") -> "Iterable[str | KnownDistance]":
+    """Yield known distances, one by one; a word that is a file stands for its lines."""
+    for one in known:
+        if isinstance(one, str | Path) and Path(one).is_file():
+            text = Path(one).read_text(encoding="utf-8")
             lines = (line.split("#")[0] for line in text.splitlines())
             yield from (line for line in lines if line.strip())
         else:
-            yield word
+            yield str(one) if isinstance(one, Path) else one
 
 
 def _coordinates(

@@ -1,26 +1,25 @@
 """From recordings to a calibration: check, fit, measure the errors."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import wraps
 from inspect import signature
+from operator import attrgetter
 from textwrap import fill
 from typing import Any, ParamSpec, Protocol, cast, get_type_hints, overload
 
 import numpy as np
 
 from ...recorder.dataset import Placement
-from ..data import RobotRecordings, SocketAt, in_placements
+from ..data import Measurement, RobotRecordings, in_placements
 from ..paper import NotConverged
-from ..robot import Robot, choose_parameters
-from .arms import ArmsCalibration
+from ..robot import Robot
 from .calibration import Calibration
-from .fit import Fit, fit_arms, fit_by_auto, fit_by_paper
-from .options import SolveOptions, option_table
-from .prepare import as_list, prepare
-from .problem import CalibrationProblem
-from .results import compose
-from .type_prior import type_priors
-from .usage import UsageError
+from .fit import Fit, fit_robots
+from .multi_robot_calibration import MultiRobotCalibration
+from .options import SolveOptions, UsageError, option_table
+from .problem import CalibrationProblem, as_list, prepare
+from .results import document_of
 
 Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
 """Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
@@ -56,7 +55,7 @@ class Calibrate(Protocol[Keywords]):
         progress: Progress = _silent,
         *_: Keywords.args,
         **options: Keywords.kwargs,
-    ) -> ArmsCalibration: ...
+    ) -> MultiRobotCalibration: ...
 
 
 def _taking(
@@ -102,7 +101,7 @@ def calibrate(
     test: Recordings,
     progress: Progress,
     options: SolveOptions,
-) -> Calibration | ArmsCalibration:
+) -> Calibration | MultiRobotCalibration:
     """Calibrate a robot from recordings.
 
     One placement is enough to calibrate; others, held out by ``test``, show how well it worked.
@@ -124,66 +123,67 @@ def calibrate(
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not converge.
     """
-    settings = options.validated()
-    located = settings.located
-    if isinstance(robot, Mapping):
-        return _calibrate_arms(robot, train, test, settings, located, progress)
-    if isinstance(train, Mapping) or isinstance(test, Mapping):
-        raise UsageError("placements by the names of robots need robots by name, too")
-    task = prepare(robot, train, test, settings, located)
-    names = ([m.name for m in part] for part in (task.train, task.test))
-    fit = _fit(task, in_placements(located, *names), progress)
-    return Calibration(compose(task, fit), fit.calibrated)
+    options = options.validated()
+    if not isinstance(robot, Mapping):
+        if isinstance(train, Mapping) or isinstance(test, Mapping):
+            raise UsageError("placements by the names of robots need robots by name, too")
+        ((calibration, _),) = _calibrate({"": robot}, {"": train}, {"": test}, options, progress)
+        return calibration
+    _check_robots(robot, options)
+    training, held_out = _by_robot(robot, train), _by_robot(robot, test)
+    empty = next((name for name, own in training.items() if not own), None)
+    if empty is not None:
+        raise UsageError(f"{empty}: no placement to train on; the robots are {', '.join(robot)}")
+    pairs = _calibrate(robot, training, held_out, options, progress)
+    posterior = pairs[0][1].joint_posterior
+    assert posterior is not None
+    calibrations = {name: one for name, (one, _) in zip(robot, pairs, strict=True)}
+    return MultiRobotCalibration(calibrations, posterior)
 
 
-def _calibrate_arms(
+def _calibrate(
     robots: Mapping[str, Robot],
-    train: Recordings,
-    test: Recordings,
-    settings: SolveOptions,
-    located: Sequence[SocketAt],
-    progress: Callable[[str], None],
-) -> ArmsCalibration:
-    """Calibrate several robots together; see :func:`calibrate`."""
-    if settings.method != "auto":
+    train: Mapping[str, Placement | Sequence[Placement]],
+    test: Mapping[str, Placement | Sequence[Placement]],
+    options: SolveOptions,
+    progress: Progress,
+) -> list[tuple[Calibration, Fit]]:
+    """Calibrate robots together; one robot is the case n = 1."""
+    problems = [prepare(robot, train[name], test[name], options) for name, robot in robots.items()]
+    alone = len(robots) == 1
+    trained, held_out = (
+        [_base_of(m, alone=alone) for problem in problems for m in part(problem)]
+        for part in (attrgetter("train"), attrgetter("test"))
+    )
+    located = in_placements(options.located, trained, held_out)
+    recordings = [
+        RobotRecordings(problem.robot, problem.train, options.load, name)
+        for name, problem in zip(robots, problems, strict=True)
+    ]
+    fits = _converged(
+        lambda: fit_robots(recordings, replace(options, sockets_at=located), progress=progress),
+        problems,
+    )
+    return [
+        (Calibration(document_of(problem, fit), fit.calibrated), fit)
+        for problem, fit in zip(problems, fits, strict=True)
+    ]
+
+
+def _base_of(measured: Measurement, *, alone: bool) -> str:
+    """Return the name of a base: of several robots, placements of one name share it."""
+    return measured.name if alone else measured.placement.place
+
+
+def _check_robots(robots: Mapping[str, Robot], options: SolveOptions) -> None:
+    """Refuse options that several robots cannot have."""
+    if options.method != "auto":
         raise UsageError("several robots: --method paper knows one, --method auto knows both")
-    for one in located:
+    for one in options.located:
         if one.frame == "base":
             raise UsageError(
                 f"{one.where}: the base of which robot? Write {next(iter(robots))}:base"
             )
-    training, held_out = _by_robot(robots, train), _by_robot(robots, test)
-    empty = next((name for name in robots if not training[name]), None)
-    if empty is not None:
-        raise UsageError(f"{empty}: no placement to train on; the robots are {', '.join(robots)}")
-    tasks = {
-        name: prepare(robot, training[name], held_out[name], settings, located)
-        for name, robot in robots.items()
-    }
-    every = list(tasks.values())
-    places = [m.placement.place for task in every for m in task.train]
-    judged = [m.placement.place for task in every for m in task.test]
-    arms = [RobotRecordings(t.robot, t.train, settings.load, name) for name, t in tasks.items()]
-    parameters = [choose_parameters(r, settings.free, settings.fix) for r in robots.values()]
-    types = type_priors(settings.type_prior, [arm.robot for arm in arms])
-    options = {k: v for k, v in _of_auto(settings).items() if k != "load"}
-    fits = _settled(
-        lambda: fit_arms(
-            arms,
-            parameters,
-            sockets_at=in_placements(located, places, judged),
-            types=types,
-            progress=progress,
-            **options,
-        ),
-        every,
-    )
-    assert fits[0].world is not None
-    calibrations = {
-        name: Calibration(compose(task, fit), fit.calibrated)
-        for (name, task), fit in zip(tasks.items(), fits, strict=True)
-    }
-    return ArmsCalibration(calibrations, fits[0].world)
 
 
 def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, list[Placement]]:
@@ -209,62 +209,18 @@ def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, 
     return by_robot
 
 
-def _fit(
-    task: CalibrationProblem, located: Sequence[SocketAt], progress: Callable[[str], None]
-) -> Fit:
-    settings = task.settings
-    parameters = choose_parameters(task.robot, settings.free, settings.fix)
-    if settings.method == "paper":
-        return _settled(
-            lambda: [fit_by_paper(task.robot, parameters, task.train, **_of_paper(settings))],
-            [task],
-        )[0]
-    options = _of_auto(settings)
-    (of_type,) = type_priors(settings.type_prior, [task.robot])
-    return _settled(
-        lambda: [
-            fit_by_auto(
-                task.robot,
-                parameters,
-                task.train,
-                **options,
-                of_type=of_type,
-                sockets_at=located,
-                progress=progress,
-            )
-        ],
-        [task],
-    )[0]
-
-
-def _settled(fit: Callable[[], list[Fit]], tasks: Sequence[CalibrationProblem]) -> list[Fit]:
-    """Return fits, if they settled to finite numbers; else say what is wrong in the recordings."""
-    findings = [f for task in tasks if task.inspected is not None for f in task.inspected.findings]
+def _converged(fit: Callable[[], list[Fit]], problems: Sequence[CalibrationProblem]) -> list[Fit]:
+    """Return fits that converged to finite numbers; else name an error in the recordings."""
+    findings = [f for p in problems if p.inspected is not None for f in p.inspected.findings]
     wrong = next((finding for finding in findings if finding.level == "error"), None)
     try:
         fits = fit()
     except NotConverged:
         if wrong is None:
             raise
-        raise NotConverged(f"the fit did not settle; {wrong}") from None
+        raise NotConverged(f"the fit did not converge; {wrong}") from None
     except np.linalg.LinAlgError as error:
-        raise NotConverged(f"the fit did not settle ({error}); run mukca check") from None
+        raise NotConverged(f"the fit did not converge ({error}); run mukca check") from None
     if not all(np.isfinite(one.calibrated.values).all() for one in fits):
-        raise NotConverged("the fit did not settle: its numbers are not finite; run mukca check")
+        raise NotConverged("the fit did not converge: its numbers are not finite; run mukca check")
     return fits
-
-
-def _of_paper(settings: SolveOptions) -> dict[str, Any]:
-    return {
-        name: getattr(settings, name) for name in ("optimizer", "regularization", "max_iterations")
-    }
-
-
-def _of_auto(settings: SolveOptions) -> dict[str, Any]:
-    return {
-        "known": settings.distances,
-        "distance_deviation": settings.deviation,
-        "load": settings.load,
-        "without": settings.without,
-        "zeros": bool(settings.zeros),
-    }

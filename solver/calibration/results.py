@@ -1,8 +1,8 @@
-"""A fit and its figures, composed as ``calibration.json`` holds them."""
+"""Document of a calibration: a fit and its figures, as ``calibration.json`` holds them."""
 
 import hashlib
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
 from typing import Any
@@ -11,20 +11,26 @@ import casadi as ca
 import numpy as np
 
 from ..._version import __version__
-from ..bayes.inference import Posterior
 from ..data import Measurement, evaluate, is_distorted
 from ..paper import REGULARIZATION
-from ..results import FORMAT, CalibrationDocument, FramePose, Model, Provenance
-from ..results.calibration import CarriedLoad, PlacementErrors, Role
+from ..results import (
+    FORMAT,
+    CalibrationDocument,
+    CarriedLoad,
+    FramePose,
+    Model,
+    PlacementErrors,
+    PlacementSamples,
+    Provenance,
+    RecordedSample,
+    Role,
+)
 from ..robot import Robot
 from . import estimates
-from .errors import history, placement_errors, summarise
+from .errors import ball_refitted, frames_of, history, models_of, placement_errors, summarise
 from .fit import Fit
 from .frames import frame_poses
-from .models import ball_refitted, frames_of, models_of
-from .outlook import outlook_of
 from .problem import CalibrationProblem
-from .recorded import recorded, weights_by_placement
 
 UNKNOWN = (
     "how well the calibration is known could not be computed: the samples are too few or too much "
@@ -32,35 +38,35 @@ UNKNOWN = (
 )
 
 
-def compose(task: CalibrationProblem, fit: Fit) -> CalibrationDocument:
+def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
-    calibrated, settings = fit.calibrated, task.settings
-    warnings = task.warnings
-    if fit.posterior is not None and not _is_finite(fit.posterior):
+    calibrated, options = fit.calibrated, problem.options
+    warnings = problem.warnings
+    if not _is_known(fit):
         warnings = (*warnings, UNKNOWN)
         fit = replace(fit, posterior=None)
-    placements = _errors(task, fit)
+    placements = _errors(problem, fit)
     return CalibrationDocument(
         format=FORMAT,
-        robot=task.robot.source,
-        method=settings.method,
+        robot=problem.robot.source,
+        method=options.method,
         optimizer=fit.optimizer,
         iterations=fit.iterations,
         converged=True,
         solve_seconds=fit.seconds,
         placements=placements,
         summary=summarise(placements),
-        distorted=_distorted(fit, task.train),
+        distorted=_distorted(fit, problem.train),
         parameters=estimates.parameter_values(calibrated, fit.posterior),
         choices=fit.choices,
-        history=history(fit.iterates, task.train, task.test),
-        settings={**task.robot.loaded_with, **settings.as_dict()},
-        provenance=_provenance(task.robot, (*task.train, *task.test)),
-        checks=None if task.inspected is None else task.inspected.findings,
-        next_placement=None if task.inspected is None else task.inspected.next_placement,
+        history=history(fit.iterates, problem.train, problem.test),
+        settings={**problem.robot.loaded_with, **options.as_dict()},
+        provenance=_provenance(problem.robot, (*problem.train, *problem.test)),
+        checks=None if problem.inspected is None else problem.inspected.findings,
+        next_placement=None if problem.inspected is None else problem.inspected.next_placement,
         warnings=warnings,
         outputs={},
-        model=_model(task.robot, calibrated.urdf().decode()),
+        model=_model(problem.robot, calibrated.urdf().decode()),
         deflection={
             extension: tuple(values.tolist())
             for extension, values in zip(
@@ -68,29 +74,31 @@ def compose(task: CalibrationProblem, fit: Fit) -> CalibrationDocument:
             )
         },
         load=CarriedLoad(gravity=calibrated.load.gravity, payload=calibrated.load.payload),
-        data=_samples(task, fit),
+        data=_samples(problem, fit),
         scale=estimates.scale_of(fit),
-        outlook=outlook_of(task, fit),
+        outlook=estimates.outlook_of(problem, fit),
         **_known(fit),
     )
 
 
-def _is_finite(posterior: Posterior) -> bool:
-    """Tell whether a posterior says how well everything is known."""
-    covariance = posterior.covariance
+def _is_known(fit: Fit) -> bool:
+    """Tell whether a posterior, where there is one, has a covariance."""
+    if fit.posterior is None:
+        return True
+    covariance = fit.posterior.covariance
     return bool(np.isfinite(covariance).all() and (np.diag(covariance) >= 0).all())
 
 
-def _errors(task: CalibrationProblem, fit: Fit) -> tuple[PlacementErrors, ...]:
-    robot, weight = task.robot, task.settings.regularization or REGULARIZATION
+def _errors(problem: CalibrationProblem, fit: Fit) -> tuple[PlacementErrors, ...]:
+    robot, weight = problem.robot, problem.options.regularization or REGULARIZATION
     models = {
         **models_of(fit.calibrated),
-        **ball_refitted(robot, task.train, weight),
+        **ball_refitted(robot, problem.train, weight),
     }
-    frames = frames_of(models, task.train)
+    frames = frames_of(models, problem.train)
     roles: tuple[tuple[Role, Sequence[Measurement]], ...] = (
-        ("train", task.train),
-        ("test", task.test),
+        ("train", problem.train),
+        ("test", problem.test),
     )
     return tuple(
         placement_errors(models, role, measured, fit.posterior, fit.calibrated, frames)
@@ -114,11 +122,11 @@ def _known(fit: Fit) -> dict[str, Any]:
 
 
 def _frames(fit: Fit) -> tuple[FramePose, ...] | None:
-    """Return where the frames stand; of several robots, the first tells it, in its own base."""
-    world = fit.world
-    return (
-        None if world is None or fit.posterior is not world.arms[0] else frame_poses(world) or None
-    )
+    """Return the poses of the frames, which are results of the first robot, in its base."""
+    joint = fit.joint_posterior
+    if joint is None or fit.posterior is not joint.arms[0]:
+        return None
+    return frame_poses(joint) or None
 
 
 def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:
@@ -127,13 +135,47 @@ def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:
     return tuple(m.name for m, metrics in errors if is_distorted(metrics, m))
 
 
-def _samples(task: CalibrationProblem, fit: Fit) -> tuple[Any, ...]:
-    weights: dict[str, list[float]] = {}
-    if fit.posterior is not None:
-        weights = weights_by_placement(task.train, fit.posterior)
+def _samples(problem: CalibrationProblem, fit: Fit) -> tuple[PlacementSamples, ...]:
+    weights = _weights(problem.train, fit)
     return (
-        *(recorded(m, "train", weights.get(m.name)) for m in task.train),
-        *(recorded(m, "test") for m in task.test),
+        *(_recorded(m, "train", weights.get(m.name)) for m in problem.train),
+        *(_recorded(m, "test") for m in problem.test),
+    )
+
+
+def _weights(train: Sequence[Measurement], fit: Fit) -> dict[str, list[float]]:
+    """Return each training placement's robust weights, in the order of its samples."""
+    weights: dict[str, list[float]] = {}
+    rest: list[float] = [] if fit.posterior is None else fit.posterior.weights.tolist()
+    for measured in train if rest else ():
+        queues: dict[int, Iterator[float]] = {}
+        for socket, count in zip(measured.sockets, measured.counts, strict=True):
+            queues[socket], rest = iter(rest[:count]), rest[count:]
+        weights[measured.name] = [next(queues[s.socket]) for s in measured.placement.samples]
+    return weights
+
+
+def _recorded(
+    measured: Measurement, role: Role, weights: Sequence[float] | None = None
+) -> PlacementSamples:
+    """Return a placement's samples, columns in chain order, with their robust weights."""
+    return PlacementSamples(
+        name=measured.name,
+        role=role,
+        distance=measured.distance,
+        frame=measured.placement.frame,
+        files=tuple(map(str, measured.placement.files)),
+        samples=tuple(
+            RecordedSample(
+                socket=sample.socket,
+                position=sample.position,
+                effort=sample.effort,
+                point=sample.point,
+                where=sample.where,
+                weight=None if weights is None else weights[i],
+            )
+            for i, sample in enumerate(measured.placement.samples)
+        ),
     )
 
 

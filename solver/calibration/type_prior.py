@@ -1,4 +1,4 @@
-"""What calibrations of other arms of a type tell of an arm's elasticity.
+"""Prior on an arm's elasticity, from calibrations of other arms of its type.
 
 Each arm's geometry is its own, but how far joints and links of a type give way is much the same in
 all of its arms.
@@ -13,6 +13,8 @@ import numpy as np
 from ..bayes.model import Expected
 from ..bayes.model.effects import EFFECTS
 from ..results import (
+    ELASTICITY_FORMAT,
+    Coefficient,
     DocumentError,
     ElasticityDocument,
     TypeElasticity,
@@ -20,10 +22,8 @@ from ..results import (
     read,
     read_calibration,
 )
-from ..results.calibration import Coefficient
-from ..results.elasticity import FORMAT
 from ..robot import Robot
-from .usage import UsageError
+from .options import UsageError
 
 _SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 SHIPPED = "shipped"
@@ -82,12 +82,12 @@ def learn_types(files: Iterable[Path]) -> ElasticityDocument:
         DocumentError: A file is missing, of another format, or damaged.
     """
     types = _pooled([one for file in files for one in _types(file) if one.coefficients])
-    return ElasticityDocument(format=FORMAT, types=tuple(types))
+    return ElasticityDocument(format=ELASTICITY_FORMAT, types=tuple(types))
 
 
 def _types(file: Path) -> tuple[TypeElasticity, ...]:
-    if format_of(file) == FORMAT:
-        return read(file, ElasticityDocument, FORMAT).types
+    if format_of(file) == ELASTICITY_FORMAT:
+        return read(file, ElasticityDocument, ELASTICITY_FORMAT).types
     try:
         document = read_calibration(file)
     except DocumentError as error:

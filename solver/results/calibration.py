@@ -15,45 +15,22 @@ from ..bayes.model.effects import EFFECTS
 from ..data import Load
 from ..diagnostics import Diagnostic
 from ..robot import all_parameters, parse_robot, scan
-from .arms import ArmsDocument, FramePose
 from .calibrated import CalibratedRobot
-from .errors import CostTerms, Iteration, PlacementErrors, Role, Summaries, Summary
 from .estimates import (
     Coefficient,
-    Correlation,
     NoiseScale,
+    Outlook,
     ParameterValue,
     PriorWidth,
     Scale,
     Uncertainty,
 )
 from .files import Document, DocumentError, read
-from .outlook import Outlook
-from .recorded import CarriedLoad, PlacementSamples
-
-__all__ = [
-    "FORMAT",
-    "CalibrationDocument",
-    "CarriedLoad",
-    "Coefficient",
-    "Correlation",
-    "CostTerms",
-    "Iteration",
-    "Model",
-    "PlacementErrors",
-    "PlacementSamples",
-    "Result",
-    "Role",
-    "Scale",
-    "Summaries",
-    "Summary",
-    "Uncertainty",
-    "calibrated_robot",
-    "misfit",
-    "read_calibration",
-]
+from .multi_robot import ArmsDocument, FramePose
+from .placements import CarriedLoad, Iteration, PlacementErrors, PlacementSamples, Summaries
 
 FORMAT = "mukca-calibration-1"
+ELASTICITY_FORMAT = "mukca-elasticity-1"
 
 
 class NextPlacement(Document, kw_only=True, frozen=True):
@@ -141,6 +118,25 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     """Coefficients of each extension of the geometry."""
     load: CarriedLoad
     data: tuple[PlacementSamples, ...]
+
+
+class TypeElasticity(Document, kw_only=True, frozen=True):
+    """Of one type: the mean over arms, each weighted by its precision."""
+
+    joint_names: tuple[str, ...]
+    """A type is told by its joints' names, in chain order."""
+    arms: int
+    coefficients: tuple[Coefficient, ...]
+    """Compliance and tilt [rad/(N m)]; the deviation is that of the mean."""
+    source: str | None = None
+    """Where the figures are from, where mukca did not find them."""
+
+
+class ElasticityDocument(Document, kw_only=True, frozen=True):
+    """All of ``elasticity.json``."""
+
+    format: str
+    types: tuple[TypeElasticity, ...]
 
 
 def read_calibration(file: Path) -> CalibrationDocument:

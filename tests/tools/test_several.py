@@ -13,8 +13,7 @@ import pytest
 import mukca
 from mukca.recorder import write_holes
 from mukca.solver.data import Pose, turn
-from mukca.solver.results import ArmsDocument, GivenArm
-from mukca.solver.results.calibration import PlacementSamples
+from mukca.solver.results import ArmsDocument, GivenArm, PlacementSamples
 from mukca.solver.robot import Robot, load_robot
 from mukca.tools.cli import main
 from mukca.tools.report.figures.commands import record_command, solve_command

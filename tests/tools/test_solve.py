@@ -349,17 +349,17 @@ def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch) -> None:
     def broken(*_: object, **__: object) -> None:
         raise np.linalg.LinAlgError("Singular matrix")
 
-    monkeypatch.setattr("mukca.solver.calibration.pipeline.fit_by_auto", broken)
+    monkeypatch.setattr("mukca.solver.calibration.pipeline.fit_robots", broken)
     status, out, err = run("solve", "front", "--robot", "panda", "--json")
     assert (status, out) == (1, "") and len(err.strip().splitlines()) == 1
-    assert "did not settle" in err
+    assert "did not converge" in err
 
 
 @pytest.mark.slow
 def test_an_uncertainty_that_is_no_number_fails_and_is_not_written(
     run, monkeypatch, tmp_path
 ) -> None:
-    monkeypatch.setattr("mukca.solver.calibration.results._is_finite", lambda _: False)
+    monkeypatch.setattr("mukca.solver.calibration.results._is_known", lambda _: False)
     out = ("--out", str(tmp_path / "c"))
     status, _, err = run("solve", "front", "--test", "left", "--robot", "panda", "--json", *out)
     assert status == 1 and "could not be computed" in err and "FAIL" in err

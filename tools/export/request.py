@@ -29,7 +29,7 @@ class ExportOptions(TypedDict, total=False):
     """A file of the user's of the same format, from which the rest is taken."""
     joints: str | None
     """Names of the arm's joints in that file, see
-    :func:`mukca.solver.calibration.usage.joints_named`."""
+    :func:`mukca.solver.calibration.joint_names.joints_named`."""
     servos: str | None
     """The make of the arm's servos, ``feetech`` or ``dynamixel``."""
     flange: str | None

@@ -224,7 +224,7 @@ def test_a_fit_that_does_not_settle_says_what_is_wrong_in_the_recordings(
     def unsettled(*_: object, **__: object) -> None:
         raise NotConverged("auto diverged")
 
-    monkeypatch.setattr("mukca.solver.calibration.pipeline.fit_by_auto", unsettled)
+    monkeypatch.setattr("mukca.solver.calibration.pipeline.fit_robots", unsettled)
     train, robot = recordings[0], mukca.load_robot("panda")
     with pytest.raises(NotConverged, match=r"^auto diverged$"):
         mukca.calibrate(robot, train)
@@ -232,5 +232,5 @@ def test_a_fit_that_does_not_settle_says_what_is_wrong_in_the_recordings(
     samples = [
         replace(s, position=(s.position[0], 0.0, *s.position[2:])) for s in placement.samples
     ]
-    with pytest.raises(NotConverged, match=r"did not settle; .*is it this robot's model"):
+    with pytest.raises(NotConverged, match=r"did not converge; .*is it this robot's model"):
         mukca.calibrate(robot, [replace(placement, samples=tuple(samples))])

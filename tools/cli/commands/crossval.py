@@ -48,10 +48,9 @@ class Options(RobotOptions, WorkerOptions, JsonOption):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
-    from ....solver.calibration import Plan, jobs, run_job, type_priors
+    from ....solver.calibration import Plan, jobs, run_job
     from ....solver.data import check_distinct
     from ....solver.diagnostics import inspect_all, named
-    from ....solver.robot import choose_parameters
 
     robot, settings = options.load_robot(), options.settings.validated()
     data = measure_all(options.data, robot, settings.distance)
@@ -60,23 +59,12 @@ def run(options: Options, terminal: Terminal) -> int:
         raise UsageError("crossval needs two placements or more; there is one")
     if options.bootstrap == 1 or options.bootstrap < 0:
         raise UsageError(f"--bootstrap {options.bootstrap}: a spread needs 2 fits or more")
-    parameters = choose_parameters(robot)
     known, deviation = named(data, settings.distances), settings.deviation
     zeros = bool(settings.zeros)
     survey = inspect_all(robot, data, known=known, deviation=deviation, zeros=zeros)
     for finding in survey.diagnostics:
         terminal.warn(str(finding))
-    plan = Plan(
-        robot=robot,
-        parameters=parameters,
-        measurements=tuple(data),
-        method=settings.method,
-        load=settings.load,
-        known=tuple(known),
-        deviation=deviation,
-        zeros=zeros,
-        of_type=type_priors(settings.type_prior, [robot])[0],
-    )
+    plan = Plan(robot, tuple(data), settings)
     work = jobs(len(data), options.bootstrap)
     with terminal.progress(len(work)) as progress:
         metrics = options.workers.map(

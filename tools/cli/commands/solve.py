@@ -23,9 +23,9 @@ from .. import (
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ....solver.calibration import ArmsCalibration, Calibration
+    from ....solver.calibration import MultiRobotCalibration, Calibration
     from ....solver.results import FramePose
-    from ....solver.results.calibration import ParameterValue
+    from ....solver.results import ParameterValue
 
 EXAMPLE = """example:
   mukca solve recordings/front --test recordings --robot panda --distance 0.0501 --out calibrated
@@ -83,7 +83,7 @@ def _say_name(name: str, terminal: Terminal) -> None:
         terminal.say(f"Robot {name}")
 
 
-def _save(calibration: "ArmsCalibration | Calibration", options: Options) -> dict[str, str]:
+def _save(calibration: "MultiRobotCalibration | Calibration", options: Options) -> dict[str, str]:
     from ...report import report_files
 
     assert options.out is not None
@@ -107,7 +107,7 @@ def _judge(name: str, calibration: "Calibration", terminal: Terminal) -> dict[st
     return {key: getattr(found.verdict, key) for key in ("status", "title", "text")}
 
 
-def calibrated(options: Options, terminal: Terminal) -> "ArmsCalibration | Calibration":
+def calibrated(options: Options, terminal: Terminal) -> "MultiRobotCalibration | Calibration":
     """Calibrate by the options, and say what to heed."""
     from ....solver.calibration import calibrate
 

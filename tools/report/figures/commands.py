@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from ....solver.results import ArmsDocument, CalibrationDocument
-from ....solver.results.calibration import Role
+from ....solver.results import ArmsDocument, CalibrationDocument, Role
 from ....solver.robot import BALL_LINK
 
 _CHAIN = ("base", "tip", "flange", "ball")

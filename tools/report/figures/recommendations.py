@@ -18,8 +18,7 @@ from ....solver.assessment import (
 )
 from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
 from ....solver.paper import build_problem, solve
-from ....solver.results import CalibrationDocument, Outlook
-from ....solver.results.calibration import Scale
+from ....solver.results import CalibrationDocument, Outlook, Scale
 from .answer_data import placements_with_errors
 from .commands import check_command, record_command, solve_command
 from .types_answers import Step

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ....solver.assessment import joined, mm, plural, short_names
-from ....solver.results.calibration import Iteration, Role
+from ....solver.results import Iteration, Role
 from ..figures import CrossPlacement, ReportDocument
 from .figure import LINE, Axis, Panel, Rows, element
 from .plot import BOTH, HOLLOW, MODELS, Plot

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ....solver.assessment import ModelName, short_names
-from ....solver.results.calibration import Role
+from ....solver.results import Role
 from ..figures import ReportDocument
 from .figure import Panel
 

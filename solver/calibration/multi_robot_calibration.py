@@ -1,4 +1,4 @@
-"""Several robots that were calibrated together: each as one alone, and where they stand."""
+"""Several robots that were calibrated together, and the relative poses of their bases."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
@@ -18,17 +18,17 @@ from .frames import frame_poses, postures, visited_sockets
 from .multi_robot_urdf import Placed, joined_urdf, rpy_of
 
 
-class ArmsCalibration(Mapping[str, Calibration]):
-    """Calibrations of several robots by name, and where the robots stand to each other.
+class MultiRobotCalibration(Mapping[str, Calibration]):
+    """Calibrations of several robots by name, and the relative poses of their bases.
 
     Args:
         calibrations: Of each robot.
-        world: The fit that they come from.
+        posterior: Joint posterior of all robots and frames.
     """
 
-    def __init__(self, calibrations: Mapping[str, Calibration], world: JointPosterior) -> None:
+    def __init__(self, calibrations: Mapping[str, Calibration], posterior: JointPosterior) -> None:
         self._calibrations = dict(calibrations)
-        self._world = world
+        self._posterior = posterior
         for name, one in calibrations.items():
             document = msgspec.structs.replace(one.document, arm_name=name, arms=self.document)
             self._calibrations[name] = Calibration(document, one.calibrated)
@@ -44,15 +44,15 @@ class ArmsCalibration(Mapping[str, Calibration]):
 
     @cached_property
     def document(self) -> ArmsDocument:
-        """What the robots have in common, as ``arms.json`` holds it."""
+        """Document of everything that the robots have in common, as ``arms.json`` holds it."""
         names = tuple(self)
-        pairs = [between(self._world, i) for i in range(1, len(names))]
+        pairs = [between(self._posterior, i) for i in range(1, len(names))]
         return ArmsDocument(
             robots=names,
             between={f"{one.names[0]}_to_{one.names[1]}": _base_to_base(one) for one in pairs},
-            frames=frame_poses(self._world),
+            frames=frame_poses(self._posterior),
             arms=tuple(self._given(name) for name in names),
-            sockets=visited_sockets(self._world),
+            sockets=visited_sockets(self._posterior),
         )
 
     def _given(self, name: str) -> GivenArm:
@@ -67,7 +67,7 @@ class ArmsCalibration(Mapping[str, Calibration]):
             options=dict(self[name].robot.loaded_with),
             train=train,
             test=test,
-            postures=postures(self._world, list(self).index(name)),
+            postures=postures(self._posterior, list(self).index(name)),
         )
 
     def pose(self, name: str) -> Pose:
@@ -78,8 +78,8 @@ class ArmsCalibration(Mapping[str, Calibration]):
             arms.pose("right").apply(arms["right"].ball(q_right)) - arms["left"].ball(q_left)
         """
         robot = list(self).index(name)
-        frames = list(self._world.frames.values())
-        return IDENTITY if robot == 0 else frames[self._world.scene.bases[robot]]
+        frames = list(self._posterior.frames.values())
+        return IDENTITY if robot == 0 else frames[self._posterior.scene.bases[robot]]
 
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return one URDF with all robots, each where the calibration has it.

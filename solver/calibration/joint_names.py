@@ -1,12 +1,8 @@
-"""The error of arguments that cannot be, in words that hold for Python and the command line."""
+"""Names that another program gives a robot's joints."""
 
 from collections.abc import Sequence
 
-from ...errors import MukcaError
-
-
-class UsageError(MukcaError):
-    """Arguments that cannot be, or do not go together."""
+from .options import UsageError
 
 
 def joints_named(words: str, joints: Sequence[str]) -> tuple[str, ...]:
