@@ -20,8 +20,8 @@ import numpy as np
 from mukca.solver.bayes.model import Deflection, Expected
 from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.calibration import SolveOptions, fit_robots
-from mukca.solver.data import RobotRecordings, Measurement, evaluate, measure
-from mukca.solver.robot import Robot, choose_parameters, load_robot
+from mukca.solver.data import Measurement, RobotRecordings, evaluate, measure
+from mukca.solver.robot import Robot, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import TRANSLATION, TURN, Imperfection, perturb, reachable_bases, record
 
@@ -47,7 +47,9 @@ def recordings(
 
 def learned(robot: Robot, placements: list[Measurement]) -> dict[str, Expected]:
     """Return what a calibration tells of the elasticity."""
-    found = fit_robots([RobotRecordings(robot, placements)], SolveOptions(type_prior=("none",)))[0].posterior
+    found = fit_robots([RobotRecordings(robot, placements)], SolveOptions(type_prior=("none",)))[
+        0
+    ].posterior
     assert found is not None
     return {
         effect.name: (found.x[own], deviations(found)[own])
@@ -76,9 +78,15 @@ def draw(samples: int, seed: int) -> dict[str, float]:
         "five times": {name: (5 * x, 5 * d) for name, (x, d) in other.items()},
         "reversed": {name: (turned(x), turned(d)) for name, (x, d) in other.items()},
     }
-    models = {"paper": fit_robots([RobotRecordings(robot, [train])], SolveOptions(method="paper"))[0].calibrated}
+    models = {
+        "paper": fit_robots([RobotRecordings(robot, [train])], SolveOptions(method="paper"))[
+            0
+        ].calibrated
+    }
     for name, prior in priors.items():
-        models[name] = fit_robots([RobotRecordings(robot, [train])], SolveOptions(type_prior=("none",)), types=[prior])[0].calibrated
+        models[name] = fit_robots(
+            [RobotRecordings(robot, [train])], SolveOptions(type_prior=("none",)), types=[prior]
+        )[0].calibrated
     return {
         name: 1e3
         * float(np.mean([evaluate(model.ball(m.positions), m).mean_absolute_error for m in test]))

@@ -23,4 +23,3 @@ from .options import UsageError as UsageError
 from .options import option_table as option_table
 from .pipeline import calibrate as calibrate
 from .type_prior import learn_types as learn_types
-from .type_prior import type_priors as type_priors

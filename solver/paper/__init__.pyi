@@ -1,4 +1,3 @@
-from .optimizers import MAX_ITERATIONS as MAX_ITERATIONS
 from .optimizers import NotConverged as NotConverged
 from .parameter_covariance import covariance as covariance
 from .problem import REGULARIZATION as REGULARIZATION

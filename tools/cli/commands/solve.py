@@ -23,9 +23,8 @@ from .. import (
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ....solver.calibration import MultiRobotCalibration, Calibration
-    from ....solver.results import FramePose
-    from ....solver.results import ParameterValue
+    from ....solver.calibration import Calibration, MultiRobotCalibration
+    from ....solver.results import FramePose, ParameterValue
 
 EXAMPLE = """example:
   mukca solve recordings/front --test recordings --robot panda --distance 0.0501 --out calibrated
