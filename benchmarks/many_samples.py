@@ -23,8 +23,8 @@ import numpy as np
 from mukca.recorder.dataset import Placement, Sample
 from mukca.solver.bayes.model import Deflection
 from mukca.solver.calibration import SolveOptions, fit_robots
-from mukca.solver.data import RobotRecordings, Measurement, measure
-from mukca.solver.robot import BallModel, Robot, choose_parameters
+from mukca.solver.data import Measurement, RobotRecordings, measure
+from mukca.solver.robot import BallModel, Robot
 from mukca.tools.simulation import Imperfection, demo_arm, demo_bases, reachable_bases, record
 
 GUIDED = 500

@@ -47,9 +47,8 @@ def recordings(
 
 def learned(robot: Robot, placements: list[Measurement]) -> dict[str, Expected]:
     """Return what a calibration tells of the elasticity."""
-    found = fit_robots([RobotRecordings(robot, placements)], SolveOptions(type_prior=("none",)))[
-        0
-    ].posterior
+    options = SolveOptions(type_prior=("none",))
+    found = fit_robots([RobotRecordings(robot, placements)], options)[0].posterior
     assert found is not None
     return {
         effect.name: (found.x[own], deviations(found)[own])
@@ -78,15 +77,10 @@ def draw(samples: int, seed: int) -> dict[str, float]:
         "five times": {name: (5 * x, 5 * d) for name, (x, d) in other.items()},
         "reversed": {name: (turned(x), turned(d)) for name, (x, d) in other.items()},
     }
-    models = {
-        "paper": fit_robots([RobotRecordings(robot, [train])], SolveOptions(method="paper"))[
-            0
-        ].calibrated
-    }
+    trained = [RobotRecordings(robot, [train])]
+    models = {"paper": fit_robots(trained, SolveOptions(method="paper"))[0].calibrated}
     for name, prior in priors.items():
-        models[name] = fit_robots(
-            [RobotRecordings(robot, [train])], SolveOptions(type_prior=("none",)), types=[prior]
-        )[0].calibrated
+        models[name] = fit_robots(trained, SolveOptions(), types=[prior])[0].calibrated
     return {
         name: 1e3
         * float(np.mean([evaluate(model.ball(m.positions), m).mean_absolute_error for m in test]))

@@ -6,17 +6,14 @@ from dataclasses import dataclass
 
 from ..data import KnownDistance
 from ..results import CalibrationDocument, misfit
-from .coverage import coverage
+from .coverage import Coverage, coverage
 from .data_sufficiency import prediction_row, samples_row, travel_row
-from .errors import placement_reports, role_summaries
-from .known_distances import known_distance_errors
-from .limits import limits_for
+from .errors import PlacementReport, RoleSummaries, placement_reports, role_summaries
+from .known_distances import KnownDistanceErrors, known_distance_errors
+from .limits import LimitResult, Limits, limits_for
 from .predictions import Predictions, predict
 from .scale_check import scale_row
-from .types_report_drawing import Coverage
-from .types_report_errors import KnownDistanceErrors, PlacementReport, RoleSummaries
-from .types_report_verdict import LimitResult, Limits, Verdict
-from .verdict import judge
+from .verdict import Verdict, judge
 
 DRAWN = 3000
 """Samples drawn at most; all figures are computed from all of them."""
@@ -24,7 +21,7 @@ DRAWN = 3000
 
 @dataclass(frozen=True)
 class Options:
-    """What the user may choose about a report."""
+    """Limits and known distances, as far as the user gives them."""
 
     repeatability: float | None = None
     """Of the arm [m]; None for what is known of it."""
@@ -77,7 +74,7 @@ class Assessment:
     verdict: Verdict
 
 
-def judged(document: CalibrationDocument, source: str, options: Options) -> Assessment:
+def assess(document: CalibrationDocument, source: str, options: Options) -> Assessment:
     """Return the verdict on a calibration.
 
     Args:
@@ -102,14 +99,16 @@ def judged(document: CalibrationDocument, source: str, options: Options) -> Asse
         between,
         document.checks,
         limits,
-        _earned(predictions, covered, limits),
+        _sufficiency(predictions, covered, limits),
         by_instrument=bool(held_out) and set(held_out) == {"points"},
     )
     return Assessment(predictions, limits, between, summary, placements, covered, verdict)
 
 
-def _earned(predictions: Predictions, covered: Coverage, limits: Limits) -> tuple[LimitResult, ...]:
-    """Return what else a verdict rests on: the arm's size, and how much was recorded."""
+def _sufficiency(
+    predictions: Predictions, covered: Coverage, limits: Limits
+) -> tuple[LimitResult, ...]:
+    """Return the rows on the arm's size, and on the amount of the data."""
     document = predictions.document
     rows = [
         samples_row(predictions.placements, tied=bool(document.settings.get("known"))),

@@ -1,9 +1,40 @@
-"""How far each joint moved while recording, in each socket."""
+"""Coverage of the joint ranges by the recordings, in each socket."""
+
+from typing import Literal
 
 import numpy as np
 
+from ..results import Document, Role
 from .predictions import Predictions
-from .types_report_drawing import Coverage, JointRange, SocketCoverage
+
+
+class JointRange(Document, kw_only=True, frozen=True):
+    """A joint and its limits."""
+
+    name: str
+    unit: Literal["rad", "m"]
+    lower: float | None
+    upper: float | None
+
+
+class SocketCoverage(Document, kw_only=True, frozen=True):
+    """Joint positions in one socket [rad, m for prismatic joints]."""
+
+    placement: str
+    role: Role
+    socket: int
+    low: tuple[float, ...]
+    """Smallest position of each joint."""
+    high: tuple[float, ...]
+    positions: tuple[tuple[float, ...], ...]
+    """Of the samples, thinned out where there are many; shape (N, joints)."""
+
+
+class Coverage(Document, kw_only=True, frozen=True):
+    """Range of each joint in each socket."""
+
+    joints: tuple[JointRange, ...]
+    sockets: tuple[SocketCoverage, ...]
 
 
 def coverage(predictions: Predictions, most: int) -> Coverage:

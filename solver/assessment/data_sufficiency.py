@@ -1,4 +1,4 @@
-"""Whether a verdict is earned: a believable size, enough samples, travel, and a small prediction.
+"""Sufficiency of the data for a verdict: samples, travel, and a small predicted error.
 
 A few samples, or many alike, leave small errors by any model, so small errors are then no proof.
 """
@@ -7,10 +7,10 @@ import math
 from collections.abc import Sequence
 
 from ..results import Scale, Uncertainty
+from .coverage import Coverage
 from .formatting import joined, mm, plural
+from .limits import Limit, LimitResult, Status
 from .predictions import PlacementPrediction
-from .types_report_drawing import Coverage
-from .types_report_verdict import Limit, LimitResult, Status
 
 LEAST_SAMPLES = 10
 """In each of two sockets: with fewer, the sockets' centres and the noise are hardly known."""

@@ -1,4 +1,4 @@
-"""Whether a calibration still holds on recordings made since, and what most likely changed.
+"""Drift of a calibration on recordings made since, and its most likely cause.
 
 A knock, or a joint that was mastered anew, shifts one joint's zero. So each joint in turn gets an
 offset fitted, and the one that lowers the errors most is the nearest cause.
@@ -13,7 +13,8 @@ import numpy as np
 
 from ..data import Measurement, evaluate, mean_metrics, socket_centres, targets
 from ..results import CalibratedRobot, CalibrationDocument, Summary
-from .types_report_verdict import Limits
+from .formatting import mm
+from .limits import Limits
 
 STEPS = 4
 """Gauss-Newton steps for one offset; the problem is nearly linear."""
@@ -77,14 +78,14 @@ def judge_drift(
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
     if allowed is None or most is None:
         return Drift("unknown", f"not known; {limits.mean_absolute_error.source}.")
-    figures = f"{_mm(mean)}, limit {_mm(allowed)}"
+    figures = f"{mm(mean)}, limit {mm(allowed)}"
     if mean <= allowed and (length is None or length <= most):
         return Drift("valid", f"still valid ({figures}).")
     if mean <= allowed and length is not None:
         return Drift(
             "invalid",
-            f"not valid: the sockets' distance is off by {_mm(length)}, limit "
-            f"{_mm(most)}; check --distance, and calibrate again.",
+            f"not valid: the sockets' distance is off by {mm(length)}, limit "
+            f"{mm(most)}; check --distance, and calibrate again.",
         )
     then = document.summary.test or document.summary.train
     before = None if then is None else then.loaded.mean_absolute_error
@@ -94,14 +95,14 @@ def judge_drift(
     cause = nearest_cause(calibrated, data)
     text = f"drifted: {figures}"
     if before is not None:
-        text += f", {_mm(before)} when it was made"
+        text += f", {mm(before)} when it was made"
     if cause is None or cause.error > EXPLAINS * mean:
         return Drift("invalid", f"{text}. No single joint explains it: calibrate again.")
     how_much = f"{math.degrees(cause.offset):+.2f} deg"
     joint = next(j for j in calibrated.robot.actuated if j.name == cause.joint)
     if joint.type == "prismatic":
         how_much = f"{1e3 * cause.offset:+.2f} mm"
-    text += f"; nearest cause {cause.joint}, off by {how_much}: with it {_mm(cause.error)} are left"
+    text += f"; nearest cause {cause.joint}, off by {how_much}: with it {mm(cause.error)} are left"
     return Drift("invalid", f"{text}.", cause, "Calibrate again.")
 
 
@@ -140,7 +141,3 @@ def _residuals(points: Sequence[np.ndarray], data: Sequence[Measurement]) -> np.
             length = np.linalg.norm(centres[1] - centres[0]) - measured.distance
             parts.append(np.array([length * math.sqrt(len(each))]))
     return np.concatenate(parts)
-
-
-def _mm(metres: float) -> str:
-    return f"{1e3 * metres:.2f} mm"

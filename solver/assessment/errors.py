@@ -1,26 +1,96 @@
-"""The errors of a report: of each sample, of each placement, and of each role as a whole."""
+"""Errors of each sample, of each placement, and of each role as a whole."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 import numpy as np
 
-from ..results import PlacementErrors, Role, Summary, fields_of
+from ..results import Document, PlacementErrors, Role, Summary, fields_of
 from .formatting import short_where
-from .predictions import PlacementPrediction, Predictions
-from .types_report_errors import (
-    ByModel,
-    ModelName,
-    PlacementReport,
-    Point,
-    Quantiles,
-    RoleSummaries,
-    RoleSummary,
-    SampleErrors,
-    Socket,
-)
+from .predictions import ByModel, ModelName, PlacementPrediction, Point, Predictions
 
 Figure = TypeVar("Figure")
+
+
+class Quantiles(Document, kw_only=True, frozen=True):
+    """Distribution of the errors of single samples [m]."""
+
+    median: float
+    p95: float
+    """19 of 20 samples have no larger error."""
+    max: float
+
+
+class RoleSummary(Summary, kw_only=True, frozen=True):
+    """All placements of one role (trained on, or held out) taken together."""
+
+    placements: int
+    samples: int
+    quantiles: ByModel[Quantiles]
+    within_tolerance: ByModel[float]
+    """Share of the samples whose error is within the task's tolerance, 0 to 1."""
+
+
+class RoleSummaries(Document, kw_only=True, frozen=True):
+    """A summary for each role; None where no placement has it."""
+
+    train: RoleSummary | None
+    test: RoleSummary | None
+
+    @property
+    def judged(self) -> tuple[Role, RoleSummary]:
+        """The role that verdicts rest on: held out; without any such placement, trained on."""
+        if self.test is not None:
+            return "test", self.test
+        assert self.train is not None  # a report has at least one placement
+        return "train", self.train
+
+
+class Socket(Document, kw_only=True, frozen=True):
+    """Position of a socket by the calibrated model."""
+
+    socket: int
+    centre: Point
+    """Mean of the predicted ball centres [m]."""
+
+
+class PlacementReport(PlacementErrors, kw_only=True, frozen=True):
+    """One placement: its errors, and where it stands."""
+
+    position: Point
+    """The middle of its sockets [m]."""
+    sockets: tuple[Socket, ...]
+    quantiles: ByModel[Quantiles]
+    within_tolerance: float
+    """Share of the samples within the task's tolerance, by the calibrated URDF."""
+
+
+class SampleErrors(Document, kw_only=True, frozen=True):
+    """One sample: the predicted ball centre less the mean of its socket, by both models [m]."""
+
+    placement: int
+    """Index of its placement."""
+    socket: int
+    number: int
+    """Its place among the samples of its socket, from 1."""
+    where: str
+    """File and line."""
+    nominal: Point
+    calibrated: Point
+    geometric: Point | None = None
+    weight: float | None = None
+    """Robust weight in the fit, where there was one."""
+
+    def of(self, model: ModelName) -> Point:
+        """Return the deviation by one model [m]."""
+        if model == "geometric" and self.geometric is not None:
+            return self.geometric
+        return self.nominal if model == "nominal" else self.calibrated
+
+    def error(self, model: ModelName = "calibrated") -> float:
+        """Return the length of the deviation by one model [m]."""
+        return math.hypot(*self.of(model))
 
 
 def quantiles(errors: np.ndarray) -> Quantiles:

@@ -5,8 +5,32 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..data import KnownDistance, KnownError
-from .predictions import PlacementPrediction, Predictions, norms
-from .types_report_errors import KnownDistanceErrors, ModelName
+from ..results import Document
+from .predictions import ModelName, PlacementPrediction, Predictions, norms
+
+
+class KnownDistanceErrors(Document, kw_only=True, frozen=True):
+    """A distance between two sockets that was measured from outside, and how far models are off."""
+
+    a: str
+    """``PLACEMENT:SOCKET``."""
+    b: str
+    distance: float
+    """As measured [m]."""
+    standard_deviation: float
+    """Of the measurement [m]."""
+    in_fit: bool
+    """True if the calibration was fitted to it: then it proves nothing."""
+    nominal_error: float
+    """Predicted less measured [m]."""
+    calibrated_error: float
+    geometric_error: float | None = None
+
+    def error(self, model: ModelName) -> float:
+        """Return the error of one model [m]."""
+        if model == "geometric" and self.geometric_error is not None:
+            return self.geometric_error
+        return self.nominal_error if model == "nominal" else self.calibrated_error
 
 
 def known_distance_errors(

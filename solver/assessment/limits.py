@@ -1,16 +1,113 @@
 """The largest errors that a calibration may have: sensible for each arm, and where they come from.
 
-Errors of a calibrated arm stay within some three times its repeatability, which is how well it
-comes back to the same place. A socket's centre is the mean of many samples, so the distance of two
-is known better, and its limit is the repeatability itself. Play moves the samples of a socket
-alike, and leaves the mean no better than each: of arms made of servos, the limit is twice that.
+Errors of a calibrated arm stay within some three times its repeatability. A socket's centre is the
+mean of many samples, so the distance of two is known better, and its limit is the repeatability
+itself; of arms made of servos, whose backlash moves the samples of a socket alike, twice that.
 """
 
+import re
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
-from ..results import Model
-from .repeatability import ARMS, RESOLUTION, Arm, known_arm
-from .types_report_verdict import Limit, Limits
+from ..results import Document, Model
+from ..robot import shipped_robots
+
+Status = Literal["pass", "warning", "fail", "not enough", "not evaluated"]
+"""``warning``: look at it; ``not enough``: too little was recorded to say."""
+
+
+class Limit(Document, kw_only=True, frozen=True):
+    """The largest value that passes."""
+
+    value: float | None
+    """[m]; None where nothing says what is good for this arm."""
+    source: str
+    """Origin of the limit, or what is needed to have it."""
+
+
+class Limits(Document, kw_only=True, frozen=True):
+    """Limits on the errors of a calibration."""
+
+    repeatability: float | None
+    """Repeatability of the arm [m], where it is known."""
+    repeatability_source: str
+    mean_absolute_error: Limit
+    distance_error: Limit
+    between_placements: Limit
+
+
+class LimitResult(Document, kw_only=True, frozen=True):
+    """One limit of the verdict, and whether it is kept."""
+
+    name: str
+    title: str
+    found: float | None
+    """Value reached by ``calibrated.urdf`` [m]."""
+    limit: float | None
+    """[m]."""
+    status: Status
+    full: float | None = None
+    """Value reached by the full model, if ``calibrated.urdf`` is not all of it [m]."""
+    full_status: Status | None = None
+    text: str
+    reason: str
+    """Origin of the limit, or what is missing."""
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm's repeatability: the error with which it comes back to where it was."""
+
+    repeatability: float
+    """[m]."""
+    source: str
+
+
+ARMS: dict[str, Arm] = {
+    "panda": Arm(1e-4, "Franka Emika's data sheet, ISO 9283"),
+    "fr3": Arm(1e-4, "Franka Robotics' data sheet, ISO 9283"),
+    "iiwa14": Arm(1.5e-4, "KUKA's data sheet of the LBR iiwa 14 R820, ISO 9283"),
+    "gen3_lite": Arm(
+        1e-3,
+        "no maker's figure: the least that placements recorded with such an arm left when fitted "
+        "alone, its gears having some 3 mrad of backlash",
+    ),
+    "ur3e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
+    "ur5e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
+    "ur10e": Arm(5e-5, "Universal Robots' data sheet, ISO 9283"),
+    **dict.fromkeys(("ur3", "ur5", "ur10"), Arm(1e-4, "Universal Robots' data sheet, CB3 series")),
+    **dict.fromkeys(("xarm6", "xarm7"), Arm(1e-4, "UFACTORY's user manual")),
+    **dict.fromkeys(("vx300s", "wx250s"), Arm(1e-3, "Trossen Robotics' specifications")),
+}
+"""The shipped robots of which a figure is known."""
+
+RESOLUTION = 1e-4
+"""The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
+
+
+def known_arm(names: list[str]) -> str | None:
+    """Return the shipped robot that a model's names stand for, if exactly one of ARMS does.
+
+    Args:
+        names: What the model and its file are called.
+    """
+    for name in names:
+        plain = _plain(name)
+        inside = [robot for robot in shipped_robots() if _is_named(_plain(robot), plain)]
+        whole = [robot for robot in inside if not any(robot != b and robot in b for b in inside)]
+        if len(whole) == 1:
+            return whole[0] if whole[0] in ARMS else None
+    return None
+
+
+def _is_named(robot: str, name: str) -> bool:
+    """Tell whether a name holds a robot's, and no longer number: a ur30 is no ur3."""
+    return re.search(f"{robot}(?![0-9])", name) is not None
+
+
+def _plain(name: str) -> str:
+    return "".join(letter for letter in name.lower() if letter.isalnum())
 
 
 def limits_for(

@@ -1,8 +1,9 @@
-"""Where both models put the ball in each recorded sample: what all figures of a report rest on."""
+"""Predictions of the ball in each recorded sample by all models, on which every figure rests."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from ..data import (
 from ..results import (
     CalibratedRobot,
     CalibrationDocument,
+    Document,
     DocumentError,
     PlacementErrors,
     PlacementSamples,
@@ -28,7 +30,33 @@ from ..results import (
     misfit,
 )
 from ..robot import Robot
-from .types_report_errors import ByModel, ModelName
+
+ModelName = Literal["nominal", "calibrated", "geometric"]
+"""``geometric``: ``calibrated.urdf`` as the user loads it."""
+Value = TypeVar("Value")
+Point = tuple[float, float, float]
+
+
+class ByModel(Document, Generic[Value], kw_only=True, frozen=True):
+    """The same figure by each model."""
+
+    nominal: Value
+    calibrated: Value
+    """By the full model."""
+    geometric: Value | None = None
+    """By ``calibrated.urdf`` alone, where it is not the full model."""
+
+    def of(self, model: ModelName) -> Value:
+        """Return the figure of one model."""
+        if model == "geometric" and self.geometric is not None:
+            return self.geometric
+        return self.nominal if model == "nominal" else self.calibrated
+
+    @property
+    def loaded(self) -> Value:
+        """The figure by ``calibrated.urdf``, which is what a user loads."""
+        return self.of("geometric")
+
 
 MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
 _AGREE = 1e-6
@@ -46,7 +74,7 @@ class PlacementPrediction:
     samples: tuple[RecordedSample, ...]
     """The samples in the order of the points."""
     frames: dict[ModelName, dict[str, Pose]]
-    """Where each model has the instruments' frames."""
+    """Poses of the instruments' frames by each model."""
 
     @property
     def name(self) -> str:

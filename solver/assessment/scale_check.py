@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ..diagnostics import OF_JOINTS, Diagnostic, size_level
 from ..results import PlacementErrors, Scale
 from .formatting import joined, short_names
-from .types_report_verdict import LimitResult, Status
+from .limits import LimitResult, Status
 
 _SOURCES = {
     "given": "as given",

@@ -5,15 +5,30 @@ corrects joint positions first, is another, its figures stand beside.
 """
 
 from collections.abc import Sequence
+from typing import Literal
 
 from ..diagnostics import Diagnostic
+from ..results import Document
+from .errors import RoleSummary
 from .formatting import joined, mm, plural
-from .types_report_errors import KnownDistanceErrors, ModelName, RoleSummary
-from .types_report_verdict import Limit, LimitResult, Limits, Outcome, Status, Verdict
+from .known_distances import KnownDistanceErrors
+from .limits import Limit, LimitResult, Limits, Status
+from .predictions import ModelName
 
+Outcome = Literal["pass", "fail", "incomplete"]
+"""Of a verdict."""
 NOTHING_HELD_OUT = "no placement was held out; record another and add it by --test"
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
 INSTRUMENT = "the held-out error is one of measured coordinates, which no small model can feign"
+
+
+class Verdict(Document, kw_only=True, frozen=True):
+    """Verdict on ``calibrated.urdf`` by its limits."""
+
+    status: Outcome
+    title: str
+    text: str
+    limits: tuple[LimitResult, ...]
 
 
 def judge(
@@ -21,7 +36,7 @@ def judge(
     between: Sequence[KnownDistanceErrors],
     checks: Sequence[Diagnostic] | None,
     limits: Limits,
-    earned: Sequence[LimitResult] = (),
+    sufficiency: Sequence[LimitResult] = (),
     *,
     by_instrument: bool = False,
 ) -> Verdict:
@@ -36,7 +51,7 @@ def judge(
         between: Errors of known distances between placements.
         checks: What was found in the recordings; None where they were not checked.
         limits: What is allowed.
-        earned: Whether the size is believable, and enough was recorded to say anything.
+        sufficiency: Size of the arm, and amount of the data.
         by_instrument: Whether all that was held out are points that an instrument measured.
     """
     loaded = None if held_out is None else held_out.loaded
@@ -60,7 +75,7 @@ def judge(
         ),
         _between_row(between, limits.between_placements),
         _checks_row(checks),
-        *earned,
+        *sufficiency,
     )
     status = _status([row.status for row in rows], rows)
     by_full = _status([row.full_status or row.status for row in rows], rows)

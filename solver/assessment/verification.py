@@ -1,4 +1,4 @@
-"""Whether a calibration still holds, by a few poses in one socket, and how sure that is.
+"""Validity of a calibration after a few poses in one socket, as a probability.
 
 Several explanations compete for the errors e of the new samples, each less the mean of its socket:
 
@@ -24,6 +24,7 @@ import numpy as np
 from ..data import Measurement, socket_centres
 from ..results import CalibratedRobot
 from ..robot import BallModel
+from .formatting import mm
 
 MEAN_OF_SIGMA = 2 * math.sqrt(2 / math.pi)
 """Mean length of an error whose axes each have the standard deviation 1."""
@@ -34,9 +35,9 @@ OFFSET = math.radians(0.5)
 BALL = 1e-3
 """Standard deviation of where the ball sits, if it was put on again [m]."""
 PRIOR = {"unchanged": 0.5, "joint": 0.25, "else": 0.25}
-"""What is believed beforehand."""
+"""Prior probabilities."""
 PUT_ON_AGAIN = 0.4
-"""How probable it is beforehand that the ball was, whatever else happened."""
+"""Prior probability that the ball was put on again, whatever else happened."""
 INDEPENDENT = 0.5
 """Share of the errors that count as independent."""
 MATTERS = 2.0
@@ -48,14 +49,14 @@ STEP = 1e-5
 
 @dataclass(frozen=True)
 class ValidityPosterior:
-    """What the new samples say of an old calibration."""
+    """Posterior probability that an old calibration is valid, after new samples."""
 
     error: float
     """Mean absolute error of the new samples [m]."""
     before: float
     """The same when the calibration was made [m]."""
     limit: float
-    """What is allowed for such an arm [m]."""
+    """Limit for such an arm [m]."""
     unchanged: float
     """Probability that the arm is as it was."""
     joint: str | None
@@ -63,25 +64,23 @@ class ValidityPosterior:
     offset: float
     """By how much it did [rad], [m]."""
     ball: float | None = None
-    """How far the ball probably sits from where it was [m]; None where it sits there."""
+    """Likely displacement of the ball [m]; None if it sits where it was."""
     last: str = ""
     """The last joint, whose offset would look like a ball elsewhere."""
 
     @property
     def valid(self) -> bool:
-        """Whether the calibration still holds."""
+        """True if the calibration still holds."""
         return self.unchanged >= 0.5 or self.error <= max(self.limit, MATTERS * self.before)
 
     @property
     def text(self) -> str:
         """The verdict in words."""
-        errors = f"{_mm(self.error)} mm now, {_mm(self.before)} mm when it was made"
+        errors = f"{mm(self.error)} now, {mm(self.before)} when it was made"
         if self.valid and self.unchanged >= 0.5:
             elsewhere = ""
             if self.ball is not None:
-                elsewhere = (
-                    f"; the ball sits {_mm(self.ball)} mm from where it was (or {self.last} "
-                )
+                elsewhere = f"; the ball sits {mm(self.ball)} from where it was (or {self.last} "
                 elsewhere += "is off, which looks the same)"
             wrong = _percent(1 - self.unchanged)
             return f"Still valid: {errors}{elsewhere}; probability that this is wrong: {wrong}."
@@ -143,11 +142,11 @@ class _Cause:
     """One explanation of the errors."""
 
     joint: int | None
-    """Which has shifted."""
+    """Index of the joint that has shifted."""
     factor: tuple[float, float]
     """Logarithm of the factor on the errors, mean and standard deviation."""
     prior: float
-    """How probable it is beforehand."""
+    """Prior probability."""
     A: np.ndarray
     """Derivative of the errors by offsets that have the deviation 1 beforehand, a joint's first,
     then the ball's, shape (3 N, offsets)."""
@@ -223,10 +222,6 @@ def _evidence(
     )
     top = float(np.max(log))
     return top + math.log(float(np.mean(np.exp(log - top))))
-
-
-def _mm(metres: float) -> str:
-    return f"{1e3 * metres:.2f}"
 
 
 def _percent(share: float) -> str:

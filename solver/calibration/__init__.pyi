@@ -11,7 +11,6 @@ from .crossval import spread as spread
 from .error_table import HEADS as HEADS
 from .error_table import error_rows as error_rows
 from .error_table import errors_title as errors_title
-from .error_table import millimetres as millimetres
 from .fit import fit_robots as fit_robots
 from .joint_names import joints_named as joints_named
 from .multi_robot_calibration import MultiRobotCalibration as MultiRobotCalibration

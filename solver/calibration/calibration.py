@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
 from ...recorder.dataset import Placement
-from ..assessment import Assessment, Verdict, distance_text, joints_wrong, judged
+from ..assessment import Assessment, Verdict, assess, distance_text, joints_wrong
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure
 from ..results import (
@@ -129,7 +129,7 @@ class Calibration:
     @cached_property
     def assessment(self) -> Assessment:
         """The calibration held against the limits that fit the arm; no page is made for it."""
-        return judged(self.document, self.source, AssessmentOptions())
+        return assess(self.document, self.source, AssessmentOptions())
 
     @property
     def verdict(self) -> Verdict:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from ..assessment import millimetres
 from ..data import Metrics
 from ..results import PlacementErrors, Role, Summaries, Summary
 
@@ -52,11 +53,6 @@ def errors_text(placements: Sequence[PlacementErrors], summaries: Summaries) -> 
         for row in rows
     ]
     return "\n".join([errors_title(placements), *lines])
-
-
-def millimetres(metres: float | None) -> str:
-    """Return a length as it stands in tables."""
-    return "-" if metres is None else f"{1e3 * metres:.3f}"
 
 
 def _rows(

@@ -32,7 +32,7 @@ class CalibratedRobot:
     robot: Robot
     """The nominal robot."""
     parameters: tuple[Parameter, ...]
-    """Which numbers of its geometry were calibrated."""
+    """Calibrated numbers of its geometry."""
     values: np.ndarray
     """The calibrated parameters, shape (n,) [m, rad]."""
     deflection: Deflection = field(default_factory=Deflection)

@@ -1,4 +1,4 @@
-"""What ``calibration.json`` holds: the robot before and after, every sample, all figures.
+"""Content of ``calibration.json``: the robot before and after, every sample, all figures.
 
 Lengths are metres, angles radians, masses kilograms. The file needs no other to be used: it holds
 the text of the nominal and of the calibrated URDF.
@@ -34,13 +34,13 @@ ELASTICITY_FORMAT = "mukca-elasticity-1"
 
 
 class NextPlacement(Document, kw_only=True, frozen=True):
-    """Where to record next, in words."""
+    """Place to record next, in words."""
 
     text: str
 
 
 class Provenance(Document, kw_only=True, frozen=True):
-    """What a result was made from and with."""
+    """Provenance of a result: digests of its data, versions, time."""
 
     created: str
     model_sha256: str
@@ -75,7 +75,7 @@ class FitResult(Document, kw_only=True, frozen=True):
     outlook: Outlook | None = None
     """None where it was not worked out."""
     arm_name: str = ""
-    """Where several robots were calibrated together, the name of this one."""
+    """Name of this robot, if several were calibrated together."""
     arms: ArmsDocument | None = None
     """Its relations to the others."""
 
@@ -129,7 +129,7 @@ class TypeElasticity(Document, kw_only=True, frozen=True):
     coefficients: tuple[Coefficient, ...]
     """Compliance and tilt [rad/(N m)]; the deviation is that of the mean."""
     source: str | None = None
-    """Where the figures are from, where mukca did not find them."""
+    """Source of the figures, if mukca did not find them."""
 
 
 class ElasticityDocument(Document, kw_only=True, frozen=True):

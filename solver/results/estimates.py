@@ -1,4 +1,4 @@
-"""What a fit found, and how well it is known, in ``calibration.json``.
+"""Estimates of a fit, their uncertainty and their use, in ``calibration.json``.
 
 Lengths are metres, angles radians.
 """
@@ -41,12 +41,12 @@ class PriorWidth(Document, kw_only=True, frozen=True):
     width: float
     """Standard deviation of the prior."""
     effective: float
-    """How many of its parameters the data decide; the others stay where the prior has them."""
+    """Number of its parameters that the data decide; the others stay where the prior has them."""
     active: bool
 
 
 class NoiseScale(Document, kw_only=True, frozen=True):
-    """How noisy the recordings are, as the fit estimates it."""
+    """Noise of the recordings, as the fit estimates it."""
 
     space: float
     """Of the ball's place in a socket [m]."""
@@ -87,7 +87,7 @@ class DistanceDeviation(Document, kw_only=True, frozen=True):
 
 
 class Uncertainty(Document, kw_only=True, frozen=True):
-    """How well the calibration is known."""
+    """Uncertainty of the calibration."""
 
     weak_directions: tuple[Direction, ...]
     correlations: tuple[Correlation, ...]
@@ -97,7 +97,7 @@ class Uncertainty(Document, kw_only=True, frozen=True):
 
 
 class Forecast(Document, kw_only=True, frozen=True):
-    """What another placement would bring, if it were trained on too."""
+    """Gain of another placement, if it were trained on too."""
 
     placement: str | None
     """Its name; None for one that is not recorded yet, with 2 x 30 varied samples far from all."""
@@ -106,10 +106,10 @@ class Forecast(Document, kw_only=True, frozen=True):
 
 
 class Outlook(Document, kw_only=True, frozen=True):
-    """What a calibration will be worth."""
+    """Predicted worth of a calibration."""
 
     joints: tuple[JointEffect, ...]
-    """Which joint matters."""
+    """Effect of each joint."""
     map: ErrorMap | None = None
     """None by the paper's method, which does not say."""
     forecasts: tuple[Forecast, ...] = ()

@@ -30,7 +30,7 @@ class Document(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class _Head(msgspec.Struct):
-    """What tells one kind of file from another."""
+    """Head of a file, which tells its kind."""
 
     format: str
 

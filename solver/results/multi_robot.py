@@ -1,4 +1,4 @@
-"""What ``arms.json`` holds, and ``mukca solve --json`` adds: where several robots stand."""
+"""Content of ``arms.json``, which ``mukca solve --json`` adds: relative poses of several robots."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from .files import Document
 
 
 class FramePose(Document, kw_only=True, frozen=True):
-    """Where a frame stands in the robot's base, as far as that is known."""
+    """Pose of a frame in the robot's base, with its uncertainty."""
 
     name: str
     xyz: tuple[float, float, float]
@@ -19,20 +19,20 @@ class FramePose(Document, kw_only=True, frozen=True):
     turn_deviation: tuple[float, float, float]
     """Standard deviation of its turn about the base's x, y and z axes [rad]."""
     sockets: int
-    """How many sockets have measured coordinates in it."""
+    """Number of sockets that have measured coordinates in it."""
     points: int
-    """How many balls an instrument measured in it."""
+    """Number of balls that an instrument measured in it."""
     socket_error: float | None
     """Root mean square distance of those sockets from their coordinates [m]; None without any."""
 
     @property
     def turn_known(self) -> bool:
-        """Whether its direction is known: one or two places leave it free to turn."""
+        """True if its direction is known: one or two places leave it free to turn."""
         return max(self.turn_deviation) < UNSEEN
 
 
 class BaseToBase(Document, kw_only=True, frozen=True):
-    """Where one robot's base stands in the first one's, and how well their tools are tied."""
+    """Pose of a robot's base in the first one's, and the error between their tools."""
 
     xyz: tuple[float, float, float] | None
     """Origin of the second base in the first [m]; None, here and below, where the recordings
@@ -47,7 +47,7 @@ class BaseToBase(Document, kw_only=True, frozen=True):
     """Predicted error of where the second tool stands seen from the first, over the shared region,
     a root mean square [m]."""
     shared_sockets: int
-    """How many sockets both visited."""
+    """Number of sockets that both visited."""
     text: str
     """All that in words."""
 
@@ -59,7 +59,7 @@ class GivenArm(Document, kw_only=True, frozen=True):
     robot: str
     """As it was named to ``mukca solve``."""
     options: dict[str, Any]
-    """What else was said of it: base, tip, flange, ball."""
+    """Further options of it: base, tip, flange, ball."""
     train: tuple[str, ...]
     """Folders of the placements trained on."""
     test: tuple[str, ...]
@@ -80,14 +80,14 @@ class VisitedSocket(Document, kw_only=True, frozen=True):
 
 
 class ArmsDocument(Document, kw_only=True, frozen=True):
-    """What several robots that were calibrated together have in common."""
+    """Relations between several robots that were calibrated together."""
 
     robots: tuple[str, ...]
     """Their names; the first one's base is the world."""
     between: dict[str, BaseToBase]
     """By ``FIRST_to_SECOND``."""
     frames: tuple[FramePose, ...]
-    """Where the frames stand in which positions were measured."""
+    """Poses of the frames in which positions were measured."""
     arms: tuple[GivenArm, ...] = ()
     """In the order of their names."""
     sockets: tuple[VisitedSocket, ...] = ()

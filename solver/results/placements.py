@@ -8,11 +8,11 @@ from ..data import Metrics
 from .files import Document
 
 Role = Literal["train", "test"]
-"""Whether a placement was fitted, or held out to test the fit."""
+"""Role of a placement: fitted, or held out to test the fit."""
 
 
 class PlacementErrors(Document, kw_only=True, frozen=True):
-    """How far off a placement is, by each model."""
+    """Errors of a placement, by each model."""
 
     name: str
     role: Role
@@ -30,7 +30,7 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
     ball_refitted: Metrics | None = None
     """By the nominal model with only the ball's place on the flange fitted."""
     distance_source: str | None = None
-    """Where the distance is from: ``given``, the ``recording``, or the ``default``."""
+    """Source of the distance: ``given``, the ``recording``, or the ``default``."""
     predicted_deviation: float | None = None
     """Root mean square distance of samples from their socket's mean, as predicted [m]."""
     found_deviation: float | None = None
@@ -73,7 +73,7 @@ class CostTerms(Document, kw_only=True, frozen=True):
 
 
 class Iteration(Document, kw_only=True, frozen=True):
-    """Where the fit stood after one step."""
+    """Cost after one step of the fit."""
 
     iteration: int
     train: CostTerms | None
@@ -86,9 +86,9 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     socket: int
     position: tuple[float, ...]
     effort: tuple[float, ...] | None
-    """What the joints exerted [N m]; None where it was not measured."""
+    """Joint efforts [N m]; None where they were not measured."""
     point: tuple[float, float, float] | None = None
-    """Where an instrument measured the ball, in its frame [m]; None for a ball in a socket."""
+    """Position of the ball in the frame of an instrument [m]; None for a ball in a socket."""
     where: str = ""
     """File and line."""
     weight: float | None = None
@@ -108,7 +108,7 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
 
     @property
     def folder(self) -> str:
-        """Where it was recorded; a question mark for samples that came from no file."""
+        """Folder of its recording; a question mark for samples that came from no file."""
         return str(Path(self.files[0]).parent) if self.files else "?"
 
     def placement(self, joint_names: tuple[str, ...]) -> Placement:
@@ -126,7 +126,7 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
 
 
 class CarriedLoad(Document, kw_only=True, frozen=True):
-    """What pulled at the joints while recording."""
+    """Load of the joints while recording."""
 
     gravity: tuple[float, float, float]
     """In the base frame [m/s^2]."""

@@ -13,8 +13,7 @@ import mukca
 from mukca.recorder.dataset import Sample
 from mukca.solver.assessment import ARMS, Coverage, known_arm, measurements_of
 from mukca.solver.assessment.data_sufficiency import prediction_row, travel_row
-from mukca.solver.assessment.limits import limits_for
-from mukca.solver.assessment.types_report_verdict import Limit
+from mukca.solver.assessment.limits import Limit, limits_for
 from mukca.solver.calibration import Calibration
 from mukca.solver.data import parse_known
 from mukca.solver.results import (

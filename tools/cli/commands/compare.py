@@ -66,8 +66,7 @@ def show(console: "Console", result: "ComparisonDocument") -> None:
     """Print the errors of every model at every placement, and what is better."""
     from rich.text import Text
 
-    from ....solver.assessment import short_names
-    from ....solver.calibration import millimetres
+    from ....solver.assessment import millimetres, short_names
     from ...report.figures import comparison_sentence
     from .. import table
 

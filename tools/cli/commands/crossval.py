@@ -163,7 +163,8 @@ def show(result: Mapping[str, Any], terminal: Terminal) -> None:
 
 def _left_out_table(result: Mapping[str, Any]) -> "Table":
     """Table of the errors in each placement when it was left out [mm]."""
-    from ....solver.calibration import HEADS, millimetres
+    from ....solver.assessment import millimetres
+    from ....solver.calibration import HEADS
     from .. import table
 
     spreads = {row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])}
@@ -182,7 +183,7 @@ def _left_out_table(result: Mapping[str, Any]) -> "Table":
 
 def _matrix_table(matrix: Mapping[str, Any]) -> "Table":
     """Table of mean absolute errors, trained on the row's placement alone [mm]."""
-    from ....solver.calibration import millimetres
+    from ....solver.assessment import millimetres
     from .. import table
 
     names: list[str] = matrix["names"]

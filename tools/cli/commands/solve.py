@@ -187,7 +187,7 @@ def spoken(calibration: "Calibration") -> list[str]:
 
 def _frame_lines(frames: "Sequence[FramePose]") -> list[str]:
     """Pose of each frame and its deviation, a line each."""
-    from ....solver.calibration import millimetres
+    from ....solver.assessment import millimetres
 
     lines: list[str] = []
     for frame in frames:

@@ -3,8 +3,8 @@
 from ....solver.assessment import (
     DRAWN,
     Options,
+    assess,
     distance_text,
-    judged,
     sample_errors,
     setting,
 )
@@ -30,7 +30,7 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         MeasurementError: Its samples cannot be used.
         KnownError: A known distance names no socket of the calibration.
     """
-    found = judged(document, source, options)
+    found = assess(document, source, options)
     predictions, placements = found.predictions, found.placements
     samples = sample_errors(predictions, DRAWN)
     matrix = cross_placement(predictions, setting(document, source, "regularization"))
