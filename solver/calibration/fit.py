@@ -1,7 +1,7 @@
 """Fit of one robot, or several together, by the paper's method or by the default one."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 
 from ..bayes.inference import JointPosterior, Posterior
-from ..bayes.model import Expected
 from ..bayes.model.effects import EXTENSIONS
 from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Selected, select_models
@@ -18,7 +17,7 @@ from ..paper import NotConverged, build_problem, covariance, solve
 from ..results import CalibratedRobot
 from ..robot import BallModel, Parameter, choose_parameters
 from .options import SolveOptions
-from .type_prior import type_priors
+from .type_prior import TypePriors, type_priors
 
 Predict = Callable[[Measurement], np.ndarray]
 """A model as a function: takes a placement, returns its N ball centres, shape (N, 3) [m]."""
@@ -56,7 +55,7 @@ def fit_robots(
     robots: Sequence[RobotRecordings],
     options: SolveOptions,
     *,
-    types: Sequence[Mapping[str, Expected]] | None = None,
+    types: TypePriors | None = None,
     require_scale: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:

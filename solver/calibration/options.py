@@ -5,7 +5,7 @@
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_args
@@ -220,10 +220,12 @@ class SolveOptions:
 
     def _read(self) -> "SolveOptions":
         """Return the options with files of measured places replaced by their content."""
+        from .measured_places import read_coordinates, read_distances
+
         return replace(
             self,
-            known=tuple(_lines(self.known)),
-            sockets_at=tuple(_coordinates(self.sockets_at)),
+            known=tuple(read_distances(self.known)),
+            sockets_at=tuple(read_coordinates(self.sockets_at)),
             type_prior=tuple(map(str, self.type_prior)),
         )
 
@@ -247,7 +249,9 @@ class SolveOptions:
     @property
     def located(self) -> "list[SocketAt]":
         """Known coordinates of sockets."""
-        return _coordinates(self.sockets_at)
+        from .measured_places import read_coordinates
+
+        return read_coordinates(self.sockets_at)
 
     @property
     def deviation(self) -> float:
@@ -284,31 +288,6 @@ def _check(name: str, value: Any, option: Option) -> None:
     unknown = [one for one in value if one not in option.choices] if option.choices else []
     if unknown:
         raise UsageError(f"{_words(name)} {unknown[0]}: choose among {', '.join(option.choices)}")
-
-
-def _lines(known: "Sequence[str | Path | KnownDistance]") -> "Iterable[str | KnownDistance]":
-    """Yield known distances, one by one; a word that is a file stands for its lines."""
-    for one in known:
-        if isinstance(one, str | Path) and Path(one).is_file():
-            text = Path(one).read_text(encoding="utf-8")
-            lines = (line.split("#")[0] for line in text.splitlines())
-            yield from (line for line in lines if line.strip())
-        else:
-            yield str(one) if isinstance(one, Path) else one
-
-
-def _coordinates(
-    given: "str | Path | SocketAt | Sequence[str | Path | SocketAt]",
-) -> "list[SocketAt]":
-    """Return the coordinates of sockets that files, words, or they themselves give."""
-    from ..data import SocketAt, parse_socket_at, read_sockets_at
-
-    every = [given] if isinstance(given, str | Path | SocketAt) else given
-    ready = [one for one in every if isinstance(one, SocketAt)]
-    others = [one for one in every if not isinstance(one, SocketAt)]
-    words = [str(one) for one in others if "=" in str(one) and not Path(one).exists()]
-    files = [one for one in others if str(one) not in words]
-    return [*ready, *map(parse_socket_at, words), *read_sockets_at(files)]
 
 
 def _plain(value: Any) -> Any:

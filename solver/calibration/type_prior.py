@@ -4,7 +4,7 @@ Each arm's geometry is its own, but how far joints and links of a type give way 
 all of its arms.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files as resources
 from pathlib import Path
 
@@ -28,6 +28,8 @@ from .options import UsageError
 _SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 SHIPPED = "shipped"
 SHARED = [effect for effect in EFFECTS.values() if effect.shared_by_type]
+TypePriors = Sequence[Mapping[str, Expected]]
+"""Of each robot: by extension, expected coefficients and their deviations."""
 LEAST = 1e-9
 """No deviation is less [rad/(N m)], so that it can be divided by."""
 

@@ -17,7 +17,9 @@ from ..diagnostics import Diagnostic
 from ..robot import all_parameters, parse_robot, scan
 from .calibrated import CalibratedRobot
 from .estimates import (
+    ArmsDocument,
     Coefficient,
+    FramePose,
     NoiseScale,
     Outlook,
     ParameterValue,
@@ -26,7 +28,6 @@ from .estimates import (
     Uncertainty,
 )
 from .files import Document, DocumentError, read
-from .multi_robot import ArmsDocument, FramePose
 from .placements import CarriedLoad, Iteration, PlacementErrors, PlacementSamples, Summaries
 
 FORMAT = "mukca-calibration-1"

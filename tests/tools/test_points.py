@@ -7,14 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder import read_placement
-from mukca.recorder.dataset import Placement, RecordingError
-from mukca.solver.robot import Robot
+import mukca
 from mukca.tools.cli import main
 from mukca.tools.simulation import measured_points, random_pose
 
 
-def write_points(placement: Placement, folder: Path) -> None:
+def write_points(placement: mukca.Placement, folder: Path) -> None:
     folder.mkdir(parents=True)
     rows = [",".join((*(placement.joint_names or ()), "x", "y", "z"))]
     for sample in placement.samples:
@@ -24,7 +22,7 @@ def write_points(placement: Placement, folder: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def measured(true_panda: Robot, shared: Callable[..., Path]) -> Path:
+def measured(true_panda: mukca.Robot, shared: Callable[..., Path]) -> Path:
     """Two placements of one instrument's frame, and one of another's."""
 
     def make(folder: Path) -> None:
@@ -110,16 +108,16 @@ def test_a_malformed_file_is_refused_by_line(
     tmp_path: Path, header: str, row: str, words: str
 ) -> None:
     (tmp_path / "points.csv").write_text(f"{header}\n{row}\n")
-    with pytest.raises(RecordingError, match=words):
-        read_placement(tmp_path)
+    with pytest.raises(mukca.MukcaError, match=words):
+        mukca.read_placements(tmp_path)[0]
 
 
 def test_columns_stand_in_any_order_and_units_in_the_header(tmp_path: Path) -> None:
     (tmp_path / "points.csv").write_text("z [mm],a [deg],b,x,y [mm]\n300,180,2,0.1,200\n")
-    (sample,) = read_placement(tmp_path).samples
+    (sample,) = mukca.read_placements(tmp_path)[0].samples
     assert sample.position == pytest.approx((np.pi, 2)) and sample.point is not None
     assert sample.point == pytest.approx((0.1, 0.2, 0.3))
-    assert read_placement(tmp_path).joint_names == ("a", "b")
+    assert mukca.read_placements(tmp_path)[0].joint_names == ("a", "b")
 
 
 def test_the_papers_method_refuses_points(

@@ -4,8 +4,6 @@ import json
 import shlex
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,15 +11,12 @@ import pytest
 import mukca
 from mukca.recorder import write_holes
 from mukca.solver.data import Pose, turn
-from mukca.solver.results import ArmsDocument, GivenArm, PlacementSamples
 from mukca.solver.robot import Robot, load_robot
 from mukca.tools.cli import main
-from mukca.tools.report.figures.commands import record_command, solve_command
 from mukca.tools.simulation import Base, perturb, recorded_by_both
 
 ROBOTS = ["--robot", "left=panda", "--robot", "right=ur5e", "--without", "compliance", "tilt"]
 ROBOTS += ["transmission", "joint-noise"]
-ARM_OPTIONS = {"base": None, "tip": "ball_link", "flange": "tool0", "ball": [0, 0, 0.03]}
 
 
 @pytest.fixture(scope="module")
@@ -70,43 +65,12 @@ def test_two_arms_are_written_each_and_together(
     report, page = ((out / "right" / f"report.{kind}").read_text() for kind in ("json", "html"))
     assert page.count("arm model-0") == page.count("arm model-1") == 4  # two views of two bases
     assert "<ellipse" in page and pose["text"] in page
+    steps = [step["command"] for step in json.loads(report)["todo"]]
+    records = [command for command in steps if command.startswith("mukca record")]
+    assert all("--robot ur5e" in one and "--robot-name right" in one for one in records)
     again = shlex.split(json.loads(report)["command"])
     main([*again[1:], "--json"])
     assert json.loads(capsys.readouterr().out)["left_to_right"]["xyz"] == pose["xyz"]
-
-
-def test_the_next_recording_is_of_the_same_arm() -> None:
-    """So are the other commands of the report: they run as they are printed."""
-    rows = tuple(
-        PlacementSamples(name=name, role="train", distance=0.05, files=(f"s/{name}/a",), samples=())
-        for name in ("left/front", "left/side")
-    )
-    given = [
-        GivenArm(name=n, robot=r, options=o, train=(f"s/{n}/front",), test=(), postures=[])
-        for n, r, o in (("left", "panda", {"tip": "hand"}), ("right", "my.urdf", ARM_OPTIONS))
-    ]
-    arms = ArmsDocument(robots=("left", "right"), between={}, frames=(), arms=tuple(given))
-    document = SimpleNamespace(
-        data=rows,
-        robot="panda",
-        method="auto",
-        settings=given[0].options,
-        arm_name="left",
-        arms=arms,
-    )
-    assert record_command(document).endswith("--robot-name left --out s/left/another")
-    assert solve_command(document, moved={"left/side": None}) == (
-        "mukca solve left:s/left/front right:s/right/front --robot left=panda --robot "
-        "right=my.urdf --tip left=hand --tip right=ball_link --flange right=tool0 --ball 0 0 0.03 "
-        "--method auto --out calibrated-again"
-    )
-
-
-def test_commands_do_not_say_the_default() -> None:
-    document: Any = SimpleNamespace(
-        arms=None, robot="panda", settings={"tip": "ball_link", "flange": "hand"}
-    )
-    assert record_command(document).startswith("mukca record --robot panda --flange hand --driver")
 
 
 @pytest.mark.slow

@@ -9,12 +9,8 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.recorder import read_placement
-from mukca.recorder.dataset import Placement
 from mukca.solver.assessment import ValidityPosterior, odds_of
-from mukca.solver.calibration import Calibration
 from mukca.solver.data import measure
-from mukca.solver.robot import Robot
 from mukca.tools.recording import goal_for
 from mukca.tools.simulation import Base, record
 
@@ -22,12 +18,12 @@ Ask = Callable[[int, float], ValidityPosterior]
 
 
 @pytest.fixture(scope="module")
-def calibration(panda: Robot, session: Path) -> Calibration:
-    train, test = (read_placement(session / name) for name in ("front", "left"))
+def calibration(panda: mukca.Robot, session: Path) -> mukca.Calibration:
+    train, test = (mukca.read_placements(session / name)[0] for name in ("front", "left"))
     return mukca.calibrate(panda, train, test=test, method="paper")
 
 
-def ten(placement: Placement, joint: int = 0, offset: float = 0.0) -> Placement:
+def ten(placement: mukca.Placement, joint: int = 0, offset: float = 0.0) -> mukca.Placement:
     """The first ten poses of socket 0, a joint's zero shifted."""
     shift = np.zeros(placement.positions.shape[1])
     shift[joint] = offset
@@ -37,8 +33,8 @@ def ten(placement: Placement, joint: int = 0, offset: float = 0.0) -> Placement:
 
 
 @pytest.fixture(scope="module")
-def ask(calibration: Calibration, session: Path) -> Ask:
-    later = read_placement(session / "right")
+def ask(calibration: mukca.Calibration, session: Path) -> Ask:
+    later = mukca.read_placements(session / "right")[0]
     summary = calibration.document.summary.test
     assert summary
 
@@ -66,7 +62,7 @@ def test_a_joint_that_shifted_is_found(ask: Ask, joint: int, degrees: float) -> 
 
 
 @pytest.fixture(scope="module")
-def put_on_again(true_panda: Robot) -> Placement:
+def put_on_again(true_panda: mukca.Robot) -> mukca.Placement:
     """Poses of the same arm after its ball was screwed on again, 0.7 mm from where it was."""
     joint = true_panda.ball_joint
     x, y, z = joint.origin.xyz
@@ -76,7 +72,7 @@ def put_on_again(true_panda: Robot) -> Placement:
     return record(arm, base, np.random.default_rng(4), samples=20, noise=5e-5)
 
 
-def drawn(placement: Placement, generator: np.random.Generator) -> Placement:
+def drawn(placement: mukca.Placement, generator: np.random.Generator) -> mukca.Placement:
     first = [s for s in placement.samples if s.socket == 0]
     picked = generator.permutation(len(first))[:10]
     return replace(placement, samples=tuple(first[i] for i in picked))
@@ -84,11 +80,11 @@ def drawn(placement: Placement, generator: np.random.Generator) -> Placement:
 
 @pytest.mark.slow
 def test_answers_are_right_as_often_as_they_say(
-    calibration: Calibration, session: Path, put_on_again: Placement
+    calibration: mukca.Calibration, session: Path, put_on_again: mukca.Placement
 ) -> None:
     """Forty draws of ten poses: the same arm, its ball put on again, and a joint off by 0.2 deg."""
     generator = np.random.default_rng(2)
-    places = (read_placement(session / "right"), put_on_again)
+    places = (mukca.read_placements(session / "right")[0], put_on_again)
     stated, wrong, named = [], 0, 0
     for draw in range(40):
         place, joint = places[draw % 2], 1 + draw % 5 if draw < 20 else None
@@ -104,7 +100,7 @@ def test_answers_are_right_as_often_as_they_say(
 
 
 def test_a_ball_that_was_put_on_again_is_no_drift(
-    calibration: Calibration, put_on_again: Placement
+    calibration: mukca.Calibration, put_on_again: mukca.Placement
 ) -> None:
     odds = odds_of(
         calibration.calibrated, measure(ten(put_on_again), calibration.robot, sockets=1), 6e-5
