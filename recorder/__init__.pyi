@@ -17,14 +17,14 @@ from .metadata import read_metadata as read_metadata
 from .metadata import set_distance as set_distance
 from .metadata import sync_folder as sync_folder
 from .metadata import write_metadata as write_metadata
-from .placement import Placement as Placement
 from .placement import SOCKETS as SOCKETS
+from .placement import Placement as Placement
 from .samples import REDO as REDO
 from .samples import RELABEL as RELABEL
 from .samples import SAMPLES as SAMPLES
+from .samples import UNDO as UNDO
 from .samples import Sample as Sample
 from .samples import SampleFile as SampleFile
-from .samples import UNDO as UNDO
 from .samples import capture_line as capture_line
 from .samples import header_line as header_line
 from .samples import mark_line as mark_line

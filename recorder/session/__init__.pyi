@@ -10,6 +10,6 @@ from .operator_prompt import View as View
 from .operator_prompt import prompt_for as prompt_for
 from .recording_file import Recording as Recording
 from .session import STOOD_STILL as STOOD_STILL
-from .session import Session as Session
 from .session import TARGET as TARGET
+from .session import Session as Session
 from .stream_alerts import StreamAlerts as StreamAlerts

@@ -1,5 +1,5 @@
-from .assessment import Assessment as Assessment
 from .assessment import DRAWN as DRAWN
+from .assessment import Assessment as Assessment
 from .assessment import Options as Options
 from .assessment import assess as assess
 from .assessment import limits_of as limits_of
@@ -26,8 +26,8 @@ from .formatting import short_names as short_names
 from .formatting import short_where as short_where
 from .known_distances import KnownDistanceErrors as KnownDistanceErrors
 from .limits import ARMS as ARMS
-from .limits import Limits as Limits
 from .limits import RESOLUTION as RESOLUTION
+from .limits import Limits as Limits
 from .limits import known_arm as known_arm
 from .predictions import ModelName as ModelName
 from .predictions import PlacementPrediction as PlacementPrediction

@@ -1,6 +1,6 @@
+from .frames import IDENTITY as IDENTITY
 from .frames import FrameError as FrameError
 from .frames import FrameObservations as FrameObservations
-from .frames import IDENTITY as IDENTITY
 from .frames import Pose as Pose
 from .frames import check_base as check_base
 from .frames import fit_pose as fit_pose
@@ -8,13 +8,13 @@ from .frames import kabsch as kabsch
 from .frames import kabsch_rotation as kabsch_rotation
 from .frames import place_frames as place_frames
 from .frames import turn as turn
+from .known import SEAT_DEVIATION as SEAT_DEVIATION
+from .known import WORLD as WORLD
 from .known import Known as Known
 from .known import KnownDistance as KnownDistance
 from .known import KnownError as KnownError
 from .known import Located as Located
-from .known import SEAT_DEVIATION as SEAT_DEVIATION
 from .known import SocketAt as SocketAt
-from .known import WORLD as WORLD
 from .known import distance_covariance as distance_covariance
 from .known import find_socket as find_socket
 from .known import parse_known as parse_known

@@ -1,9 +1,9 @@
 from .advice import farthest_place as farthest_place
 from .advice import next_placement as next_placement
 from .change_points import split_at as split_at
-from .diagnostic import Diagnostic as Diagnostic
 from .diagnostic import EVERYWHERE as EVERYWHERE
 from .diagnostic import OF_JOINTS as OF_JOINTS
+from .diagnostic import Diagnostic as Diagnostic
 from .distances import named as named
 from .distances import size_level as size_level
 from .fit_error import fitted_alone as fitted_alone

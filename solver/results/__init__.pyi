@@ -1,8 +1,8 @@
 from .calibrated import CalibratedRobot as CalibratedRobot
-from .calibration import CalibrationDocument as CalibrationDocument
 from .calibration import ELASTICITY_FORMAT as ELASTICITY_FORMAT
-from .calibration import ElasticityDocument as ElasticityDocument
 from .calibration import FORMAT as FORMAT
+from .calibration import CalibrationDocument as CalibrationDocument
+from .calibration import ElasticityDocument as ElasticityDocument
 from .calibration import FitResult as FitResult
 from .calibration import Model as Model
 from .calibration import NextPlacement as NextPlacement

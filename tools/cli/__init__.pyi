@@ -1,9 +1,9 @@
 # keep: VERBS, build_parser, main, read_options
-from .arguments import JsonOption as JsonOption
 from .arguments import MILLIMETRES as MILLIMETRES
 from .arguments import NOT_NEGATIVE as NOT_NEGATIVE
-from .arguments import OutputOptions as OutputOptions
 from .arguments import POSITIVE as POSITIVE
+from .arguments import JsonOption as JsonOption
+from .arguments import OutputOptions as OutputOptions
 from .arguments import add_options as add_options
 from .arguments import argument as argument
 from .arguments import option as option
@@ -14,10 +14,10 @@ from .commands.main import build_parser as build_parser
 from .commands.main import main as main
 from .console import Terminal as Terminal
 from .robots import DISTANCES as DISTANCES
-from .robots import RobotOptions as RobotOptions
-from .robots import RobotsOptions as RobotsOptions
 from .robots import SPREADS as SPREADS
 from .robots import WINDOWS as WINDOWS
+from .robots import RobotOptions as RobotOptions
+from .robots import RobotsOptions as RobotsOptions
 from .robots import WorkerOptions as WorkerOptions
 from .robots import measure_all as measure_all
 from .robots import placements_by_robot as placements_by_robot

@@ -1,12 +1,12 @@
 from .anchor import ARMS as ARMS
 from .anchor import AnchoredBase as AnchoredBase
 from .ball import BEND_LIMIT as BEND_LIMIT
-from .ball import BallPart as BallPart
 from .ball import FORCE as FORCE
-from .mounts import BoltCircle as BoltCircle
-from .mounts import Grip as Grip
+from .ball import BallPart as BallPart
 from .mounts import MOUNTS as MOUNTS
 from .mounts import SCREWS as SCREWS
+from .mounts import BoltCircle as BoltCircle
+from .mounts import Grip as Grip
 from .parts import FORMATS as FORMATS
 from .parts import Part as Part
 from .parts import build_parts as build_parts

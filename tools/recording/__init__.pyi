@@ -1,6 +1,6 @@
 # keep: BackgroundGuidance
-from .guidance import PoseSelector as PoseSelector
 from .guidance import SHARE as SHARE
+from .guidance import PoseSelector as PoseSelector
 from .guidance_process import BackgroundGuidance as BackgroundGuidance
 from .guidance_process import goal_for as goal_for
 from .inputs import is_scripted as is_scripted

@@ -9,10 +9,10 @@ from .recordings import Base as Base
 from .recordings import reachable_bases as reachable_bases
 from .recordings import record as record
 from .recordings import simulate_recordings as simulate_recordings
-from .simulated_arms import Imperfection as Imperfection
 from .simulated_arms import NOISE as NOISE
 from .simulated_arms import TRANSLATION as TRANSLATION
 from .simulated_arms import TURN as TURN
+from .simulated_arms import Imperfection as Imperfection
 from .simulated_arms import perturb as perturb
 from .simulated_arms import realistic_flaws as realistic_flaws
 from .simulated_worlds import measured_points as measured_points

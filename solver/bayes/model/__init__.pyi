@@ -5,12 +5,12 @@ from .multi_robot import MultiRobotModel as MultiRobotModel
 from .multi_robot import SampleRows as SampleRows
 from .noise import NEGLIGIBLE as NEGLIGIBLE
 from .noise import NU as NU
-from .noise import Noise as Noise
 from .noise import SMALLEST as SMALLEST
+from .noise import Noise as Noise
 from .noise import degrees_of_freedom as degrees_of_freedom
 from .noise import log_constant as log_constant
 from .noise import log_prior as log_prior
+from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .prior_group import Expected as Expected
 from .prior_group import PriorGroup as PriorGroup
-from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .priors import prior_groups as prior_groups

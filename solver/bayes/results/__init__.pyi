@@ -7,8 +7,8 @@ from .joint_offsets import angles_near as angles_near
 from .joint_offsets import joint_offset_derivatives as joint_offset_derivatives
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .joint_offsets import with_joint_offsets as with_joint_offsets
-from .relative_pose import RelativeBasePose as RelativeBasePose
 from .relative_pose import UNSEEN as UNSEEN
+from .relative_pose import RelativeBasePose as RelativeBasePose
 from .relative_pose import between as between
 from .uncertainty import predicted_deviation as predicted_deviation
 from .uncertainty import scale as scale
