@@ -1,8 +1,10 @@
 """Plots of a comparison of calibrations: errors, differences and distances by placement."""
 
+from collections.abc import Callable
+
 from ....solver.assessment import joined, mm, short_names
 from ..figures import ComparisonDocument, ErrorsAtPlacement, comparison_sentence
-from .figure import Axis, Rows
+from .figure import Axis, Panel, named_rows
 from .plot import COLOURS, HOLLOW, Plot
 
 
@@ -12,26 +14,46 @@ def comparison_plots(result: ComparisonDocument) -> list[Plot]:
     return [plot for plot in made if plot is not None]
 
 
-def _names(result: ComparisonDocument) -> tuple[list[str], list[str]]:
-    """Return the names of the placements and of the models."""
-    places = short_names([row.name for row in result.placements])
-    return places, [row.name for row in result.models]
+def _mark(k: int, model: ErrorsAtPlacement) -> str:
+    return f"model-{k % COLOURS}" + (" train" if model.trained_on else "")
 
 
-def _mark(k: int, model: ErrorsAtPlacement | None = None) -> str:
-    trained = model is not None and model.trained_on
-    return f"model-{k % COLOURS}" + (" train" if trained else "")
+def _legend(result: ComparisonDocument) -> tuple[tuple[str, str], ...]:
+    return tuple((f"model-{k % COLOURS}", row.name) for k, row in enumerate(result.models))
+
+
+def _places(result: ComparisonDocument) -> list[str]:
+    return short_names([row.name for row in result.placements])
+
+
+def _by_model(
+    result: ComparisonDocument,
+    title: str,
+    axis: Axis,
+    figure: Callable[[ErrorsAtPlacement], float | None],
+    form: str,
+) -> Panel:
+    """Return a panel with a figure of each model at each placement [m]."""
+    places = _places(result)
+    panel = named_rows(title, places, axis, pitch=28)
+    if axis.low < 0:
+        panel.rule("zero", x=0)
+    for i, row in enumerate(result.placements):
+        for k, model in enumerate(row.models):
+            if (value := figure(model)) is not None:
+                hint = f"{places[i]}, {result.models[k].name}: {1e3 * value:{form}} mm"
+                panel.dot(1e3 * value, i, _mark(k, model), hint, size=5.5)
+    return panel
 
 
 def _errors(result: ComparisonDocument) -> Plot:
-    places, models = _names(result)
-    values = [1e3 * model.mean_absolute_error for row in result.placements for model in row.models]
+    models = [model for row in result.placements for model in row.models]
+    values = [1e3 * model.mean_absolute_error for model in models]
     low, high = max(min(values), 1e-6) / 1.4, max(*values, 1e-6) * 1.4
-    panel = Rows("error at each placement", places, Axis(low, high, "MAE, mm", log=True), pitch=28)
-    for i, row in enumerate(result.placements):
-        for k, model in enumerate(row.models):
-            value = 1e3 * model.mean_absolute_error
-            panel.mark(i, value, _mark(k, model), f"{places[i]}, {models[k]}: {value:.3f} mm")
+    axis = Axis(low, high, "MAE, mm", log=True)
+    panel = _by_model(
+        result, "error at each placement", axis, lambda model: model.mean_absolute_error, ".3f"
+    )
     ranked = sorted(
         (row.summary.mean_absolute_error, row.name) for row in result.models if row.summary
     )
@@ -42,23 +64,22 @@ def _errors(result: ComparisonDocument) -> Plot:
             f"Where none was trained, {best[1]} is best with {mm(best[0], 3)} on average, and "
             f"{worst[1]} is worst with {mm(worst[0], 3)}."
         )
-    legend = (*((_mark(k), name) for k, name in enumerate(models)), HOLLOW)
-    return Plot("errors", "Error by placement", words, (panel,), legend, "half")
+    return Plot("errors", "Error by placement", words, (panel,), (*_legend(result), HOLLOW), "half")
 
 
 def _differences(result: ComparisonDocument) -> Plot:
-    places, models = _names(result)
-    pair = result.pairs[-1]
-    a, b = models[pair.a], models[pair.b]
-    half = 1.1e3 * max(*(abs(row.mean) + row.noise for row in pair.placements), 1e-9)
-    panel = Rows(f"{b} less {a}", places, Axis(-half, half, "mm, with 95 % noise"), pitch=28)
-    panel.upright_threshold(0, f"{b} better < 0 < worse")
+    places, pair = _places(result), result.pairs[-1]
+    a, b = (result.models[k].name for k in (pair.a, pair.b))
+    ends = [1e3 * (abs(row.mean) + row.noise) for row in pair.placements]
+    axis = Axis.around_zero(ends, "mm, with 95 % noise")
+    panel = named_rows(f"{b} less {a}", places, axis, pitch=28)
+    panel.threshold(f"{b} better < 0 < worse", x=0)
     for i, row in enumerate(pair.placements):
         mean, noise = 1e3 * row.mean, 1e3 * row.noise
         one, other = (result.placements[i].models[k] for k in (pair.a, pair.b))
-        panel.span(i, mean - noise, mean + noise, "link", thick=5)
+        panel.bar(i, mean - noise, mean + noise, "link", thick=5)
         mark = _mark(pair.b, one if one.trained_on else other)
-        panel.mark(i, mean, mark, f"{places[i]}: {mean:+.3f} mm")
+        panel.dot(mean, i, mark, f"{places[i]}: {mean:+.3f} mm", size=5.5)
     return Plot(
         "differences",
         "Difference of the last two",
@@ -70,27 +91,16 @@ def _differences(result: ComparisonDocument) -> Plot:
 
 
 def _distances(result: ComparisonDocument) -> Plot | None:
-    places, models = _names(result)
-    errors = [
-        [None if (e := model.distance_error) is None else 1e3 * e for model in row.models]
-        for row in result.placements
-    ]
-    values = [abs(value) for row in errors for value in row if value is not None]
-    if not values:
+    errors = [[model.distance_error for model in row.models] for row in result.placements]
+    known = [1e3 * error for row in errors for error in row if error is not None]
+    if not known:
         return None
-    half = 1.1 * max(*values, 1e-6)
+    axis = Axis.around_zero(known, "mm")
     title = "socket distance, predicted less measured"
-    panel = Rows(title, places, Axis(-half, half, "mm"), pitch=28)
-    panel.vertical(0, "zero")
-    for i, row in enumerate(result.placements):
-        for k, value in enumerate(errors[i]):
-            if value is not None:
-                hint = f"{places[i]}, {models[k]}: {value:+.3f} mm"
-                panel.mark(i, value, _mark(k, row.models[k]), hint)
+    panel = _by_model(result, title, axis, lambda model: model.distance_error, "+.3f")
     worst = [
-        f"{max(abs(row[k] or 0.0) for row in errors):.3f} mm by {name}"
-        for k, name in enumerate(models)
+        f"{1e3 * max(abs(row[k] or 0.0) for row in errors):.3f} mm by {model.name}"
+        for k, model in enumerate(result.models)
     ]
     words = f"The sockets' distance is off by at most {joined(worst)}."
-    legend = tuple((_mark(k), name) for k, name in enumerate(models))
-    return Plot("distances", "Socket distance", words, (panel,), legend, "half")
+    return Plot("distances", "Socket distance", words, (panel,), _legend(result), "half")

@@ -1,7 +1,7 @@
 """Panels of a plot as SVG text: axes, lines, dots, bars and the dashed lines of limits."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,12 @@ class Axis:
     ticks: tuple[float, ...] | None = None
     """Values that carry a number; None for round ones."""
 
+    @classmethod
+    def around_zero(cls, values: Iterable[float], label: str, least: float = 1e-6) -> "Axis":
+        """Return an axis as wide on both sides, with some room beside the largest value."""
+        half = 1.1 * max(least, *map(abs, values))
+        return cls(-half, half, label)
+
     def fraction(self, value: float) -> float:
         """Return the place of a value, 0 at the low end and 1 at the high end, never outside."""
         low, high = self.low, self.high
@@ -59,25 +65,22 @@ class Axis:
         return min(max((value - low) / (high - low), 0.0), 1.0)
 
     def marks(self) -> list[float]:
-        """Return the values that carry a number."""
-        if self.ticks is not None:
-            return [t for t in self.ticks if self.low <= t <= self.high]
-        if self.log:
-            return self._decades()
-        step = nice_above((self.high - self.low) / 5)
-        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
-        return [k * step for k in range(first, last + 1)]
-
-    def _decades(self) -> list[float]:
-        low, high = math.log10(self.low), math.log10(self.high)
-        digits = (1,) if high - low > 2 else (1, 2, 5)
-        powers = range(math.floor(low), math.ceil(high) + 1)
-        marks = [digit * 10.0**power for power in powers for digit in digits]
+        """Return the values that carry a number: at most two digits a decade where logarithmic."""
+        marks = self.ticks
+        if marks is None and self.log:
+            low, high = math.log10(self.low), math.log10(self.high)
+            powers = range(math.floor(low), math.ceil(high) + 1)
+            digits = (1,) if high - low > 2 else (1, 2, 5)
+            marks = [digit * 10.0**power for power in powers for digit in digits]
+        elif marks is None:
+            step = nice_above((self.high - self.low) / 5)
+            first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+            return [k * step for k in range(first, last + 1)]
         return [m for m in marks if self.low * (1 - 1e-9) <= m <= self.high * (1 + 1e-9)]
 
 
 class Panel:
-    """Axes to draw in; a template writes the panel as SVG.
+    """Axes to draw in, written as SVG; positions are values of the axes.
 
     Args:
         title: Above it.
@@ -107,9 +110,8 @@ class Panel:
     def __html__(self) -> str:
         """Return the panel as SVG."""
         box = f"0 0 {self.width:g} {self.height:g}"
-        return element(
-            "svg", *self.parts, viewBox=box, role="img", aria_label=self.title, class_="panel"
-        )
+        words = {"role": "img", "aria_label": self.title, "class_": "panel"}
+        return element("svg", *self.parts, viewBox=box, **words)
 
     def x(self, value: float) -> float:
         """Return the horizontal place of a value."""
@@ -126,56 +128,56 @@ class Panel:
 
     def grid(self, *, horizontal: bool = True, vertical: bool = True) -> "Panel":
         """Draw lines at round values, their numbers, and the axes' labels."""
-        if vertical:
-            for mark in self.x_axis.marks():
-                self.vertical(mark, "grid")
-                self.text(self.x(mark), self.bottom + 18, _number(mark), "tick middle")
-        if horizontal:
-            for mark in self.y_axis.marks():
-                self.horizontal(mark, "grid")
-                self.text(self.left - 6, self.y(mark) + 4, _number(mark), "tick end")
+        for mark in self.x_axis.marks() if vertical else ():
+            self.rule("grid", x=mark)
+            self.text(self.x(mark), self.bottom + 18, _number(mark), "tick middle")
+        for mark in self.y_axis.marks() if horizontal else ():
+            self.rule("grid", y=mark)
+            self.text(self.left - 6, self.y(mark) + 4, _number(mark), "tick end")
         self.text(self.right, self.bottom + 35, self.x_axis.label, "tick end")
         self.text(4, TOP - 2, self.y_axis.label, "tick")
         return self
 
-    def horizontal(self, value: float, class_: str) -> None:
-        """Draw a line across at a value."""
-        y = self.y(value)
-        self.add("line", x1=self.left, x2=self.right, y1=y, y2=y, class_=class_)
+    def rule(self, class_: str, *, x: float | None = None, y: float | None = None) -> None:
+        """Draw a line from top to bottom at an x, or from left to right at a y."""
+        x1, x2 = (self.left, self.right) if x is None else (self.x(x), self.x(x))
+        y1, y2 = (self.top, self.bottom) if y is None else (self.y(y), self.y(y))
+        self.add("line", x1=x1, x2=x2, y1=y1, y2=y2, class_=class_)
 
-    def vertical(self, value: float, class_: str) -> None:
-        """Draw a line from top to bottom at a value."""
-        x = self.x(value)
-        self.add("line", x1=x, x2=x, y1=self.top, y2=self.bottom, class_=class_)
+    def threshold(
+        self, words: str, *, x: float | None = None, y: float | None = None, below: bool = False
+    ) -> None:
+        """Draw the dashed line of a limit, with its words, where it is within the axis."""
+        if x is not None and self.x_axis.low <= x <= self.x_axis.high:
+            self.rule("threshold", x=x)
+            side, shift = ("end", -4) if self.x(x) > 0.6 * self.right else ("", 4)
+            self.text(self.x(x) + shift, self.top - 4, words, f"threshold-words {side}")
+        if y is not None and self.y_axis.low <= y <= self.y_axis.high:
+            self.rule("threshold", y=y)
+            below = below or self.y(y) < self.top + 14
+            self.text(
+                self.right - 2, self.y(y) + (13 if below else -4), words, "threshold-words end"
+            )
 
-    def threshold(self, value: float, words: str, *, below: bool = False) -> None:
-        """Draw the dashed line of a limit across, with its words, where it is within the axis."""
-        if self.y_axis.low <= value <= self.y_axis.high:
-            self.horizontal(value, "threshold")
-            below = below or self.y(value) < self.top + 14
-            at = self.y(value) + (13 if below else -4)
-            self.text(self.right - 2, at, words, "threshold-words end")
-
-    def upright_threshold(self, value: float, words: str) -> None:
-        """Draw the dashed line of a limit from top to bottom, likewise."""
-        if self.x_axis.low <= value <= self.x_axis.high:
-            self.vertical(value, "threshold")
-            side, shift = ("end", -4) if self.x(value) > 0.6 * self.right else ("", 4)
-            self.text(self.x(value) + shift, self.top - 4, words, f"threshold-words {side}")
-
-    def text(self, x: float, y: float, words: str, class_: str) -> None:
+    def text(self, x: float, y: float, words: str, class_: str, **attributes: object) -> None:
         """Write words at a place in the panel's own units."""
         if words:
-            self.parts.append(element("text", words, x=x, y=y, class_=class_))
+            self.parts.append(element("text", words, x=x, y=y, class_=class_, **attributes))
 
-    def line(self, points: Sequence[tuple[float, float]], class_: str) -> None:
+    def line(self, points: Iterable[Sequence[float]], class_: str) -> None:
         """Draw a line through values."""
         path = " ".join(f"{self.x(a):.1f},{self.y(b):.1f}" for a, b in points)
         self.add("polyline", points=path, class_=class_)
 
     def dot(self, x: float, y: float, class_: str, hint: str = "", size: float = 3) -> None:
-        """Draw a dot at a value."""
+        """Draw a dot at a value; its size is in the panel's own units."""
         self.add("circle", hint, cx=self.x(x), cy=self.y(y), r=size, class_=class_)
+
+    def bar(self, y: float, low: float, high: float, class_: str, thick: float = 2) -> None:
+        """Draw a bar at a height, from one value to another."""
+        x1, x2 = sorted((self.x(low), self.x(high)))
+        size = {"width": max(x2 - x1, 0.5), "height": thick}
+        self.add("rect", x=x1, y=self.y(y) - thick / 2, **size, class_=class_)
 
 
 def _number(value: float) -> str:
@@ -202,8 +204,10 @@ def to_scale(
     return Panel(title, x, y, height=86 + scale * (y.high - y.low)).grid()
 
 
-class Rows(Panel):
-    """A panel with a named row for each thing.
+def named_rows(
+    title: str, names: Sequence[str], x: Axis, *, pitch: float = 24, bare: bool = False
+) -> Panel:
+    """Return a panel with a named row for each thing; row i is at the height i.
 
     Args:
         title: Above it.
@@ -212,46 +216,19 @@ class Rows(Panel):
         pitch: Height of a row.
         bare: Without lines and numbers.
     """
-
-    def __init__(
-        self, title: str, names: Sequence[str], x: Axis, *, pitch: float = 24, bare: bool = False
-    ) -> None:
-        longest = max((len(name) for name in names), default=0)
-        super().__init__(
-            title,
-            x,
-            Axis(0, max(len(names), 1)),
-            height=TOP + BOTTOM + pitch * len(names),
-            left=min(24 + 6.6 * min(longest, LONGEST), 150),
-        )
-        self.pitch = pitch
-        if not bare:
-            self.grid(horizontal=False)
-        every = math.ceil(LINE / pitch)
-        for i, name in enumerate(names):
-            if i % every == 0:
-                self._name(i, name)
-            if i and not bare:
-                y = self.row(i) - pitch / 2
-                self.add("line", x1=4, x2=self.right, y1=y, y2=y, class_="grid")
-
-    def _name(self, i: int, name: str) -> None:
-        shown = name
-        if len(name) > LONGEST:
-            shown = f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
-        place = {"x": self.left - 8, "y": self.row(i) + 4, "class_": "tick end"}
-        self.parts.append(element("text", element("title", name), shown, **place))
-
-    def row(self, i: int) -> float:
-        """Return the height of a row's middle."""
-        return self.top + self.pitch * (i + 0.5)
-
-    def mark(self, i: int, value: float, class_: str, hint: str = "", size: float = 5.5) -> None:
-        """Draw a dot in a row."""
-        self.add("circle", hint, cx=self.x(value), cy=self.row(i), r=size, class_=class_)
-
-    def span(self, i: int, low: float, high: float, class_: str, thick: float = 2) -> None:
-        """Draw a bar from one value to another in a row."""
-        x1, x2 = sorted((self.x(low), self.x(high)))
-        y = self.row(i) - thick / 2
-        self.add("rect", x=x1, y=y, width=max(x2 - x1, 0.5), height=thick, class_=class_)
+    count = len(names)
+    left = min(24 + 6.6 * min(max(map(len, names), default=0), LONGEST), 150)
+    panel = Panel(title, x, Axis(count - 0.5, -0.5), height=TOP + BOTTOM + pitch * count, left=left)
+    if not bare:
+        panel.grid(horizontal=False)
+    for i, name in enumerate(names):
+        y = panel.y(i)
+        if i % math.ceil(LINE / pitch) == 0:
+            short = f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
+            shown = name if len(name) <= LONGEST else short
+            place = {"x": left - 8, "y": y + 4, "class_": "tick end"}
+            panel.parts.append(element("text", element("title", name), shown, **place))
+        if i and not bare:
+            line = {"x1": 4, "x2": panel.right, "y1": y - pitch / 2, "y2": y - pitch / 2}
+            panel.add("line", **line, class_="grid")
+    return panel

@@ -1,6 +1,4 @@
-"""Plots of single samples: round their sockets, and in the order of recording."""
-
-from collections.abc import Iterator
+"""Plots of single samples: round their sockets, flat and in space, and in their order."""
 
 import numpy as np
 
@@ -12,6 +10,26 @@ from .plot import BOTH, HOLLOW, MODELS, Plot, lengths, names_of
 WINDOW = 7
 """Samples in a running centre."""
 FINE = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
+"""Round numbers of the axes, to be filled well."""
+
+
+def errors_in_3d(report: ReportDocument) -> Plot:
+    """Every sample round its socket, nominal and calibrated side by side, to one scale."""
+    nominal, calibrated = (float(lengths(report, m).max(initial=0.0)) for m in MODELS)
+    limit = report.limits.mean_absolute_error.value
+    ring = f"; the dashed ring is the limit of {mm(limit)} on the mean" if limit else ""
+    half = nice_above(max(nominal, calibrated, 1e-6), FINE)
+    return Plot(
+        "errors-3d",
+        "The error of every sample, in space",
+        f"Both boxes are {2e3 * half:g} mm wide: the farthest of {len(report.samples)} samples "
+        f"is {mm(nominal)} from its socket's centre by the nominal model and "
+        f"{mm(calibrated)} by the calibrated one{ring}.",
+        legend=(*BOTH, HOLLOW),
+        layout="scenes",
+        scene="errors",
+        controls={"placements": [(i, row.name) for i, row in enumerate(report.placements)]},
+    )
 
 
 def errors_in_2d(report: ReportDocument) -> Plot:
@@ -29,8 +47,8 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         ("calibrated", small, f"calibrated x {times:g}"),
     )
     panels = [
-        _plane(report, model, axes, half, f"{view}: {title}", limit)
-        for axes, view in (((0, 1), "from above"), ((0, 2), "from the side"))
+        _plane(report, model, axes, half, f"{view}: {title}")
+        for axes, view in (("xy", "from above"), ("xz", "from the side"))
         for model, half, title in views
     ]
     medians = [judged.quantiles.of(model).median for model in MODELS]
@@ -41,76 +59,44 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         f"{mm(medians[1])}{ring}; enlarged {times:g} times, all of it is within "
         f"{small:g} mm of the centre."
     )
-    return Plot(
-        "errors-2d",
-        "The error of every sample, flat",
-        sentence,
-        tuple(panels),
-        (*BOTH, HOLLOW),
-        "thirds",
-    )
+    title = "The error of every sample, flat"
+    return Plot("errors-2d", title, sentence, tuple(panels), (*BOTH, HOLLOW), "thirds")
 
 
-def _plane(
-    report: ReportDocument,
-    model: ModelName,
-    axes: tuple[int, int],
-    half: float,
-    title: str,
-    limit: float | None,
-) -> Panel:
-    ticks = (-half, 0.0, half)
-    names = ["x", "y", "z"]
-    panel = Panel(
-        title,
-        Axis(-half, half, f"{names[axes[0]]}, mm", ticks=ticks),
-        Axis(-half, half, f"{names[axes[1]]}, mm", ticks=ticks),
-        width=248,
-        height=276,
-        left=44,
-    ).grid()
+def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, title: str) -> Panel:
+    """Return the samples along two axes, up to half the panel's width [mm]."""
+    x, y = (Axis(-half, half, f"{axis}, mm", ticks=(-half, 0.0, half)) for axis in axes)
+    panel = Panel(title, x, y, width=248, height=276, left=44).grid()
     for row in report.samples:
-        a, b = (1e3 * row.of(model)[k] for k in axes)
-        role = report.placements[row.placement].role
-        panel.dot(a, b, f"{model} {role}", size=2)
-    if limit:
-        radius = 1e3 * limit * (panel.right - panel.left) / (2 * half)
-        if radius < 0.7 * (panel.right - panel.left):
-            panel.add("circle", cx=panel.x(0), cy=panel.y(0), r=radius, class_="threshold")
+        a, b = (1e3 * row.of(model)["xyz".index(axis)] for axis in axes)
+        panel.dot(a, b, f"{model} {report.placements[row.placement].role}", size=2)
+    limit = 1e3 * (report.limits.mean_absolute_error.value or 0)
+    if 0 < limit < 1.4 * half:
+        radius = limit * (panel.right - panel.left) / (2 * half)
+        panel.dot(0, 0, "threshold", size=radius)
     return panel
 
 
 def order(report: ReportDocument) -> Plot:
     """The calibrated error of each sample in the order of recording, and the running centre."""
-    largest = float(lengths(report, "calibrated").max(initial=1e-6))
     means = [row.calibrated.mean_absolute_error for row in report.placements]
-    top = 1.08e3 * max(largest, FAR * max(means))
-    panels = [_order_panel(report, i, name, top) for i, name in enumerate(names_of(report))]
+    errors = lengths(report, "calibrated")
+    top = 1.08e3 * max(float(errors.max(initial=1e-6)), FAR * max(means))
     worst = report.answers.data.worst[0]
-    ratios = list(_ratios(report))
-    beyond = sum(ratio > FAR for ratio in ratios)
-    sentence = (
-        f"The farthest sample is {worst.where}, {mm(worst.error)} from its socket and "
-        f"{worst.ratio:.1f} times its placement's mean; {beyond or 'none'} of {len(ratios)} "
-        f"{'is' if beyond == 1 else 'are'} beyond the dashed {FAR:g} times the mean, and a moved "
-        "base would lift the line of the running centre."
-    )
+    own = np.array([means[row.placement] for row in report.samples])
+    beyond = int(np.sum(errors / np.maximum(own, 1e-12) > FAR))
     marks = (("calibrated", "error"), ("running", f"centre of {WINDOW} samples, from the socket's"))
     weighted = any(map(_doubted, report.samples))
     return Plot(
         "order",
         "In the order of recording",
-        sentence,
-        tuple(panels),
+        f"The farthest sample is {worst.where}, {mm(worst.error)} from its socket and "
+        f"{worst.ratio:.1f} times its placement's mean; {beyond or 'none'} of {len(errors)} "
+        f"{'is' if beyond == 1 else 'are'} beyond the dashed {FAR:g} times the mean, and a moved "
+        "base would lift the line of the running centre.",
+        tuple(_order_panel(report, i, name, top) for i, name in enumerate(names_of(report))),
         (*marks, ("flagged", "weight below a half")) if weighted else marks,
     )
-
-
-def _ratios(report: ReportDocument) -> Iterator[float]:
-    """Yield each sample's calibrated error by the mean error of its placement."""
-    for row in report.samples:
-        mean = report.placements[row.placement].calibrated.mean_absolute_error
-        yield row.error() / max(mean, 1e-12)
 
 
 def _doubted(sample: SampleErrors) -> bool:
@@ -121,18 +107,16 @@ def _doubted(sample: SampleErrors) -> bool:
 def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel:
     place = report.placements[i]
     rows = [row for row in report.samples if row.placement == i]
-    panel = Panel(name, Axis(0, len(rows) + 1, ticks=()), Axis(0, top, "mm"), height=170)
-    panel.grid(vertical=False)
+    panel = Panel(name, Axis(0, len(rows) + 1, ticks=()), Axis(0, top, "mm"), height=170).grid()
     mean = 1e3 * place.calibrated.mean_absolute_error
-    panel.threshold(FAR * mean, f"{FAR:g} x mean")
+    panel.threshold(f"{FAR:g} x mean", y=FAR * mean)
     first = 0
     for socket in dict.fromkeys(row.socket for row in rows):
         part = np.array([row.calibrated for row in rows if row.socket == socket])
         if first:
-            panel.vertical(first + 0.5, "divide")
+            panel.rule("divide", x=first + 0.5)
         panel.text(panel.x(first + 0.5) + 6, panel.bottom + 15, f"socket {socket}", "tick")
-        centres = 1e3 * np.sqrt(np.sum(_running_centre(part) ** 2, axis=1))
-        panel.line([(first + 1 + k, v) for k, v in enumerate(centres.tolist())], "running")
+        panel.line(enumerate(_running_centre(1e3 * part), first + 1), "running")
         first += len(part)
     for k, row in enumerate(rows, 1):
         error = 1e3 * row.error()
@@ -141,10 +125,8 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel
     return panel
 
 
-def _running_centre(deviations: np.ndarray) -> np.ndarray:
-    """Return the mean deviation of the samples round each one, shape (N, 3)."""
-    half = WINDOW // 2
-    count = len(deviations)
-    return np.array(
-        [deviations[max(0, k - half) : k + half + 1].mean(axis=0) for k in range(count)]
-    )
+def _running_centre(deviations: np.ndarray) -> list[float]:
+    """Return the length of the mean deviation of the samples round each one."""
+    half, count = WINDOW // 2, len(deviations)
+    means = [deviations[max(0, k - half) : k + half + 1].mean(axis=0) for k in range(count)]
+    return np.linalg.norm(means, axis=1).tolist()

@@ -1,7 +1,7 @@
 """The plots of a report, by section: a new one is a function in this folder and a line here."""
 
 from ..figures import ReportDocument
-from . import fit, model, samples, scenes, use, workspace
+from . import fit, model, samples, use, workspace
 from .plot import Maker, Plot
 
 SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
@@ -12,7 +12,7 @@ SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
         (
             use.errors_by_placement,
             use.shares,
-            scenes.errors_in_3d,
+            samples.errors_in_3d,
             samples.errors_in_2d,
             fit.known_distances,
             fit.predicted_and_found,
@@ -23,7 +23,7 @@ SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
     ("The data", (samples.order, model.coverage, fit.cross_placement)),
     (
         "The fit and the model",
-        (fit.history, scenes.arm_in_3d, model.parameters, model.groups),
+        (fit.history, workspace.arm_in_3d, model.parameters, model.groups),
     ),
 )
 """The map of the first section stands with the answers."""

@@ -37,12 +37,10 @@ def simulation_plot(result: SimulationDocument) -> Plot:
 
 def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:
     """Return the peg's positions just before it went down, by the true kinematics."""
-    places = (model.centre, model.cross)
-    each = [one for trials in places if trials is not None for one in trials.each]
+    each = [one for trials in (model.centre, model.cross) if trials for one in trials.each]
     reach = max(clearance, *(1e3 * abs(x) for one in each for x in one.miss[:2]))
     panel = _square(model, nice_above(1.05 * reach), "mm along x", "mm along y")
-    radius = abs(panel.x(clearance) - panel.x(0))
-    panel.add("circle", cx=panel.x(0), cy=panel.y(0), r=radius, class_="threshold")
+    panel.dot(0, 0, "threshold", size=panel.x(clearance) - panel.x(0))
     for one in each:
         x, y = (1e3 * value for value in one.miss[:2])
         hint = f"{x:+.2f}, {y:+.2f} mm; {'in' if one.inserted else 'not in'}"

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....solver.assessment import PlacementReport, Point, area, joined, mm, percent
+from ....solver.assessment import area, joined, mm, percent
 from ..figures import Answer, ReportDocument
-from .figure import Axis, Panel, Rows, to_scale
+from .figure import Axis, Panel, named_rows, to_scale
 from .plot import BOTH, HOLLOW, MODELS, Plot, judged_role, lengths, names_of
 
 HALF = 0.16
@@ -15,22 +15,22 @@ HALF = 0.16
 
 def errors_by_placement(report: ReportDocument) -> Plot:
     """Mean absolute error before and after at each placement, and the limit."""
-    rows, names = report.placements, names_of(report)
+    names = names_of(report)
     errors = [
         (1e3 * row.nominal.mean_absolute_error, 1e3 * row.calibrated.mean_absolute_error)
-        for row in rows
+        for row in report.placements
     ]
-    values = [error for pair in errors for error in pair]
-    x = Axis(*_log_range(values), label="mean absolute error, mm", log=True)
-    panel = Rows("error at each placement", names, x, pitch=28)
-    for i, row in enumerate(rows):
-        panel.span(i, *errors[i], "link")
+    low, high = _log_range([error for pair in errors for error in pair])
+    x = Axis(low, high, "mean absolute error, mm", log=True)
+    panel = named_rows("error at each placement", names, x, pitch=28)
+    for i, row in enumerate(report.placements):
+        panel.bar(i, *errors[i], "link")
         for model, value in zip(MODELS, errors[i], strict=True):
-            mark = f"{model} {row.role}"
-            panel.mark(i, value, mark, f"{names[i]}, {model}: {value:.3f} mm")
+            hint = f"{names[i]}, {model}: {value:.3f} mm"
+            panel.dot(value, i, f"{model} {row.role}", hint, size=5.5)
     limit = report.limits.mean_absolute_error.value
     if limit is not None:
-        panel.upright_threshold(1e3 * limit, f"limit {1e3 * limit:g} mm")
+        panel.threshold(f"limit {1e3 * limit:g} mm", x=1e3 * limit)
     return Plot(
         "errors-by-placement",
         "Before and after, placement by placement",
@@ -45,16 +45,15 @@ def _placement_sentence(report: ReportDocument, names: list[str]) -> str:
     role, words = judged_role(report)
     rows = [(n, r) for n, r in zip(names, report.placements, strict=True) if r.role == role]
     name, worst = max(rows, key=lambda row: row[1].calibrated.mean_absolute_error)
-    before = mm(worst.nominal.mean_absolute_error)
-    after = mm(worst.calibrated.mean_absolute_error)
     limit = report.limits.mean_absolute_error.value
     tail = ""
     if limit is not None:
         beyond = [n for n, r in rows if r.calibrated.mean_absolute_error > limit]
         tail = f"; beyond the limit of {mm(limit)}: {joined(beyond) or 'none'}"
     return (
-        f"The {words} placement with the largest error is {name}, {before} before and {after} "
-        f"after{tail}."
+        f"The {words} placement with the largest error is {name}, "
+        f"{mm(worst.nominal.mean_absolute_error)} before and "
+        f"{mm(worst.calibrated.mean_absolute_error)} after{tail}."
     )
 
 
@@ -66,16 +65,21 @@ def _log_range(values: list[float]) -> tuple[float, float]:
 
 def table_map(report: ReportDocument) -> Plot:
     """The placements as the robot sees them from above, coloured by the answer for the task."""
-    rows, names = report.placements, names_of(report)
-    place = report.answers.next.place
-    panel = _map_panel([(0.0, 0.0, 0.0), *(row.position for row in rows), place])
+    rows, place = report.placements, report.answers.next.place
+    ahead, left, _ = np.array([(0.0, 0.0, 0.0), *(row.position for row in rows), place]).T
+    labels = ("m to the robot's right", "m ahead of the robot's base")
+    panel = to_scale("", np.stack([-left, ahead], axis=1), labels, room=HALF)
     panel.dot(0, 0, "base", "the robot's base", size=9)
     panel.text(panel.x(0) + 13, panel.y(0) + 4, "robot", "tick")
     panel.dot(-place[1], place[0], "next", f"record next: {area(place)}", size=9)
     panel.text(panel.x(-place[1]), panel.y(place[0]) + 22, "next", "tick middle")
     answers: list[Answer] = [row.answer for row in report.answers.use.rows]
-    for i, row in enumerate(rows):
-        _placement_mark(panel, i, row, names[i], answers[i])
+    named = list(zip(names_of(report), answers, strict=True))
+    for i, (row, (name, answer)) in enumerate(zip(rows, named, strict=True)):
+        x, y = panel.x(-row.position[1]), panel.y(row.position[0])
+        mark = {"class_": f"answer {answer.split(' ')[0]}", "data_placement": i}
+        panel.add("circle", f"{name}: {area(row.position)}", cx=x, cy=y, r=10, **mark)
+        panel.text(x, y + 4, str(i + 1), "number middle light")
     return Plot(
         "table-map",
         "Where it was tried",
@@ -89,24 +93,8 @@ def table_map(report: ReportDocument) -> Plot:
             ("next", "record next"),
         ),
         "beside",
-        controls={"answers": list(zip(names, answers, strict=True))},
+        controls={"answers": named},
     )
-
-
-def _map_panel(points: Sequence[Point]) -> Panel:
-    """Return axes round points; the robot's left is the picture's left, to one scale."""
-    ahead, left, _ = np.array(points).T
-    labels = ("m to the robot's right", "m ahead of the robot's base")
-    return to_scale("", np.stack([-left, ahead], axis=1), labels, room=HALF)
-
-
-def _placement_mark(panel: Panel, i: int, row: PlacementReport, name: str, answer: Answer) -> None:
-    ahead, left, _ = row.position
-    x, y = panel.x(-left), panel.y(ahead)
-    class_ = f"answer {answer.split(' ')[0]}"
-    hint = f"{name}: {area(row.position)}"
-    panel.add("circle", hint, cx=x, cy=y, r=10, class_=class_, data_placement=i)
-    panel.text(x, y + 4, str(i + 1), "number middle light")
 
 
 def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str) -> str:
@@ -139,19 +127,18 @@ def shares(report: ReportDocument) -> Plot:
     role, words = judged_role(report)
     values = {model: np.sort(1e3 * lengths(report, model, role)) for model in MODELS}
     low, high = _log_range(np.concatenate(list(values.values())).tolist())
-    tolerance = report.tolerance
-    x = Axis(min(low, 1e3 * tolerance / 1.5), max(high, 1.5e3 * tolerance), "error, mm", log=True)
-    panel = Panel(f"{words} samples within an error", x, Axis(0, 100, "% of samples"))
-    panel.grid()
+    tolerance = 1e3 * report.tolerance
+    x = Axis(min(low, tolerance / 1.5), max(high, 1.5 * tolerance), "error, mm", log=True)
+    panel = Panel(f"{words} samples within an error", x, Axis(0, 100, "% of samples")).grid()
     for model, errors in values.items():
         steps = np.linspace(0, 100, len(errors) + 1)[1:]
         path = [(x.low, 0.0), *zip(errors.tolist(), steps.tolist(), strict=True), (x.high, 100.0)]
         panel.line(path, f"curve {model}")
-    panel.upright_threshold(1e3 * tolerance, f"{1e3 * tolerance:g} mm")
+    panel.threshold(f"{tolerance:g} mm", x=tolerance)
     _, judged = report.summary.judged
     inside, quantiles = judged.within_tolerance, judged.quantiles
     sentence = (
-        f"Within {1e3 * tolerance:g} mm of their socket's centre lie {percent(inside.calibrated)} "
+        f"Within {tolerance:g} mm of their socket's centre lie {percent(inside.calibrated)} "
         f"of the {words} samples by the calibrated model and {percent(inside.nominal)} by the "
         f"nominal one, and half of them within {mm(quantiles.calibrated.median)} and "
         f"{mm(quantiles.nominal.median)}."
