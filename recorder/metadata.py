@@ -2,14 +2,13 @@
 
 import json
 import os
+import re
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Annotated, Any, cast
-
-import msgspec
+from typing import Any, cast
 
 from .._version import __version__
 from .csv_files import RecordingError
@@ -17,19 +16,20 @@ from .placement import SOCKETS
 from .samples import SAMPLES
 
 METADATA = "placement.json"
-_Name = Annotated[str, msgspec.Meta(pattern=r"\A[\w.-]+\Z")]
+_NAME = re.compile(r"[\w.-]+")
 
 
-class PlacementKeys(msgspec.Struct, frozen=True):
+@dataclass(frozen=True)
+class PlacementKeys:
     """Those keys of ``placement.json`` that a recording is read by, where it has them."""
 
-    distance: Annotated[float, msgspec.Meta(gt=0)] | None = None
+    distance: float | None = None
     """Distance between the centres of sockets 0 and 1 [m]."""
-    frame: _Name | None = None
+    frame: str | None = None
     """Name of the instrument's frame."""
-    robot_name: _Name | None = None
+    robot_name: str | None = None
     """Name of the robot among several."""
-    place: _Name | None = None
+    place: str | None = None
     """Name of the socket base's position."""
 
 
@@ -99,12 +99,14 @@ def read_keys(file: Path) -> PlacementKeys:
     """
     metadata = read_metadata(file)
     distance = metadata.get("distance")
-    try:
-        if isinstance(distance, float) and not 0 < distance < float("inf"):
-            raise msgspec.ValidationError("expected a positive number of metres - at `$.distance`")
-        return msgspec.convert(metadata, PlacementKeys)
-    except msgspec.ValidationError as error:
-        raise RecordingError(f"{file}: {error}") from None
+    number = isinstance(distance, int | float) and not isinstance(distance, bool)
+    if distance is not None and not (number and 0 < distance < float("inf")):
+        raise RecordingError(f"{file}: distance {distance!r}: expected a positive number of metres")
+    names = {key: metadata.get(key) for key in ("frame", "robot_name", "place")}
+    for key, name in names.items():
+        if name is not None and not (isinstance(name, str) and _NAME.fullmatch(name)):
+            raise RecordingError(f"{file}: {key} {name!r} is no name: letters, digits, and . _ -")
+    return PlacementKeys(None if distance is None else float(distance), **names)
 
 
 def read_distance(file: Path) -> float | None:
