@@ -6,8 +6,9 @@ import threading
 
 import can
 import pytest
+from driver_errors import read_until_silent
 
-from mukca.drivers import DriverError, Reason, open_driver
+from mukca import open_driver
 
 
 class Arm:
@@ -69,13 +70,10 @@ def driver(arm):
 
 def read_all(driver):
     turns = []
-    try:
-        while True:
-            degrees = {round(math.degrees(q)) for q in driver.read(0.2).position}
-            assert len(degrees) == 1, "a state mixed from two turns"
-            turns.append(degrees.pop())
-    except DriverError as error:
-        assert error.reason is Reason.SILENT
+    for state in read_until_silent(driver):
+        degrees = {round(math.degrees(q)) for q in state.position}
+        assert len(degrees) == 1, "a state mixed from two turns"
+        turns.append(degrees.pop())
     return turns
 
 
