@@ -1,8 +1,4 @@
-"""The default method (``--method auto``): MAP estimation with priors set by the evidence.
-
-docs/model.md is its introduction; its equations are the order in which to read ``model``,
-``inference``, ``selection`` and ``results``.
-"""
+"""The default method: a Bayesian calibration, see docs/model.md."""
 
 import lazy_loader
 

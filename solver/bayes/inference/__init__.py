@@ -1,4 +1,4 @@
-"""Maximum a posteriori estimate and its covariance, hyperparameters by the evidence."""
+"""The estimation: objective, normal equations, iteration, posterior."""
 
 import lazy_loader
 

@@ -5,7 +5,7 @@ import numpy as np
 from .arrowhead import ArrowheadMatrix, Inverse
 
 REFINEMENTS = 3
-"""How many times the step is corrected for rounding errors of the inverse. They are large where the
+"""Corrections of the step for rounding errors of the inverse. They are large where the
 data show nearly nothing of one unknown, and the others very well."""
 
 

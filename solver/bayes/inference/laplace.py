@@ -1,10 +1,7 @@
-"""Laplace's approximation: the posterior as a bell gaussian around the best unknowns.
+"""Laplace's approximation: the posterior as a Gaussian around the best unknowns, and the evidence.
 
 The curvature H of the objective at its minimum says how sharp the best fit is: its inverse is the
-covariance of the unknowns. The same curvature gives the evidence, the probability of the data
-averaged over all values that the prior allows. It grows with the fit and falls with every unknown
-that the fit does not need, so models of different size can be compared by it. docs/model.md
-introduces prior, posterior and evidence.
+covariance of the unknowns. The same curvature gives the evidence, see docs/model.md.
 """
 
 from dataclasses import dataclass, replace
@@ -144,9 +141,9 @@ class _Gaussian:
     """There, with nothing held at zero that may leave it."""
     normal: NormalEquations
     change: np.ndarray
-    """What leads from there to the curve's mean, shape (n,)."""
+    """Step from there to the Gaussian's mean, shape (n,)."""
     bounds: np.ndarray
-    """What stands for the bounds in the curve's precision, its diagonal, shape (dense,)."""
+    """Diagonal of the precision that stands for the bounds, shape (dense,)."""
     log_evidence: float
 
 

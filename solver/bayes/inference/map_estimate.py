@@ -1,18 +1,9 @@
-"""Finds the most probable unknowns, and how wide the priors are and how large the noise is.
+"""The iteration to the most probable unknowns, prior widths and noise; see docs/model.md.
 
-docs/model.md introduces prior, posterior and evidence. Each iteration does three things:
-
-1. a Gauss-Newton step (A2), (A3) of the unknowns down the objective L (A1), see
-   :mod:`mukca.solver.bayes.inference.objective`;
-2. a step (A4) of the widths of the priors, see :mod:`mukca.solver.bayes.model.priors`, as soon as
-   the
-   unknowns are within some standard deviations of their best values, and no longer far astray;
-3. a step (A5) of the noise, and the tails of its distribution, see
-   :mod:`mukca.solver.bayes.model.noise`.
-
-The last two lead to the maximum of the evidence (A6), see
-:mod:`mukca.solver.bayes.inference.laplace`. The
-width of a group that the data do not support falls to nearly zero; the group is then taken out.
+Each iteration takes a Gauss-Newton step of the unknowns down L (A1) by the weights (A2) and the
+curvature (A3), a step of the priors' widths (A4) once the unknowns are no longer far astray, and
+one of the noise (A5). The last two lead to the maximum of the evidence (A6). The width of a group
+that the data do not support falls to nearly zero; the group is then taken out.
 """
 
 from collections.abc import Sequence
@@ -54,7 +45,7 @@ FALL = 2.0
 """Slope of L along a step, twice of what the step lowers it by, beyond which the iteration goes on:
 where widths and noise did not change by chance, the unknowns may still be on their way."""
 LEAVES = 2
-"""So often may a joint's elasticity leave zero. One that gains nothing could otherwise come and go
+"""Times that a joint's elasticity may leave zero. One that gains nothing could else come and go
 forever."""
 SHORTER = 6
 RISE = 1e-9

@@ -3,7 +3,7 @@
 A sample's error e_i = Phi(x, q_i) - m_s(i) depends on x and the frames by J_i, shape (3, dense),
 and on the centre of its own socket alone, by -I. Nothing of the size of samples times sockets is
 ever built, so time and memory grow with the number of samples, however many sockets they are in;
-see :mod:`.arrow`.
+see :mod:`.arrowhead`.
 """
 
 from dataclasses import dataclass

@@ -1,36 +1,6 @@
-"""What the default method minimises (the objective), and where the search stands (the state).
+"""The objective L of the default method, and the state of the search.
 
-docs/model.md introduces prior, posterior and evidence.
-
-The unknowns are x, the geometry and the coefficients of the extensions, the socket centres m_s,
-and the poses F of frames, see :mod:`.arms`. Given the widths of the priors and the noise, the most
-plausible unknowns minimise
-
-    L =  sum over samples  t(e_i; C_i)              e_i = Phi(x, q_i) - m_s(i)             (A1)
-       + |W (l - d)|^2 / 2                          l_k = |m_b - m_a|, of measured distances d
-       + sum over k  |m_k - F y_k|^2 / (2 s_k^2)    of measured coordinates y_k in a frame
-       + sum over groups  (x_g - mu_g)^T P_g (x_g - mu_g) / 2    P_g = (s_g^2 I + t_g t_g^T)^-1
-       - (1 - S / N) sum over samples  log V_i          V_i = sqrt(det(Jq_i Jq_i^T))
-
-Line by line: the predicted balls should be at their sockets' centres, the sockets should be as far
-apart as they were measured to be, and where they were measured to be, the unknowns should be near
-their priors, and the robot should not shrink.
-
-- Phi(x, q_i) is the predicted ball of sample i, and s(i) the socket that it sat in.
-- t is minus the logarithm of Student's distribution of whole 3-vectors, so that a sample far from
-  its socket weighs little. C_i is its scale, see :mod:`mukca.solver.bayes.model.noise`.
-- l_k is the distance between sockets a and b by the model, d_k the measured one. W^T W is the
-  inverse covariance of the measured distances; placements of one base share the error of its
-  measurement.
-- P_g is the prior precision (inverse covariance) of a group of unknowns, mu_g its mean, s_g its
-  width, and t_g a common change that is allowed beside it, see
-  :mod:`mukca.solver.bayes.model.priors`.
-- The last term is there because a model that shrinks the robot shrinks all errors, too, and would
-  seem better for that alone. What is known are N joint positions; a small box of joint positions
-  about q_i leads to a body of ball positions whose volume is V_i times as large, and V_i grows with
-  the cube of the robot's scale. The S socket centres are unknown and shrink along with the robot,
-  so only N - S samples count. Where an instrument measured the ball there is no such term: what
-  shrinks does not shrink the measurement.
+docs/model.md writes L (A1) out line by line: samples, known distances and places, priors, volume.
 """
 
 from collections.abc import Sequence
@@ -51,7 +21,7 @@ by 1 rad at most, and shifts it by 10 m."""
 
 @dataclass(frozen=True)
 class Objective:
-    """What stays the same in all iterations: the model, the data, and two constant terms of L."""
+    """Constants of all iterations: the model, the data, and two terms of L."""
 
     model: MultiRobotModel
     rows: SampleRows
@@ -97,7 +67,7 @@ class Linearization:
 
 @dataclass(frozen=True)
 class State:
-    """Where the estimation stands between two iterations."""
+    """State of the estimation between two iterations."""
 
     x: np.ndarray
     """Unknowns of the model, shape (size,)."""
@@ -110,7 +80,7 @@ class State:
     noises: tuple[Noise, ...]
     """The noise of each source of samples, at its present size; see :attr:`.SampleRows.sources`."""
     at_zero: np.ndarray
-    """Which of x are held at zero, shape (size,)."""
+    """True where x is held at zero, shape (size,)."""
     linear: Linearization
     """Errors and derivatives at x and the centres."""
 

@@ -10,10 +10,7 @@ from ..model import Deflection, ExtendedModel, Noise, PriorGroup
 
 @dataclass(frozen=True)
 class Posterior:
-    """The posterior: what is known of the unknowns after the data, as a bell curve.
-
-    docs/model.md introduces prior, posterior and evidence.
-    """
+    """The posterior of one robot's unknowns, as a Gaussian; see docs/model.md."""
 
     model: ExtendedModel
     data: Observations
@@ -27,7 +24,7 @@ class Posterior:
     groups: tuple[PriorGroup, ...]
     """The priors, with the widths that the data gave them."""
     noise: Noise
-    """How large the noise is, as the data show it."""
+    """Noise of samples in sockets."""
     points: np.ndarray
     """Ball centres of the samples, shape (N, 3) [m]."""
     weights: np.ndarray
@@ -38,11 +35,11 @@ class Posterior:
     iterates: tuple[np.ndarray, ...]
     """x after each iteration, the start first."""
     measured_noise: Noise | None = None
-    """How large the noise is where an instrument measured the ball; None where it did not."""
+    """Noise of balls that an instrument measured; None where it measured none."""
 
     @property
     def evaluations(self) -> int:
-        """How often the residuals and their Jacobian were computed."""
+        """Number of times that residuals and their Jacobian were computed."""
         return len(self.iterates)
 
     @property
@@ -68,16 +65,16 @@ class Posterior:
 
 @dataclass(frozen=True)
 class JointPosterior:
-    """What is known of all robots of a fit, and of the frames that they stand in."""
+    """The posterior of all robots of a fit, and of the frames that they stand in."""
 
     arms: tuple[Posterior, ...]
     """Each robot, in its own base."""
     own: tuple[slice, ...]
     """For each robot, which unknowns are its own."""
     scene: MultiRobotObservations
-    """What was measured."""
+    """All observations."""
     frames: dict[str, Pose]
-    """Where each frame stands in the base of the first robot."""
+    """Pose of each frame in the base of the first robot."""
     covariance: np.ndarray
     """Of all unknowns: x of each robot, the frames (a turn about the world's axes [rad], then a
     shift [m]), the socket centres."""

@@ -23,7 +23,7 @@ class Step:
     leverage: np.ndarray
     """L_i of (A5), shape (N, 3, 3) [m^2]."""
     volume: float
-    """By how much the volume's slope was multiplied; 1 where the noise fits the errors."""
+    """Factor of the volume's slope; 1 where the noise fits the errors."""
     slope: float
     """Slope of L along the change, per whole step."""
 

@@ -1,10 +1,10 @@
-"""A bell curve of unknowns that are never negative: its mean, its spread, and what it weighs.
+"""The Gaussian most like one that is cut off at zero, by expectation propagation (Minka 2001).
 
-Half of a bell curve is no bell curve. Expectation propagation (Minka 2001) finds the one that is
-most like it: each bound is replaced by a factor exp(-tau x^2 / 2 + nu x), chosen so that mean and
-variance of its own unknown come out as they are with the bound itself.
+Each bound is replaced by a factor exp(-tau x^2 / 2 + nu x), chosen so that mean and variance of its
+own unknown come out as they are with the bound itself.
 """
 
+from dataclasses import dataclass
 from math import erfc, log, pi, sqrt
 
 import numpy as np
@@ -14,23 +14,23 @@ DAMPING = 0.5
 SETTLED = 1e-6
 
 
+@dataclass(frozen=True)
 class TruncatedGaussian:
-    """Gaussian factors that replace the bounds, and how much of the bell curve lies within them."""
+    """Gaussian factors that replace the bounds, and the share of the Gaussian within them."""
 
-    def __init__(self, precision: np.ndarray, pull: np.ndarray, log_share: float) -> None:
-        self.precision = precision
-        """tau of each unknown, shape (b,)."""
-        self.pull = pull
-        """nu, shape (b,)."""
-        self.log_share = log_share
-        """Logarithm of the share of the bell curve that is within all bounds."""
+    precision: np.ndarray
+    """tau of each unknown, shape (b,)."""
+    pull: np.ndarray
+    """nu, shape (b,)."""
+    log_share: float
+    """Logarithm of the share of the Gaussian that is within all bounds."""
 
 
 def expectation_propagation(mean: np.ndarray, covariance: np.ndarray) -> TruncatedGaussian:
     """Return factors that stand for x >= 0.
 
     Args:
-        mean: Of the bell curve without bounds, shape (b,).
+        mean: Of the Gaussian without bounds, shape (b,).
         covariance: Its covariance, shape (b, b).
     """
     unit = np.sqrt(np.diag(covariance))  # unknowns in units of their own deviation
@@ -59,7 +59,7 @@ def expectation_propagation(mean: np.ndarray, covariance: np.ndarray) -> Truncat
 
 
 def _half(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return figures of a standard bell curve around z of which only x >= 0 is left.
+    """Return figures of a standard Gaussian around z of which only x >= 0 is left.
 
     Returns:
         phi(z) / Phi(z), the curve's height at the bound over what is left; the mean of what is

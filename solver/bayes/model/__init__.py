@@ -1,4 +1,4 @@
-"""The extended model: geometry, one file a physical effect, priors and noise."""
+"""The model: geometry, effects beyond it, noise and priors."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Where the joints of an arm truly are while their encoders read q; docs/model.md has the formula.
+"""True joint positions of an arm whose encoders read q; docs/model.md has the formula.
 
 Each coefficient of an effect turns one axis of one joint, in proportion to itself: the joint's own,
 so that q becomes q', or one of the two across, by the tilts u and v.
@@ -63,7 +63,7 @@ class Deflection:
 
     @property
     def joint_offsets(self) -> np.ndarray | None:
-        """What to add to the encoders' readings, shape (m,) [rad]; None if not looked for."""
+        """Corrections of the encoders' readings, shape (m,) [rad]; None if not looked for."""
         return dict(zip(self.extensions, self.coefficients, strict=True)).get(JOINT_OFFSET.name)
 
     @property

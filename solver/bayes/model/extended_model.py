@@ -24,7 +24,7 @@ SCALE_SAMPLES = 200
 
 @dataclass(frozen=True)
 class ExtendedModel:
-    """What is unknown about a robot: numbers of its geometry, and coefficients of extensions."""
+    """Unknowns of a robot: numbers of its geometry, and coefficients of effects beyond it."""
 
     robot: Robot
     parameters: tuple[Parameter, ...]

@@ -70,7 +70,7 @@ class SampleRows:
 
     @cached_property
     def seated(self) -> slice | np.ndarray:
-        """Which samples are in a socket."""
+        """Samples that are in a socket."""
         return slice(None) if (self.sockets >= 0).all() else self.sockets >= 0
 
     @cached_property
@@ -85,7 +85,7 @@ class SampleRows:
 
     @cached_property
     def points(self) -> np.ndarray:
-        """Where, shape (N, 3) [m]."""
+        """Measured position of each ball in that frame, shape (N, 3) [m]."""
         return np.concatenate(
             [
                 np.zeros((len(arm.positions), 3))
@@ -160,14 +160,7 @@ class SampleRows:
         return None if frame == WORLD else poses[frame]
 
     def place_frames(self, points: np.ndarray) -> tuple[Pose, ...]:
-        """Return where the frames stand, as well as the nominal robots tell.
-
-        Args:
-            points: The balls in each robot's own base, shape (N, 3) [m].
-
-        Raises:
-            FrameError: See :func:`mukca.solver.data.frames.place_frames`.
-        """
+        """Return the poses of the frames by the nominal robots' balls, shape (N, 3) [m]."""
         if not self.frame_count and not self.located:
             return ()
         visits = [self._seen(i, rows, points[rows]) for i, rows in enumerate(self.own)]

@@ -24,7 +24,7 @@ explain away what is no noise, as play is, and leave it to chance which samples 
 TAILS = np.geomspace(NU, 60, 9)
 """Values of nu that are tried; with the last, the distribution is nearly Gaussian."""
 LIGHT_TAILS = 10.0
-"""What is believed of nu: the density nu exp(-nu / 10) (Juarez and Steel 2010)."""
+"""Scale of the prior of nu, with the density nu exp(-nu / 10) (Juarez and Steel 2010)."""
 SCALE_STEPS = 6
 """Until errors are as large as their noise says, whatever nu is tried."""
 NEGLIGIBLE = 0.05
@@ -37,7 +37,7 @@ LARGEST_FACTOR = 4
 
 @dataclass(frozen=True)
 class Noise:
-    """How large the noise is."""
+    """Scales and tails of the noise of samples."""
 
     space: float
     """s_x, of the ball's place in a socket [m]."""
@@ -159,5 +159,5 @@ def log_constant(nu: float) -> float:
 
 
 def log_prior(nu: float) -> float:
-    """Return the logarithm of the density of log nu that is believed, but for a constant."""
+    """Return the logarithm of the prior density of log nu, but for a constant."""
     return 2 * log(nu) - nu / LIGHT_TAILS

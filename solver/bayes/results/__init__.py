@@ -1,4 +1,4 @@
-"""Consequences of a posterior: uncertainties, identifiability, the best plain geometry."""
+"""Results of a posterior: uncertainty, what is not identified, geometry for a URDF."""
 
 import lazy_loader
 

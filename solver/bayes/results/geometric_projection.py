@@ -2,7 +2,7 @@
 
 A URDF knows neither elasticity nor transmission error. The geometry that comes nearest to the full
 model depends on the poses it is meant for: at all poses of the workspace alike it errs too much at
-each of them. So places near those recorded are imagined, some 0.2 m away, with the ball held there
+each of them. So places near those recorded are simulated, some 0.2 m away, with the ball held there
 in postures like those recorded, and the full model says where the ball is.
 
 The full model may be wrong, too, most of all after few samples. So the geometry that the samples
@@ -24,9 +24,9 @@ from .projection_poses import Poses, apart, joined, recorded_poses, simulated_po
 SEATING_DEVIATION = 3e-4
 """Standard deviation to which the geometry is to follow the full model [m]; prior against data."""
 CONFIDENCE = 1.0
-"""By how many standard deviations a change has to be for the better."""
+"""Standard deviations by which a change has to be for the better."""
 CHANCE_SHARE = 0.5
-"""By how much two geometries differ by chance, as a share of what the better one is off by."""
+"""Difference of two geometries by chance, as a share of the error of the better one."""
 
 
 def project_to_geometry(full: Posterior, load: Load, alone: np.ndarray | None = None) -> np.ndarray:
@@ -45,17 +45,17 @@ def project_to_geometry(full: Posterior, load: Load, alone: np.ndarray | None = 
     rigid = not full.deflection.without_joint_offsets.extensions
     if rigid and alone is None:
         return with_joint_offsets(full)
-    imagined = simulated_poses(full, load)
-    if alone is not None and not len(imagined.places):
+    simulated = simulated_poses(full, load)
+    if alone is not None and not len(simulated.places):
         return alone
-    closest = with_joint_offsets(full) if rigid else _closest(full, load, imagined, alone)
-    return closest if alone is None else _shared(full, load, imagined, closest, alone)
+    closest = with_joint_offsets(full) if rigid else _closest(full, load, simulated, alone)
+    return closest if alone is None else _shared(full, load, simulated, closest, alone)
 
 
-def _closest(full: Posterior, load: Load, imagined: Poses, alone: np.ndarray | None) -> np.ndarray:
+def _closest(full: Posterior, load: Load, simulated: Poses, alone: np.ndarray | None) -> np.ndarray:
     """Return the geometry whose balls are nearest to the full model's around the places recorded.
 
-    It is the samples' own, changed by the s that minimises, over places p, imagined ones and
+    It is the samples' own, changed by the s that minimises, over places p, simulated ones and
     sockets, and postures i at them,
 
         sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / d^2 + s^T P s + 2 k sqrt(s^T U s)
@@ -75,12 +75,12 @@ def _closest(full: Posterior, load: Load, imagined: Poses, alone: np.ndarray | N
     if alone is not None:
         start, off_prior = alone, np.zeros(n)
         recorded = replace(recorded, targets=model.ball.points(alone, recorded.positions))
-        doubt = _doubt(full, load, imagined, alone)
+        doubt = _doubt(full, load, simulated, alone)
     prior = np.zeros((n, n))
     for group in full.groups:
         if group.members[0] < n:
             prior[np.ix_(group.members, group.members)] = group.precision(group.width)
-    errors, J = _linear(model.ball, start, joined(imagined, recorded))
+    errors, J = _linear(model.ball, start, joined(simulated, recorded))
     return start + _sure(J.T @ J + prior, -J.T @ errors - prior @ off_prior, doubt)
 
 
@@ -94,9 +94,9 @@ def _linear(ball: BallModel, values: np.ndarray, poses: Poses) -> tuple[np.ndarr
 
 
 def _doubt(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.ndarray:
-    """Return how uncertain the slope of the squared errors at imagined poses is, a covariance.
+    """Return how uncertain the slope of the squared errors at simulated poses is, a covariance.
 
-    The full model is uncertain by its posterior, and which places are imagined is chance.
+    The full model is uncertain by its posterior, and which places are simulated is chance.
     """
     model, q = full.model, poses.positions
     errors, J = _linear(model.ball, start, poses)
@@ -137,7 +137,7 @@ def _shared(
 ) -> np.ndarray:
     """Return the weighted mean of two geometries: the closest one, and the samples' own.
 
-    With r and r' what they are off by at imagined places, as deviations from the mean of all
+    With r and r' what they are off by at simulated places, as deviations from the mean of all
     postures at a place, the closest one has the weight
 
         |r - r'|^2 / (|r - r'|^2 + CHANCE_SHARE^2 (|r|^2 + variance))

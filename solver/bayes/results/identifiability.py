@@ -1,4 +1,4 @@
-"""What the data cannot tell about the geometry, in words.
+"""Directions of the geometry that the data do not identify, in words.
 
 Some changes of the joint origins move no ball, or hardly: the whole base frame may shift, a joint
 may slide along its own axis if the next one slides back. Such a change is a *direction* in the
@@ -21,7 +21,7 @@ UNOBSERVABLE = (
     "the flange's orientation and the last joint's offset: another tool needs its own TCP "
     "calibration",
 )
-"""What no recording of a ball in sockets can tell."""
+"""Unknowns that no recording of a ball in sockets can tell."""
 BASE_TURNS = (
     "the base frame: the sockets measured in it leave it a turn; measure three or more that are "
     "not on one line"

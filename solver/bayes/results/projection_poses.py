@@ -12,16 +12,16 @@ from ...robot import BallModel
 from ..inference import Posterior
 
 PLACES, POSTURES = 40, 20
-"""How many places are imagined, and how many postures at each."""
+"""Number of simulated places, and of postures at each."""
 AWAY = 0.15
 """Standard deviation of a place from the one recorded, per axis, as a share of the arm's length."""
 SWAY = 0.3
 """Standard deviation of a posture from the one recorded [rad], before the ball is put back."""
 COMMON = 0.3
-"""How much of the error that all postures at a place have in common counts. What they differ by
-makes a tool miss a point that was taught in another posture; a common error shifts the place."""
+"""Share that counts of the error that all postures at a place have in common. Their differences
+make a tool miss a point that was taught in another posture; a common error shifts the place."""
 RECORDED = 10.0
-"""How much a recorded sample counts beside an imagined one."""
+"""Weight of a recorded sample beside a simulated one."""
 ROUNDS = 4
 DAMPING = 1e-4
 """Keeps steps short where the arm is stretched out and hardly reaches further."""
@@ -34,11 +34,11 @@ class Poses:
     positions: np.ndarray
     """Shape (N, m) [rad]."""
     places: np.ndarray
-    """Which place each is at, shape (N,)."""
+    """Index of the place of each, shape (N,)."""
     targets: np.ndarray
-    """Where the ball is there, shape (N, 3) [m]."""
+    """Position of the ball, shape (N, 3) [m]."""
     weights: np.ndarray
-    """How much each counts, shape (N,)."""
+    """Weight of each, shape (N,)."""
 
 
 def simulated_poses(full: Posterior, load: Load) -> Poses:

@@ -24,7 +24,7 @@ STEPS = 12
 
 @dataclass(frozen=True)
 class RelativeBasePose:
-    """Where the second of two robots stands seen from the first."""
+    """Pose of the second of two robots in the base of the first."""
 
     names: tuple[str, str]
     pose: Pose

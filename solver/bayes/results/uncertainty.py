@@ -1,4 +1,4 @@
-"""How well a calibration is known: standard deviations, correlations, predicted errors.
+"""Uncertainty of a calibration: standard deviations, correlations, predicted errors.
 
 All of it follows from the covariance of the posterior; see docs/model.md.
 """

@@ -1,4 +1,4 @@
-"""Model selection and averaging by the evidence: which effects to keep."""
+"""The choice of extensions by the evidence, and the mean of the models."""
 
 import lazy_loader
 

@@ -20,7 +20,7 @@ from .leave_one_out import improvement
 from .model_averaging import averaged, model_probabilities
 
 LOG_BAYES_FACTOR = log(150)
-"""By how much extensions must raise the logarithm of the evidence together: what is called very
+"""Least rise of the logarithm of the evidence by all extensions together: what is called very
 strong (Kass and Raftery 1995). Of 216 simulated arms without any, one raised it by as much; six by
 log(20), for which errors of 48 that bend would be 2 % smaller after 10 + 10 samples."""
 LIKELY = 0.01

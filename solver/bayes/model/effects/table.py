@@ -28,4 +28,4 @@ EXTENSIONS: dict[str, tuple[str, ...]] = {
     for one in EFFECTS.values()
     if one.extension
 }
-"""What is tried, in this order: name of the extension, and its effects."""
+"""Extensions in the order in which they are tried, each with its effects."""
