@@ -1,4 +1,4 @@
-"""The default method: a Bayesian calibration, see docs/model.md."""
+"""The default method: a Bayesian calibration."""
 
 import lazy_loader
 

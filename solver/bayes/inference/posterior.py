@@ -10,7 +10,7 @@ from ..model import Deflection, ExtendedModel, Noise, PriorGroup
 
 @dataclass(frozen=True)
 class Posterior:
-    """The posterior of one robot's unknowns, as a Gaussian; see docs/model.md."""
+    """The posterior of one robot's unknowns, as a Gaussian."""
 
     model: ExtendedModel
     data: Observations
