@@ -99,6 +99,21 @@ def shared(
     return shared
 
 
+@pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Run `mukca` with words in this process: status, output, error."""
+
+    def run(*words: object) -> tuple[int, str, str]:
+        try:
+            status = main([*map(str, words)])
+        except SystemExit as stop:  # argparse's own refusals
+            status = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        return status, out, err
+
+    return run
+
+
 @pytest.fixture(scope="session")
 def recordings() -> Path:
     """Recordings of real arms, which stand beside the project or not at all."""

@@ -4,7 +4,7 @@ import io
 import json
 from collections.abc import Callable
 from contextlib import redirect_stdout
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import pytest
@@ -52,15 +52,6 @@ loaded = lru_cache(maxsize=None)(mukca.load_calibration)
 
 
 @pytest.fixture
-def export(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+def export(command: Callable[..., tuple[int, str, str]]) -> Callable[..., tuple[int, str, str]]:
     """Run `mukca export`: status, output, error."""
-
-    def run(*words: object) -> tuple[int, str, str]:
-        try:
-            status = main(["export", *map(str, words)])
-        except SystemExit as stop:
-            status = int(stop.code or 0)
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return run
+    return partial(command, "export")

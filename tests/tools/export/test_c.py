@@ -107,13 +107,6 @@ def arm(calibrations: Path, tmp_path_factory: pytest.TempPathFactory) -> Model:
 
 
 @pytest.mark.slow
-def test_ten_thousand_configurations(arm, calibrations) -> None:
-    calibration = mukca.load_calibration(calibrations / "panda.json")
-    q = configurations(calibration.robot, 10_000, seed=3)
-    assert np.abs(arm("ball", q, 3) - calibration.ball(q)).max() < 1e-12
-
-
-@pytest.mark.slow
 def test_what_is_no_number_is_said(arm) -> None:
     q, out = (ctypes.c_double * 7)(*[0.1] * 6, float("nan")), (ctypes.c_double * 7)()
     assert arm.compiled.arm_command(q, out) == -1

@@ -49,7 +49,3 @@ def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations)
     assert published.position[7] == position[7]
     assert np.array_equal(published.position[6::-1], calibrated.true_positions(read))
     assert published.position != position
-
-
-def test_it_is_short() -> None:
-    assert len(SCRIPT.read_text().splitlines()) <= 45

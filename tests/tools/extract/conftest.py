@@ -1,6 +1,7 @@
 """A simulated session at a Panda as a stream of joint states, and logs that are made of it."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,6 @@ import pytest
 from mukca.drivers import JointState
 from mukca.drivers.arms import Fault, Motion, SimulatedArm
 from mukca.recorder import read_placement
-from mukca.tools.cli import main
 
 RATE = 40.0
 HOLD, MOVE = 0.95, 0.6
@@ -53,15 +53,6 @@ def moves(session: Path) -> Session:
 
 
 @pytest.fixture
-def extract(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+def extract(command: Callable[..., tuple[int, str, str]]) -> Callable[..., tuple[int, str, str]]:
     """Run `mukca extract`: status, output, error."""
-
-    def run(*words: object) -> tuple[int, str, str]:
-        try:
-            status = main(["extract", *map(str, words)])
-        except SystemExit as stop:
-            status = int(stop.code or 0)
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return run
+    return partial(command, "extract")

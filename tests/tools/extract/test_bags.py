@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.recorder import read_placement
 
 rosbags = pytest.importorskip("rosbags", reason="the extra bags is not installed")
 
@@ -85,7 +84,7 @@ def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind) -> No
     assert status == 0, err
     assert "read /joint_states" in shown and "/franka/joint_states" in shown
     assert "lack a joint" in shown and "Look at the picture" in shown
-    placement = read_placement(out / "placement_1")
+    placement = mukca.read_placements(out / "placement_1")[0]
     expected = [(q, s) for q, s in zip(moves.places, moves.sockets, strict=True) if s is not None]
     assert placement.sockets.tolist() == [socket for _, socket in expected]
     assert np.abs(placement.positions - [q for q, _ in expected]).max() < 4e-5
@@ -109,7 +108,7 @@ def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_p
         for folder in (session / "front", tmp_path / "out")
     )
     # distances between balls do not depend on where the base frame stands
-    q = read_placement(session / "front").positions
+    q = mukca.read_placements(session / "front")[0].positions
     balls = [model.ball(q) for model in (recorded, extracted)]
     lengths = [np.linalg.norm(p[:, None] - p, axis=2) for p in balls]
     # 12 states of 2e-5 rad noise each, seven joints, 0.9 m away: 14 um a sample
@@ -132,7 +131,7 @@ def test_two_arms_in_one_message(extract, moves, tmp_path) -> None:
     words = ("--joints", "left_*", "--out", tmp_path / "out")
     assert extract(tmp_path / "two", "--robot", "panda", *words)[0] == 0
     count = sum(socket is not None for socket in moves.sockets)
-    assert len(read_placement(tmp_path / "out" / "placement_1").samples) == count
+    assert len(mukca.read_placements(tmp_path / "out" / "placement_1")[0].samples) == count
 
 
 @pytest.mark.slow
@@ -143,7 +142,7 @@ def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path) -> No
     bag.close()
     words = ("--efforts", "--out", tmp_path / "out")
     assert extract(tmp_path / "one", "--robot", "panda", *words)[0] == 0
-    efforts = read_placement(tmp_path / "out" / "placement_1").efforts
+    efforts = mukca.read_placements(tmp_path / "out" / "placement_1")[0].efforts
     assert efforts is not None and np.allclose(efforts, np.arange(7.0))
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mukca.recorder import read_placement
+import mukca
 from mukca.tools.cli import main
 
 
@@ -21,7 +21,12 @@ def test_what_was_captured_can_be_looked_at_again(
     assert {file.name for file in out.iterdir()} >= {"samples.csv", "states_1.stream"}
     status, _, err = extract(out, "--robot", "panda", "--out", tmp_path / "again")
     assert status == 0, err
-    captured, found = read_placement(out), read_placement(tmp_path / "again" / "placement_1")
+    captured, found = mukca.read_placements(out)[0], mukca.read_placements(tmp_path / "again")[0]
     assert found.sockets.tolist() == captured.sockets.tolist()
     # each the mean of some 30 states with 2e-5 rad of noise
     assert np.abs(found.positions - captured.positions).max() < 5 * 2e-5 / np.sqrt(15)
+    status, _, err = extract(out / "states_1.stream", "--robot", "ur5e")
+    assert status == 2 and "it has panda_joint1" in err
+    (out / "states_1.stream").write_bytes(b"something else\n")
+    status, _, err = extract(out, "--robot", "panda")
+    assert status == 2 and "not a whole stream" in err and len(err.splitlines()) == 1

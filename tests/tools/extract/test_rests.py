@@ -27,23 +27,6 @@ def found(log):
     return find_rests(log, joints_of(load_robot("panda")), window=0.3, still=5e-4)
 
 
-def test_every_rest_is_found_and_no_other(found, moves) -> None:
-    assert len(found) == len(moves.places)
-    positions = np.array([one.rest.position for one in found])
-    assert np.abs(positions - np.array(moves.places)).max() < 4 * 2e-5 / np.sqrt(10)
-    for one in found:
-        assert 0.3 <= one.end - one.begin <= moves.hold + 0.05
-        assert one.rest.states >= 10
-
-
-def test_samples_are_told_from_pauses(found, moves) -> None:
-    robot = load_robot("panda")
-    proposals = propose_samples(robot, found, joints_of(robot), 0.05)
-    assert [p.socket if p.placement else None for p in proposals] == moves.sockets
-    assert {p.placement for p in proposals} == {"placement_1", None}
-    assert all("not in a socket" in p.why for p in proposals if not p.placement)
-
-
 def still(position: float, begin: float, end: float) -> list[tuple[float, float]]:
     rng = np.random.default_rng(int(10 * begin))
     return [(t, position + rng.normal(0, 1e-5)) for t in np.arange(begin, end, 0.02).tolist()]
