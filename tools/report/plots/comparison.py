@@ -48,9 +48,7 @@ def _by_model(
 
 def _errors(result: ComparisonDocument) -> Plot:
     models = [model for row in result.placements for model in row.models]
-    values = [1e3 * model.mean_absolute_error for model in models]
-    low, high = max(min(values), 1e-6) / 1.4, max(*values, 1e-6) * 1.4
-    axis = Axis(low, high, "MAE, mm", log=True)
+    axis = Axis.logarithmic((1e3 * model.mean_absolute_error for model in models), "MAE, mm", 1.4)
     panel = _by_model(
         result, "error at each placement", axis, lambda model: model.mean_absolute_error, ".3f"
     )

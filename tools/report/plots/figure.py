@@ -19,18 +19,14 @@ LONGEST = 18
 
 
 def element(name: str, *children: str, **attributes: object) -> Markup:
-    """Return an SVG element.
+    """Return an SVG element; texts among its children are escaped.
 
-    Args:
-        name: Of the element.
-        children: Texts, which are escaped, and other elements.
-        attributes: ``class_`` stands for ``class`` and ``stroke_width`` for ``stroke-width``;
-            floats are written to hundredths of a pixel, None is left out.
+    Of the attributes, ``class_`` stands for ``class`` and ``fill_opacity`` for ``fill-opacity``;
+    floats are written to hundredths of a pixel.
     """
     words = "".join(
         f' {key.rstrip("_").replace("_", "-")}="{escape(_short(value))}"'
         for key, value in attributes.items()
-        if value is not None
     )
     inner = "".join(map(escape, children))
     return Markup(f"<{name}{words}>{inner}</{name}>")  # noqa: S704  values are escaped above
@@ -57,6 +53,12 @@ class Axis:
         half = 1.1 * max(least, *map(abs, values))
         return cls(-half, half, label)
 
+    @classmethod
+    def logarithmic(cls, values: Iterable[float], label: str, room: float = 1.5) -> "Axis":
+        """Return an axis with room beside the values above zero; round 1 where there are none."""
+        positive = [value for value in values if value > 1e-6] or [1.0]
+        return cls(min(positive) / room, max(positive) * room, label, log=True)
+
     def fraction(self, value: float) -> float:
         """Return the place of a value, 0 at the low end and 1 at the high end, never outside."""
         low, high = self.low, self.high
@@ -80,15 +82,9 @@ class Axis:
 
 
 class Panel:
-    """Axes to draw in, written as SVG; positions are values of the axes.
+    """Axes to draw in, written as SVG; positions are values of the axes, sizes the panel's units.
 
-    Args:
-        title: Above it.
-        x: The horizontal axis.
-        y: The vertical axis; low values are below.
-        width: In the panel's units.
-        height: Likewise.
-        left: Width of the margin for the vertical axis' numbers or names.
+    The margin at the left holds the vertical axis' numbers, or the names of rows.
     """
 
     def __init__(
@@ -184,19 +180,10 @@ def _number(value: float) -> str:
     return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
 
 
-def to_scale(
-    title: str, points: np.ndarray, labels: tuple[str, str], *, room: float, width: float = 370
-) -> Panel:
-    """Return a panel with lines, both axes to one scale.
-
-    Args:
-        title: Above it.
-        points: Points that it is to hold, shape (N, 2).
-        labels: Of the axes.
-        room: Beside the outermost points.
-        width: Of the axes at most, in the panel's units.
-    """
+def to_scale(title: str, points: np.ndarray, labels: tuple[str, str], *, room: float) -> Panel:
+    """Return a panel with lines, both axes to one scale, with room round points, shape (N, 2)."""
     low, high = points.min(axis=0) - room, points.max(axis=0) + room
+    width = WIDTH - LEFT - RIGHT
     scale = float(min(width / (high[0] - low[0]), 420 / (high[1] - low[1])))
     middle = float(low[0] + high[0]) / 2
     x = Axis(middle - width / scale / 2, middle + width / scale / 2, labels[0])
@@ -207,15 +194,7 @@ def to_scale(
 def named_rows(
     title: str, names: Sequence[str], x: Axis, *, pitch: float = 24, bare: bool = False
 ) -> Panel:
-    """Return a panel with a named row for each thing; row i is at the height i.
-
-    Args:
-        title: Above it.
-        names: Of the rows, from the top.
-        x: The horizontal axis.
-        pitch: Height of a row.
-        bare: Without lines and numbers.
-    """
+    """Return a panel with named rows from the top, row i at y = i; bare: no lines, no numbers."""
     count = len(names)
     left = min(24 + 6.6 * min(max(map(len, names), default=0), LONGEST), 150)
     panel = Panel(title, x, Axis(count - 0.5, -0.5), height=TOP + BOTTOM + pitch * count, left=left)

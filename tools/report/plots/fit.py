@@ -64,7 +64,7 @@ def _curves_panel(term: Term, curves: Mapping[str, Curve], repeatability: float)
     panel = Panel(
         f"{term}, root mean square",
         Axis(0, last, "iteration", ticks=ticks),
-        Axis(min(values) / 1.5, max(values) * 1.5, "mm", log=True),
+        Axis.logarithmic(values, "mm"),
     ).grid()
     for role, curve in shown.items():
         panel.line(curve, f"curve {role}")
@@ -80,7 +80,7 @@ def _curves_panel(term: Term, curves: Mapping[str, Curve], repeatability: float)
 
 
 def cross_placement(report: ReportDocument) -> Plot | None:
-    """Trained on which placement alone, error where: the paper's Fig. 6."""
+    """Error at each placement after training on one alone: the paper's Fig. 6."""
     matrix = report.cross_placement
     if matrix is None or not any(matrix.matrix):
         return None

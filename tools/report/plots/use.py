@@ -20,8 +20,7 @@ def errors_by_placement(report: ReportDocument) -> Plot:
         (1e3 * row.nominal.mean_absolute_error, 1e3 * row.calibrated.mean_absolute_error)
         for row in report.placements
     ]
-    low, high = _log_range([error for pair in errors for error in pair])
-    x = Axis(low, high, "mean absolute error, mm", log=True)
+    x = Axis.logarithmic((e for pair in errors for e in pair), "mean absolute error, mm")
     panel = named_rows("error at each placement", names, x, pitch=28)
     for i, row in enumerate(report.placements):
         panel.bar(i, *errors[i], "link")
@@ -55,12 +54,6 @@ def _placement_sentence(report: ReportDocument, names: list[str]) -> str:
         f"{mm(worst.nominal.mean_absolute_error)} before and "
         f"{mm(worst.calibrated.mean_absolute_error)} after{tail}."
     )
-
-
-def _log_range(values: list[float]) -> tuple[float, float]:
-    """Return a range with some room around positive values; one around 1 where there are none."""
-    positive = [value for value in values if value > 1e-6] or [1.0]
-    return min(positive) / 1.5, max(positive) * 1.5
 
 
 def table_map(report: ReportDocument) -> Plot:
@@ -126,9 +119,8 @@ def shares(report: ReportDocument) -> Plot:
     """Share of the samples within an error, and the task's tolerance."""
     role, words = judged_role(report)
     values = {model: np.sort(1e3 * lengths(report, model, role)) for model in MODELS}
-    low, high = _log_range(np.concatenate(list(values.values())).tolist())
     tolerance = 1e3 * report.tolerance
-    x = Axis(min(low, tolerance / 1.5), max(high, 1.5 * tolerance), "error, mm", log=True)
+    x = Axis.logarithmic([tolerance, *np.concatenate(list(values.values()))], "error, mm")
     panel = Panel(f"{words} samples within an error", x, Axis(0, 100, "% of samples")).grid()
     for model, errors in values.items():
         steps = np.linspace(0, 100, len(errors) + 1)[1:]
