@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from ....solver.assessment import PlacementReport, SampleErrors, joined, mm, plural, short_names
 from ....solver.diagnostics import EVERYWHERE, Diagnostic, standing_out
-from .types_answers import DataAnswer, LoneFit, WorstSample
+from .types import DataAnswer, LoneFit, WorstSample
 
 FAR = 3.0
 """A sample this many times its placement's mean error from its socket deserves a look."""

@@ -22,7 +22,7 @@ from ....solver.assessment import (
 from ....solver.diagnostics import Diagnostic, farthest_place, fitted_alone
 from ....solver.results import NextPlacement, Uncertainty
 from .answer_data import data_answer, placements_with_errors
-from .types_answers import Answer, Answers, NextAnswer, UseAnswer, UseAtPlacement
+from .types import Answer, Answers, NextAnswer, UseAnswer, UseAtPlacement
 
 _ANSWERS: dict[Answer, str] = {"yes": "yes", "mostly": "mostly (19 of 20 samples)", "no": "no"}
 _BUT = {

@@ -11,7 +11,7 @@ from ....solver.results import CalibratedRobot
 from ....solver.robot import Robot, RowFunction, link_frames
 from ....solver.robot.urdf import Joint
 from .meshes import link_meshes
-from .types_drawing import ArmDrawing, Displacement
+from .types import ArmDrawing, Displacement
 
 CONFIGURATIONS = 400
 """Configurations drawn at most."""
@@ -20,31 +20,31 @@ SHOWN_SHIFT = 0.05
 
 
 def arm_drawing(predictions: Predictions) -> ArmDrawing:
-    """Return the skeletons of both models, where the sockets are, and meshes where there are any.
+    """Return the skeletons of both models, and meshes where there are any.
 
     Where there are more than :data:`CONFIGURATIONS`, only every second, third, ... is drawn.
     """
     robot, calibration = predictions.robot, predictions.calibration
-    counts = [len(placement.samples) for placement in predictions.placements]
-    owners = np.repeat(np.arange(len(counts)), counts)
-    q = np.concatenate([placement.measured.positions for placement in predictions.placements])
+    placements = predictions.placements
+    owners = np.repeat(np.arange(len(placements)), [len(each.samples) for each in placements])
+    q = np.concatenate([each.measured.positions for each in placements])
     corrected = np.concatenate(
-        [_corrected_positions(calibration, one.measured) for one in predictions.placements]
+        [_corrected_positions(calibration, each.measured) for each in placements]
     )
     apart = np.concatenate(
-        [norms(one.points.nominal - one.points.calibrated) for one in predictions.placements]
+        [norms(each.points.nominal - each.points.calibrated) for each in placements]
     )
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
-    nominal = frames(robot, robot.origins, q[rows])
-    calibrated = frames(robot, calibration.model.origins(calibration.values), corrected[rows])
-    places = calibrated[:, :, :3, 3]
+    nominal = _frames(robot, robot.origins, q[rows])
+    calibrated = _frames(robot, calibration.model.origins(calibration.values), corrected[rows])
+    places = calibrated[..., 3]
     reach = float(np.abs(places).max())
     meshes = link_meshes(predictions.document.model, robot)
-    shown = np.round(calibrated[:, :, :3, :], 4).reshape(len(rows), -1, 12).tolist()
+    shown = np.round(calibrated, 4).reshape(len(rows), -1, 12).tolist()
     return ArmDrawing(
         joints=tuple(joint.name for joint in robot.joints),
         placements=owners[rows].tolist(),
-        nominal=np.round(nominal[:, :, :3, 3], 5).tolist(),
+        nominal=np.round(nominal[..., 3], 5).tolist(),
         calibrated=np.round(places, 5).tolist(),
         low=as_point(places.min(axis=(0, 1)).round(4)),
         high=as_point(places.max(axis=(0, 1)).round(4)),
@@ -72,24 +72,16 @@ def _exaggeration(displacement: float, reach: float) -> float:
     return max(1.0, nice_above(SHOWN_SHIFT * reach / displacement / 2))
 
 
-def frames(robot: Robot, origins: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Return the frames of the base and of each joint's child link, shape (N, joints + 1, 4, 4).
-
-    Args:
-        robot: The robot.
-        origins: Of its joints, shape (joints, 6).
-        positions: Joint positions, shape (N, m).
-    """
+def _frames(robot: Robot, origins: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Return the frames of base and child links, [R | p], shape (N, joints + 1, 3, 4)."""
     numbers = _frames_function(robot.joints)(positions, origins.ravel())[0]
-    N = len(positions)
-    T = np.tile(np.eye(4), (N, len(robot.joints) + 1, 1, 1))
-    T[:, 1:, :3, :] = numbers.reshape(N, len(robot.joints), 3, 4)
-    return T
+    links = numbers.reshape(len(positions), len(robot.joints), 3, 4)
+    return np.insert(links, 0, np.eye(3, 4), axis=1)
 
 
 @lru_cache(maxsize=16)
 def _frames_function(joints: tuple[Joint, ...]) -> RowFunction:
-    """Return the rows of :func:`frames` as a function of joint positions and origins."""
+    """Return the child links' frames as a function of joint positions and origins."""
     origins, q = ca.SX.sym("o", 6 * len(joints)), ca.SX.sym("q", sum(j.actuated for j in joints))
     frames = [ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in link_frames(joints, origins, q)]
     return RowFunction("frames", [origins, q], [ca.vertcat(*frames)])

@@ -7,7 +7,7 @@ from ....solver.assessment import PlacementPrediction, Predictions
 from ....solver.data import evaluate
 from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
 from ....solver.robot import Parameter, all_parameters
-from .types_drawing import CrossPlacement
+from .types import CrossPlacement
 
 
 def cross_placement(

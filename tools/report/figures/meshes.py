@@ -1,11 +1,10 @@
-"""The links' shapes from the URDF, thinned out for a drawing; none where the URDF has none."""
+"""Shapes of the links from the URDF, thinned out for a drawing; none where the URDF has none."""
 
 import contextlib
 import io
 import logging
 import re
 from collections.abc import Callable, Iterator, Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +12,8 @@ import numpy as np
 
 from ....solver.results import Model
 from ....solver.robot import Robot
-from .types_drawing import LinkMesh
+from .types import LinkMesh
 
-Shape = tuple[np.ndarray, np.ndarray]
-"""Corners, shape (V, 3), and triangles by corner, shape (F, 3)."""
 FACES = 600
 """Triangles kept of each link at most."""
 LARGEST_FILE = 50_000_000
@@ -24,34 +21,28 @@ LARGEST_FILE = 50_000_000
 
 
 def link_meshes(model: Model, robot: Robot) -> tuple[LinkMesh, ...]:
-    """Return the triangles that move with the chain, for each frame of the chain.
+    """Return the triangles that move with each frame of the chain.
 
-    Mesh files are looked for where the model's source says; what is not found is left out.
-
-    Args:
-        model: The robot's model in the calibration.
-        robot: The robot.
+    Mesh files are looked for at the model's source; those not found are left out.
     """
     text = model.nominal_urdf
     find = _finder(Path(model.source).parent)
     files = re.findall(r"<mesh\b[^>]*\bfilename\s*=\s*[\"']([^\"']*)", text)
     if not any(map(find, files)) and not re.search("<(box|cylinder|sphere)", text):
         return ()
-    if find_spec("yourdfpy") is None:
-        logging.getLogger(__name__).warning(
-            "yourdfpy cannot be imported, so the report draws the arm as lines"
-        )
-        return ()
+    import trimesh
+
+    frames = {robot.base: 0, **{joint.child: i + 1 for i, joint in enumerate(robot.joints)}}
+    shapes: dict[int, list[Any]] = {}
     try:
-        scene = _load(text, find)
+        for frame, mesh in _shapes(_load(text, find), frames):
+            shapes.setdefault(frame, []).append(mesh)
     except Exception as error:  # a drawing is not worth a report; whatever a mesh reader raises
         logging.getLogger(__name__).info("no meshes: %s", error)
         return ()
-    frames = {robot.base: 0, **{joint.child: i + 1 for i, joint in enumerate(robot.joints)}}
-    shapes: dict[int, list[Shape]] = {}
-    for frame, vertices, faces in _shapes(scene, frames):
-        shapes.setdefault(frame, []).append((vertices, faces))
-    return tuple(_link_mesh(frame, parts) for frame, parts in sorted(shapes.items()))
+    util: Any = trimesh.util
+    meshes = {frame: util.concatenate(parts) for frame, parts in sorted(shapes.items())}
+    return tuple(_link_mesh(frame, mesh) for frame, mesh in meshes.items())
 
 
 def _load(text: str, find: Callable[[str], str]) -> Any:
@@ -84,8 +75,8 @@ def _finder(folder: Path) -> Callable[[str], str]:
     return find
 
 
-def _shapes(urdf: Any, index: Mapping[str, int]) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Yield every shape that hangs on a link of the chain: vertices in that link's frame."""
+def _shapes(urdf: Any, index: Mapping[str, int]) -> Iterator[tuple[int, Any]]:
+    """Yield every mesh that hangs on a link of the chain, in that link's frame."""
     graph = urdf.scene.graph
     parents = graph.transforms.parents
     for node in graph.nodes_geometry:
@@ -96,45 +87,22 @@ def _shapes(urdf: Any, index: Mapping[str, int]) -> Iterator[tuple[int, np.ndarr
             continue
         transform, geometry = graph.get(node, link)
         mesh = urdf.scene.geometry[geometry]
-        if not hasattr(mesh, "faces") or not len(mesh.faces):
-            continue
-        vertices = np.asarray(mesh.vertices, dtype=float) @ transform[:3, :3].T + transform[:3, 3]
-        yield index[link], vertices, np.asarray(mesh.faces, dtype=np.int64)
+        if hasattr(mesh, "faces") and len(mesh.faces):
+            yield index[link], mesh.copy().apply_transform(transform)
 
 
-def _link_mesh(frame: int, parts: list[Shape]) -> LinkMesh:
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
-    vertices = np.concatenate([v for v, _ in parts])
-    faces = np.concatenate([f + start for (_, f), start in zip(parts, starts, strict=False)])
-    vertices, faces = thin_out(vertices, faces, FACES)
-    return LinkMesh(frame=frame, vertices=np.round(vertices, 4).tolist(), faces=faces.tolist())
+def _link_mesh(frame: int, mesh: Any) -> LinkMesh:
+    """Return a mesh with the vertices in each cell of a grid merged, the finest with few faces."""
+    import trimesh
 
-
-def thin_out(vertices: np.ndarray, faces: np.ndarray, most: int) -> Shape:
-    """Return a mesh of at most so many triangles, by merging the vertices in cells of a grid.
-
-    Args:
-        vertices: Shape (V, 3).
-        faces: Shape (F, 3).
-        most: Triangles allowed.
-    """
-    size = float(np.ptp(vertices, axis=0).max())
-    cells = 64
-    while len(faces) > most and cells >= 2:
-        keys = np.floor((vertices - vertices.min(axis=0)) / (size / cells)).astype(np.int64)
-        _, cell = np.unique(keys, axis=0, return_inverse=True)
-        cell = cell.ravel()
-        merged = cell[faces]
-        distinct = (
-            (merged[:, 0] != merged[:, 1])
-            & (merged[:, 1] != merged[:, 2])
-            & (merged[:, 2] != merged[:, 0])
-        )
-        merged = merged[distinct]
-        _, first = np.unique(np.sort(merged, axis=1), axis=0, return_index=True)
-        if len(first) <= most:
-            counts = np.bincount(cell)
-            means = [np.bincount(cell, vertices[:, k]) / counts for k in range(3)]
-            return np.stack(means, axis=1), merged[np.sort(first)]
+    thin, cells = mesh, 64
+    while len(thin.faces) > FACES and cells >= 2:
+        grid = np.floor((mesh.vertices - mesh.bounds[0]) * (cells / mesh.extents.max()))
+        _, cell = np.unique(grid, axis=0, return_inverse=True)
+        means = np.stack([np.bincount(cell.ravel(), v) for v in mesh.vertices.T], axis=1)
+        means /= np.bincount(cell.ravel())[:, None]
+        thin = trimesh.Trimesh(means, cell.ravel()[mesh.faces], process=False)
+        thin.update_faces(thin.nondegenerate_faces() & thin.unique_faces())
         cells = cells * 3 // 4
-    return vertices, faces[:most]
+    vertices = np.round(thin.vertices, 4).tolist()
+    return LinkMesh(frame=frame, vertices=vertices, faces=thin.faces[:FACES].tolist())

@@ -21,7 +21,7 @@ from ....solver.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Outlook, Scale
 from .answer_data import placements_with_errors
 from .commands import check_command, record_command, solve_command
-from .types_answers import Step
+from .types import Step
 
 _SPAN = 0.5
 """A distance in the workspace [m]."""

@@ -1,27 +1,170 @@
-"""All of ``report.json`` and ``compare.json``: every number and sentence that their pages show.
+"""All of ``report.json``: every number and sentence that its page shows.
 
 Lengths are metres, angles radians. Points are in the robot's base frame: x ahead, y to the left.
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from ....solver.assessment import (
     Coverage,
     KnownDistanceErrors,
     Limits,
     PlacementReport,
-    Quantiles,
+    Point,
     RoleSummaries,
     SampleErrors,
     Verdict,
 )
 from ....solver.results import Document, FitResult, Provenance, read
-from .types_answers import Answers, Step
-from .types_drawing import ArmDrawing, CrossPlacement, Displacement
 
 REPORT = "mukca-report-1"
-COMPARISON = "mukca-comparison-1"
+Answer = Literal["yes", "mostly", "no", "trained on"]
+"""``mostly``: 19 of 20 samples; ``trained on``: its errors prove nothing."""
+
+
+class Step(Document, kw_only=True, frozen=True):
+    """One thing to do next."""
+
+    text: str
+    command: str
+    """To copy."""
+    expected: str = ""
+    """Its expected benefit, in words."""
+    before: float | None = None
+    """The error that it should lower [m]; None, here and below, where it lowers none."""
+    after: float | None = None
+    """Expected error after the step [m]."""
+
+
+class UseAtPlacement(Document, kw_only=True, frozen=True):
+    """May the arm be used for the task at this placement?"""
+
+    name: str
+    called: str
+    """Its name, with the robot's side where it is on one."""
+    where: str
+    answer: Answer
+
+
+class UseAnswer(Document, kw_only=True, frozen=True):
+    """The answer to "May I use this arm for my task?"."""
+
+    rows: tuple[UseAtPlacement, ...]
+    text: str
+    meaning: str
+    """Definition of the error."""
+    alone: str | None
+    """Error of the exported URDF by itself, where it is not the full model."""
+    between: str
+    """Accuracy of points that were not taught at the place itself."""
+    cannot_see: tuple[str, ...]
+    """Quantities that a ball in a socket cannot tell."""
+
+
+class NextAnswer(Document, kw_only=True, frozen=True):
+    """The answer to "Which placement next?"."""
+
+    text: str
+    train_on: str | None
+    """A placement that is recorded already, and worth training on too."""
+    place: Point
+    """Position at which to record a new one [m]."""
+    joints: tuple[str, ...]
+    """Those that hardly moved."""
+
+
+class WorstSample(Document, kw_only=True, frozen=True):
+    """A sample far from its socket."""
+
+    where: str
+    """File and line."""
+    name: str
+    """Of its placement."""
+    socket: int
+    number: int
+    """Its place among the samples of its socket, from 1."""
+    weight: float | None
+    """Robust weight in the fit; None where there was none."""
+    error: float
+    """Distance from its socket's centre by the calibrated model [m]."""
+    ratio: float
+    """That distance over the mean of its placement."""
+
+
+class LoneFit(Document, kw_only=True, frozen=True):
+    """Error of a placement when fitted alone, the figure of ``mukca check``."""
+
+    name: str
+    mean_absolute_error: float
+    """Mean distance of its samples from their socket, each by its weight [m]."""
+
+
+class DataAnswer(Document, kw_only=True, frozen=True):
+    """The answer to "Is my data all right?"."""
+
+    text: str
+    worst: tuple[WorstSample, ...]
+    floors: tuple[LoneFit, ...]
+
+
+class Answers(Document, kw_only=True, frozen=True):
+    """The answers to the three questions that a user has."""
+
+    use: UseAnswer
+    next: NextAnswer
+    data: DataAnswer
+
+
+class Displacement(Document, kw_only=True, frozen=True):
+    """Distance between the balls of two models [m]."""
+
+    mean: float
+    max: float
+
+
+class LinkMesh(Document, kw_only=True, frozen=True):
+    """The shape of one link."""
+
+    frame: int
+    """That it moves with: 0 for the base, i + 1 for the child link of joint i."""
+    vertices: list[list[float]]
+    """In that frame, shape (V, 3) [m]."""
+    faces: list[list[int]]
+    """Triangles by vertex, shape (F, 3)."""
+
+
+class ArmDrawing(Document, kw_only=True, frozen=True):
+    """The arm in its recorded configurations, by both models."""
+
+    joints: tuple[str, ...]
+    placements: list[int]
+    """Of each configuration, the index."""
+    nominal: list[list[list[float]]]
+    """Places of the joints, shape (configurations, joints + 1, 3) [m]: base first, ball last."""
+    calibrated: list[list[list[float]]]
+    low: Point
+    """Corner of what the calibrated arm fills [m]."""
+    high: Point
+    reach: float
+    """Largest coordinate [m]."""
+    displacement: Displacement
+    """Of the ball, between the two models."""
+    exaggeration: float
+    """Factor by which the difference of the models is enlarged at first."""
+    meshes: tuple[LinkMesh, ...]
+    frames: list[list[list[float]]] | None = None
+    """Calibrated link frames, shape (configurations, joints + 1, 12): rows of rotation and
+    position; None where there are no meshes."""
+
+
+class CrossPlacement(Document, kw_only=True, frozen=True):
+    """Errors everywhere after training on one placement alone, the paper's Fig. 6."""
+
+    method: str
+    names: tuple[str, ...]
+    matrix: tuple[tuple[float, ...] | None, ...]
+    """[i][j]: MAE on placement j after training on i [m]; None where i cannot be fitted alone."""
 
 
 class PlotCaption(Document, kw_only=True, frozen=True):
@@ -82,77 +225,3 @@ def read_report(file: Path) -> ReportDocument:
         DocumentError: Missing, of another format, or damaged; the line names the key.
     """
     return read(file, ReportDocument, REPORT)
-
-
-class ErrorsOverall(Quantiles, kw_only=True, frozen=True):
-    """A model's errors over all placements that none of the models was trained on."""
-
-    mean_absolute_error: float
-    distance_error: float | None
-    """Mean of the absolute values; None where no placement has two sockets."""
-
-
-class ComparedModel(Document, kw_only=True, frozen=True):
-    """One of the models: the nominal one, or a calibration."""
-
-    name: str
-    summary: ErrorsOverall | None
-    """None where every placement was trained on by some model."""
-
-
-class ErrorsAtPlacement(Document, kw_only=True, frozen=True):
-    """A model's errors at one placement."""
-
-    mean_absolute_error: float
-    max_error: float
-    distance_error: float | None
-    """Predicted less measured; None where there is one socket only."""
-    quantiles: Quantiles
-    trained_on: bool
-
-
-class ComparedPlacement(Document, kw_only=True, frozen=True):
-    """One placement, and the errors of all models there."""
-
-    name: str
-    samples: tuple[int, ...]
-    """Number of samples in each socket."""
-    models: tuple[ErrorsAtPlacement, ...]
-
-
-class Difference(Document, kw_only=True, frozen=True):
-    """By how much the error of one model exceeds that of another."""
-
-    mean: float
-    noise: float
-    """Half the width of the mean's 95 % interval."""
-    beyond_noise: bool
-
-
-class ComparedPair(Document, kw_only=True, frozen=True):
-    """Model b less model a."""
-
-    a: int
-    """Index of the model."""
-    b: int
-    placements: tuple[Difference, ...]
-    summary: Difference | None
-    """Over the placements that none of the models was trained on; None where there are none."""
-    apart: Displacement
-    """Of the ball between the two, after a rigid motion of the base frame is taken out."""
-
-
-class ComparisonDocument(Document, kw_only=True, frozen=True):
-    """All of ``compare.json``."""
-
-    format: str
-    robot_name: str
-    models: tuple[ComparedModel, ...]
-    """The nominal model first."""
-    placements: tuple[ComparedPlacement, ...]
-    fair: tuple[int, ...]
-    """Indices of the placements that none of the models was trained on."""
-    pairs: tuple[ComparedPair, ...]
-    """Each model less each one before it in the list."""
-    plots: tuple[PlotCaption, ...] | None = None
-    """Only where a page was written."""
