@@ -1,23 +1,23 @@
 """Addresses: what they stand for, and what is said of those that stand for nothing."""
 
 import pytest
+from driver_errors import refused
 
-from mukca.drivers import DriverError, Reason
-from mukca.drivers.transport import open_bus, parse_can_address, parse_endpoint, resolve
+from mukca import open_driver
 
 
 @pytest.mark.parametrize(
-    ("address", "expected"),
+    ("address", "told"),
     [
-        ("172.16.0.2", ("172.16.0.2", 1337, {})),
-        ("robot.local:99", ("robot.local", 99, {})),
-        ("10.0.0.1?version=4", ("10.0.0.1", 1337, {"version": "4"})),
-        ("10.0.0.1:5?version=4", ("10.0.0.1", 5, {"version": "4"})),
+        ("127.0.0.1", "127.0.0.1:1337 refused the connection"),
+        ("127.0.0.1:9", "127.0.0.1:9 refused"),
+        ("127.0.0.1:9?version=4", "127.0.0.1:9 refused"),
+        ("no-such-robot.invalid", "no host is called 'no-such-robot.invalid'"),
     ],
 )
-def test_endpoints(address, expected):
-    endpoint = parse_endpoint(address, 1337, ("version",))
-    assert (endpoint.host, endpoint.port, endpoint.options) == expected
+def test_a_host_its_port_and_options_are_taken_apart(address, told):
+    with refused("UNREACHABLE", match=told):
+        open_driver("franka", address)
 
 
 @pytest.mark.parametrize(
@@ -26,52 +26,35 @@ def test_endpoints(address, expected):
      "host?versoin=4", "host?version=4&x=1", "[::1", "host?version=4;1"],
 )  # fmt: skip
 def test_addresses_that_mean_nothing(address):
-    with pytest.raises(DriverError) as caught:
-        parse_endpoint(address, 1337, ("version",)).options.integer("version", 0)
-    assert caught.value.reason is Reason.BAD_ADDRESS
+    with refused("BAD_ADDRESS") as caught:
+        open_driver("franka", address)
     assert "\n" not in str(caught.value)
 
 
 def test_an_option_that_is_not_known_names_those_that_are():
-    with pytest.raises(DriverError, match="there are: rate, effort"):
-        parse_endpoint("host?speed=1", 1, ("rate", "effort"))
+    with refused("BAD_ADDRESS", match="there are: rate, effort"):
+        open_driver("ur", "host?speed=1")
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "fast"])
 def test_a_rate_is_a_positive_number(text):
-    options = parse_endpoint(f"host?rate={text}", 1, ("rate",)).options
-    with pytest.raises(DriverError, match=f"rate={text} is not a positive number"):
-        options.positive("rate", 100)
-
-
-def test_a_host_that_nobody_knows():
-    with pytest.raises(DriverError) as caught:
-        resolve("no-such-robot.invalid")
-    assert caught.value.reason is Reason.UNREACHABLE
+    with refused("BAD_ADDRESS", match=f"rate={text} is not a positive number"):
+        open_driver("ur", f"host?rate={text}")
 
 
 @pytest.mark.parametrize(
-    ("address", "interface", "channel"),
+    ("address", "bus"),
     [
-        ("", "socketcan", "can0"),
-        ("can1", "socketcan", "can1"),
-        ("slcan//dev/ttyACM0?bitrate=1000000", "slcan", "/dev/ttyACM0"),
-        ("pcan/PCAN_USBBUS1", "pcan", "PCAN_USBBUS1"),
+        ("no_such_can", "socketcan/no_such_can"),
+        ("slcan//dev/no_such_port?bitrate=1000000", "slcan//dev/no_such_port"),
     ],
 )
-def test_can_buses(address, interface, channel):
-    bus = parse_can_address(address)
-    assert (bus.interface, bus.channel) == (interface, channel)
+def test_a_can_bus_that_is_not_there_says_how_to_bring_it_up(address, bus):
+    with refused("UNREACHABLE", match=f"CAN bus {bus} .*ip link set can0 up"):
+        open_driver("piper", address)
 
 
 @pytest.mark.parametrize("address", ["/can0", "virtual/", "can0?baud=5", "nothing_such/can0"])
 def test_can_buses_that_are_none(address):
-    with pytest.raises(DriverError) as caught:
-        open_bus(parse_can_address(address))
-    assert caught.value.reason is Reason.BAD_ADDRESS
-
-
-def test_a_can_bus_that_is_not_there_says_how_to_bring_it_up():
-    with pytest.raises(DriverError, match="ip link set can0 up") as caught:
-        open_bus(parse_can_address("no_such_can"))
-    assert caught.value.reason is Reason.UNREACHABLE
+    with refused("BAD_ADDRESS"):
+        open_driver("piper", address)

@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
+from driver_errors import read_until_silent
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -35,18 +36,8 @@ class Scripted(ValidatingDriver):
         self.closed += 1
 
 
-def read_all(driver):
-    states = []
-    try:
-        while True:
-            states.append(driver.read(1.0))
-    except DriverError as error:
-        assert error.reason is Reason.SILENT
-    return states
-
-
 def stamps(driver):
-    return [state.stamp for state in read_all(driver)]
+    return [state.stamp for state in read_until_silent(driver)]
 
 
 @pytest.fixture
@@ -94,7 +85,7 @@ def test_stamps_are_finite_and_grow_whatever_comes(script):
 
 def test_missed_states_are_counted_by_the_period():
     driver = Scripted(1.0, 1.008, 1.024, 1.0321, 1.0321 + 50 * 0.008, period=0.008)
-    assert len(read_all(driver)) == 5
+    assert len(read_until_silent(driver)) == 5
     assert driver.missed == 1 + 49
 
 
@@ -110,13 +101,13 @@ def test_a_late_reader_gets_what_waited_and_what_comes_then(clock):
 def test_a_reader_that_begins_late_gets_all(clock):
     waited = [(20.0, 0.01 * n) for n in range(1, 50)]
     now = [(20 + 0.01 * n, 20 + 0.01 * n) for n in range(50)]
-    assert len(read_all(Scripted(*waited, *now, clock=clock))) == 99
+    assert len(read_until_silent(Scripted(*waited, *now, clock=clock))) == 99
 
 
 @pytest.mark.parametrize("speed", [0.5, 0.999, 1.001, 10.0])
 def test_a_robot_s_clock_may_run_at_another_speed(speed, clock):
     script = [(0.01 * n, speed * 0.01 * n) for n in range(1, 5000)]
-    assert len(read_all(Scripted(*script, clock=clock))) == 4999
+    assert len(read_until_silent(Scripted(*script, clock=clock))) == 4999
 
 
 def test_a_silence_lets_as_much_time_pass_as_it_lasted(clock):
