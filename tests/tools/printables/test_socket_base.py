@@ -158,15 +158,10 @@ def height_at(mesh: trimesh.Trimesh, points: Array) -> Array:
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ({"distance": 20}, "overlap: for a ball of 20 mm take at least 0.036 m"),
         ({"distance": 40, "sockets": 3}, "take at least 0.046 m"),
         ({"distance": -50}, "overlap"),
-        ({"distance": float("nan")}, "overlap"),
         ({"distance": float("inf")}, "overlap"),
-        ({"distance": 0}, "overlap"),
-        ({"distance": 200}, "larger than 180 mm: take at most 0.152 m"),
         ({"distance": 170, "sockets": 3}, "larger than 180 mm: take at most 0.152 m"),
-        ({"sockets": 4}, "2 or 3"),
         ({"ball": 5}, "expected 10 to 40 mm"),
         ({"ball": float("nan")}, "expected 10 to 40 mm"),
         ({"ball": 40}, "overlap: for a ball of 40 mm"),
