@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...solver.calibration import UsageError
 from .arguments import option
@@ -42,9 +42,12 @@ class RobotOptions:
         """Read the model of the robot; a ModelError says what is not there."""
         from ...solver.robot import load_robot
 
-        return load_robot(
-            self.robot, base=self.base, tip=self.tip, flange=self.flange, ball=self.ball
-        )
+        return load_robot(**self.model_arguments())
+
+    def model_arguments(self) -> dict[str, Any]:
+        """Arguments of :func:`mukca.load_robot`, by their names."""
+        names = ("robot", "base", "tip", "flange", "ball")
+        return {name: getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True, kw_only=True)

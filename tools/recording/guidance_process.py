@@ -3,7 +3,6 @@
 The recorder and a worker exchange lines, each a JSON object; the first sets the worker up.
 """
 
-import argparse
 import json
 import os
 import select
@@ -18,6 +17,7 @@ from typing import Any
 from ...recorder.session import Advice, GuidanceRequest
 from ...solver.assessment import ARMS, RESOLUTION, known_arm
 from ...solver.robot import Robot
+from ..cli import RobotOptions
 
 GOAL = 3.0
 """Ratio of the default goal to the arm's repeatability."""
@@ -109,11 +109,6 @@ def reply(value: Mapping[str, Any]) -> None:
     sys.stdout.flush()
 
 
-def robot_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the arguments of :func:`mukca.load_robot`, for a process that loads it too."""
-    return {name: getattr(arguments, name) for name in ("robot", "base", "tip", "flange", "ball")}
-
-
 def goal_for(robot: Robot, goal_mm: float | None = None) -> float:
     """Return the goal of the predicted error of distances [m].
 
@@ -130,16 +125,18 @@ class BackgroundGuidance(WorkerProcess):
     """Guidance by a worker process; a ``GuidanceProvider``.
 
     Args:
-        arguments: Of ``mukca record``.
+        robot: Options of the robot.
+        distance: Between the sockets [m].
+        sockets: Number of sockets.
         goal: Of the predicted error of distances [m].
     """
 
-    def __init__(self, arguments: argparse.Namespace, goal: float) -> None:
+    def __init__(self, robot: RobotOptions, distance: float, sockets: int, goal: float) -> None:
         setup = {
-            "robot": robot_arguments(arguments),
-            "distance": arguments.distance,
+            "robot": robot.model_arguments(),
+            "distance": distance,
             "goal": goal,
-            "sockets": arguments.sockets,
+            "sockets": sockets,
         }
         super().__init__("mukca.tools.recording.guidance_process", setup)
 

@@ -1,37 +1,35 @@
 """Inputs of a recording session: the keyboard or a key script, and the robot's driver."""
 
-import argparse
 import sys
 from contextlib import ExitStack
 
 from ...drivers import Reconnecting, open_driver
 from ...recorder.terminal import Keyboard, Script
 from ...solver.calibration import UsageError
+from .options import RecordOptions
 
 
-def is_scripted(arguments: argparse.Namespace) -> bool:
+def is_scripted(options: RecordOptions) -> bool:
     """Return whether a script presses the keys."""
-    return arguments.keys is not None or not _has_keyboard()
+    return options.keys is not None or not _has_keyboard()
 
 
 def _has_keyboard() -> bool:
     return sys.stdin is not None and sys.stdin.isatty()  # pyright: ignore[reportUnnecessaryComparison]
 
 
-def keys_of(
-    arguments: argparse.Namespace, stack: ExitStack
-) -> tuple[Keyboard | None, Script | None]:
+def keys_of(options: RecordOptions, stack: ExitStack) -> tuple[Keyboard | None, Script | None]:
     """Return the keyboard where there is a terminal, and the script where there is one."""
     keyboard = Keyboard() if _has_keyboard() else None
-    if arguments.keys is not None:
+    if options.keys is not None:
         try:
-            file = stack.enter_context(arguments.keys.open("rb"))
+            file = stack.enter_context(options.keys.open("rb"))
         except OSError as error:
-            raise UsageError(f"--keys {arguments.keys}: {error.strerror}") from None
-        return keyboard, Script(file.fileno(), str(arguments.keys))
+            raise UsageError(f"--keys {options.keys}: {error.strerror}") from None
+        return keyboard, Script(file.fileno(), str(options.keys))
     if keyboard:
         return keyboard, None
-    if arguments.auto:
+    if options.auto:
         raise UsageError("--auto needs a terminal, for the keys between two sockets")
     if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
         raise UsageError("standard input is closed; run it in a terminal, or use --keys FILE")

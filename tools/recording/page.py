@@ -4,7 +4,6 @@ GET alone, under an address that holds a random token; nothing is loaded from el
 get each view as a server-sent event.
 """
 
-import argparse
 import json
 import secrets
 import threading
@@ -14,7 +13,8 @@ from typing import Any
 
 from ...recorder.session import View
 from ...solver.calibration import UsageError
-from .guidance_process import WorkerProcess, lines_from_recorder, reply, robot_arguments
+from ..cli import RobotOptions
+from .guidance_process import WorkerProcess, lines_from_recorder, reply
 
 PATIENCE = 2.0
 """A browser hears something at least this often [s]."""
@@ -35,14 +35,15 @@ class PageProcess(WorkerProcess):
     """Worker process that serves the page; call it with a view to show it.
 
     Args:
-        arguments: Of ``mukca record``.
+        robot: Options of the robot.
+        host: Address where the page is served.
 
     Raises:
         UsageError: It cannot be served there.
     """
 
-    def __init__(self, arguments: argparse.Namespace) -> None:
-        setup = {"robot": robot_arguments(arguments), "host": arguments.page_host}
+    def __init__(self, robot: RobotOptions, host: str) -> None:
+        setup = {"robot": robot.model_arguments(), "host": host}
         super().__init__("mukca.tools.recording.page", setup)
         self._sent: dict[str, Any] = {}
         self.send({})
@@ -51,7 +52,7 @@ class PageProcess(WorkerProcess):
             answer = self.answer(wait=1.0)
         if answer is None:
             self.close()
-            raise UsageError(f"--page-host {arguments.page_host}: no page can be served there")
+            raise UsageError(f"--page-host {host}: no page can be served there")
         self.url: str = answer["url"]
 
     def __call__(self, view: View) -> None:

@@ -1,6 +1,5 @@
 """Setup of a recording session: all that it needs, in the order in which it can fail."""
 
-import argparse
 import gc
 import logging
 import sys
@@ -10,13 +9,9 @@ from contextlib import ExitStack, closing, contextmanager
 from typing import Any
 
 from ...recorder import (
-    METADATA,
-    SOCKETS,
     Metadata,
     StreamLog,
     next_log_file,
-    read_distance,
-    read_metadata,
 )
 from ...recorder.session import Recording, Session
 from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, StreamMonitor
@@ -25,12 +20,11 @@ from ...solver.robot import Robot
 from ..cli import Terminal
 from .guidance_process import BackgroundGuidance, goal_for
 from .inputs import connect, keys_of
+from .options import SettledOptions
 from .outlier_checks import FIRST_FAR, OutlierCheck, gravity_of, similar_models
 from .page import PageProcess
 
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
-DISTANCE = 0.05
-"""Default distance between the sockets: that of the printed base [m]."""
 
 
 def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
@@ -42,62 +36,66 @@ def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
 
 
 def record_session(
-    arguments: argparse.Namespace, robot: Robot, terminal: Terminal, *, moved: bool = False
+    options: SettledOptions, robot: Robot, terminal: Terminal, *, moved: bool = False
 ) -> Outcome:
     """Record at one placement until the operator finishes.
 
     Args:
-        arguments: Of ``mukca record``; ``distance`` and ``sockets`` are filled in from a recording
-            that is continued.
+        options: Of ``mukca record``, with nothing left open.
         robot: The nominal robot.
         terminal: For lines to people.
         moved: True if the base was moved a moment ago.
     """
-    joints, keys = joints_of(robot), keys_with(arguments.key)
-    _adopt(arguments)
+    joints, keys = joints_of(robot), keys_with(options.key)
     with ExitStack() as stack:
-        keyboard, script = keys_of(arguments, stack)
+        keyboard, script = keys_of(options, stack)
         stack.enter_context(_quiet())
         stack.enter_context(_without_collection())
-        _say_now(f"connecting to {arguments.driver}")
-        driver = stack.enter_context(connect(arguments.driver, robot.joint_names))
-        still = max(STILL, driver.resolution) if arguments.still is None else arguments.still
+        _say_now(f"connecting to {options.driver}")
+        driver = stack.enter_context(connect(options.driver, robot.joint_names))
+        still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
-        recording = stack.enter_context(_recording(arguments, robot, joints, still))
-        if arguments.keep_stream:
-            stack.enter_context(_logged(stream, arguments, robot, terminal))
-        session = _session(arguments, robot, joints, recording)
-        page = stack.enter_context(closing(PageProcess(arguments))) if arguments.page else None
+        recording = stack.enter_context(_recording(options, robot, joints, still))
+        if options.keep_stream:
+            stack.enter_context(_logged(stream, options, robot, terminal))
+        session = _session(options, robot, joints, recording)
+        page = (
+            stack.enter_context(closing(PageProcess(options, options.page_host)))
+            if options.page
+            else None
+        )
         live = script is None
         guidance = None
-        if keyboard and live and not arguments.no_guide:
-            goal = goal_for(robot, arguments.goal_mm)
-            guidance = stack.enter_context(closing(BackgroundGuidance(arguments, goal)))
+        if keyboard and live and not options.no_guide:
+            goal = goal_for(robot, options.goal_mm)
+            guidance = stack.enter_context(
+                closing(BackgroundGuidance(options, options.distance, options.sockets, goal))
+            )
         return Recorder(
-            session=_with_address(session, page.url, arguments.page_host) if page else session,
+            session=_with_address(session, page.url, options.page_host) if page else session,
             stream=stream,
             monitor=StreamMonitor(
                 joints,
-                window=arguments.window,
+                window=options.window,
                 still=still,
                 live=live,
                 resolution=driver.resolution,
             ),
             recording=recording,
             display=_display(terminal),
-            title=_title(arguments, robot),
+            title=_title(options, robot),
             keyboard=keyboard,
             script=script,
-            contact=ContactDetector(joints, gravity_of(robot, arguments.load.validated().load)),
-            check=OutlierCheck(robot, arguments.distance),
-            plausible=OutlierCheck(robot, arguments.distance, far=FIRST_FAR),
+            contact=ContactDetector(joints, gravity_of(robot, options.load.validated().load)),
+            check=OutlierCheck(robot, options.distance),
+            plausible=OutlierCheck(robot, options.distance, far=FIRST_FAR),
             keys=keys,
-            hands_free=arguments.auto,
+            hands_free=options.auto,
             moved=moved,
-            sound=arguments.sound != "off",
+            sound=options.sound != "off",
             guidance=guidance,
             observer=page,
-            resume_summary=_resume_summary(session, arguments) if keyboard and live else (),
+            resume_summary=_resume_summary(session, options) if keyboard and live else (),
         ).run()
 
 
@@ -112,10 +110,10 @@ def _with_address(session: Session, url: str, host: str) -> Session:
 
 @contextmanager
 def _logged(
-    stream: Stream, arguments: argparse.Namespace, robot: Robot, terminal: Terminal
+    stream: Stream, options: SettledOptions, robot: Robot, terminal: Terminal
 ) -> Generator[None, None, None]:
     """Log every state to a file beside the samples."""
-    log = StreamLog(next_log_file(arguments.out), robot.joint_names)
+    log = StreamLog(next_log_file(options.out), robot.joint_names)
     stream.observer = log.add
     try:
         yield
@@ -125,23 +123,13 @@ def _logged(
             terminal.warn(log.trouble)
 
 
-def _adopt(arguments: argparse.Namespace) -> None:
-    """Take distance and number of sockets from the recording that is continued, unless given."""
-    file = arguments.out / METADATA
-    if arguments.distance is None:
-        arguments.distance = read_distance(file) or DISTANCE
-    if arguments.sockets is None:
-        sockets = read_metadata(file).get("sockets")
-        arguments.sockets = sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS
-
-
-def _title(arguments: argparse.Namespace, robot: Robot) -> str:
-    out = str(arguments.out)
+def _title(options: SettledOptions, robot: Robot) -> str:
+    out = str(options.out)
     folder = out if len(out) <= 36 else f"…{out[-35:]}"
-    return f"{robot.name}  {folder}  sockets {1e3 * arguments.distance:g} mm  {arguments.driver}"
+    return f"{robot.name}  {folder}  sockets {1e3 * options.distance:g} mm  {options.driver}"
 
 
-def _resume_summary(session: Session, arguments: argparse.Namespace) -> tuple[str, ...]:
+def _resume_summary(session: Session, options: SettledOptions) -> tuple[str, ...]:
     """Return the recording that is continued, in lines; none at a new placement."""
     if not session.samples:
         return ()
@@ -149,8 +137,8 @@ def _resume_summary(session: Session, arguments: argparse.Namespace) -> tuple[st
     last = session.samples[-1].time
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last)) if last else "at an unknown time"
     return (
-        f"Continues {counts}; the last {when}; in {arguments.out}",
-        f"Sockets {1e3 * arguments.distance:g} mm apart. The ball was last in socket "
+        f"Continues {counts}; the last {when}; in {options.out}",
+        f"Sockets {1e3 * options.distance:g} mm apart. The ball was last in socket "
         f"{session.socket}.",
         "Has the base not moved since?",
     )
@@ -191,22 +179,22 @@ def _without_collection() -> Generator[None, None, None]:
 
 
 def _recording(
-    arguments: argparse.Namespace, robot: Robot, joints: tuple[JointLimits, ...], still: float
+    options: SettledOptions, robot: Robot, joints: tuple[JointLimits, ...], still: float
 ) -> Recording:
-    given: dict[str, Any] = {name: getattr(arguments, name) for name in NOTES}
+    given: dict[str, Any] = {name: getattr(options, name) for name in NOTES}
     return Recording(
-        arguments.out,
+        options.out,
         Metadata(
             robot=robot.name,
             joints=robot.joint_names,
             units=tuple(joint.unit for joint in joints),
-            distance=arguments.distance,
-            sockets=arguments.sockets,
+            distance=options.distance,
+            sockets=options.sockets,
             model_sha256=robot.sha256,
-            robot_name=arguments.robot_name or "",
+            robot_name=options.robot_name or "",
             session={
-                "driver": arguments.driver,
-                "window": arguments.window,
+                "driver": options.driver,
+                "window": options.window,
                 "still": still,
                 **{name: value for name, value in given.items() if value is not None},
             },
@@ -215,7 +203,7 @@ def _recording(
 
 
 def _session(
-    arguments: argparse.Namespace,
+    options: SettledOptions,
     robot: Robot,
     joints: tuple[JointLimits, ...],
     recording: Recording,
@@ -224,9 +212,9 @@ def _session(
     content = recording.content
     session = Session(
         joints,
-        sockets=arguments.sockets,
-        target=arguments.target,
-        socket=min(recording.socket, arguments.sockets - 1),
+        sockets=options.sockets,
+        target=options.target,
+        socket=min(recording.socket, options.sockets - 1),
         samples=content.samples,
         withdrawn=content.withdrawn,
         similar_models=similar_models(robot),

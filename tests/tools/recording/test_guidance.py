@@ -1,6 +1,5 @@
 """Advice while recording: poses a hand can reach, an honest gauge, and an end."""
 
-import argparse
 import os
 import signal
 import time
@@ -18,6 +17,7 @@ from mukca.recorder import Sample
 from mukca.recorder.session import Advice, GuidanceRequest
 from mukca.solver.design import Reach, skeleton
 from mukca.solver.robot import BallModel, Robot, load_robot
+from mukca.tools.cli import RobotOptions
 from mukca.tools.recording import SHARE, BackgroundGuidance, PoseSelector, goal_for
 
 LEAST = 10
@@ -160,10 +160,8 @@ def away(target: tuple[float, ...] | None, sample: Sample) -> float:
 
 @pytest.fixture
 def background() -> Iterator[BackgroundGuidance]:
-    arguments = argparse.Namespace(
-        robot="panda", base=None, tip="ball_link", flange=None, ball=None, distance=0.05, sockets=2
-    )
-    with closing(BackgroundGuidance(arguments, 3e-4)) as background:
+    robot = RobotOptions(robot="panda")
+    with closing(BackgroundGuidance(robot, 0.05, sockets=2, goal=3e-4)) as background:
         yield background
 
 

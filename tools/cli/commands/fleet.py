@@ -1,6 +1,6 @@
 """``mukca fleet``: calibrate many arms, and compare them on one page."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,11 +72,7 @@ def _arm(options: Options, folder: Path) -> "ArmFolder":
     return ArmFolder(
         folder=folder.resolve(),
         out=(options.out / folder.name).resolve(),
-        robot=_path_or_name(options.robot),
-        base=options.base,
-        tip=options.tip,
-        flange=options.flange,
-        ball=options.ball,
+        **replace(options, robot=_path_or_name(options.robot)).model_arguments(),
         method=options.calibration.method,
         distance=options.calibration.distance,
         repeatability_mm=options.calibration.repeatability_mm,

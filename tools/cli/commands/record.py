@@ -1,34 +1,28 @@
 """``mukca record``: record at the robot, in the terminal."""
 
-import argparse
 import os
 import shlex
 import signal
 import sys
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-from ....recorder import SOCKETS
-from ....recorder.session import TARGET
-from ....recorder.stream import STILL, WINDOW
-from ....solver.calibration import SolveOptions, UsageError
-from .. import DISTANCES, SPREADS, WINDOWS, RobotOptions, Terminal, option, part
+from ....solver.calibration import UsageError
+from ...recording import RecordOptions
+from .. import Terminal
 
 if TYPE_CHECKING:
     from ....recorder.terminal import Outcome
     from ....solver.calibration import Calibration
     from ....solver.robot import Robot
 
-POSES = 10
-"""So many a quick session takes."""
 LEAST_POSES = 5
-"""With fewer it says nothing."""
+"""Poses below which a quick session says nothing."""
 EXAMPLE = """example:
   mukca record --robot panda --driver franka:172.16.0.2 --distance 0.0501 --out data/front
   mukca record --robot panda --driver franka:172.16.0.2 --out data/front --auto --page
@@ -51,151 +45,53 @@ as in:  echo 'a*30 s a*30 q' | mukca record ...
 Its end finishes the session. The status is then 1 if a capture was refused, or if the arm came to
 no new rest within 30 s. A session ended by a signal returns 129, 130, 131 or 143; all is saved."""
 
-
-_recording = partial(option, group="recording")
-_hands = partial(option, group="hands and ears")
-_guide = partial(option, group="guide")
-_quick = partial(option, group="in two minutes")
-_notes = partial(option, group="notes, kept with the recording")
+Options = RecordOptions
 
 
-@dataclass(frozen=True, kw_only=True)
-class Options(RobotOptions):
-    """Options of ``mukca record``."""
-
-    driver: str = _recording("see mukca drivers", "NAME[:ADDRESS]", ...)
-    out: Path = _recording("continued if it exists", "DIR/PLACEMENT", ...)
-    robot_name: str | None = _recording(
-        "which of several robots it is, as solve --robot NAME=R has it", "NAME"
-    )
-    distance: float | None = _recording(
-        "between the centres of sockets 0 and 1, in metres, as measured with a caliper "
-        "(default: what is continued, or 0.05)",
-        "M",
-        between=DISTANCES,
-    )
-    sockets: int | None = _recording(f"1 to 10 (default: {SOCKETS})", "N", between=(1, 10))
-    target: int | None = _recording(
-        f"samples for each socket (default: {TARGET})", "N", between=(1, 10_000)
-    )
-    window: float = _recording("seconds that a capture averages", "S", WINDOW, between=WINDOWS)
-    still: float | None = _recording(
-        "largest standard deviation over the window of an arm that is still "
-        f"(default: {STILL}, or the step of its encoders)",
-        "RAD",
-        between=SPREADS,
-    )
-    keys: Path | None = _recording("read keys from a script", "FILE")
-    keep_stream: bool = _recording(
-        "keep every state in a compact file beside the samples, for mukca extract to look at again",
-        default=False,
-    )
-    auto: bool = _hands(
-        "capture without a key wherever the arm comes to rest at a new, plausible pose; a key at "
-        "each change of socket",
-        default=False,
-    )
-    key: Sequence[str] = _hands(
-        "let keys do something, as in capture=Enter,PageDown for a foot pedal or a presenter: "
-        "capture, undo, redo, delete, relabel, next, finish, help",
-        "ACTION=KEY,...",
-        (),
-        repeated=True,
-    )
-    sound: Literal["bell", "off"] = _hands(
-        "the terminal's bell: once captured, twice refused, three times a socket done",
-        default="bell",
-    )
-    goal_mm: float | None = _guide(
-        "what the predicted error of distances in the workspace should come to (default: three "
-        "times the arm's repeatability)",
-        "MM",
-        between=(1e-3, 1e3),
-    )
-    page: bool = _guide(
-        "show the same on a page, read-only, for a tablet beside the arm; its address is on the "
-        "screen",
-        default=False,
-    )
-    page_host: str = _guide(
-        "where the page is served; 0.0.0.0 lets the whole network see it (default: this computer "
-        "alone)",
-        "HOST",
-        "127.0.0.1",
-    )
-    no_guide: bool = _guide("no fit while recording", default=False)
-    quick: bool = _quick(
-        "one socket, ten poses: how far off is this arm, and is it worth calibrating?",
-        default=False,
-    )
-    calibration: Path | None = _quick(
-        "with --quick: does this calibration still hold? Exit status 1 if not", "FILE"
-    )
-    load: SolveOptions = part(
-        SolveOptions, "payload", "gravity", group="load, for noticing a hand on the arm"
-    )
-    operator: str | None = _notes("", "NAME")
-    serial_number: str | None = _notes("of the arm", "TEXT")
-    warm_up: float | None = _notes("minutes since power-on", "MIN", between=(0, 1e6))
-    temperature: float | None = _notes("degrees Celsius", "C", between=(-100, 200))
-    notes: str | None = _notes("", "TEXT")
-
-
-def run(options: Options, terminal: Terminal) -> int:
+def run(options: RecordOptions, terminal: Terminal) -> int:
     """Record until the operator finishes."""
     if find_spec("termios") is None:
         raise UsageError(
             "recording does not yet work on Windows; record on Linux, on macOS or in WSL. "
             "check, solve, validate and report do work here"
         )
-    # A session fills in what is continued: the distance, the sockets, the next placement.
-    arguments = argparse.Namespace(**vars(options))
+    if options.calibration and not options.quick:
+        raise UsageError("--calibration is for --quick; mukca validate looks at recordings")
     with _interruptible():
-        _fill_in(arguments)
         if sys.stdout.isatty():
             terminal.say("loading ...")
             sys.stdout.flush()
         from ...recording import is_scripted, record_session
 
         robot = options.load_robot()
-        calibration = _calibration(arguments)
-        outcome = record_session(arguments, robot, terminal)
+        calibration = _calibration(options)
+        settled = options.settled()
+        outcome = record_session(settled, robot, terminal)
         while outcome.new_placement and outcome.signal is None:
-            arguments.out = next_folder(arguments.out)
-            outcome = record_session(arguments, robot, terminal, moved=True)
+            settled = replace(settled, out=next_folder(settled.out))
+            outcome = record_session(settled, robot, terminal, moved=True)
     try:
-        _say_outcome(outcome, arguments, terminal)
+        _say_outcome(outcome, settled, terminal)
         sys.stdout.flush()
     except OSError:
         _mute()
     if outcome.signal is not None:
         return 128 + outcome.signal
-    drifted = arguments.quick and _judge(arguments, robot, calibration, outcome, terminal)
-    return 1 if drifted or (outcome.refused and is_scripted(arguments)) else 0
+    drifted = options.quick and _judge(settled, robot, calibration, outcome, terminal)
+    return 1 if drifted or (outcome.refused and is_scripted(options)) else 0
 
 
-def _fill_in(arguments: argparse.Namespace) -> None:
-    """Set what --quick stands for, and what is left to its default."""
-    if arguments.calibration and not arguments.quick:
-        raise UsageError("--calibration is for --quick; mukca validate looks at recordings")
-    if arguments.quick:
-        arguments.sockets = 1
-        arguments.no_guide = True
-    if arguments.target is None:
-        arguments.target = POSES if arguments.quick else TARGET
-
-
-def _calibration(arguments: argparse.Namespace) -> "Calibration | None":
+def _calibration(options: RecordOptions) -> "Calibration | None":
     """Return the calibration that is looked at, read before anything is recorded."""
-    if arguments.calibration is None:
+    if options.calibration is None:
         return None
     from ....solver.calibration import load_calibration
 
-    return load_calibration(arguments.calibration)
+    return load_calibration(options.calibration)
 
 
 def _judge(
-    arguments: argparse.Namespace,
+    options: RecordOptions,
     robot: "Robot",
     calibration: "Calibration | None",
     outcome: "Outcome",
@@ -208,9 +104,9 @@ def _judge(
         terminal.say(f"Too few poses to tell: record {LEAST_POSES} at least.")
         return False
     if calibration is None:
-        terminal.say(worth_calibrating(robot, arguments.out))
+        terminal.say(worth_calibrating(robot, options.out))
         return False
-    odds = verify_calibration(calibration, arguments.out)
+    odds = verify_calibration(calibration, options.out)
     terminal.say(odds.text)
     return not odds.valid
 
@@ -242,34 +138,34 @@ def _interruptible() -> Generator[None, None, None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _say_outcome(outcome: "Outcome", arguments: argparse.Namespace, terminal: Terminal) -> None:
+def _say_outcome(outcome: "Outcome", options: RecordOptions, terminal: Terminal) -> None:
     session = outcome.session
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     taken_back = f" ({len(session.withdrawn)} taken back)" if session.withdrawn else ""
-    terminal.say(f"{arguments.out / 'samples.csv'}: {counts}{taken_back}")
+    terminal.say(f"{options.out / 'samples.csv'}: {counts}{taken_back}")
     if outcome.refused:
         terminal.say(f"{outcome.refused} captures were refused")
-    if terminal.brief or arguments.quick:
+    if terminal.brief or options.quick:
         return
     if outcome.signal is None and min(session.counts) > 0:
-        for line in _next_steps(outcome, arguments):
+        for line in _next_steps(outcome, options):
             terminal.say(line)
 
 
-def _next_steps(outcome: "Outcome", arguments: argparse.Namespace) -> list[str]:
+def _next_steps(outcome: "Outcome", options: RecordOptions) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
-    robot = ["--robot", str(arguments.robot)]
+    robot = ["--robot", str(options.robot)]
     for name in ("base", "flange"):
-        value = getattr(arguments, name)
+        value = getattr(options, name)
         robot += [f"--{name}", value] if value else []
-    robot += ["--tip", arguments.tip] if arguments.tip != "ball_link" else []
-    robot += ["--ball", *map(repr, arguments.ball)] if arguments.ball else []
-    out = str(arguments.out)
-    again = ["--driver", arguments.driver, "--distance", repr(arguments.distance)]
-    again += ["--robot-name", arguments.robot_name] if arguments.robot_name else []
-    again += [f"--{name}" for name in ("auto", "page") if getattr(arguments, name)]
-    again += [word for keys in arguments.key for word in ("--key", keys)]
-    again += ["--out", str(next_folder(arguments.out))]
+    robot += ["--tip", options.tip] if options.tip != "ball_link" else []
+    robot += ["--ball", *map(repr, options.ball)] if options.ball else []
+    out = str(options.out)
+    again = ["--driver", options.driver, "--distance", repr(options.distance)]
+    again += ["--robot-name", options.robot_name] if options.robot_name else []
+    again += [f"--{name}" for name in ("auto", "page") if getattr(options, name)]
+    again += [word for keys in options.key for word in ("--key", keys)]
+    again += ["--out", str(next_folder(options.out))]
     advised = outcome.advice.closing if outcome.advice else ()
     return [
         *advised,
