@@ -19,8 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mukca.recorder import find_placements, read_placement
-from mukca.recorder.dataset import Placement
+from mukca.recorder import Placement, find_placements, read_placement
 from mukca.solver.bayes.inference import Posterior
 from mukca.solver.bayes.selection import select_models
 from mukca.solver.data import KnownDistance, Measurement, RobotRecordings, measure, observe_all

@@ -26,8 +26,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from mukca.recorder import read_placements
-from mukca.recorder.dataset import Placement, Sample
+from mukca.recorder import Placement, Sample, read_placements
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import ExtendedModel, Noise, extend
 from mukca.solver.data import RobotRecordings, measure, observe_all

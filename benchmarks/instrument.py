@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 import mukca
-from mukca.recorder.dataset import Placement
+from mukca.recorder import Placement
 from mukca.solver.robot import Robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 

@@ -20,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mukca.recorder.dataset import Placement, Sample
+from mukca.recorder import Placement, Sample
 from mukca.solver.bayes.model import Deflection
 from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.data import Measurement, RobotRecordings, measure

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 import mukca
-from mukca.recorder.dataset import Placement
+from mukca.recorder import Placement
 from mukca.solver.assessment import ARMS
 from mukca.solver.robot import BallModel, shipped_robots, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options

@@ -85,6 +85,19 @@ def test_a_face_offers_what_is_there(folder: Path) -> None:
     assert all(getattr(loaded, name) is not None for name in names)
 
 
+def test_folders_come_in_by_each_others_faces() -> None:
+    for file in FILES:
+        for module in imports(file):
+            target = ROOT.joinpath(*module.split("."))
+            if module.split(".")[0] in ROOMS and not target.is_dir():
+                assert target.parent == file.parent, f"{file}: {module} by its folder's face"
+
+
+def test_what_a_module_imports_fits_a_glance() -> None:
+    for file in FILES:
+        assert len(set(imports(file))) <= 10, file
+
+
 def test_nobody_inside_imports_the_face_of_the_root() -> None:
     for file in FILES:
         assert "" not in imports(file), file

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
-from ...recorder.dataset import Placement
+from ...recorder import Placement
 from ..assessment import Assessment, Verdict, assess, distance_text, joints_wrong
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure

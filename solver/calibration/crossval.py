@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...recorder.dataset import Sample
+from ...recorder import Sample
 from ..data import Measurement, Metrics, RobotRecordings, evaluate
 from ..diagnostics import named
 from ..paper import NotConverged

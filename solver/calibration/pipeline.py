@@ -10,7 +10,7 @@ from typing import Any, ParamSpec, Protocol, cast, get_type_hints, overload
 
 import numpy as np
 
-from ...recorder.dataset import Placement
+from ...recorder import Placement
 from ..data import Measurement, RobotRecordings, in_placements
 from ..paper import NotConverged
 from ..robot import Robot

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import cast
 
-from ...recorder.dataset import Placement
+from ...recorder import Placement
 from ..data import Measurement, check_distinct, measure, spaced
 from ..diagnostics import Diagnostic, Survey, inspect_all, named, next_placement, split_at
 from ..results import NextPlacement

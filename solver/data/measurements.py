@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder.dataset import Placement
+from ...recorder import Placement
 from ..robot import Robot
 
 DEFAULT_DISTANCE = 0.05

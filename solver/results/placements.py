@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Literal
 
-from ...recorder.dataset import Placement, Sample
+from ...recorder import Placement, Sample
 from ..data import Metrics
 from .files import Document
 

@@ -11,7 +11,7 @@ from ...solver.calibration import UsageError
 from .arguments import option
 
 if TYPE_CHECKING:
-    from ...recorder.dataset import Placement
+    from ...recorder import Placement
     from ...solver.data import Measurement
     from ...solver.robot import Robot
     from ..parallel import Workers

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ...recorder.dataset import Placement
+from ...recorder import Placement
 from ...solver.calibration import calibrate
 from ...solver.robot import ModelError, Robot
 from ..simulation import Base, record

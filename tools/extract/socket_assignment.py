@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...recorder import sample_files
-from ...recorder.dataset import Placement, Sample
+from ...recorder import Placement, Sample, sample_files
 from ...recorder.session import Session
 from ...recorder.stream import JointLimits
 from ...solver.calibration import UsageError

@@ -8,8 +8,7 @@ from statistics import fmean, stdev
 import msgspec
 
 from ...errors import MukcaError
-from ...recorder import read_placement
-from ...recorder.dataset import Placement
+from ...recorder import Placement, read_placement
 from ...solver.assessment import judge_drift
 from ...solver.calibration import Calibration, calibrate
 from ...solver.data import measure

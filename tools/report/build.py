@@ -12,9 +12,6 @@ from .figures import ReportDocument, ReportPlot, report_figures
 from .page import report_page
 from .plots import plots_of
 
-__all__ = ["Options", "Report", "build_report"]
-
-
 _DEFAULTS = Options()
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
-from ...recorder.dataset import Placement, Sample
+from ...recorder import Placement, Sample
 from ...solver.bayes.model import Deflection
 from ...solver.bayes.model.effects import EFFECTS, TILT
 from ...solver.calibration import UsageError

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...recorder.dataset import Placement, Sample
+from ...recorder import Placement, Sample
 from ...solver.data import Pose, SocketAt, turn
 from ...solver.robot import BallModel, Robot, workspace
 from .recordings import Base, record

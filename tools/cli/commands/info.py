@@ -9,6 +9,7 @@ from typing import Any, cast
 from ....recorder import (
     METADATA,
     SAMPLES,
+    Placement,
     find_placements,
     placement_name,
     read_distance,
@@ -17,7 +18,6 @@ from ....recorder import (
     read_samples,
     set_distance,
 )
-from ....recorder.dataset import Placement
 from .. import JsonOption, Terminal, argument, option
 
 EXAMPLE = """example:

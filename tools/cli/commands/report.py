@@ -10,7 +10,7 @@ from ....solver.results import OutputError, write_files
 from .. import MILLIMETRES, OutputOptions, Terminal, argument, option
 
 if TYPE_CHECKING:
-    from ...report.build import Options as ReportOptions
+    from ....solver.assessment import Options as ReportOptions
 
 EXAMPLE = """example:
   mukca report calibrated/calibration.json --open
@@ -68,8 +68,8 @@ def run(options: Options, terminal: Terminal) -> int:
 
 
 def _options(options: Options) -> "ReportOptions":
+    from ....solver.assessment import Options as ReportOptions
     from ....solver.calibration import SolveOptions
-    from ...report.build import Options as ReportOptions
 
     return ReportOptions(
         repeatability=metres(options.repeatability_mm),
