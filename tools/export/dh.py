@@ -16,7 +16,7 @@ from functools import reduce
 
 import numpy as np
 
-from ...solver.robot.urdf import Joint
+from ...solver.robot import Joint
 from .losses import losses_without
 from .origins import rigid, to_axis
 from .request import Exported, Request

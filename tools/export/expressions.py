@@ -12,8 +12,7 @@ import casadi as ca
 import numpy as np
 
 from ...solver.results import CalibratedRobot
-from ...solver.robot import link_frames, moments_function
-from ...solver.robot.urdf import Joint
+from ...solver.robot import Joint, link_frames, moments_function
 
 
 @dataclass(frozen=True)

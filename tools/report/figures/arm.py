@@ -8,8 +8,7 @@ import numpy as np
 from ....solver.assessment import Predictions, as_point, nice_above, norms
 from ....solver.data import Measurement
 from ....solver.results import CalibratedRobot
-from ....solver.robot import Robot, RowFunction, link_frames
-from ....solver.robot.urdf import Joint
+from ....solver.robot import Joint, Robot, RowFunction, link_frames
 from .meshes import link_meshes
 from .types import ArmDrawing, Displacement
 
