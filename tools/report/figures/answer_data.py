@@ -1,8 +1,18 @@
-"""Are my recordings all right? The answer: checks, lone fits, and the farthest samples."""
+"""The answer about the data: checks, lone fits, farthest samples; and placements by soundness."""
 
 from collections.abc import Mapping, Sequence
 
-from ....solver.assessment import PlacementReport, SampleErrors, joined, mm, plural, short_names
+import numpy as np
+
+from ....solver.assessment import (
+    PlacementReport,
+    SampleErrors,
+    joined,
+    mm,
+    norms,
+    plural,
+    short_names,
+)
 from ....solver.diagnostics import EVERYWHERE, Diagnostic, standing_out
 from .types import DataAnswer, LoneFit, WorstSample
 
@@ -16,22 +26,11 @@ def data_answer(
     floors: Mapping[str, float],
     checks: Sequence[Diagnostic] | None,
 ) -> DataAnswer:
-    """Return the answer whether the recordings look sound.
-
-    Args:
-        placements: All of them.
-        samples: The samples that are drawn.
-        floors: What each placement with sockets leaves when fitted alone, by its name, as
-            ``mukca check`` says it [m].
-        checks: What was found in the recordings; None where they were not checked.
-    """
+    """Return the answer whether the recordings look sound; ``floors`` by placement's name [m]."""
     worst = worst_samples(placements, samples)
     names = short_names([row.name for row in placements])
-    alone = {
-        name: floors[row.name]
-        for name, row in zip(names, placements, strict=True)
-        if row.name in floors
-    }
+    rows = zip(names, placements, strict=True)
+    alone = {name: floors[row.name] for name, row in rows if row.name in floors}
     texts = [_checks_text(placements, checks)]
     if alone:
         words = _floors_text(list(alone), list(alone.values()))
@@ -64,8 +63,9 @@ def _checks_text(placements: Sequence[PlacementReport], checks: Sequence[Diagnos
     if not errors:
         return f"Yes, but look at {plural(warnings, 'warning')} below."
     text = f"No: {plural(errors, 'error')} below; mend or record anew, then calibrate again."
+    names = short_names([row.name for row in placements])
     wrong = placements_with_errors(placements, checks)
-    trained = [name for name, role in wrong.items() if role == "train"]
+    trained = [names[i] for i in wrong if placements[i].role == "train"]
     if trained:
         text += f" All figures here rest on {joined(trained)}, trained on."
     return text
@@ -73,16 +73,28 @@ def _checks_text(placements: Sequence[PlacementReport], checks: Sequence[Diagnos
 
 def placements_with_errors(
     placements: Sequence[PlacementReport], checks: Sequence[Diagnostic] | None
-) -> dict[str, str]:
-    """Return short names and roles of the placements in which the checks found errors."""
+) -> list[int]:
+    """Return the indices of the placements in which the checks found errors."""
     wheres = [check.where for check in checks or () if check.level == "error"]
-    places = [f"/{where}/" for where in wheres]
-    names = short_names([row.name for row in placements])
-    return {
-        name: row.role
-        for name, row in zip(names, placements, strict=True)
-        if EVERYWHERE in wheres or any(f"/{row.name}/" in place for place in places)
-    }
+    return [
+        i
+        for i, row in enumerate(placements)
+        if EVERYWHERE in wheres or any(f"/{row.name}/" in f"/{where}/" for where in wheres)
+    ]
+
+
+def farthest_held_out(
+    placements: Sequence[PlacementReport], wrong: Sequence[int]
+) -> tuple[int, float] | None:
+    """Return the sound placement farthest from those trained on, and its distance to them [m]."""
+    positions = np.array([row.position for row in placements])
+    trained = np.array([row.role == "train" for row in placements])
+    free = [i for i in np.flatnonzero(~trained).tolist() if i not in wrong]
+    if not free or not trained.any():
+        return None
+    gaps = norms(positions[free][:, None] - positions[trained]).min(axis=1)
+    best = int(np.argmax(gaps))
+    return free[best], float(gaps[best])
 
 
 def _floors_text(names: Sequence[str], floors: Sequence[float]) -> str:

@@ -1,4 +1,4 @@
-"""Two answers of a report: may I use this arm for my task, and which placement next?"""
+"""Answers of a report: use of the arm for a task, the next placement, the data."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ from ....solver.assessment import (
 )
 from ....solver.diagnostics import Diagnostic, farthest_place, fitted_alone
 from ....solver.results import NextPlacement, Uncertainty
-from .answer_data import data_answer, placements_with_errors
+from .answer_data import data_answer, farthest_held_out, placements_with_errors
 from .types import Answer, Answers, NextAnswer, UseAnswer, UseAtPlacement
 
 _ANSWERS: dict[Answer, str] = {"yes": "yes", "mostly": "mostly (19 of 20 samples)", "no": "no"}
@@ -41,13 +41,7 @@ HARDLY_MOVED = float(np.radians(30))
 
 
 def answers_of(found: Assessment, samples: Sequence[SampleErrors], tolerance: float) -> Answers:
-    """Return the answers to a user's three questions.
-
-    Args:
-        found: The assessment of the calibration.
-        samples: The samples that are drawn.
-        tolerance: The error that the task allows [m].
-    """
+    """Return the answers to a user's three questions, for a task's tolerance [m]."""
     document = found.predictions.document
     measured = [placement.measured for placement in found.predictions.placements]
     seated = [each for each in measured if each.kind == "sockets"]
@@ -98,14 +92,7 @@ def answer_at(row: PlacementReport, tolerance: float) -> Answer:
 
 
 def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str) -> str:
-    """Return the answer in words.
-
-    Args:
-        called: What the placements are called.
-        answers: The answer at each.
-        allowed: The error that the task allows, in words.
-        status: Of the verdict.
-    """
+    """Return the answer in words, from the placements' names and the answer at each."""
     at = {
         answer: joined(
             [name for name, given in zip(called, answers, strict=True) if given == answer]
@@ -120,7 +107,7 @@ def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, sta
 
 
 def _side(position: Sequence[float]) -> str:
-    """Return on which of the robot's sides a place lies; its name may be given from the other."""
+    """Return the robot's side of a place in words, since its name may be given from the other."""
     if abs(position[1]) < SIDE:
         return ""
     return f" (to the robot's {'left' if position[1] > 0 else 'right'})"
@@ -176,23 +163,25 @@ def _next_answer(
     The method's own advice counts; without it, the place farthest from all others.
     """
     placements = found.placements
+    names = short_names([row.name for row in placements])
     positions = np.array([row.position for row in placements])
-    trained = np.array([row.role == "train" for row in placements])
     place = as_point(farthest_place(positions))
     joints = _hardly_moved(found.coverage)
-    wrong = list(placements_with_errors(placements, checks))
-    texts = [f"First mend {joined(wrong)}, see below."] if wrong else []
+    wrong = placements_with_errors(placements, checks)
+    texts = [f"First mend {joined([names[i] for i in wrong])}, see below."] if wrong else []
     train_on: str | None = None
     if advice is not None and advice.text:
         texts.append(advice.text)
     else:
-        names = short_names([row.name for row in placements])
-        free = ~trained & [name not in wrong for name in names]
-        if free.any():
-            train_on, words = _train_on(positions, trained, free, names)
-            texts.append(words)
+        farthest = farthest_held_out(placements, wrong)
+        if farthest is not None:
+            train_on = names[farthest[0]]
+            texts.append(
+                f"Train on {train_on} too: it is recorded already, and with {farthest[1]:.2f} m "
+                "the farthest from what was trained on; the two most distant placements serve best."
+            )
         gap = float(norms(positions - place).min())
-        held_out = ", to hold out," if trained.all() else ""
+        held_out = "" if any(row.role == "test" for row in placements) else ", to hold out,"
         texts.append(
             f"Record a new one{held_out} about {area(place)} as the robot sees it, "
             f"{gap:.2f} m from the nearest so far, or as near to there as your table allows."
@@ -202,19 +191,6 @@ def _next_answer(
             f"Turn {joined(joints)} more: in some socket trained on, too little to learn from."
         )
     return NextAnswer(text=" ".join(texts), train_on=train_on, place=place, joints=tuple(joints))
-
-
-def _train_on(
-    positions: np.ndarray, trained: np.ndarray, free: np.ndarray, names: list[str]
-) -> tuple[str, str]:
-    """Return the free placement farthest from all trained on, and why to train on it."""
-    gaps = norms(positions[:, None] - positions[trained]).min(axis=1)
-    farthest = int(np.argmax(np.where(free, gaps, -1.0)))
-    name = names[farthest]
-    return name, (
-        f"Train on {name} too: it is recorded already, and with {gaps[farthest]:.2f} m the "
-        "farthest from what was trained on; the two most distant placements serve best."
-    )
 
 
 def _hardly_moved(coverage: Coverage) -> list[str]:

@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from ....errors import MukcaError
 from ....solver.assessment import (
     PlacementReport,
@@ -13,13 +11,12 @@ from ....solver.assessment import (
     joints_wrong,
     likely_distance,
     mm,
-    norms,
     short_names,
 )
 from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
 from ....solver.paper import build_problem, solve
-from ....solver.results import CalibrationDocument, Outlook, Scale
-from .answer_data import placements_with_errors
+from ....solver.results import CalibrationDocument, Scale
+from .answer_data import farthest_held_out, placements_with_errors
 from .commands import check_command, record_command, solve_command
 from .types import Step
 
@@ -30,13 +27,7 @@ _SPAN = 0.5
 def steps(
     predictions: Predictions, placements: Sequence[PlacementReport], verdict: Verdict
 ) -> tuple[Step, ...]:
-    """Return the next steps, best first; none where the verdict is PASS.
-
-    Args:
-        predictions: The calibration.
-        placements: All of its placements.
-        verdict: On the calibration.
-    """
+    """Return the next steps for a calibration, best first; none where the verdict is PASS."""
     if verdict.status == "pass":
         return ()
     document = predictions.document
@@ -97,50 +88,38 @@ def _measure(
 
 def _forecast(document: CalibrationDocument, name: str | None, text: str, command: str) -> Step:
     """Return a step with what the posterior forecasts of it, where it does."""
-    forecasts = {} if document.outlook is None else _forecasts(document.outlook)
+    rows = () if document.outlook is None else document.outlook.forecasts
+    forecasts = {row.placement: row.distance_deviation for row in rows}
     if document.uncertainty is None or name not in forecasts:
         expected = "not told by this method: only --method auto forecasts"
         if document.method == "auto":
             expected = "not told: the place is out of the arm's reach"
         return Step(text=text, command=command, expected=expected)
     before, after = document.uncertainty.distance_deviation.median, forecasts[name]
+    own = document.arm_name  # several arms have a workspace each
+    distances = f"distances in {own}'s own workspace" if own else "distances"
     return Step(
         text=text,
         command=command,
-        expected=f"the predicted error of {_whose(document)}, trained on it too, falls from "
+        expected=f"the predicted error of {distances}, trained on it too, falls from "
         f"{mm(before)} to {mm(after)}",
         before=before,
         after=after,
     )
 
 
-def _whose(document: CalibrationDocument) -> str:
-    """Return the name of the forecast distances: several arms have a workspace each."""
-    name = document.arm_name
-    return f"distances in {name}'s own workspace" if name else "distances"
-
-
-def _forecasts(outlook: Outlook) -> dict[str | None, float]:
-    return {row.placement: row.distance_deviation for row in outlook.forecasts}
-
-
 def _train_more(document: CalibrationDocument, placements: Sequence[PlacementReport]) -> list[Step]:
     """Return the step to train on what is held out and farthest, where another stays held out."""
-    positions = np.array([row.position for row in placements])
-    trained = np.array([row.role == "train" for row in placements])
-    names = short_names([row.name for row in placements])
-    wrong = placements_with_errors(placements, document.checks)
-    free = ~trained & [name not in wrong for name in names]
-    if np.sum(~trained) < 2 or not trained.any() or not free.any():
+    farthest = farthest_held_out(placements, placements_with_errors(placements, document.checks))
+    if sum(row.role == "test" for row in placements) < 2 or farthest is None:
         return []
-    gaps = norms(positions[:, None] - positions[trained]).min(axis=1)
-    best = int(np.argmax(np.where(free, gaps, -1.0)))
-    name = names[best]
-    text = (
-        f"Train on {name} too: recorded already, {gaps[best]:.2f} m from the nearest trained on; "
-        "a second placement is what lowers the errors most"
-    )
+    best, gap = farthest
     name = placements[best].name
+    text = (
+        f"Train on {short_names([row.name for row in placements])[best]} too: recorded already, "
+        f"{gap:.2f} m from the nearest trained on; a second placement is what lowers the errors "
+        "most"
+    )
     return [_forecast(document, name, text, solve_command(document, moved={name: "train"}))]
 
 
@@ -151,11 +130,8 @@ def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) 
     """
     document = predictions.document
     names = short_names([row.name for row in placements])
-    wrong = {
-        row.name
-        for name, row in zip(names, placements, strict=True)
-        if name in placements_with_errors(placements, document.checks)
-    }
+    bad = placements_with_errors(placements, document.checks)
+    wrong = {placements[i].name for i in bad}
     paired = [p for p in predictions.placements if p.measured.has_distance]
     trained = [p.measured for p in paired if p.role == "train"]
     kept = [m for m in trained if m.name not in wrong]
@@ -166,10 +142,9 @@ def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) 
         before, after = (_held_out(predictions, train, judges) for train in (trained, kept))
     except MukcaError:
         return []
-    out = [name for name, row in zip(names, placements, strict=True) if row.name in wrong]
     return [
         Step(
-            text=f"Leave out {joined(out)}",
+            text=f"Leave out {joined([names[i] for i in bad])}",
             command=solve_command(document, moved=dict.fromkeys(sorted(wrong))),
             expected=f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}",
             before=before,
