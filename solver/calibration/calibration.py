@@ -114,9 +114,17 @@ class Calibration:
         fields = Result.__struct_fields__
         return Result(**{name: getattr(self.document, name) for name in fields})
 
-    @property
-    def distortion(self) -> str:
-        """Refusal of a model that does not reproduce the sockets' distance, in words."""
+    def refusal(self, accept_distorted: bool | None = None) -> str:
+        """Return why the model is not to be written, in words; empty where it may be.
+
+        Args:
+            accept_distorted: Accept even a model that does not reproduce the sockets' distance;
+                None for what the calibration's settings say.
+        """
+        if accept_distorted is None:
+            accept_distorted = bool(self.document.settings.get("accept_distorted"))
+        if accept_distorted or not self.document.distorted:
+            return ""
         mend = "Check --distance, that sockets are not mixed up, and the data"
         if joints_wrong(self.document.checks):
             mend = "Mend first what the checks say of the joints"
@@ -157,7 +165,7 @@ class Calibration:
         folder: str | Path,
         *,
         force: bool = False,
-        accept_distorted: bool = False,
+        accept_distorted: bool | None = None,
         pages: "Callable[[Calibration], Mapping[str, bytes]] | None" = None,
     ) -> dict[str, str]:
         """Write the calibrated URDF and ``calibration.json``.
@@ -167,7 +175,8 @@ class Calibration:
         Args:
             folder: Made where missing. Files of other names in it stay as they are.
             force: Overwrite what is there.
-            accept_distorted: Write even a model that does not reproduce the sockets' distance.
+            accept_distorted: Write even a model that does not reproduce the sockets' distance; None
+                for what the calibration was told.
             pages: Makes further files to write with them, by name, as ``report.html``.
 
         Returns:
@@ -179,8 +188,8 @@ class Calibration:
         """
         folder = Path(folder)
         refuse_existing(folder, force=force)
-        if self.document.distorted and not accept_distorted:
-            raise DistortedError(self.distortion)
+        if refusal := self.refusal(accept_distorted):
+            raise DistortedError(refusal)
         contents = {"calibrated.urdf": self.calibrated.urdf(folder)}
         outputs = {"urdf": str(folder / "calibrated.urdf")}
         if self.calibrated.exported is not None:
@@ -190,7 +199,9 @@ class Calibration:
         further: Mapping[str, bytes] = pages(self) if pages is not None else {}
         if "report.html" in further:
             outputs["report"] = str(folder / "report.html")
-        settings = {**self.document.settings, "accept_distorted": accept_distorted}
+        settings = dict(self.document.settings)
+        if accept_distorted is not None:
+            settings["accept_distorted"] = accept_distorted
         document = msgspec.structs.replace(self.document, outputs=outputs, settings=settings)
         contents["calibration.json"] = encode(document, indent=1)
         write_files(folder, {**contents, **further})

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ..assessment import millimetres
-from ..data import Metrics
+from ..data import Metrics, removed_share
 from ..results import PlacementErrors, Role, Summaries, Summary
 
 HEADS = ("placement", "samples", "MAE", "max", "distance")
@@ -27,7 +27,7 @@ def error_rows(
                 name = row.name if row.kind == "sockets" else f"{row.name} (true error)"
                 rows += _rows(row, False, name, "+".join(map(str, row.samples)))
         if summary is not None:
-            removed = f"{100 * _removed(summary):.1f} % less"
+            removed = f"{100 * removed_share(summary.nominal, summary.loaded):.1f} % less"
             rows += _rows(summary, True, f"= {title}", removed)
     return rows
 
@@ -65,12 +65,6 @@ def _rows(
         full = [f"> {millimetres(value)}" for value in _figures(row.calibrated)]
         rows.append((False, ["  with corrected joints", "", *full]))
     return rows
-
-
-def _removed(summary: Summary) -> float:
-    """Return the share of the error that the URDF removes."""
-    before, after = summary.nominal.mean_absolute_error, summary.loaded.mean_absolute_error
-    return 1 - after / before if before > 0 else 0.0
 
 
 def _figures(metrics: Metrics) -> tuple[float, float, float | None]:

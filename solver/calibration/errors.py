@@ -17,6 +17,7 @@ from ..data import (
     fit_pose,
     found_deviation,
     mean_metrics,
+    removed_share,
 )
 from ..paper import ball_only, build_problem, solve
 from ..results import (
@@ -98,13 +99,12 @@ def summarise(placements: Sequence[PlacementErrors]) -> Summaries:
 def _summary(rows: Sequence[PlacementErrors]) -> Summary:
     nominal = mean_metrics([row.nominal for row in rows])
     calibrated = mean_metrics([row.calibrated for row in rows])
-    before, after = nominal.mean_absolute_error, calibrated.mean_absolute_error
     return Summary(
         nominal=nominal,
         calibrated=calibrated,
         geometric=_mean([row.geometric for row in rows]),
         ball_refitted=_mean([row.ball_refitted for row in rows]),
-        removed_error=1 - after / before if before > 0 else 0.0,
+        removed_error=removed_share(nominal, calibrated),
     )
 
 

@@ -101,7 +101,7 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         folder: str | Path,
         *,
         force: bool = False,
-        accept_distorted: bool = False,
+        accept_distorted: bool | None = None,
         pages: Callable[[Calibration], Mapping[str, bytes]] | None = None,
     ) -> dict[str, str]:
         """Write each robot's files into a folder of its own, ``arms.urdf`` and ``arms.json``.
@@ -111,8 +111,8 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         folder = Path(folder)
         refuse_existing(folder, force=force)
         for calibration in self.values():
-            if calibration.document.distorted and not accept_distorted:
-                raise DistortedError(calibration.distortion)
+            if refusal := calibration.refusal(accept_distorted):
+                raise DistortedError(refusal)
         contents = {"arms.urdf": self.urdf(folder), "arms.json": encode(self.document, indent=1)}
         outputs: dict[str, str] = {}
         for name, calibration in self.items():

@@ -46,6 +46,12 @@ class Metrics:
         }
 
 
+def removed_share(before: Metrics, after: Metrics) -> float:
+    """Return the share of the mean absolute error that another model removes."""
+    error = before.mean_absolute_error
+    return 1 - after.mean_absolute_error / error if error > 0 else 0.0
+
+
 def socket_centres(points: np.ndarray, measured: Measurement) -> np.ndarray:
     """Return the mean of the predicted ball centres in each socket, shape (sockets, 3) [m]."""
     return np.array([points[rows].mean(axis=0) for rows in measured.slices])

@@ -83,7 +83,7 @@ def _session(
         calibrated=summary.loaded.mean_absolute_error,
         distance_error=summary.loaded.distance_error,
         status="refused" if document.distorted else status,
-        text=calibration.distortion if document.distorted else text,
+        text=calibration.refusal(accept_distorted=False) or text,
         todo=figures.todo[0] if figures.todo else None,
         drift=drift,
         parameters=tuple(

@@ -52,11 +52,7 @@ def run(options: Options, terminal: Terminal) -> int:
     for name, one in robots.items():
         _say_name(name, terminal)
         show(terminal, one)
-    refused = [
-        one.distortion
-        for one in robots.values()
-        if one.document.distorted and not options.settings.accept_distorted
-    ]
+    refused = [words for one in robots.values() if (words := one.refusal())]
     outputs = _save(calibration, options) if options.out and not refused else {}
     verdict = {"status": "fail", "title": "FAIL", "text": " ".join(refused)}
     verdicts = [verdict] if refused else [_judge(*one, terminal) for one in robots.items()]
@@ -86,12 +82,7 @@ def _save(calibration: "MultiRobotCalibration | Calibration", options: Options) 
     from ...report import report_files
 
     assert options.out is not None
-    return calibration.save(
-        options.out,
-        force=options.force,
-        accept_distorted=options.settings.accept_distorted,
-        pages=report_files,
-    )
+    return calibration.save(options.out, force=options.force, pages=report_files)
 
 
 def _judge(name: str, calibration: "Calibration", terminal: Terminal) -> dict[str, str]:
