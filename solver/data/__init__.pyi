@@ -32,6 +32,7 @@ from .metrics import fit_frames as fit_frames
 from .metrics import found_deviation as found_deviation
 from .metrics import is_distorted as is_distorted
 from .metrics import mean_metrics as mean_metrics
+from .metrics import removed_share as removed_share
 from .metrics import socket_centres as socket_centres
 from .metrics import targets as targets
 from .observations import MultiRobotObservations as MultiRobotObservations
