@@ -135,7 +135,7 @@ def _of_arm(
 
 @dataclass(frozen=True)
 class _Gaussian:
-    """The bell gaussian around a state at the minimum of L."""
+    """The Gaussian around a state at the minimum of L."""
 
     state: State
     """There, with nothing held at zero that may leave it."""
@@ -148,7 +148,7 @@ class _Gaussian:
 
 
 def _gaussian(objective: Objective, state: State) -> _Gaussian:
-    """Return the bell gaussian and the logarithm of the evidence.
+    """Return the Gaussian and the logarithm of the evidence.
 
     log p(data) = -L + g^T H^-1 g / 2 + sum_g log|P_g| / 2 - log|H| / 2                    (A6)
                   + log p(widths) + log p(nu) + log(B / A)
@@ -156,7 +156,7 @@ def _gaussian(objective: Objective, state: State) -> _Gaussian:
     L is the objective (A1) and g its slope, P_g the prior precision of group g, H the curvature
     (A3), |.| the determinant, p(widths) the prior of the widths themselves. The slope is zero but
     for unknowns that are held at zero. Of unknowns that are never negative, the share A of the
-    priors' bell gaussian counts, and the share B of that around the posterior.
+    priors' Gaussian counts, and the share B of that around the posterior.
     """
     held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
     for group in state.groups:
