@@ -117,7 +117,7 @@ class _Program:
 
     def stop(self) -> None:
         self.process.terminate()
-        self.process.wait(30)
+        self.process.wait(120)
 
 
 def emulator_words(name: str, folder: Path, options: tuple[str, ...]) -> tuple[list[str], Path]:

@@ -137,9 +137,7 @@ def observe_all(
     deviation: float = CALIPER_DEVIATION,
     require_scale: bool = True,
 ) -> MultiRobotObservations:
-    """Put the placements of all robots together for a fit.
-
-    Placements of several robots at the same ``Placement.place`` are the same base, not moved.
+    """Put the placements of all robots together; equal ``Placement.place`` is one base, not moved.
 
     Args:
         arms: The robots and their placements.
@@ -157,7 +155,7 @@ def observe_all(
         return m.name if len(arms) == 1 else m.placement.place
 
     every = [(of(m), m) for arm in arms for m in arm.measurements]
-    seated = [(name, m) for name, m in every if m.kind == "sockets"]
+    seated = [row for row in every if row[1].kind == "sockets"]
     labels = list(dict.fromkeys((name, socket) for name, m in seated for socket in m.sockets))
     names = [m.frame for _, m in every if m.kind == "points"]
     own = {_base_of(arm): i for i, arm in enumerate(arms)}
@@ -182,8 +180,8 @@ def observe_all(
         pairs.append(Known(a, b, k.distance, k.deviation))
     if require_scale:
         _check_scale(seated, labels, pairs, located)
-    shared = (tuple(labels), tuple(pairs), located, tuple(frames))
     bases = (WORLD, *(frames.index(base) for base in list(own)[1:]))
+    shared = (tuple(labels), tuple(pairs), located, tuple(frames))
     samples = [_samples(arm, [(of(m), m) for m in arm.measurements], *shared) for arm in arms]
     return MultiRobotObservations(
         tuple(replace(one, base=base) for one, base in zip(samples, bases, strict=True)),

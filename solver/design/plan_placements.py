@@ -8,13 +8,7 @@ import numpy as np
 from ..bayes.model import Noise, extend
 from ..robot import Robot, SimulationError, choose_parameters
 from .base_placement import Site, site_at, sites_around, with_site
-from .information import (
-    ParameterCovariance,
-    Workspace,
-    expected_groups,
-    from_prior,
-    workspace_of,
-)
+from .information import ParameterCovariance, Workspace, expected_groups, from_prior, workspace_of
 from .reachability import Reach
 
 RADII = (0.5, 0.4, 0.3, 0.6)

@@ -118,7 +118,7 @@ def test_a_real_terminal_shows_the_screen_until_ctrl_c(tmp_path):
         with TerminalSession(command) as terminal:
             terminal.wait_for("joint7", "deg", "N m", "Hz", "guiding")
             terminal.press("\x03")
-            assert terminal.process.wait(30) == 130
+            assert terminal.process.wait(120) == 130
 
 
 def test_a_drop_is_told_on_standard_error(tmp_path, stream):
@@ -175,7 +175,7 @@ def test_an_emulator_tells_how_to_read_it():
     assert process.stdout
     lines = [process.stdout.readline() for _ in range(3)]
     process.terminate()
-    assert process.wait(30) == 0
+    assert process.wait(120) == 0
     process.stdout.close()
     assert lines[0] == "Emulating kinova, version serial.\n"
     assert "mukca stream --driver 'kinova:serial:///dev/pts/" in lines[1]

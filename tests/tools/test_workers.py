@@ -79,7 +79,7 @@ def test_nothing_outlives_the_one_who_asked(how: signal.Signals, tmp_path: Path)
         os.killpg(asking.pid, how)
     else:
         asking.kill()
-    _, err = asking.communicate(timeout=30)
+    _, err = asking.communicate(timeout=120)
     until(lambda: not any(worker.is_running() for worker in workers))
     assert err.count(b"Traceback") <= 1  # the one who asked; no worker has anything to say
 

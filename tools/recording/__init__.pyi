@@ -3,9 +3,9 @@ from .guidance import SHARE as SHARE
 from .guidance import PoseSelector as PoseSelector
 from .guidance_process import BackgroundGuidance as BackgroundGuidance
 from .guidance_process import goal_for as goal_for
-from .inputs import is_scripted as is_scripted
 from .options import RecordOptions as RecordOptions
 from .quick import verify_calibration as verify_calibration
 from .quick import worth_calibrating as worth_calibrating
+from .resources import is_scripted as is_scripted
 from .setup import joints_of as joints_of
 from .setup import record_session as record_session

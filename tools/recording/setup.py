@@ -6,25 +6,17 @@ import sys
 import time
 from collections.abc import Generator
 from contextlib import ExitStack, closing, contextmanager
-from typing import Any
 
-from ...recorder import (
-    Metadata,
-    StreamLog,
-    next_log_file,
-)
 from ...recorder.session import Recording, Session
 from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
 from ..cli import Terminal
 from .guidance_process import BackgroundGuidance, goal_for
-from .inputs import connect, keys_of
 from .options import SettledOptions
 from .outlier_checks import FIRST_FAR, OutlierCheck, gravity_of, similar_models
 from .page import PageProcess
-
-NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
+from .resources import connect, keys_of, open_log, open_recording
 
 
 def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
@@ -55,32 +47,28 @@ def record_session(
         driver = stack.enter_context(connect(options.driver, robot.joint_names))
         still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
-        recording = stack.enter_context(_recording(options, robot, joints, still))
+        recording = stack.enter_context(open_recording(options, robot, joints, still))
         if options.keep_stream:
-            stack.enter_context(_logged(stream, options, robot, terminal))
+            stack.enter_context(open_log(stream, options, robot, terminal))
+        monitor = StreamMonitor(
+            joints,
+            window=options.window,
+            still=still,
+            live=script is None,
+            resolution=driver.resolution,
+        )
         session = _session(options, robot, joints, recording)
         page = (
             stack.enter_context(closing(PageProcess(options, options.page_host)))
             if options.page
             else None
         )
-        live = script is None
-        guidance = None
-        if keyboard and live and not options.no_guide:
-            goal = goal_for(robot, options.goal_mm)
-            guidance = stack.enter_context(
-                closing(BackgroundGuidance(options, options.distance, options.sockets, goal))
-            )
+        guided = keyboard is not None and live and not options.no_guide
+        guidance = _guidance(options, robot, stack) if guided else None
         return Recorder(
             session=_with_address(session, page.url, options.page_host) if page else session,
             stream=stream,
-            monitor=StreamMonitor(
-                joints,
-                window=options.window,
-                still=still,
-                live=live,
-                resolution=driver.resolution,
-            ),
+            monitor=monitor,
             recording=recording,
             display=_display(terminal),
             title=_title(options, robot),
@@ -99,6 +87,13 @@ def record_session(
         ).run()
 
 
+def _guidance(options: SettledOptions, robot: Robot, stack: ExitStack) -> BackgroundGuidance:
+    """Return guidance by a worker process, which ends with the session."""
+    goal = goal_for(robot, options.goal_mm)
+    guidance = BackgroundGuidance(options, options.distance, options.sockets, goal)
+    return stack.enter_context(closing(guidance))
+
+
 def _with_address(session: Session, url: str, host: str) -> Session:
     """Return the session with messages on the page's address."""
     session = session.with_message(f"page: {url}")
@@ -106,21 +101,6 @@ def _with_address(session: Session, url: str, host: str) -> Session:
         return session
     warning = "whoever knows this address can watch, from anywhere in the network"
     return session.with_message(warning, alarm=True)
-
-
-@contextmanager
-def _logged(
-    stream: Stream, options: SettledOptions, robot: Robot, terminal: Terminal
-) -> Generator[None, None, None]:
-    """Log every state to a file beside the samples."""
-    log = StreamLog(next_log_file(options.out), robot.joint_names)
-    stream.observer = log.add
-    try:
-        yield
-    finally:
-        log.close()
-        if log.trouble:
-            terminal.warn(log.trouble)
 
 
 def _title(options: SettledOptions, robot: Robot) -> str:
@@ -176,30 +156,6 @@ def _without_collection() -> Generator[None, None, None]:
     finally:
         if not kept:
             gc.unfreeze()
-
-
-def _recording(
-    options: SettledOptions, robot: Robot, joints: tuple[JointLimits, ...], still: float
-) -> Recording:
-    given: dict[str, Any] = {name: getattr(options, name) for name in NOTES}
-    return Recording(
-        options.out,
-        Metadata(
-            robot=robot.name,
-            joints=robot.joint_names,
-            units=tuple(joint.unit for joint in joints),
-            distance=options.distance,
-            sockets=options.sockets,
-            model_sha256=robot.sha256,
-            robot_name=options.robot_name or "",
-            session={
-                "driver": options.driver,
-                "window": options.window,
-                "still": still,
-                **{name: value for name, value in given.items() if value is not None},
-            },
-        ),
-    )
 
 
 def _session(

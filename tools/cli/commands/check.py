@@ -38,11 +38,7 @@ def run(options: Options, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     from ....solver.data import check_distinct
     from ....solver.design import predicted_error
-    from ....solver.diagnostics import (
-        inspect_all,
-        next_placement,
-        single_socket_diagnostics,
-    )
+    from ....solver.diagnostics import inspect_all, next_placement, single_socket_diagnostics
 
     robot, settings = options.load_robot(), options.settings.validated()
     data = measure_all(options.data, robot, settings.distance, sockets=1)

@@ -1,13 +1,6 @@
 """All figures of a report, worked out from a calibration: the way into this folder."""
 
-from ....solver.assessment import (
-    DRAWN,
-    Options,
-    assess,
-    distance_text,
-    sample_errors,
-    setting,
-)
+from ....solver.assessment import DRAWN, Options, assess, distance_text, sample_errors, setting
 from ....solver.results import CalibrationDocument, FitResult, fields_of
 from .answers import answers_of
 from .arm import arm_drawing
