@@ -50,11 +50,12 @@ def record_session(
         recording = stack.enter_context(open_recording(options, robot, joints, still))
         if options.keep_stream:
             stack.enter_context(open_log(stream, options, robot, terminal))
+        live = script is None
         monitor = StreamMonitor(
             joints,
             window=options.window,
             still=still,
-            live=script is None,
+            live=live,
             resolution=driver.resolution,
         )
         session = _session(options, robot, joints, recording)
