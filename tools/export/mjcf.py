@@ -1,21 +1,19 @@
 """The user's own MuJoCo model, with the places of the arm's bodies replaced and all else kept.
 
 Bodies may stand elsewhere on the links than the URDF's frames: only the joints' axes are the same.
-With B_i the pose of joint i's body and L_i that of its URDF link, both nominal and at zero, the
-constant C_i = B_i^-1 L_i carries one into the other. So the body's new place on the one before is
-C_(i-1) K_i C_i^-1, with K_i the calibrated place of the URDF's link on the one before, at zero.
+With all joints at zero, B_i is the pose of joint i's body, L_i that of its URDF link by the nominal
+arm, laid on the model, and K_i by the calibrated one. B_i^-1 L_i is constant, since both are one
+rigid part; so the body belongs at B'_i = K_i L_i^-1 B_i.
 """
 
 from dataclasses import dataclass
-from functools import reduce
+from itertools import accumulate
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from ...solver.calibration import joints_named
-from ...solver.data import kabsch_rotation
-from ...solver.robot import rotation
+from ...solver.data import kabsch_rotation, turn
 from .losses import losses_without
 from .mjcf_text import add_text, place_bodies
 from .origins import after_last_exported, rigid
@@ -33,16 +31,18 @@ WEIGHT = 0.1
 
 @dataclass(frozen=True)
 class MjcfJoint:
-    """A joint of the MuJoCo model that is one of the arm's, with all at zero."""
+    """A joint of the MuJoCo model that is one of the arm's, with all at zero.
+
+    All is in the frame of the body that carries the first of them.
+    """
 
     name: str
     body: str
     axis: np.ndarray
-    """In the body's frame."""
-    place: np.ndarray
-    """The body's pose on the body of the joint before, shape (4, 4)."""
-    welded: np.ndarray
-    """The pose of its parent body on the body of the joint before; they are welded."""
+    pose: np.ndarray
+    """The body's, shape (4, 4)."""
+    parent: np.ndarray
+    """The pose of its parent body, which is welded to the body of the joint before."""
 
 
 def write(request: Request) -> Exported:
@@ -52,12 +52,13 @@ def write(request: Request) -> Exported:
     joints = _joints(request)
     robot = request.calibration.robot
     nominal = _links([joint.origin.xyz + joint.origin.rpy for joint in robot.joints], request)
-    calibrated = _links(request.origins, request)
-    carried, lines = _carriers(request, joints, nominal)
+    base, laid, lines = _laid(request, joints, nominal)
     places: dict[str, np.ndarray] = {}
-    for i, joint in enumerate(joints):
-        place = carried[i] @ calibrated[i] @ np.linalg.inv(carried[i + 1])
-        places[joint.body] = np.linalg.inv(joint.welded) @ place
+    moved = np.eye(4)  # the motion of the body before, from its place in the nominal model
+    for joint, old, new in zip(joints, laid, _links(request.origins, request), strict=True):
+        motion = base @ new @ np.linalg.inv(old)
+        places[joint.body] = np.linalg.inv(moved @ joint.parent) @ motion @ joint.pose
+        moved = motion
     holder, text = place_bodies(request.like, places)
     main = holder == request.like
     text = add_text(text, "; ".join(request.identity.lines()), "mukca" if main else None)
@@ -71,15 +72,10 @@ def write(request: Request) -> Exported:
 
 
 def _links(origins: Any, request: Request) -> list[np.ndarray]:
-    """Return the pose of each moving joint's child link on that of the one before, at zero."""
-    links: list[np.ndarray] = []
-    rest = np.eye(4)
-    for joint, origin in zip(request.calibration.robot.joints, origins, strict=True):
-        rest = rest @ rigid(origin)
-        if joint.actuated:
-            links.append(rest)
-            rest = np.eye(4)
-    return links
+    """Return the pose of each moving joint's child link in the base frame, at zero."""
+    poses = accumulate(map(rigid, origins), np.matmul)
+    joints = request.calibration.robot.joints
+    return [T for T, joint in zip(poses, joints, strict=True) if joint.actuated]
 
 
 # -- the MuJoCo model ------------------------------------------------------------------------------
@@ -102,21 +98,31 @@ def _joints(request: Request) -> list[MjcfJoint]:
         raise ExportError(f"--like {request.like}: MuJoCo cannot read it: {error}{hint}") from None
     indices = _matched(model, request)
     bodies = [int(model.jnt_bodyid[j]) for j in indices]
-    before = int(model.body_parentid[bodies[0]])
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    parents = [int(model.body_parentid[body]) for body in bodies]
+    base = np.linalg.inv(_pose(data, parents[0]))
     joints: list[MjcfJoint] = []
-    for j, body in zip(indices, bodies, strict=True):
+    for i, (j, body, parent) in enumerate(zip(indices, bodies, parents, strict=True)):
         name = model.joint(j).name
         if model.body_jntnum[body] != 1 or model.qpos0[model.jnt_qposadr[j]] != 0:
             raise ExportError(f"{request.like}: {name!r} shares its body, or has a `ref`")
         if np.any(model.jnt_pos[j]):
             raise ExportError(f"{request.like}: {name!r} has a `pos`; put its body there instead")
-        path = _path(model, before, body, request)
-        places = [_local(model, b) for b in path]
-        welded = reduce(np.matmul, places[:-1], np.eye(4))
-        axis = np.array(model.jnt_axis[j])
-        joints.append(MjcfJoint(name, model.body(body).name, axis, welded @ places[-1], welded))
-        before = body
+        if i > 0 and model.body_weldid[parent] != bodies[i - 1]:
+            raise ExportError(
+                f"{request.like}: body {model.body(body).name!r} does not hang where the joint "
+                "before it is; the joints stand in another order"
+            )
+        poses = (base @ _pose(data, each) for each in (body, parent))
+        joints.append(MjcfJoint(name, model.body(body).name, base[:3, :3] @ data.xaxis[j], *poses))
     return joints
+
+
+def _pose(data: Any, body: int) -> np.ndarray:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = data.xmat[body].reshape(3, 3), data.xpos[body]
+    return T
 
 
 def _matched(model: Any, request: Request) -> list[int]:
@@ -154,49 +160,28 @@ def _same(name: str, other: str) -> bool:
     return name.endswith(other) or (name != "" and other.endswith(f"_{name}"))
 
 
-def _path(model: Any, before: int, body: int, request: Request) -> list[int]:
-    """Return the bodies after one body, down to another."""
-    path = [body]
-    while model.body_parentid[path[0]] != before:
-        path.insert(0, int(model.body_parentid[path[0]]))
-        if path[0] == 0 or model.body_jntnum[path[0]]:
-            raise ExportError(
-                f"{request.like}: body {model.body(body).name!r} does not hang where the joint "
-                "before it is; the joints stand in another order"
-            )
-    return path
-
-
-def _local(model: Any, body: int) -> np.ndarray:
-    import mujoco
-
-    R = np.empty(9)
-    mujoco.mju_quat2Mat(R, model.body_quat[body])
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = R.reshape(3, 3), model.body_pos[body]
-    return T
-
-
 # -- one model laid on the other -------------------------------------------------------------------
 
 
-def _carriers(
+def _laid(
     request: Request, joints: list[MjcfJoint], nominal: list[np.ndarray]
-) -> tuple[list[np.ndarray], list[str]]:
-    """Return C_0 of the base and C_i of each joint, and how the nominal models differ."""
+) -> tuple[np.ndarray, list[np.ndarray], list[str]]:
+    """Return the poses of the URDF's base and links in the model, and how both models differ."""
     actuated = request.calibration.robot.actuated
-    bodies = list(_products([joint.place for joint in joints]))
-    links = list(_products(nominal))
-    axes = np.array([B[:3, :3] @ j.axis for B, j in zip(bodies, joints, strict=True)])
-    others = np.array([L[:3, :3] @ j.axis for L, j in zip(links, actuated, strict=True)])
+    axes = np.array([joint.axis for joint in joints])
+    places = np.array([joint.pose[:3, 3] for joint in joints])
     turning = np.array([joint.type != "prismatic" for joint in actuated])
-    base = _laid(axes, others, bodies, links, turning)
+    across = turning[:, None, None] * (np.eye(3) - axes[:, :, None] * axes[:, None, :])
+    others = np.array([L[:3, :3] @ j.axis for L, j in zip(nominal, actuated, strict=True)])
+    base = _base(axes, others, across, places, np.array([L[:3, 3] for L in nominal]))
+    laid = [base @ L for L in nominal]
     turned = others @ base[:3, :3].T
     turns = np.cross(turned, axes)
-    gaps = np.array([(base @ L - B)[:3, 3] for B, L in zip(bodies, links, strict=True)])
-    offs = (gaps - axes * np.sum(axes * gaps, axis=1, keepdims=True)) * turning[:, None]
+    sines = np.linalg.norm(turns, axis=1)
+    angles = np.arctan2(sines, np.sum(axes * turned, axis=1))
+    gaps = places - [L[:3, 3] for L in laid]
+    offs = np.einsum("nij,nj->ni", across, gaps)
     distances = np.linalg.norm(offs, axis=1)
-    angles = np.arctan2(np.linalg.norm(turns, axis=1), np.sum(axes * turned, axis=1))
     worst = int(np.argmax(distances / SAME_AXIS + angles / SAME_DIRECTION))
     said = (
         f"{request.like}: the axis of {joints[worst].name!r} is not that of "
@@ -205,48 +190,26 @@ def _carriers(
     )
     if distances.max() > SAME_AXIS or angles.max() > SAME_DIRECTION:
         raise ExportError(f"{said}; it is another arm's model, or counts its angles otherwise")
-    carriers = [base]
-    for B, L, turn, off in zip(bodies, links, turns, offs, strict=True):
-        there = base @ L
-        there[:3, :3] = _turned(turn) @ there[:3, :3]
-        there[:3, 3] -= off
-        carriers.append(np.linalg.inv(B) @ there)
+    turns *= (angles / np.maximum(sines, 1e-300))[:, None]
+    for L, vector, off in zip(laid, turns, offs, strict=True):
+        L[:3, :3] = turn(vector) @ L[:3, :3]
+        L[:3, 3] += off
     differ = max(distances.max(), angles.max()) > ROUNDED
-    return carriers, [f"{said}; in the new file it is the calibrated arm's."] if differ else []
+    lines = [f"{said}; in the new file it is the calibrated arm's."] if differ else []
+    return base, laid, lines
 
 
-def _turned(turn: np.ndarray) -> np.ndarray:
-    """Return the turn about a small vector, by its sine."""
-    sine = float(np.linalg.norm(turn))
-    if sine == 0:
-        return np.eye(3)
-    return rotation((turn / sine).tolist(), ca.DM(np.arcsin(sine))).full()
-
-
-def _products(places: list[np.ndarray]) -> list[np.ndarray]:
-    return [reduce(np.matmul, places[: i + 1]) for i in range(len(places))]
-
-
-def _laid(
-    axes: np.ndarray,
-    others: np.ndarray,
-    bodies: list[np.ndarray],
-    links: list[np.ndarray],
-    turning: np.ndarray,
+def _base(
+    axes: np.ndarray, others: np.ndarray, across: np.ndarray, places: np.ndarray, links: np.ndarray
 ) -> np.ndarray:
     """Return the pose of the URDF's base in the model's, which lays its axes on the model's.
 
     Where the models differ, the axes next to the base count most: it stands still with them.
     """
     weights = WEIGHT ** np.arange(len(axes))
-    R = kabsch_rotation(others, axes, weights)
-    each = list(zip(weights, axes, bodies, links, strict=True))
-    rows = [w * (np.eye(3) - np.outer(a, a)) for w, a, _, _ in each]
-    gaps = [B[:3, 3] - R @ L[:3, 3] for _, _, B, L in each]
     T = np.eye(4)
-    T[:3, :3] = R
-    if turning.any():
-        A = np.concatenate([row for row, turns in zip(rows, turning, strict=True) if turns])
-        aims = [r @ g for r, g, turns in zip(rows, gaps, turning, strict=True) if turns]
-        T[:3, 3] = np.linalg.lstsq(A, np.concatenate(aims), rcond=None)[0]
+    T[:3, :3] = kabsch_rotation(others, axes, weights)
+    rows = weights[:, None, None] * across
+    aims = np.einsum("nij,nj->ni", rows, places - links @ T[:3, :3].T)
+    T[:3, 3] = np.linalg.lstsq(rows.reshape(-1, 3), aims.ravel(), rcond=None)[0]
     return T

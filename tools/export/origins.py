@@ -2,38 +2,30 @@
 
 import math
 from collections.abc import Collection, Sequence
-from functools import cache
-from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from ...solver.bayes.results import angles_near
-from ...solver.robot import rotation, rotation_rpy
+from ...solver.data import turn
+from ...solver.robot import matrix_rpy
 from .request import Request
 
 
 def rigid(origin: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the transform of a URDF origin: x y z [m], roll pitch yaw [rad]."""
-    return _rigid()(origin).full()
-
-
-@cache
-def _rigid() -> Any:
-    origin = ca.SX.sym("origin", 6)
-    T = ca.vertcat(ca.horzcat(rotation_rpy(origin[3:]), origin[:3]), ca.DM([[0, 0, 0, 1]]))
-    return ca.Function("rigid", [origin], [ca.densify(T)])
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = matrix_rpy(origin[3:]), origin[:3]
+    return T
 
 
 def to_axis(axis: Sequence[float]) -> np.ndarray:
     """Return the smallest turn that carries the z axis to another axis."""
     x, y, z = axis
-    turn = np.array([-y, x, 0.0])
-    sine = float(np.linalg.norm(turn))
+    sine = math.hypot(x, y)
     if sine < 1e-12:
         return np.diag([1.0, math.copysign(1, z), math.copysign(1, z), 1.0])
     T = np.eye(4)
-    T[:3, :3] = rotation((turn / sine).tolist(), ca.DM(math.atan2(sine, z))).full()
+    T[:3, :3] = turn(np.array([-y, x, 0.0]) * (math.atan2(sine, z) / sine))
     return T
 
 
