@@ -19,6 +19,7 @@ from .options import Method as Method
 from .options import Option as Option
 from .options import SolveOptions as SolveOptions
 from .options import UsageError as UsageError
+from .options import check_keywords as check_keywords
 from .options import option_table as option_table
 from .pipeline import calibrate as calibrate
 from .type_prior import learn_types as learn_types

@@ -5,7 +5,7 @@
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_args
@@ -270,6 +270,20 @@ class SolveOptions:
 def option_table() -> dict[str, Option]:
     """Return the documentation of each option by its name."""
     return {field.name: field.type.__metadata__[0] for field in fields(SolveOptions)}  # pyright: ignore
+
+
+def check_keywords(function: str, given: Collection[str], known: Collection[str]) -> None:
+    """Refuse a keyword that a function does not have, and name the nearest that it has.
+
+    Raises:
+        UsageError: There is one.
+    """
+    from difflib import get_close_matches
+
+    for name in given:
+        if name not in known:
+            (near,) = get_close_matches(name, known, n=1, cutoff=0.0)
+            raise UsageError(f"{function} has no option {name!r}; the nearest is {near!r}")
 
 
 def _words(name: str) -> str:

@@ -17,7 +17,7 @@ from ..robot import Robot
 from .calibration import Calibration
 from .fit import Fit, fit_robots
 from .multi_robot_calibration import MultiRobotCalibration
-from .options import SolveOptions, UsageError, option_table
+from .options import SolveOptions, UsageError, check_keywords, option_table
 from .problem import CalibrationProblem, as_list, prepare
 from .results import document_of
 
@@ -68,6 +68,7 @@ def _taking(
         def call(
             robot: Any, train: Any, test: Any = (), progress: Progress = _silent, **given: Any
         ) -> Any:
+            check_keywords("calibrate", given, [one.name for one in (*own, *keywords)])
             return function(robot, train, test, progress, options(**given))  # pyright: ignore
 
         types = get_type_hints(options)

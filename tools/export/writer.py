@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
+from ...solver.calibration import check_keywords
 from ...solver.results import refuse_existing, write_files
 from .formats import FORMATS
 from .request import Exported, ExportError, ExportOptions, Request, identify
@@ -52,7 +53,8 @@ def export(
         The files written, by name, and what to know about them.
 
     Raises:
-        ExportError: No such format or option, or the calibration cannot be written so.
+        ExportError: No such format, or the calibration cannot be written so.
+        UsageError: No such option.
         OutputError: A file is there already, or cannot be written.
     """
     _check_options(to, options)
@@ -71,6 +73,7 @@ def _check_options(to: str, options: ExportOptions) -> None:
     """Refuse a format that there is not, and an option that it does not have."""
     if to not in FORMATS:
         raise ExportError(f"no format {to!r}; there are: {', '.join(FORMATS)}")
+    check_keywords("export", options, list(ExportOptions.__annotations__))
     for option, value in options.items():
         if value and option not in FORMATS[to].takes:
             takers = ", ".join(name for name, each in FORMATS.items() if option in each.takes)

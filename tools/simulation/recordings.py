@@ -14,7 +14,7 @@ import numpy as np
 from ...recorder import Placement, Sample
 from ...solver.bayes.model import Deflection
 from ...solver.bayes.model.effects import EFFECTS, TILT
-from ...solver.calibration import UsageError
+from ...solver.calibration import UsageError, check_keywords
 from ...solver.data import check_distance
 from ...solver.results import CalibratedRobot
 from ...solver.robot import (
@@ -112,14 +112,13 @@ def simulate_recordings(
         some 0.01 mm; and the placements.
 
     Raises:
-        UsageError: A number that cannot be.
+        UsageError: A number or an option that cannot be.
         SimulationError: The arm reaches too few places for the base.
     """
     chosen: dict[str, Any] = {"placements": placements, **DEFAULTS, **options}
+    check_keywords("simulate_recordings", options, ["placements", *DEFAULTS])
     for name, value in chosen.items():
         least = LEAST.get(name, 0)
-        if name not in ("placements", *DEFAULTS):
-            raise TypeError(f"simulate_recordings has no option {name!r}")
         if not least <= value < np.inf:
             raise UsageError(f"{name} {value}: give a number of at least {least}")
     arms, places, hands = (np.random.default_rng([chosen["seed"], k]) for k in range(3))

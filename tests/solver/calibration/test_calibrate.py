@@ -121,6 +121,8 @@ def test_what_is_trained_on_is_left_out_of_the_test(session, calibration) -> Non
     ("settings", "words"),
     [
         ({"method": "newton"}, "method 'newton': choose one of auto, paper"),
+        ({"distanse": 0.05}, "no option 'distanse'; the nearest is 'distance'"),
+        ({"tset": ()}, "no option 'tset'; the nearest is 'test'"),
         ({"optimizer": "ipopt"}, "--optimizer belongs to --method paper"),
         ({"method": "paper", "known": ["a:0-b:0=0.1"]}, "--known belongs to --method auto"),
         ({"distance": 50}, "metres are expected"),
