@@ -29,20 +29,16 @@ from mukca.recorder import write_holes
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.cli import main as mukca
 from mukca.tools.experiments import Drawing, Insertions
-from mukca.tools.experiments.cell import Cell, build_cell
+from mukca.tools.experiments.cell import Cell
 from mukca.tools.experiments.drawing import drawing_results, retrace
-from mukca.tools.experiments.insertion import (
-    Trial,
-    insert_at_centre,
-    insert_on_cross,
-    insertion_results,
-)
+from mukca.tools.experiments.insertion import insert_at_centre, insert_on_cross, insertion_results
+from mukca.tools.experiments.motion import ROWS_PER_SECOND
 from mukca.tools.experiments.runs import record_placements
-from mukca.tools.experiments.scene import TIME_STEP, urdf_of
+from mukca.tools.experiments.scene import urdf_of
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import DEMO_SEED, demo_arm
 
-Insert = Callable[[Cell, int, int], Iterator[Trial]]
+Insert = Callable[[Cell, int, int], Iterator[Any]]
 SEED = 0
 """Of recordings, teaching and starts."""
 INSERTIONS: tuple[tuple[str, float, Insert, int], ...] = (
@@ -85,7 +81,7 @@ class Run:
     @property
     def simulated(self) -> float:
         """Time in the simulation [s]."""
-        return sum(trial.log.steps for trial in self.trials) * TIME_STEP
+        return sum(len(trial.log.q) for trial in self.trials) / ROWS_PER_SECOND
 
 
 def run(trials: Iterator[Any]) -> Run:
@@ -99,14 +95,14 @@ def inserted(models: dict[int, dict[str, bytes]], which: tuple[int, int]) -> Run
     i, arm = which
     word, hole, insert, count = INSERTIONS[i]
     true = demo_arm(arm, keep_size=False)[1]
-    return run(insert(build_cell(true, models[arm][word], hole), count, SEED))
+    return run(insert(Cell(true, models[arm][word], hole), count, SEED))
 
 
 def drawn(models: dict[int, dict[str, bytes]], which: tuple[str, int]) -> Run:
     """Let one arm draw with one model."""
     word, arm = which
     true = demo_arm(arm, keep_size=False)[1]
-    return run(retrace(build_cell(true, models[arm][word]), LINES, SEED))
+    return run(retrace(Cell(true, models[arm][word]), LINES, SEED))
 
 
 def row(arm: str, name: str, count: str, figures: Drawing | Insertions) -> str:

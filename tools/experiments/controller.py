@@ -7,28 +7,29 @@
 Phi, J, C and g are those of the model that the controller is given. The arm itself moves by others.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from ...solver.robot import BALL_LINK, ModelError
+from ...solver.robot import ModelError
 
 Pose = Any
 """A ``pinocchio.SE3``: the tool's pose in the base frame."""
 
 
+STIFFNESS = np.array([15000.0, 15000.0, 2000.0, 40.0, 40.0, 40.0])
+"""K of Table II, along x, y, z and about them, in the base frame [N/m, N m/rad]."""
+DAMPING = 2 * np.sqrt(STIFFNESS)
+"""D [N s/m, N m s/rad]."""
+WINDOW = 5.0
+"""Time over which the compensator integrates, Delta t [s]."""
+
+
 class ArmModel:
-    """An arm as one URDF describes it; what a controller knows of it.
+    """An arm as one URDF describes it; what a controller knows of it."""
 
-    Args:
-        urdf: The model's text.
-        joint_names: The arm's joints, in order.
-        tip: The link that is controlled.
-    """
-
-    def __init__(self, urdf: bytes, joint_names: tuple[str, ...], tip: str = BALL_LINK) -> None:
+    def __init__(self, urdf: bytes, joint_names: tuple[str, ...], tip: str) -> None:
         try:
             self.model: Any = pin.buildModelFromXML(urdf.decode())
         except (ValueError, RuntimeError) as error:
@@ -47,10 +48,7 @@ class ArmModel:
         return self.data.oMf[self.tip].copy()
 
     def linearise(self, q: np.ndarray) -> tuple[Pose, np.ndarray]:
-        """Return Phi(q), and J(q), shape (6, m): to velocity [m/s] and turning rate [rad/s].
-
-        Both are in the base frame's directions. The pose is overwritten by the next call.
-        """
+        """Return Phi(q), which the next call overwrites, and J(q), shape (6, m), base frame."""
         pin.computeJointJacobians(self.model, self.data, q)
         pose = pin.updateFramePlacement(self.model, self.data, self.tip)
         return pose, pin.getFrameJacobian(
@@ -63,71 +61,32 @@ class ArmModel:
 
 
 def pose_error(goal: Pose, pose: Pose) -> np.ndarray:
-    """Return x_goal - Phi, shape (6,): translation [m], then rotation vector [rad].
-
-    The rotation takes the pose to the goal and is expressed in the base frame, so that with equal
-    stiffness k about all axes its torque is the gradient of the energy k |rotation|^2 / 2.
-    """
+    """Return x_goal - Phi in the base frame, shape (6,): translation, rotation vector [m, rad]."""
+    # With equal stiffness k about all axes the rotation's torque is then the gradient of the
+    # energy k |rotation|^2 / 2.
     error = np.empty(6)
     error[:3] = goal.translation - pose.translation
     error[3:] = pin.log3(goal.rotation @ pose.rotation.T)
     return error
 
 
-@dataclass(frozen=True)
-class Gains:
-    """Stiffness along x, y, z and about them, in the base frame; and the compensator's time."""
-
-    stiffness: tuple[float, float, float, float, float, float]
-    """K: three in N/m, three in N m/rad."""
-    window: float
-    """Time over which the compensator integrates, Delta t [s]."""
-
-    @property
-    def damping(self) -> np.ndarray:
-        """D = 2 sqrt(K), shape (6,): three in N s/m, three in N m s/rad."""
-        return 2 * np.sqrt(np.array(self.stiffness))
-
-
-TABLE_II = Gains((15000.0, 15000.0, 2000.0, 40.0, 40.0, 40.0), 5.0)
-"""The gains of the paper's Table II."""
-
-
 class ImpedanceController:
     """Eq. (7), and Eq. (8) while it is asked for."""
 
-    def __init__(self, model: ArmModel, gains: Gains = TABLE_II) -> None:
+    def __init__(self, model: ArmModel) -> None:
         self.model = model
-        self.gains = gains
-        self.stiffness = np.array(gains.stiffness)
-        self.damping = gains.damping
         self.offset: np.ndarray = np.zeros(6)
         """The compensator's force and torque at the tool: the integral in Eq. (8)."""
 
     def torque(
-        self,
-        goal: Pose,
-        q: np.ndarray,
-        dq: np.ndarray,
-        dt: float = 0.0,
-        *,
-        compensate: bool = False,
+        self, goal: Pose, q: np.ndarray, dq: np.ndarray, dt: float, *, compensate: bool
     ) -> np.ndarray:
-        """Return tau_c + tau_comp for one control step.
+        """Return tau_c + tau_comp, shape (m,) [N m], for one control step of dt [s].
 
-        Args:
-            goal: x_goal.
-            q: Joint positions, shape (m,) [rad].
-            dq: Joint velocities, shape (m,) [rad/s].
-            dt: Time since the last step [s].
-            compensate: Let the compensator integrate. Without it tau_comp is zero, and the
-                integral starts anew.
-
-        Returns:
-            Joint torques, shape (m,) [N m].
+        Without compensation tau_comp is zero, and the integral starts anew.
         """
         pose, J = self.model.linearise(q)
-        spring = self.stiffness * pose_error(goal, pose)
+        spring = STIFFNESS * pose_error(goal, pose)
         self.offset = self.offset + spring * dt if compensate else np.zeros(6)
-        wrench = spring - self.damping * (J @ dq) + self.offset
+        wrench = spring - DAMPING * (J @ dq) + self.offset
         return J.T @ wrench + self.model.bias(q, dq)

@@ -6,17 +6,17 @@ apart by as much as the model contradicts itself.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 import pinocchio as pin
 
-from .cell import TABLE, Cell
-from .controller import TABLE_II, Pose
-from .motion import Log, Phase, hold, move, smooth
+from .cell import Cell, Trial
+from .controller import Pose
+from .motion import Log, Phase, move, smooth
 from .postures import pose_above, reach, stratified
 from .results import Drawing, Retracing
+from .scene import TABLE
 
 CENTRE = np.array([0.5, 0.0])
 """Of the figure, on the paper [m]."""
@@ -27,39 +27,10 @@ SECONDS = 16.0
 """For the whole figure."""
 HOVER = 0.03
 """Height above the first point from which the pen is put down [m]."""
+LINE_EVERY = 20
+"""Rows of a log from one point of a result's line to the next."""
 PRESS = 0.003
 """Depth below the paper to which the pen is led, against a spring of 2000 N/m [m]."""
-
-
-@dataclass(frozen=True)
-class Line:
-    """One drawing of the figure."""
-
-    log: Log
-    elbow: float
-    """The elbow's angle at the start [rad]."""
-
-    @property
-    def path(self) -> np.ndarray:
-        """True path of the pen on the paper, step by step, shape (N, 2) [m]."""
-        return self.log.tip[self.log.during("draw"), :2]
-
-    @property
-    def forces(self) -> np.ndarray:
-        """Magnitude of the paper's force on the pen, step by step, shape (N,) [N]."""
-        return np.linalg.norm(self.log.force[self.log.during("draw")], axis=1)
-
-    @property
-    def touching(self) -> np.ndarray:
-        """True where the pen touched the paper, step by step, shape (N,)."""
-        return self.forces > 0
-
-    @property
-    def tracking_error(self) -> float:
-        """Mean distance of the line's points from the demonstrated figure [m]."""
-        shown = figure(np.linspace(0, 1, 2000))
-        points = self.path[::4]
-        return float(np.linalg.norm(points[:, None] - shown[None], axis=2).min(axis=1).mean())
 
 
 def figure(fraction: np.ndarray) -> np.ndarray:
@@ -86,26 +57,20 @@ def upwards(poses: Sequence[Pose]) -> np.ndarray:
     return normal * np.sign(normal[2])
 
 
-def retrace(cell: Cell, count: int, seed: int) -> Iterator[Line]:
+def retrace(cell: Cell, count: int, seed: int) -> Iterator[Trial[Retracing]]:
     """Draw the demonstrated figure again from starts that span the elbow's range."""
     generator = np.random.default_rng([seed, 3])
     shown = demonstrate(cell)
     up = upwards(shown)
     path = [_shifted(pose, -PRESS * up) for pose in shown]
     above = _shifted(shown[0], HOVER * up)
-    first = np.array([*figure(np.zeros(()))], dtype=float)
+    first = np.array([*figure(np.zeros(())), TABLE + HOVER])
     for fraction in stratified(count, generator):
-        start = cell.start(np.array([*first, TABLE + HOVER]), float(fraction), generator)
-        log = cell.perform(
-            start,
-            [
-                move("approach", 3.0, cell.model.pose(start), above),
-                hold("compensate", TABLE_II.window, above, compensate=True),
-                move("lower", 2.0, above, path[0]),
-                Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction))),
-            ],
-        )
-        yield Line(log, cell.elbow(start))
+        start = cell.start(first, float(fraction), generator)
+        lower = move("lower", 2.0, above, path[0])
+        draw = Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction)))
+        log, elbow = cell.perform(start, above, [lower, draw])
+        yield Trial(log, _retracing(log, elbow))
 
 
 def _shifted(pose: Pose, offset: np.ndarray) -> Pose:
@@ -119,36 +84,35 @@ def _along(path: Sequence[Pose], fraction: float) -> Pose:
     return pin.SE3.Interpolate(path[before], path[before + 1], place - before)
 
 
-def spread(lines: Sequence[Line]) -> np.ndarray:
-    """Return the largest distance between any two lines at each moment, shape (N,) [m]."""
-    paths = [line.path for line in lines]
-    apart = [np.linalg.norm(one - other, axis=1) for one, other in combinations(paths, 2)]
-    return np.max(apart, axis=0)
-
-
-LINE_EVERY = 20
-"""Rows of a log from one point of a result's line to the next."""
-
-
-def drawing_results(lines: Sequence[Line]) -> Drawing:
-    """Return the distances between the lines, tracking errors and forces, and each line."""
-    apart = spread(lines)
-    return Drawing(
-        retracings=len(lines),
-        spread=float(apart.mean()),
-        max_spread=float(apart.max()),
-        each=tuple(map(_retracing, lines)),
-        **Drawing.fields_of(lines),
+def _retracing(log: Log, elbow: float) -> Retracing:
+    forces, path = log.forces("draw"), drawn(log)
+    shown = figure(np.linspace(0, 1, 2000))
+    off = np.linalg.norm(path[::4, None] - shown, axis=2).min(axis=1)
+    points: list[list[float]] = np.round(path[::LINE_EVERY], 6).tolist()
+    return Retracing(
+        elbow=elbow,
+        force=float(forces.mean()),
+        peak_force=float(forces.max()),
+        tracking_error=float(off.mean()),
+        touching=float((forces > 0).mean()),
+        line=tuple((x, y) for x, y in points),
     )
 
 
-def _retracing(line: Line) -> Retracing:
-    points: list[list[float]] = np.round(line.path[::LINE_EVERY], 6).tolist()
-    return Retracing(
-        elbow=line.elbow,
-        tracking_error=line.tracking_error,
-        touching=float(line.touching.mean()),
-        force=float(line.forces.mean()),
-        peak_force=float(line.forces.max()),
-        line=tuple((x, y) for x, y in points),
+def drawn(log: Log) -> np.ndarray:
+    """Return the true path of the pen on the paper, row by row, shape (N, 2) [m]."""
+    return log.tip[log.during("draw"), :2]
+
+
+def drawing_results(trials: Sequence[Trial[Retracing]]) -> Drawing:
+    """Return the distances between the lines, tracking errors and forces, and each line."""
+    pairs = combinations([drawn(trial.log) for trial in trials], 2)
+    apart = np.max([np.linalg.norm(one - other, axis=1) for one, other in pairs], axis=0)
+    each = tuple(trial.result for trial in trials)
+    return Drawing(
+        retracings=len(each),
+        spread=float(apart.mean()),
+        max_spread=float(apart.max()),
+        each=each,
+        **Drawing.fields_of(each, [one.tracking_error for one in each]),
     )

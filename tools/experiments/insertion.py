@@ -11,19 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .cell import TABLE, Cell
-from .controller import TABLE_II, Pose
-from .motion import Log, hold, move
+from .cell import Cell, Trial
+from .controller import Pose
+from .motion import hold, move
 from .postures import stratified
 from .results import Insertion, Insertions
-from .scene import HOLE_DEPTH
+from .scene import HOLE_DEPTH, TABLE
 
 CENTRE = np.array([0.5, 0.0])
 """The taught hole on the table [m]."""
 TAUGHT_DEPTH = 0.015
 """Depth of the peg in the hole when the goal was taught [m]."""
 INSERTED_DEPTH = 0.005
-"""A peg whose tip came this far below the hole's rim is in it [m]."""
+"""A peg this far below the hole's rim is in it; nothing but the hole lets it below [m]."""
 HOVER = 0.035
 """Height above the goal from which the peg goes straight down [m]."""
 PLAY = 5e-5
@@ -55,42 +55,6 @@ class Taught:
         return self.moved(HOVER * self.out).goal
 
 
-@dataclass(frozen=True)
-class Trial:
-    """One insertion."""
-
-    log: Log
-    hole: np.ndarray
-    """True position of the hole's axis on the table, shape (2,) [m]."""
-    elbow: float
-    """The elbow's angle at the start [rad]."""
-
-    @property
-    def depth(self) -> float:
-        """Final depth of the tip below the hole's rim, negative above it [m]."""
-        return float(TABLE + HOLE_DEPTH - self.log.tip[-1, 2])
-
-    @property
-    def inserted(self) -> bool:
-        """True if the peg was in the hole in the end; nothing but the hole lets it below."""
-        return self.depth > INSERTED_DEPTH
-
-    @property
-    def tracking_error(self) -> float:
-        """True distance of the tip from its place above the hole, before it went down [m]."""
-        return float(np.linalg.norm(self.miss))
-
-    @property
-    def miss(self) -> np.ndarray:
-        """Offset of the tip just before it went down from where it should be, shape (3,) [m]."""
-        return self.log.tip[self.log.during("compensate")[-1]] - tip_at(self.hole, HOVER)
-
-    @property
-    def forces(self) -> np.ndarray:
-        """Magnitude of the contact force from the way down to the end, shape (N,) [N]."""
-        return np.linalg.norm(self.log.force[self.log.during("insert", "rest")], axis=1)
-
-
 def tip_at(hole: np.ndarray, height: float = 0.0) -> np.ndarray:
     """Return where a tip truly is that is at the taught depth in a hole, or above that [m]."""
     return np.array([*hole, TABLE + HOLE_DEPTH - TAUGHT_DEPTH + height])
@@ -111,7 +75,7 @@ def _guide(cell: Cell, point: np.ndarray, generator: np.random.Generator) -> np.
     return cell.guide(point + aside)
 
 
-def insert_at_centre(cell: Cell, count: int, seed: int) -> Iterator[Trial]:
+def insert_at_centre(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insertion]]:
     """Insert into the hole that was taught, from starts that span the elbow's range."""
     generator = np.random.default_rng([seed, 0])
     taught = teach(cell, CENTRE, generator)
@@ -119,7 +83,7 @@ def insert_at_centre(cell: Cell, count: int, seed: int) -> Iterator[Trial]:
         yield insert(cell, CENTRE, taught, float(fraction), generator)
 
 
-def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial]:
+def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insertion]]:
     """Insert at the first positions of the X, 6 on each of 4 branches, 25 mm apart.
 
     Taught are the centre and the ends of two branches; all goals follow from these.
@@ -140,48 +104,33 @@ def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial]:
 
 def insert(
     cell: Cell, hole: np.ndarray, taught: Taught, fraction: float, generator: np.random.Generator
-) -> Trial:
-    """Go above the hole, let the compensator remove the offset, and put the peg in without it.
-
-    Args:
-        cell: The arm and its surroundings.
-        hole: True position of the hole's axis on the table, shape (2,) [m].
-        taught: The goal by the model.
-        fraction: Start in the elbow's range, 0 to 1.
-        generator: Source of randomness.
-    """
+) -> Trial[Insertion]:
+    """Put the peg into a hole, shape (2,) [m], from 0 to 1 of the elbow's range."""
     start = cell.start(tip_at(hole, HOVER), fraction, generator)
     cell.scene.place_hole(hole)
-    log = cell.perform(
-        start,
-        [
-            move("approach", 3.0, cell.model.pose(start), taught.hover),
-            hold("compensate", TABLE_II.window, taught.hover, compensate=True),
-            move("insert", 4.0, taught.hover, taught.goal),
-            hold("rest", 1.0, taught.goal),
-        ],
-    )
-    return Trial(log, hole, cell.elbow(start))
-
-
-def insertion_results(trials: Sequence[Trial]) -> Insertions:
-    """Return counts, tracking errors and forces of some insertions, and each by itself."""
-    return Insertions(
-        inserted=sum(trial.inserted for trial in trials),
-        trials=len(trials),
-        each=tuple(map(_insertion, trials)),
-        **Insertions.fields_of(trials),
-    )
-
-
-def _insertion(trial: Trial) -> Insertion:
-    x, y, z = trial.miss.tolist()
-    return Insertion(
-        hole=tuple(trial.hole.tolist()),
-        elbow=trial.elbow,
-        inserted=trial.inserted,
-        depth=trial.depth,
+    down = move("insert", 4.0, taught.hover, taught.goal)
+    log, elbow = cell.perform(start, taught.hover, [down, hold("rest", 1.0, taught.goal)])
+    depth = float(TABLE + HOLE_DEPTH - log.tip[-1, 2])
+    x, y, z = (log.tip[log.during("compensate")[-1]] - tip_at(hole, HOVER)).tolist()
+    forces = log.forces("insert", "rest")
+    result = Insertion(
+        elbow=elbow,
+        force=float(forces.mean()),
+        peak_force=float(forces.max()),
+        hole=tuple(hole.tolist()),
+        inserted=depth > INSERTED_DEPTH,
+        depth=depth,
         miss=(x, y, z),
-        force=float(trial.forces.mean()),
-        peak_force=float(trial.forces.max()),
+    )
+    return Trial(log, result)
+
+
+def insertion_results(trials: Sequence[Trial[Insertion]]) -> Insertions:
+    """Return counts, tracking errors and forces of some insertions, and each by itself."""
+    each = tuple(trial.result for trial in trials)
+    return Insertions(
+        inserted=sum(one.inserted for one in each),
+        trials=len(each),
+        each=each,
+        **Insertions.fields_of(each, [float(np.linalg.norm(one.miss)) for one in each]),
     )

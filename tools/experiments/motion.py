@@ -63,24 +63,21 @@ class Log:
     """Contact force on the tool, shape (N, 3) [N]."""
     offset: np.ndarray
     """The compensator's force and torque at the tool, shape (N, 6) [N, N m]."""
-    steps: int
-    """Control steps, rows or not."""
 
     def during(self, *names: str) -> np.ndarray:
         """Return the rows of phases."""
         return np.array([i for i, phase in enumerate(self.phase) if phase in names])
 
+    def forces(self, *names: str) -> np.ndarray:
+        """Return the contact force's magnitude in phases, row by row, shape (N,) [N]."""
+        return np.linalg.norm(self.force[self.during(*names)], axis=1)
+
 
 def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) -> Log:
-    """Move the arm from where it stands, under a controller, and record it.
-
-    Returns:
-        All phases' rows, one after the other; the last of each phase is among them.
-    """
+    """Move the arm through phases, and record it; the last row of each phase is kept."""
     names: list[str] = []
     rows: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
     q, dq = scene.data.qpos, scene.data.qvel
-    steps = 0
     for phase in phases:
         count = round(phase.duration / TIME_STEP)
         for step in range(1, count + 1):
@@ -90,6 +87,5 @@ def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) 
             if (count - step) % RECORD_EVERY == 0:
                 names.append(phase.name)
                 rows.append((q.copy(), scene.tip, scene.contact_force(), controller.offset))
-        steps += count
     q_rows, tips, forces, offsets = (np.array(column) for column in zip(*rows, strict=True))
-    return Log(tuple(names), q_rows, tips, forces, offsets, steps)
+    return Log(tuple(names), q_rows, tips, forces, offsets)

@@ -5,7 +5,6 @@ import io
 import os
 from collections.abc import Sequence
 from ctypes.util import find_library
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -13,14 +12,14 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from ...errors import MukcaError
-from .cell import TABLE
+from .cell import Trial
 from .drawing import CENTRE as PAPER
-from .drawing import Line, figure
+from .drawing import figure
 from .insertion import CENTRE as HOLE
-from .insertion import Trial
 from .motion import ROWS_PER_SECOND
+from .results import Insertion
 from .runs import ExperimentRun
-from .scene import HOLE_DEPTH, Scene
+from .scene import HOLE_DEPTH, TABLE, Scene
 from .visuals import OPEN_TO
 
 WIDTH, HEIGHT = 320, 240
@@ -37,24 +36,11 @@ class PictureError(MukcaError):
     """This machine cannot render."""
 
 
-@dataclass(frozen=True)
-class View:
-    """A camera's place and direction."""
-
-    target: tuple[float, float, float]
-    """[m]."""
-    distance: float
-    """[m]."""
-    azimuth: float
-    """[degrees]."""
-    elevation: float
-    """[degrees]."""
-
-
 INTERVAL = 0.25
 """Of the motion from one picture to the next; it is shown at twice its speed [s]."""
-ALL = View((0.33, 0.0, 0.27), 1.4, OPEN_TO + 180, -18)
-AT_HOLE = View((*HOLE, TABLE + HOLE_DEPTH), 0.13, OPEN_TO + 180, -25)
+ALL = ((0.33, 0.0, 0.27), 1.4, -18)
+AT_HOLE = ((*HOLE.tolist(), TABLE + HOLE_DEPTH), 0.13, -25)
+"""What a camera looks at [m], from how far [m], and from what elevation [degrees]."""
 SCALE = WIDTH / 0.2
 """Of the paper [pixels/m]."""
 LINES = ("#c4511d", "#0b63a5", "#1b7f4b", "#8a4fa3", "#b98900", "#3c8f9c")
@@ -79,22 +65,15 @@ class Camera:
         self._canvas.free()
         self._gl.free()
 
-    def shot(self, q: np.ndarray, view: View) -> Image.Image:
+    def shot(self, q: np.ndarray, view: Any) -> Image.Image:
         """Return a picture of the arm at joint positions, shape (m,) [rad]."""
         self.scene.show(q)
         camera = mujoco.MjvCamera()
-        camera.lookat[:] = view.target
-        camera.distance = view.distance
-        camera.azimuth, camera.elevation = view.azimuth, view.elevation
-        mujoco.mjv_updateScene(
-            self.scene.model,
-            self.scene.data,
-            mujoco.MjvOption(),
-            None,
-            camera,
-            mujoco.mjtCatBit.mjCAT_ALL,
-            self._drawn,
-        )
+        camera.lookat, camera.distance, camera.elevation = view
+        camera.azimuth = OPEN_TO + 180
+        model, data, everything = self.scene.model, self.scene.data, mujoco.mjtCatBit.mjCAT_ALL
+        option = mujoco.MjvOption()
+        mujoco.mjv_updateScene(model, data, option, None, camera, everything, self._drawn)
         pixels = np.empty((HEIGHT, WIDTH, 3), dtype=np.uint8)
         whole = mujoco.MjrRect(0, 0, WIDTH, HEIGHT)
         mujoco.mjr_render(whole, self._drawn, self._canvas)
@@ -103,10 +82,8 @@ class Camera:
 
 
 def _gl_context() -> Any:
-    """Return an OpenGL context without a display: what MUJOCO_GL says, else EGL's or OSMesa's.
-
-    One process can have but one of the two, so the library is looked for first.
-    """
+    """Return an OpenGL context without a display: what MUJOCO_GL says, else EGL's or OSMesa's."""
+    # One process can have but one of the two, so the library is looked for first.
     installed = next((name for name, file in LIBRARIES.items() if find_library(file)), "egl")
     name = os.environ.get("MUJOCO_GL") or installed
     try:
@@ -130,18 +107,9 @@ def panel(columns: Sequence[tuple[str, Sequence[Image.Image]]]) -> Image.Image:
     return whole
 
 
-def png(picture: Image.Image) -> bytes:
-    """Return a picture as a PNG file."""
-    file = io.BytesIO()
-    picture.save(file, "png", optimize=True)
-    return file.getvalue()
-
-
 def animation(pictures: Sequence[Image.Image], seconds: float) -> bytes:
-    """Return pictures as an animated GIF file, each shown for some seconds, the last longer.
-
-    All share the last one's colours: where nothing moves, nothing is stored.
-    """
+    """Return pictures as an animated GIF file, each shown for some seconds, the last longer."""
+    # All share the last one's colours: where nothing moves, nothing is stored.
     palette = pictures[-1].quantize(COLOURS)
     none = Image.Dither.NONE
     small = [picture.quantize(palette=palette, dither=none) for picture in pictures]
@@ -153,25 +121,11 @@ def animation(pictures: Sequence[Image.Image], seconds: float) -> bytes:
     return file.getvalue()
 
 
-@dataclass(frozen=True)
-class Film:
-    """Both files that show an experiment."""
+def film(models: Sequence[ExperimentRun]) -> tuple[bytes, bytes]:
+    """Return a PNG file of the models side by side in the end, and a GIF file from the start.
 
-    picture: bytes
-    """A PNG file."""
-    animation: bytes
-    """A GIF file."""
-
-
-def most_turned(trials: Sequence[Trial | Line]) -> int:
-    """Return the trial that started with the elbow farthest from where it was taught."""
-    return int(np.argmax([abs(trial.elbow) for trial in trials]))
-
-
-def film(models: Sequence[ExperimentRun]) -> Film:
-    """Show the models' trial of :func:`most_turned`, side by side.
-
-    Above is the arm; below the peg at the hole, or the paper with the lines of all trials.
+    Shown is the trial that started with the elbow farthest from where it was taught. Above is the
+    arm; below the peg at the hole, or the paper with the lines of all trials.
 
     Raises:
         PictureError: This machine cannot render.
@@ -179,15 +133,17 @@ def film(models: Sequence[ExperimentRun]) -> Film:
     columns = [(model.results.model, _frames(model)) for model in models]
     count = min(len(frames) for _, frames in columns)
     pictures = [panel([(title, frames[i]) for title, frames in columns]) for i in range(count)]
-    return Film(png(pictures[-1]), animation(pictures, INTERVAL / 2))
+    file = io.BytesIO()
+    pictures[-1].save(file, "png", optimize=True)
+    return file.getvalue(), animation(pictures, INTERVAL / 2)
 
 
 def _frames(model: ExperimentRun) -> list[list[Image.Image]]:
     """Return the pictures of a model's column, moment by moment; the last row is among them."""
-    shown = model.trials[most_turned(model.trials)]
-    insertion = isinstance(shown, Trial)
+    shown = max(model.trials, key=lambda trial: abs(trial.result.elbow))
+    insertion = isinstance(shown.result, Insertion)
     if insertion:
-        model.scene.place_hole(shown.hole)
+        model.scene.place_hole(np.array(shown.result.hole))
     q = shown.log.q
     rows = np.arange(len(q) - 1, 0, -round(INTERVAL * ROWS_PER_SECOND))[::-1]
     with Camera(model.scene) as camera:
@@ -200,7 +156,7 @@ def _frames(model: ExperimentRun) -> list[list[Image.Image]]:
         ]
 
 
-def _paper(trials: Sequence[Trial | Line], row: int) -> Image.Image:
+def _paper(trials: Sequence[Trial[Any]], row: int) -> Image.Image:
     """Return the paper from above, as the robot sees it, with what was drawn up to a row."""
     paper = Image.new("RGB", (WIDTH, HEIGHT), "white")
     draw = ImageDraw.Draw(paper)

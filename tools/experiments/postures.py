@@ -31,19 +31,8 @@ def reach(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
 
 
 def self_motion(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
-    """Return the configurations that hold a pose, from one end of the elbow's range to the other.
-
-    Args:
-        model: A redundant arm.
-        q: One that holds the pose.
-        pose: The tool's pose.
-
-    Returns:
-        Evenly spaced configurations within the joints' limits, shape (N, m).
-    """
-    one_way = _walk(model, q, pose, +1.0)
-    other_way = _walk(model, q, pose, -1.0)
-    return np.array([*other_way[::-1], q, *one_way])
+    """Return evenly spaced configurations that hold a pose like q, over the elbow's range."""
+    return np.array([*_walk(model, q, pose, -1.0)[::-1], q, *_walk(model, q, pose, +1.0)])
 
 
 def _walk(model: ArmModel, q: np.ndarray, pose: Pose, sense: float) -> list[np.ndarray]:
@@ -77,10 +66,7 @@ def stratified(count: int, generator: np.random.Generator) -> np.ndarray:
 
 
 def elbow_angle(model: ArmModel, q: np.ndarray) -> float:
-    """Return how far the elbow of a 7-joint arm is turned about the line shoulder-wrist [rad].
-
-    It is zero where the elbow is straight above that line.
-    """
+    """Return the turn of a 7-joint arm's elbow about the line shoulder-wrist, 0 where up [rad]."""
     pin.forwardKinematics(model.model, model.data, q)
     shoulder, elbow, wrist = (model.data.oMi[i].translation for i in (2, 4, 6))
     line = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)

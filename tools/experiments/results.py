@@ -1,15 +1,11 @@
 """Results of a simulated experiment, as ``mukca simulate --json`` prints them, in SI units."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...solver.results import Document
-
-if TYPE_CHECKING:
-    from .drawing import Line
-    from .insertion import Trial
 
 
 class Statistics(Document, kw_only=True, frozen=True):
@@ -22,8 +18,40 @@ class Statistics(Document, kw_only=True, frozen=True):
     @classmethod
     def of(cls, values: Sequence[float]) -> "Statistics":
         """Return those of some values."""
-        numbers: np.ndarray = np.array(values)
-        return cls(mean=float(numbers.mean()), min=float(numbers.min()), max=float(numbers.max()))
+        return cls(mean=float(np.mean(values)), min=min(values), max=max(values))
+
+
+class Motion(Document, kw_only=True, frozen=True):
+    """One trial."""
+
+    elbow: float
+    """Its angle at the start, zero where it is up [rad]."""
+    force: float
+    """Mean magnitude of the contact force [N]."""
+    peak_force: float
+
+
+class Insertion(Motion, kw_only=True, frozen=True):
+    """One peg put into a hole, or beside it."""
+
+    hole: tuple[float, ...]
+    """True position of its axis on the table [m]."""
+    inserted: bool
+    depth: float
+    """Final depth of the tip below the hole's rim, negative above it [m]."""
+    miss: tuple[float, float, float]
+    """Offset of the peg above the hole, just before it went down [m]."""
+
+
+class Retracing(Motion, kw_only=True, frozen=True):
+    """One line drawn."""
+
+    tracking_error: float
+    """Mean distance of the line's points from the demonstrated figure [m]."""
+    touching: float
+    """Share of the time in which the pen touched the paper."""
+    line: tuple[tuple[float, float], ...]
+    """The pen's true path over the paper [m]."""
 
 
 class Trials(Document, kw_only=True, frozen=True):
@@ -37,30 +65,14 @@ class Trials(Document, kw_only=True, frozen=True):
     peak_force: Statistics
 
     @staticmethod
-    def fields_of(motions: "Sequence[Trial | Line]") -> dict[str, Any]:
-        """Return the values of these fields for some trials."""
-        errors = [motion.tracking_error for motion in motions]
+    def fields_of(each: Sequence[Motion], errors: Sequence[float]) -> dict[str, Any]:
+        """Return the values of these fields for some trials and their tracking errors [m]."""
         return {
             "tracking_error": float(np.mean(errors)),
             "max_tracking_error": max(errors),
-            "force": Statistics.of([float(motion.forces.mean()) for motion in motions]),
-            "peak_force": Statistics.of([float(motion.forces.max()) for motion in motions]),
+            "force": Statistics.of([one.force for one in each]),
+            "peak_force": Statistics.of([one.peak_force for one in each]),
         }
-
-
-class Insertion(Document, kw_only=True, frozen=True):
-    """One peg put into a hole, or beside it."""
-
-    hole: tuple[float, ...]
-    """Its position [m]."""
-    elbow: float
-    inserted: bool
-    depth: float
-    """Depth that the peg reached [m]."""
-    miss: tuple[float, float, float]
-    """Offset of the peg above the hole, just before it went down [m]."""
-    force: float
-    peak_force: float
 
 
 class Insertions(Trials, kw_only=True, frozen=True):
@@ -69,19 +81,6 @@ class Insertions(Trials, kw_only=True, frozen=True):
     inserted: int
     trials: int
     each: tuple[Insertion, ...]
-
-
-class Retracing(Document, kw_only=True, frozen=True):
-    """One line drawn."""
-
-    elbow: float
-    tracking_error: float
-    touching: float
-    """Share of the time in which the pen touched the paper."""
-    force: float
-    peak_force: float
-    line: tuple[tuple[float, float], ...]
-    """The pen's true path over the paper [m]."""
 
 
 class Drawing(Trials, kw_only=True, frozen=True):

@@ -1,34 +1,25 @@
 """An experiment with one model: settings, the model that the controller is given, and results."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
 from ...recorder import Placement
 from ...solver.calibration import calibrate
 from ...solver.robot import ModelError, Robot
-from ..simulation import Base, record
-from .cell import build_cell
-from .drawing import Line, drawing_results, retrace
-from .insertion import Trial, insert_at_centre, insert_on_cross, insertion_results
+from ..simulation import SEAT_NOISE, Base, demo_bases, record
+from .cell import Cell, Result, Trial
+from .drawing import drawing_results, retrace
+from .insertion import insert_at_centre, insert_on_cross, insertion_results
 from .results import ModelTrials
 from .scene import Scene, urdf_of
 
-One = TypeVar("One", Trial, Line)
 WORDS = ("nominal", "calibrated", "true")
-SEAT_NOISE = 5e-5
-"""Standard deviation of the ball's seat, per axis [m]."""
-ALONG_X, ALONG_Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-PLACEMENTS = {
-    "front": ((0.5, 0.0, 0.1), ALONG_Y),
-    "left": ((0.35, 0.4, 0.1), ALONG_Y),
-    "right": ((0.35, -0.4, 0.1), ALONG_Y),
-    "far": ((0.6, 0.0, 0.1), ALONG_X),
-}
-"""Position of the socket base, and the direction from socket 0 to socket 1."""
+FAR = Base("far", np.array([0.6, 0.0, 0.1]), np.array([1.0, 0.0, 0.0]))
+"""Recorded besides the demo's bases."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +47,7 @@ class ExperimentRun:
 
     results: ModelTrials
     scene: Scene
-    trials: Sequence[Trial | Line]
+    trials: Sequence[Trial[Any]]
     """At the centre, or of the drawing."""
 
 
@@ -77,35 +68,33 @@ def run_experiment(
         SimulationError: The arm cannot reach a place.
     """
     try:
-        cell = build_cell(arm, urdf, settings.hole)
+        cell = Cell(arm, urdf, settings.hole)
     except ModelError as error:
         raise ModelError(f"model {name!r}: {error}; give one solved for this arm") from None
+
+    def done(trials: Iterator[Trial[Result]]) -> list[Trial[Result]]:
+        kept: list[Trial[Result]] = []
+        for trial in trials:
+            progress(name)
+            kept.append(trial)
+        return kept
+
     if settings.hole is None:
-        lines = _each(retrace(cell, settings.trials, settings.seed), name, progress)
+        lines = done(retrace(cell, settings.trials, settings.seed))
         results = ModelTrials(model=name, drawing=drawing_results(lines))
         return ExperimentRun(results, cell.scene, lines)
-    trials = _each(insert_at_centre(cell, settings.trials, settings.seed), name, progress)
+    trials = done(insert_at_centre(cell, settings.trials, settings.seed))
     cross = None
     if settings.cross:
-        on_cross = insert_on_cross(cell, settings.cross, settings.seed)
-        cross = insertion_results(_each(on_cross, name, progress))
+        cross = insertion_results(done(insert_on_cross(cell, settings.cross, settings.seed)))
     results = ModelTrials(model=name, centre=insertion_results(trials), cross=cross)
     return ExperimentRun(results, cell.scene, trials)
-
-
-def _each(motions: Iterable[One], name: str, progress: Callable[[str], None]) -> list[One]:
-    done: list[One] = []
-    for motion in motions:
-        progress(name)
-        done.append(motion)
-    return done
 
 
 def record_placements(arm: Robot, seed: int) -> list[Placement]:
     """Return four placements recorded with an arm, 30 configurations in each socket."""
     generator = np.random.default_rng([seed, 2])
-    bases = [Base(name, np.array(p), np.array(u)) for name, (p, u) in PLACEMENTS.items()]
-    return [record(arm, base, generator, noise=SEAT_NOISE) for base in bases]
+    return [record(arm, base, generator, noise=SEAT_NOISE) for base in (*demo_bases(), FAR)]
 
 
 def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:

@@ -14,6 +14,8 @@ JOINT_FRICTION = 0.2
 """Coulomb friction of each joint, an assumption; it is what the compensator is for [N m]."""
 ROTOR_INERTIA = 0.1
 """Of each motor, as the joint feels it through the gear [kg m^2]."""
+TABLE = 0.08
+"""Height of the table above the arm's base [m]."""
 PEG_RADIUS = 5e-3
 PEG_FILLET = 1e-3
 """Rounding of the peg's edge [m]."""
@@ -40,38 +42,23 @@ def urdf_of(robot: Robot) -> bytes:
 
 
 class Scene:
-    """A simulated arm with a peg or a pen at its ball, above a table.
+    """A true arm above a table: a peg and a hole of a diameter [m], or a pen and paper."""
 
-    Args:
-        arm: With its true kinematics.
-        table: Height of the table [m].
-        hole: Diameter of the hole in the block on the table [m]; None for a pen on paper.
-        friction: Coulomb friction of each joint [N m].
-    """
-
-    def __init__(
-        self,
-        arm: Robot,
-        *,
-        table: float,
-        hole: float | None = None,
-        friction: float = JOINT_FRICTION,
-    ) -> None:
+    def __init__(self, arm: Robot, hole: float | None = None) -> None:
         spec = mujoco.MjSpec.from_string(urdf_of(arm).decode())
         spec.compiler.fusestatic = False
         spec.compiler.discardvisual = False
         spec.option.timestep = TIME_STEP
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        _add_motors(spec, friction)
+        _add_motors(spec)
         add_visuals(spec, arm)
-        _add_table(spec, table)
+        _add_table(spec)
         if hole is None:
             _add_pen(spec.body(arm.tip))
         else:
             _add_peg(spec.body(arm.tip))
             _add_hole(spec, hole)
-        self.table = table
         self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)
         self._tool: int = self.model.body(arm.tip).id
@@ -86,7 +73,7 @@ class Scene:
 
     def place_hole(self, centre: np.ndarray) -> None:
         """Stand the block with the hole somewhere on the table, shape (2,) [m]."""
-        self.data.mocap_pos[0] = [*centre, self.table]
+        self.data.mocap_pos[0] = [*centre, TABLE]
 
     def show(self, q: np.ndarray) -> None:
         """Put the arm at joint positions, for a picture only."""
@@ -109,22 +96,20 @@ class Scene:
         return self.data.cfrc_ext[self._tool, 3:].copy()
 
 
-def _add_motors(spec: Any, friction: float) -> None:
+def _add_motors(spec: Any) -> None:
     """Give each joint a motor, its inertia, and friction; MuJoCo keeps the URDF's effort limits."""
     for joint in spec.joints:
         joint.armature = ROTOR_INERTIA
-        joint.frictionloss = friction
+        joint.frictionloss = JOINT_FRICTION
         motor = spec.add_actuator(name=joint.name, target=joint.name)
         motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
         motor.gainprm[0] = 1.0
 
 
 def _add_peg(body: Any) -> None:
-    """Fix a peg along the ball link's z axis, the middle of its end where the ball's centre was.
-
-    A capsule is its side, and a ring of spheres the rounded edge of its flat end: shapes whose
-    contacts MuJoCo computes exactly.
-    """
+    """Fix a peg along the ball link's z axis, the middle of its end where the ball's centre was."""
+    # A capsule is its side, and a ring of spheres the rounded edge of its flat end: shapes whose
+    # contacts MuJoCo computes exactly.
     add_stem(body, PEG_RADIUS, [-PEG_LENGTH, 0.0])
     side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
     capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
@@ -145,20 +130,18 @@ def _bead(body: Any, place: list[float], touch: dict[str, Any]) -> None:
     body.add_geom(type=sphere, size=[PEG_FILLET, 0, 0], pos=place, rgba=ORANGE, **touch)
 
 
-def _add_table(spec: Any, height: float) -> None:
+def _add_table(spec: Any) -> None:
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[0.45, 0.6, 0.01],
-        pos=[0.55, 0, height - 0.01],
+        pos=[0.55, 0, TABLE - 0.01],
         rgba=[0.55, 0.6, 0.65, 1],
     )
 
 
 def _add_hole(spec: Any, diameter: float) -> None:
-    """Stand boxes in a ring, so that a circle of the diameter fits between them.
-
-    They overlap and are not shown; what is shown in their place is cut open.
-    """
+    """Stand boxes in a ring, so that a circle of the diameter fits between them."""
+    # They overlap and are not shown; what is shown in their place is cut open.
     block = spec.worldbody.add_body(name="block", mocap=True)
     radius = diameter / 2
     half_width = (radius + HOLE_WALL) * np.tan(np.pi / HOLE_SIDES)

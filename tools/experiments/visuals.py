@@ -54,14 +54,7 @@ def add_stem(body: Any, radius: float, ends: list[float]) -> None:
 
 
 def add_open_block(spec: Any, body: Any, radii: tuple[float, float], height: float) -> None:
-    """Add a round block with a hole, cut open so that the peg in it is seen.
-
-    Args:
-        spec: The scene.
-        body: The block's.
-        radii: Of the hole, and of the block [m].
-        height: Of the block [m].
-    """
+    """Add a block with a hole, of two radii and a height [m], cut open so that the peg is seen."""
     inner, outer = radii
     profile = [(inner, 0.0), (outer, 0.0), (outer, height), (inner, height)]
     turn = np.deg2rad(OPEN_TO + CUT / 2 + (360 - CUT) * np.arange(SLICES + 1) / SLICES)

@@ -213,11 +213,10 @@ def pictures_of(models: "Sequence[ExperimentRun]", terminal: Terminal) -> dict[s
         terminal.warn(f"no pictures: {_missing(error)}")
         return {}
     try:
-        made = film(models)
+        return dict(zip((PICTURE, ANIMATION), film(models), strict=True))
     except PictureError as error:
         terminal.warn(str(error))
         return {}
-    return {PICTURE: made.picture, ANIMATION: made.animation}
 
 
 def spoken(hole_mm: float, trials: "Insertions | Drawing") -> str:
