@@ -1,0 +1,110 @@
+"""The built site shows what the pages say: boxes, lists, formulas, links; in a browser, too."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import pytest
+
+pytest.importorskip("mkdocs")
+ROOT = Path(__file__).parents[1]
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+BY_CODE = {"api.md", "examples.md"}
+"""Pages whose boxes are taken from the code."""
+
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("site")]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(out)]
+    env = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+class Page(HTMLParser):
+    """The main text of a page: code boxes, items of numbered lists, links, and words."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__()
+        self.boxes = self.items = self.depth = self.code = 0
+        self.links: list[str] = []
+        self.words = ""
+        self.feed(re.search(r"<article.*</article>", file.read_text(), re.S)[0])  # type: ignore[index]
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.boxes += tag == "pre"
+        self.code += tag in {"pre", "code"}
+        self.depth += tag == "ol"
+        self.items += tag == "li" and self.depth > 0
+        self.links += [link for name in ("href", "src") if (link := given.get(name))]
+
+    def handle_endtag(self, tag: str) -> None:
+        self.code -= tag in {"pre", "code"}
+        self.depth -= tag == "ol"
+
+    def handle_data(self, data: str) -> None:
+        self.words += "" if self.code else data
+
+
+def _pages() -> Iterator[Path]:
+    return (page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in BY_CODE)
+
+
+def test_every_page_is_built_as_it_is_written(site: Path) -> None:
+    wrong: list[str] = []
+    for source in _pages():
+        text, built = source.read_text(), Page(site / f"{source.stem}.html")
+        fences = len(re.findall(r"^ *```", text, re.M)) // 2
+        prose = re.sub(r"^ *```.*?^ *```", "", text, flags=re.M | re.S)
+        steps = len(re.findall(r"^\d+\. ", prose, re.M))
+        if built.boxes != fences:
+            wrong.append(f"{source.name}: {fences} boxes became {built.boxes}")
+        if built.items != steps:
+            wrong.append(f"{source.name}: {steps} numbered steps became {built.items}")
+        wrong += [
+            f"{source.name}: a raw {raw}" for raw in ("\\|", "$", "```") if raw in built.words
+        ]
+        for link in built.links:
+            path = unquote(link.partition("#")[0])
+            if path and "://" not in path and not (site / path).exists():
+                wrong.append(f"{source.name}: {link} leads nowhere")
+    assert wrong == []
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
+def test_the_site_works_from_the_disk_on_every_screen(site: Path) -> None:
+    playwright: Any = pytest.importorskip("playwright.sync_api")
+    wrong: list[str] = []
+    with playwright.sync_playwright() as player:
+        browser = player.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        tab = browser.new_page()
+        tab.on("pageerror", lambda error: wrong.append(f"{tab.url}: {error}"))
+        tab.on("request", lambda asked: asked.url.startswith("http") and wrong.append(asked.url))
+        for source in _pages():
+            tab.goto((site / f"{source.stem}.html").as_uri())
+            for width, scheme in ((390, "dark"), (1280, "light")):
+                tab.emulate_media(color_scheme=scheme)
+                tab.set_viewport_size({"width": width, "height": 844})
+                if tab.evaluate("document.documentElement.scrollWidth") > width:
+                    wrong.append(f"{source.name}: wider than {width} pixels")
+            wrong += tab.evaluate(
+                "[...document.querySelectorAll('article img')]"
+                ".filter(img => !img.complete || !img.naturalWidth).map(img => img.src)"
+            )
+        tab.get_by_placeholder("Search").click()
+        tab.keyboard.type("backlash")
+        tab.locator(".md-search-result__item").first.wait_for(timeout=60_000)
+        browser.close()
+    assert wrong == []
