@@ -19,6 +19,6 @@ The package has four rooms, and data flows one way through them::
 Names are imported when they are first used, so that ``import mukca`` costs nothing.
 """
 
-import lazy_loader
+from ._faces import attach_face
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

@@ -1,5 +1,5 @@
 """From recordings to a calibrated robot: what a robot is, what was measured, and two methods."""
 
-import lazy_loader
+from .._faces import attach_face
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

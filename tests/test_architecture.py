@@ -126,6 +126,7 @@ def test_the_root_holds_no_other_module() -> None:
     assert {file.name for file in ROOT.glob("*.py")} == {
         "__init__.py",
         "__main__.py",
+        "_faces.py",
         "_version.py",
         "errors.py",
     }

@@ -1,5 +1,5 @@
 """Arms: one family a file, and the simulated arm."""
 
-import lazy_loader
+from ..._faces import attach_face
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

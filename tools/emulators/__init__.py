@@ -5,6 +5,6 @@ shares no table of the wire format with the adapter that reads it, notes all tha
 and misbehaves on demand. What none of them models: the arm's physics, and the network's delay.
 """
 
-import lazy_loader
+from ..._faces import attach_face
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

@@ -5,6 +5,6 @@ millimetres: parts are drawn, printed and measured in them, and their files hold
 line takes and gives metres, but for options that say ``-mm``.
 """
 
-import lazy_loader
+from ..._faces import attach_face
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

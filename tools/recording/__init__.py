@@ -1,5 +1,5 @@
 """``mukca record``: setup of a session, guidance of the operator, and the page beside the arm."""
 
-import lazy_loader
+from ..._faces import attach_face
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

@@ -1,5 +1,5 @@
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
-def attach_stub(
-    package_name: str, filename: str
+def attach(
+    package_name: str, submodules: None = None, submod_attrs: Mapping[str, Sequence[str]] = ...
 ) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]: ...

@@ -1,5 +1,5 @@
 """Figures of a report: all that follows from a calibration, nothing about its looks."""
 
-import lazy_loader
+from ...._faces import attach_face
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

@@ -1,5 +1,5 @@
 """The pages of the report: numbers in, HTML out."""
 
-import lazy_loader
+from ...._faces import attach_face
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_face(__name__, __file__)
