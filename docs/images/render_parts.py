@@ -19,6 +19,7 @@ from PIL import Image
 
 HERE = Path(__file__).parent
 GREY, ORANGE, BLUE = (0.80, 0.81, 0.83), (0.93, 0.55, 0.20), (0.35, 0.55, 0.80)
+DARK, SKIN = (0.45, 0.48, 0.52), (0.94, 0.78, 0.66)
 SAMPLES = 2  # rays along each edge of a pixel
 
 Body = tuple[trimesh.Trimesh, tuple[float, float, float]]
@@ -127,6 +128,28 @@ def jaws(places: tuple[float, float], inwards: bool) -> list[Body]:
     return bodies
 
 
+def bar(start: tuple[float, ...], end: tuple[float, ...], radius: float) -> trimesh.Trimesh:
+    """Return a round bar between two points."""
+    along = np.subtract(end, start)
+    mesh = trimesh.creation.capsule(height=np.linalg.norm(along), radius=radius, count=[24, 24])
+    mesh.apply_transform(trimesh.geometry.align_vectors((0, 0, 1), along))
+    return mesh.apply_translation(start)
+
+
+def hand(radius: float) -> trimesh.Trimesh:
+    """Return a hand round a cylinder along z: four fingers, a thumb, the palm and the forearm."""
+    around = radius + 8
+    fingers = [(z, (-35, 25, 75, 115)) for z in (-27, -9, 9, 27)]
+    bones: list[trimesh.Trimesh] = []
+    for z, angles in [*fingers, (-5, (-20, -60, -105))]:
+        turn = np.radians(angles)
+        knuckles = [(around * np.cos(t), around * np.sin(t), z) for t in turn]
+        bones += [bar(a, b, 9) for a, b in zip(knuckles, knuckles[1:], strict=False)]
+    bones += [bar((around, -4, z), (around + 40, -22, 0.6 * z - 6), 12) for z in (-24, -8, 8, 24)]
+    bones.append(bar((around + 44, -24, -6), (around + 150, -70, -40), 23))
+    return trimesh.util.concatenate(bones)
+
+
 def main() -> None:
     """Draw all pictures."""
     made = parts()
@@ -146,6 +169,11 @@ def main() -> None:
     draw("ball-bought.png", [(cup, ORANGE)], -80, 40, (300, 300))
     leaning = seated(made["ball-iso-50-4-m6"], (-25, 0, 30), 70, 60, 0)
     draw("tilt.png", [(base, GREY), (leaning, ORANGE)], -90, 12, (640, 380))
+    wrist = trimesh.creation.cylinder(radius=34, height=90, sections=64)
+    held = [(made["ball-iso-50-4-m6"], ORANGE)]
+    held += [(m.apply_translation((0, 0, -45)), c) for m, c in ((wrist, DARK), (hand(34), SKIN))]
+    lean = [(seated(mesh, (-25, 0, 30), 70, 28, 200), colour) for mesh, colour in held]
+    draw("by-hand.png", [(base, GREY), *lean], -70, 22, (640, 500))
     half = trimesh.intersections.slice_mesh_plane(base, (-1, 0, 0), (-25, 0, 0), cap=True)
     upright = seated(made["ball-franka-hand"], (-25, 0, 30), 39.5, 0, 0)
     draw("section.png", [(half, GREY), (upright, ORANGE)], 0, 0.01, (560, 480))
