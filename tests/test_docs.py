@@ -1,10 +1,16 @@
 """The documents lead where they say, and none is left out of the site."""
 
+import itertools
+import math
 import re
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import mukca
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -51,3 +57,41 @@ def test_every_command_in_the_documents_is_one() -> None:
             except SystemExit:
                 wrong.append(f"{page.name}: {line}")
     assert wrong == []
+
+
+HOLES = {
+    "frontcenter": (0, 0),
+    "frontleft": (0, -200),
+    "frontright": (0, 175),
+    "backcenter": (-150, 0),
+    "backleft": (-150, -175),
+    "backright": (-150, 175),
+}
+"""Where the bases of the recorded Panda were bolted to a table [mm]."""
+
+
+@pytest.mark.slow
+def test_the_readme_says_how_far_distances_between_bases_are_off(recordings: Path) -> None:
+    robot = mukca.load_robot(recordings / "panda_3/nominal.urdf")
+    placements = mukca.read_placements(recordings / "panda_3")
+    train = [p for p in placements if p.path and p.path.name == "frontcenter"]
+    found = mukca.calibrate(robot, train).calibrated
+
+    def off(ball: Callable[[np.ndarray], np.ndarray]) -> list[float]:
+        seats = {
+            p.path.name: [ball(p.positions)[p.sockets == k].mean(axis=0) for k in (0, 1)]
+            for p in placements
+            if p.path
+        }
+        return [
+            abs(1e3 * float(np.linalg.norm(a - b)) - math.dist(HOLES[here], HOLES[there]))
+            for here, there in itertools.combinations(HOLES, 2)
+            for a, b in zip(seats[here], seats[there], strict=True)
+        ]
+
+    before, after = off(found.nominal_ball), off(found.geometric_ball)
+    text = " ".join((ROOT / "README.md").read_text().split())
+    assert (
+        f"wrong by {np.mean(before):.2f} mm on average before ({max(before):.1f} at most)" in text
+    )
+    assert f"by {np.mean(after):.2f} mm after ({max(after):.2f})" in text

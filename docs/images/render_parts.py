@@ -6,6 +6,7 @@ Needs the test extra. Rays are cast by trimesh; nothing of the product's own geo
 its files and the JSON that it prints.
 """
 
+import itertools
 import json
 import subprocess
 import sys
@@ -144,7 +145,7 @@ def hand(radius: float) -> trimesh.Trimesh:
     for z, angles in [*fingers, (-5, (-20, -60, -105))]:
         turn = np.radians(angles)
         knuckles = [(around * np.cos(t), around * np.sin(t), z) for t in turn]
-        bones += [bar(a, b, 9) for a, b in zip(knuckles, knuckles[1:], strict=False)]
+        bones += [bar(a, b, 9) for a, b in itertools.pairwise(knuckles)]
     bones += [bar((around, -4, z), (around + 40, -22, 0.6 * z - 6), 12) for z in (-24, -8, 8, 24)]
     bones.append(bar((around + 44, -24, -6), (around + 150, -70, -40), 23))
     return trimesh.util.concatenate(bones)
