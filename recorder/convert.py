@@ -58,4 +58,5 @@ def sample_files(placement: Placement) -> dict[str, bytes]:
 def _metadata(placement: Placement) -> dict[str, bytes]:
     if placement.distance is None:
         return {}
-    return {METADATA: json.dumps({"distance": placement.distance}).encode() + b"\n"}
+    said = {"distance": placement.distance, "distance_measured": not placement.distance_assumed}
+    return {METADATA: json.dumps(said).encode() + b"\n"}

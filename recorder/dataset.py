@@ -119,6 +119,7 @@ def read_placement(folder: Path) -> Placement:
     return replace(
         placement,
         distance=None if placement.samples[0].point else keys.distance,
+        distance_assumed=keys.distance_assumed,
         frame=keys.frame,
         robot_name=keys.robot_name,
         place=keys.place or placement.place,

@@ -12,7 +12,7 @@ from typing import Any, cast
 
 from .._version import __version__
 from .csv_files import RecordingError
-from .placement import SOCKETS
+from .placement import DEFAULT_DISTANCE, SOCKETS
 from .samples import SAMPLES
 
 METADATA = "placement.json"
@@ -25,6 +25,8 @@ class PlacementKeys:
 
     distance: float | None = None
     """Distance between the centres of sockets 0 and 1 [m]."""
+    distance_assumed: bool = False
+    """True where nobody is known to have measured it."""
     frame: str | None = None
     """Name of the instrument's frame."""
     robot_name: str | None = None
@@ -44,6 +46,8 @@ class Metadata:
     """``rad`` or ``m`` for each joint."""
     distance: float
     """Distance between the centres of sockets 0 and 1 [m]."""
+    measured: bool = False
+    """True where somebody said so, and the default was not taken."""
     sockets: int = SOCKETS
     model_sha256: str = ""
     robot_name: str = ""
@@ -67,6 +71,7 @@ class Metadata:
         return {
             **earlier,
             **self.fixed(),
+            **({"distance_measured": True} if self.measured else {}),
             "units": list(self.units),
             "model_sha256": earlier.get("model_sha256", self.model_sha256),
             "sessions": [*_entries(earlier, "sessions"), session],
@@ -106,16 +111,9 @@ def read_keys(file: Path) -> PlacementKeys:
     for key, name in names.items():
         if name is not None and not (isinstance(name, str) and _NAME.fullmatch(name)):
             raise RecordingError(f"{file}: {key} {name!r} is no name: letters, digits, and . _ -")
-    return PlacementKeys(None if distance is None else float(distance), **names)
-
-
-def read_distance(file: Path) -> float | None:
-    """Return the distance between the sockets' centres from a ``placement.json`` [m], or None.
-
-    Raises:
-        RecordingError: As for :func:`read_keys`.
-    """
-    return read_keys(file).distance
+    # mukca record once wrote the default like a measured distance.
+    assumed = distance == DEFAULT_DISTANCE and metadata.get("distance_measured") is not True
+    return PlacementKeys(None if distance is None else float(distance), assumed, **names)
 
 
 def write_metadata(file: Path, metadata: dict[str, Any]) -> None:
@@ -153,12 +151,13 @@ def set_distance(folder: Path, distance: float) -> float | None:
         RecordingError: The file cannot be read or written, or a recorder has it open.
     """
     file = folder / METADATA
-    before = read_distance(file)
+    before = read_keys(file).distance
     metadata = read_metadata(file)
     changes = [*_entries(metadata, "changes"), {"time": _now(), "distance": [before, distance]}]
     try:
         with _locked(folder / SAMPLES):
-            write_metadata(file, {**metadata, "distance": distance, "changes": changes})
+            said = {"distance": distance, "distance_measured": True, "changes": changes}
+            write_metadata(file, {**metadata, **said})
     except BlockingIOError:
         raise RecordingError(f"{folder}: mukca record is writing there; finish it first") from None
     except OSError as error:

@@ -13,6 +13,8 @@ from .samples import Sample
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
+DEFAULT_DISTANCE = 0.05
+"""Distance of the paper's printed sockets, where none is given [m]."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,6 +34,8 @@ class Placement:
     distance: float | None = None
     """Distance between the centres of sockets 0 and 1 [m]; None where ``placement.json`` does not
     give it."""
+    distance_assumed: bool = False
+    """True where nobody is known to have measured that distance."""
     files: tuple[Path, ...] = ()
     """The files that it was read from; empty for a placement that was made in memory."""
     remarks: tuple[str, ...] = ()

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import settings
 from virtual_time import VirtualTime
 
-from mukca.recorder import write_holes
+from mukca.recorder import set_distance, write_holes
 from mukca.solver.robot import Robot, load_robot
 from mukca.tools.cli import main
 from mukca.tools.simulation import Base, perturb, record
@@ -147,6 +147,7 @@ def _record_session(true_panda: Robot, folder: Path) -> None:
         base = Base(name, np.array([x, y, 0.1]), along_y)
         placement = record(true_panda, base, generator, samples=12, noise=5e-5)
         write_holes(placement, folder / name)
+        set_distance(folder / name, 0.05)
 
 
 @pytest.fixture(scope="session")

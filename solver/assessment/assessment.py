@@ -1,64 +1,20 @@
 """A calibration held against its limits: all that a verdict rests on."""
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..data import KnownDistance
-from ..results import CalibrationDocument, misfit
+from ..results import CalibrationDocument
 from .coverage import Coverage, coverage
-from .data_sufficiency import prediction_row, samples_row, travel_row
+from .data_sufficiency import checks_row, prediction_row, samples_row, travel_row
 from .errors import PlacementReport, RoleSummaries, placement_reports, role_summaries
+from .held_out import between_row, held_out_rows
 from .known_distances import KnownDistanceErrors, known_distance_errors
-from .limits import LimitResult, Limits, limits_for
+from .limits import LimitResult, Limits, Options, limits_of
 from .predictions import Predictions, predict
-from .scale_check import scale_row
+from .scale_check import assumed_distances, distance_row, distortion_row, rests_on, scale_row
 from .verdict import Verdict, judge
 
 DRAWN = 3000
 """Samples drawn at most; all figures are computed from all of them."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """Limits and known distances, as far as the user gives them."""
-
-    repeatability: float | None = None
-    """Of the arm [m]; None for what is known of it."""
-    mean_absolute_error: float | None = None
-    """Limit [m]; None, here and below, for a multiple of the repeatability."""
-    distance_error: float | None = None
-    between_placements: float | None = None
-    known: Sequence[KnownDistance] = ()
-    tolerance: float = 5e-4
-    """The error that the user's task allows [m]."""
-
-
-def setting(document: CalibrationDocument, source: str, key: str) -> float | None:
-    """Return a number that was given to ``mukca solve``, if any.
-
-    Raises:
-        DocumentError: It is no number.
-    """
-    value = document.settings.get(key)
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise misfit(source, f"settings.{key}", f"{value!r} is no number")
-    return float(value)
-
-
-def limits_of(document: CalibrationDocument, source: str, options: Options) -> Limits:
-    """Return what a calibration is held against; arguments as for :func:`judged`."""
-    given = setting(document, source, "repeatability_mm")
-    return limits_for(
-        document.model,
-        options.repeatability or (None if given is None else given / 1e3),
-        mean_absolute_error=options.mean_absolute_error,
-        distance_error=options.distance_error,
-        between_placements=options.between_placements,
-        servos=bool(document.settings.get("zeros")),
-    )
 
 
 @dataclass(frozen=True)
@@ -93,31 +49,33 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     summary = role_summaries(predictions, options.tolerance)
     placements = placement_reports(predictions, options.tolerance)
     covered = coverage(predictions, DRAWN)
-    held_out = [p.measured.kind for p in predictions.placements if p.role == "test"]
-    verdict = judge(
-        summary.test,
-        between,
-        document.checks,
-        limits,
-        _sufficiency(predictions, covered, limits),
-        by_instrument=bool(held_out) and set(held_out) == {"points"},
-    )
+    kinds = [p.measured.kind for p in predictions.placements if p.role == "test"]
+    by_instrument = bool(kinds) and set(kinds) == {"points"}
+    rows = [
+        *held_out_rows(summary.test, limits, by_instrument=by_instrument),
+        between_row(between, limits.between_placements),
+        *_rows_of_the_fit(predictions, covered, limits),
+    ]
+    verdict = judge(rows, rests_on(document))
     return Assessment(predictions, limits, between, summary, placements, covered, verdict)
 
 
-def _sufficiency(
+def _rows_of_the_fit(
     predictions: Predictions, covered: Coverage, limits: Limits
-) -> tuple[LimitResult, ...]:
-    """Return the rows on the arm's size, and on the amount of the data."""
+) -> list[LimitResult]:
+    """Return the rows on the recordings, the arm's size, and the amount of the data."""
     document = predictions.document
     rows = [
-        samples_row(predictions.placements, tied=bool(document.settings.get("known"))),
-        travel_row(covered),
+        checks_row(document.checks),
+        distortion_row(document),
+        distance_row(assumed_distances(document)),
     ]
     if document.scale is not None:
-        rows.insert(0, scale_row(document.scale, document.placements, document.checks))
+        rows.append(scale_row(document.scale, document.placements, document.checks))
     limit = limits.mean_absolute_error
-    rows.append(
-        prediction_row(document.uncertainty, limit, document.method, covered, document.scale)
-    )
-    return tuple(rows)
+    return [
+        *rows,
+        samples_row(predictions.placements, tied=bool(document.settings.get("known"))),
+        travel_row(covered),
+        prediction_row(document.uncertainty, limit, document.method, covered, document.scale),
+    ]

@@ -6,10 +6,11 @@ A few samples, or many alike, leave small errors by any model, so small errors a
 import math
 from collections.abc import Sequence
 
+from ..diagnostics import Diagnostic
 from ..results import Scale, Uncertainty
 from .coverage import Coverage
 from .formatting import joined, mm, plural
-from .limits import Limit, LimitResult, Status
+from .limits import Limit, LimitResult, Status, limit_row
 from .predictions import PlacementPrediction
 
 LEAST_SAMPLES = 10
@@ -31,6 +32,25 @@ PREDICTED, ANY_ARM = 3.0, 2e-3
 nothing at one placement shows the far workspace: a good recording of an arm that repeats to 0.1 mm
 comes to 1 to 2.4 times. That is no more than some 1.2 mm with any arm, so arms that repeat worse
 may have up to this much [m], or the limit itself."""
+
+BESIDE = ("far", "duplicate", "few", "still")
+"""Codes of warnings that do not bear on the model: single samples that hardly count, and amounts
+that rows of their own judge."""
+
+
+def checks_row(checks: Sequence[Diagnostic] | None) -> LimitResult:
+    """Return the row of the data checks: no PASS beside an error, or what bears on the model."""
+    name, title = "data_checks", "data checks"
+    if checks is None:
+        words = "the calibration holds no checks of the recordings; run mukca check"
+        return limit_row(name, title, "not evaluated", words)
+    errors = sum(check.level == "error" for check in checks)
+    warnings = [check for check in checks if check.level == "warning"]
+    reason = f"{plural(errors, 'error')} and {plural(len(warnings), 'warning')} in the recordings"
+    open_ = [f"{one.text}; {one.advice}" for one in warnings if one.code not in BESIDE]
+    if errors or not open_:
+        return limit_row(name, title, "fail" if errors else "pass", reason)
+    return limit_row(name, title, "not enough", reason, text="; ".join(dict.fromkeys(open_)))
 
 
 def samples_row(placements: Sequence[PlacementPrediction], *, tied: bool) -> LimitResult:
@@ -62,7 +82,7 @@ def samples_row(placements: Sequence[PlacementPrediction], *, tied: bool) -> Lim
             f"only {plural(_second(held_out), 'sample')} in a socket held out; record at least "
             f"{LEAST_HELD_OUT} in each, better 30"
         )
-    return _row("samples", "samples in each socket", enough, text)
+    return limit_row("samples", "samples in each socket", enough, text)
 
 
 def points_row(placements: Sequence[PlacementPrediction]) -> LimitResult | None:
@@ -76,10 +96,10 @@ def points_row(placements: Sequence[PlacementPrediction]) -> LimitResult | None:
     few = next((role for role in counts if 0 < counts[role] < fewest[role]), None)
     if few is None:
         text = f"{plural(counts['train'], 'measured point')} trained on"
-        return _row("samples", "measured points", "pass", text)
+        return limit_row("samples", "measured points", "pass", text)
     part = "trained on" if few == "train" else "held out"
     text = f"only {plural(counts[few], 'measured point')} {part}; measure {fewest[few]} or more"
-    return _row("samples", "measured points", "not enough", text)
+    return limit_row("samples", "measured points", "not enough", text)
 
 
 def _second(sockets: Sequence[tuple[int, ...]]) -> int:
@@ -103,14 +123,14 @@ def travel_row(coverage: Coverage) -> LimitResult:
     still = [name for name, travel in turned.items() if travel < LEAST_TRAVEL]
     least = math.degrees(min(turned.values(), default=0.0))
     if not still:
-        return _row(
+        return limit_row(
             "travel", "travel of each joint", "pass", f"each joint turned {least:.0f} deg or more"
         )
     text = (
         f"{joined(still)} turned by {least:.0f} deg or little more; record samples in which each "
         f"joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"
     )
-    return _row("travel", "travel of each joint", "not enough", text)
+    return limit_row("travel", "travel of each joint", "not enough", text)
 
 
 def prediction_row(
@@ -134,10 +154,10 @@ def prediction_row(
         return _paper_row(title, scale, coverage)
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
-        return _row("predicted_distance", title, "fail", words)
+        return limit_row("predicted_distance", title, "fail", words)
     predicted = uncertainty.distance_deviation.median
     if limit.value is None:
-        return _row("predicted_distance", title, "not evaluated", limit.source, predicted)
+        return limit_row("predicted_distance", title, "not evaluated", limit.source, predicted)
     allowed = max(limit.value, min(PREDICTED * limit.value, ANY_ARM))
     words = f"{allowed / limit.value:.2g} times the limit on the held-out error"
     length = uncertainty.distance_deviation.length
@@ -145,13 +165,13 @@ def prediction_row(
         allowed = LINKS * length
         words = f"{100 * LINKS:g} % of {mm(length)}, the median distance in the workspace"
     if predicted <= allowed:
-        return _row("predicted_distance", title, "pass", words, predicted, allowed)
+        return limit_row("predicted_distance", title, "pass", words, predicted, allowed)
     text = (
         f"distances in the workspace are known to {mm(predicted)} only, where {mm(allowed)} is "
         f"asked; record more varied samples{_turned_least(coverage)}, and a second placement far "
         "from the first"
     )
-    return _row("predicted_distance", title, "not enough", text, predicted, allowed)
+    return limit_row("predicted_distance", title, "not enough", text, predicted, allowed)
 
 
 def _paper_row(title: str, scale: Scale | None, coverage: Coverage) -> LimitResult:
@@ -159,13 +179,13 @@ def _paper_row(title: str, scale: Scale | None, coverage: Coverage) -> LimitResu
     deviation = scale.deviation if scale is not None else None
     if deviation is None or deviation <= SIZE:
         words = "the paper's method does not say how well it knows; --method auto does"
-        return _row("predicted_distance", title, "not evaluated", words)
+        return limit_row("predicted_distance", title, "not evaluated", words)
     text = (
         f"the arm's size is known to {100 * deviation:.1f} % only, and a wrong distance of the "
         f"sockets could hide in that; record more varied samples{_turned_least(coverage)}, with "
         "sockets farther apart, or use --method auto"
     )
-    return _row("predicted_distance", title, "not enough", text)
+    return limit_row("predicted_distance", title, "not enough", text)
 
 
 def _turned_least(coverage: Coverage) -> str:
@@ -175,22 +195,3 @@ def _turned_least(coverage: Coverage) -> str:
     if not name or turned[name] >= WELL_TURNED:
         return ""
     return f" ({name} turned by {math.degrees(turned[name]):.0f} deg only)"
-
-
-def _row(
-    name: str,
-    title: str,
-    status: Status,
-    reason: str,
-    found: float | None = None,
-    limit: float | None = None,
-) -> LimitResult:
-    return LimitResult(
-        name=name,
-        title=title,
-        found=found,
-        limit=limit,
-        status=status,
-        text=reason if status == "not enough" else f"{title}: {reason}",
-        reason=reason,
-    )

@@ -1,29 +1,24 @@
-"""Drift of a calibration on recordings made since, and its most likely cause.
-
-A knock, or a joint that was mastered anew, shifts one joint's zero. So each joint in turn gets an
-offset fitted, and the one that lowers the errors most is the nearest cause.
-"""
+"""An old calibration on recordings made since: the verdict, and its most likely cause."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from ..data import Measurement, evaluate, mean_metrics, socket_centres, targets
+from ..data import Measurement
 from ..results import CalibratedRobot, CalibrationDocument, Summary
 from .formatting import mm
+from .held_out import held_out_rows
 from .limits import Limits
+from .verdict import Verdict, judge
+from .verification import left_with, odds_of
 
-STEPS = 4
-"""Gauss-Newton steps for one offset; the problem is nearly linear."""
-SLIGHT = 1e-5
-"""Step of the derivative by a joint position [rad or m]."""
 EXPLAINS = 0.6
 """An offset explains a drift if it leaves less than this share of the error."""
 WORSE = 1.5
 """Errors beyond this many times those at the calibration itself are a drift."""
+TRAINED = "all of these were trained on, so their errors prove nothing"
+_WORDS = {"pass": "valid", "fail": "invalid", "incomplete": "unknown"}
 
 
 @dataclass(frozen=True)
@@ -32,7 +27,7 @@ class Cause:
 
     joint: str
     offset: float
-    """[rad], [m] for a prismatic joint."""
+    """To be added to what the joint reads [rad], [m] for a prismatic joint."""
     error: float
     """Mean absolute error [m]."""
 
@@ -41,27 +36,32 @@ class Cause:
 class Drift:
     """A verdict on an old calibration by new recordings."""
 
-    status: str
-    """``valid``, ``invalid``, or ``unknown`` where nothing says what is good for the arm."""
+    verdict: Verdict
     reason: str
     cause: Cause | None = None
     advice: str = ""
 
     @property
+    def status(self) -> str:
+        """``valid``, ``invalid``, or ``unknown`` where nothing says what is good for the arm."""
+        return _WORDS[self.verdict.status]
+
+    @property
     def text(self) -> str:
         """The verdict in a sentence, and the advice."""
-        return f"Verdict: {self.reason}{self.advice and ' '}{self.advice}"
+        return f"Verdict: {self.verdict.title}: {self.reason}{self.advice and ' '}{self.advice}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
         cause = None if self.cause is None else vars(self.cause)
-        return {"status": self.status, "text": self.text, "nearest_cause": cause}
+        said = {"status": self.status, "text": self.text, "nearest_cause": cause}
+        return {**self.verdict.as_said(), **said}
 
 
 def judge_drift(
     document: CalibrationDocument,
     calibrated: CalibratedRobot,
-    summary: Summary,
+    summary: Summary | None,
     data: Sequence[Measurement],
     limits: Limits,
 ) -> Drift:
@@ -70,74 +70,49 @@ def judge_drift(
     Args:
         document: The calibration.
         calibrated: Its robot.
-        summary: The errors on the new recordings.
+        summary: The errors on the new recordings; None where all of them were trained on.
         data: The new recordings.
         limits: What is allowed.
     """
-    mean, length = summary.loaded.mean_absolute_error, summary.loaded.distance_error
+    rows = held_out_rows(summary, limits)
+    if summary is not None and summary.loaded.distance_error is None:
+        rows = rows[:1]
+    verdict = judge(rows)
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
-    if allowed is None or most is None:
-        return Drift("unknown", f"not known; {limits.mean_absolute_error.source}.")
+    if summary is None or allowed is None or most is None:
+        return Drift(verdict, f"not known; {rows[0].reason if summary else TRAINED}.")
+    mean, length = summary.loaded.mean_absolute_error, summary.loaded.distance_error
     figures = f"{mm(mean)}, limit {mm(allowed)}"
-    if mean <= allowed and (length is None or length <= most):
-        return Drift("valid", f"still valid ({figures}).")
+    if verdict.status == "pass":
+        return Drift(verdict, f"still valid ({figures}).")
     if mean <= allowed and length is not None:
-        return Drift(
-            "invalid",
-            f"not valid: the sockets' distance is off by {mm(length)}, limit "
-            f"{mm(most)}; check --distance, and calibrate again.",
-        )
+        reason = f"not valid: the sockets' distance is off by {mm(length)}, limit {mm(most)}"
+        return Drift(verdict, f"{reason}; check --distance, and calibrate again.")
     then = document.summary.test or document.summary.train
     before = None if then is None else then.loaded.mean_absolute_error
     if before is not None and mean <= WORSE * before:
         text = f"not valid ({figures}), and it was no better when it was made."
-        return Drift("invalid", f"{text} Calibrate again with more placements.")
-    cause = nearest_cause(calibrated, data)
+        return Drift(verdict, f"{text} Calibrate again with more placements.")
+    cause = _nearest_cause(calibrated, data, before or allowed)
     text = f"drifted: {figures}"
     if before is not None:
         text += f", {mm(before)} when it was made"
     if cause is None or cause.error > EXPLAINS * mean:
-        return Drift("invalid", f"{text}. No single joint explains it: calibrate again.")
+        return Drift(verdict, f"{text}. No single joint explains it: calibrate again.")
     how_much = f"{math.degrees(cause.offset):+.2f} deg"
     joint = next(j for j in calibrated.robot.actuated if j.name == cause.joint)
     if joint.type == "prismatic":
         how_much = f"{1e3 * cause.offset:+.2f} mm"
     text += f"; nearest cause {cause.joint}, off by {how_much}: with it {mm(cause.error)} are left"
-    return Drift("invalid", f"{text}.", cause, "Calibrate again.")
+    return Drift(verdict, f"{text}.", cause, "Calibrate again.")
 
 
-def nearest_cause(calibrated: CalibratedRobot, data: Sequence[Measurement]) -> Cause | None:
-    """Return the joint whose offset, fitted alone, lowers the errors most; None without joints."""
-    causes = [_cause(calibrated, data, i) for i in range(len(calibrated.robot.joint_names))]
-    return min(causes, key=lambda cause: cause.error, default=None)
-
-
-def _cause(calibrated: CalibratedRobot, data: Sequence[Measurement], joint: int) -> Cause:
-    shift = np.zeros(len(calibrated.robot.joint_names))
-
-    def at(offset: float) -> list[np.ndarray]:
-        shift[joint] = offset
-        return [calibrated.geometric_ball(m.positions + shift) for m in data]
-
-    offset = 0.0
-    for _ in range(STEPS):
-        here = _residuals(at(offset), data)
-        slope = (_residuals(at(offset + SLIGHT), data) - here) / SLIGHT
-        if (steep := float(slope @ slope)) > 0:
-            offset -= float(slope @ here) / steep
-    errors = [evaluate(points, m) for points, m in zip(at(offset), data, strict=True)]
-    return Cause(
-        calibrated.robot.joint_names[joint], offset, mean_metrics(errors).mean_absolute_error
-    )
-
-
-def _residuals(points: Sequence[np.ndarray], data: Sequence[Measurement]) -> np.ndarray:
-    """Return each ball less its socket's mean, and the errors of the distances [m]."""
-    parts: list[np.ndarray] = []
-    for each, measured in zip(points, data, strict=True):
-        centres = socket_centres(each, measured)
-        parts.append((each - targets(each, measured)).ravel())
-        if measured.has_distance:
-            length = np.linalg.norm(centres[1] - centres[0]) - measured.distance
-            parts.append(np.array([length * math.sqrt(len(each))]))
-    return np.concatenate(parts)
+def _nearest_cause(
+    calibrated: CalibratedRobot, data: Sequence[Measurement], before: float
+) -> Cause | None:
+    """Return the likeliest joint to have shifted; None where another cause is likelier."""
+    odds = odds_of(calibrated, data, before)
+    if odds.joint is None:
+        return None
+    offset, error = left_with(calibrated, data, odds.joint, odds.offset)
+    return Cause(odds.joint, -offset, error)

@@ -5,12 +5,15 @@ mean of many samples, so the distance of two is known better, and its limit is t
 itself; of arms made of servos, whose backlash moves the samples of a socket alike, twice that.
 """
 
+import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from ..results import Document, Model
+from ..data import KnownDistance
+from ..results import CalibrationDocument, Document, misfit
 from ..robot import shipped_robots
 
 Status = Literal["pass", "warning", "fail", "not enough", "not evaluated"]
@@ -53,6 +56,22 @@ class LimitResult(Document, kw_only=True, frozen=True):
     text: str
     reason: str
     """Origin of the limit, or what is missing."""
+
+
+def limit_row(
+    name: str,
+    title: str,
+    status: Status,
+    reason: str,
+    found: float | None = None,
+    limit: float | None = None,
+    text: str = "",
+) -> LimitResult:
+    """Return a row of the verdict; its text is its title and the reason, if not said otherwise."""
+    text = text or (reason if status == "not enough" else f"{title}: {reason}")
+    return LimitResult(
+        name=name, title=title, status=status, reason=reason, found=found, limit=limit, text=text
+    )
 
 
 @dataclass(frozen=True)
@@ -110,39 +129,61 @@ def _plain(name: str) -> str:
     return "".join(letter for letter in name.lower() if letter.isalnum())
 
 
-def limits_for(
-    model: Model,
-    repeatability: float | None = None,
-    *,
-    mean_absolute_error: float | None = None,
-    distance_error: float | None = None,
-    between_placements: float | None = None,
-    servos: bool = False,
-) -> Limits:
-    """Return the limits for an arm.
+@dataclass(frozen=True)
+class Options:
+    """Limits and known distances, as far as the user gives them."""
+
+    repeatability: float | None = None
+    """Of the arm [m]; None for what is known of it."""
+    mean_absolute_error: float | None = None
+    """Limit [m]; None, here and below, for a multiple of the repeatability."""
+    distance_error: float | None = None
+    between_placements: float | None = None
+    known: Sequence[KnownDistance] = ()
+    tolerance: float = 5e-4
+    """The error that the user's task allows [m]."""
+
+
+def setting(document: CalibrationDocument, source: str, key: str) -> float | None:
+    """Return a number that was given to ``mukca solve``, if any.
+
+    Raises:
+        DocumentError: It is no number.
+    """
+    value = document.settings.get(key)
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise misfit(source, f"settings.{key}", f"{value!r} is no number")
+    return float(value)
+
+
+def limits_of(document: CalibrationDocument, source: str, options: Options) -> Limits:
+    """Return what a calibration is held against.
 
     Args:
-        model: The robot's model in the calibration.
-        repeatability: As the user says [m]; None for the one that is known of this arm.
-        mean_absolute_error: Limit as the user says [m]; None, here and below, for a multiple of
-            the repeatability.
-        distance_error: Likewise, on the distance of two sockets.
-        between_placements: Likewise, on distances between placements.
-        servos: Whether it is made of servos, whose gears have play.
+        document: The calibration.
+        source: Its file, for messages.
+        options: What the user says; multiples of the arm's repeatability where that is nothing.
+
+    Raises:
+        DocumentError: Its settings hold no number where one belongs.
     """
-    name = known_arm([model.name, Path(model.source).stem])
+    name = known_arm([document.model.name, Path(document.model.source).stem])
+    given = setting(document, source, "repeatability_mm")
+    repeatability = options.repeatability or (None if given is None else given / 1e3)
+    arm: Arm | None = None
     if repeatability is not None:
         arm = Arm(repeatability, "given by --repeatability-mm")
     elif name is not None:
         arm = Arm(ARMS[name].repeatability, f"{name}: {ARMS[name].source}")
-    else:
-        arm = None
+    servos = 2 if document.settings.get("zeros") else 1  # their gears have play
     return Limits(
         repeatability=None if arm is None else arm.repeatability,
         repeatability_source=arm.source if arm else "no repeatability is known for this arm",
-        mean_absolute_error=_limit(arm, 3, mean_absolute_error, "--limit-mae-mm"),
-        distance_error=_limit(arm, 2 if servos else 1, distance_error, "--limit-distance-mm"),
-        between_placements=_limit(arm, 3, between_placements, "--limit-between-mm"),
+        mean_absolute_error=_limit(arm, 3, options.mean_absolute_error, "--limit-mae-mm"),
+        distance_error=_limit(arm, servos, options.distance_error, "--limit-distance-mm"),
+        between_placements=_limit(arm, 3, options.between_placements, "--limit-between-mm"),
     )
 
 

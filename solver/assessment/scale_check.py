@@ -1,12 +1,24 @@
-"""The size of the calibrated arm, and the distance between the sockets that it rests on."""
+"""The size of the calibrated arm, and the distance between the sockets that it rests on.
+
+No recording tells a model whose lengths are all too large from a distance that is typed too small,
+so a PASS names the distance, and whoever sees another size than the model's is told both.
+"""
 
 from collections.abc import Sequence
 
 from ..diagnostics import OF_JOINTS, Diagnostic, size_level
-from ..results import PlacementErrors, Scale
+from ..results import CalibrationDocument, PlacementErrors, Scale
 from .formatting import joined, short_names
-from .limits import LimitResult, Status
+from .limits import LimitResult, Status, limit_row
+from .verdict import Premise
 
+STEP = 1e-4
+"""Change of a distance between sockets whose effect is named [m]."""
+_TYPED = {
+    "given": "typed",
+    "recording": "as placement.json says",
+    "located": "by the sockets' coordinates",
+}
 _SOURCES = {
     "given": "as given",
     "recording": "as the recording says",
@@ -46,59 +58,96 @@ def joints_wrong(checks: Sequence[Diagnostic] | None) -> bool:
     return any(check.code in OF_JOINTS for check in checks or ())
 
 
+def rests_on(document: CalibrationDocument) -> list[Premise]:
+    """Return what no recording can tell, and a PASS of the calibration rests on."""
+    trained = [row for row in document.placements if row.role == "train"]
+    premises: list[Premise] = []
+    for each in trained:
+        source = _source(each, document)
+        if each.distance is None or source not in _TYPED:
+            continue
+        effect = STEP / each.distance
+        text = f"the sockets are {_mm(each.distance)} mm apart ({_TYPED[source]}; "
+        text += f"{_mm(STEP)} mm more is {100 * effect:.1g} % of every length)"
+        one = Premise(name="distance", text=text, value=each.distance, source=source, effect=effect)
+        premises += [one] if one not in premises else []
+    if any(each.kind == "points" for each in trained):
+        premises.append(Premise(name="instrument", text="the instrument measures lengths rightly"))
+    if any(each.kind == "sockets" for each in trained):
+        premises.append(Premise(name="firm", text="ball, base and table were firm"))
+    return premises
+
+
+def distance_row(assumed: Sequence[float]) -> LimitResult:
+    """Return whether somebody measured the distances that the arm's size rests on.
+
+    Args:
+        assumed: Those that nobody did [m].
+    """
+    name, title = "distance_given", "distance of the sockets"
+    if not assumed:
+        return limit_row(name, title, "pass", "not assumed")
+    text = (
+        f"the distance was not given: {_mm(assumed[0])} mm assumed; measure it with a caliper, and "
+        "give --distance MEASURED"
+    )
+    return limit_row(name, title, "not enough", text)
+
+
+def assumed_distances(document: CalibrationDocument) -> list[float]:
+    """Return the distances trained on that neither a person nor a recording said [m]."""
+    return [
+        each.distance or 0.0
+        for each in document.placements
+        if each.role == "train" and each.kind == "sockets" and len(each.samples) > 1
+        if _source(each, document) not in _TYPED
+    ]
+
+
+def _source(placement: PlacementErrors, document: CalibrationDocument) -> str | None:
+    """Return where a placement's distance is from; older files say it in their settings alone."""
+    given = document.settings.get("distance") is not None
+    return placement.distance_source or ("given" if given else None)
+
+
+def distortion_row(document: CalibrationDocument) -> LimitResult:
+    """Return whether the model reproduces the sockets' distance where it was trained on."""
+    name, title = "distortion", "sockets' distance reproduced"
+    if not document.distorted:
+        return limit_row(name, title, "pass", "within the scatter of the samples")
+    text = (
+        "the calibrated model does not reproduce the sockets' distance at "
+        f"{', '.join(document.distorted)}; it has shrunk or bent to bring the samples together"
+    )
+    return limit_row(name, title, "fail", text, text=text)
+
+
 def scale_row(
     scale: Scale, placements: Sequence[PlacementErrors], checks: Sequence[Diagnostic] | None = None
 ) -> LimitResult:
-    """Return whether the arm's size is believable, and what is more likely where it is not."""
+    """Return whether the arm's size is believable, and what else may explain it where it is not."""
     level = size_level(scale.value, scale.deviation)
-    statuses: dict[str | None, Status] = {
-        None: "pass",
-        "warning": "warning",
-        "unknown": "not enough",
-        "error": "fail",
-    }
-    status = statuses[level]
+    status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
-    spaced = any(row.role == "train" and row.distance for row in placements)
+    distance = next((row.distance for row in placements if row.role == "train" and row.distance), 0)
     if status != "pass" and joints_wrong(checks):
         text += "; the joints explain it, see the data checks: mend them before the distance"
-    elif status != "pass" and not spaced:
+    elif status != "pass" and not distance:
         text += "; check that the measured points are in metres"
-    elif status == "not enough":
+    elif level == "unknown":
         text += (
             ", and may be as long as it; record more samples, at a second place, or with sockets "
             "farther apart"
         )
-    elif status != "pass":
-        distance, likely = _trained_distance(placements), likely_distance(scale, placements)
-        text += f"; more likely the sockets are {_tenth(likely, distance)} mm apart than "
-        text += f"{_tenth(distance, likely)}: measure them, and give it by --distance"
-    return LimitResult(
-        name="scale",
-        title="size of the arm",
-        found=None,
-        limit=None,
-        status=status,
-        text=text,
-        reason=f"{text[0].upper()}{text[1:]}",
-    )
-
-
-def likely_distance(scale: Scale, placements: Sequence[PlacementErrors]) -> float:
-    """Return the distance of the sockets by which the arm would have its nominal size [m]."""
-    return _trained_distance(placements) / max(1 + scale.value, 0.1)
-
-
-def _trained_distance(placements: Sequence[PlacementErrors]) -> float:
-    rows = (row.distance for row in placements if row.role == "train")
-    return next((distance for distance in rows if distance), 0.0)
+    elif level is not None:
+        likely = distance / max(1 + scale.value, 0.1)
+        digits = 1 if abs(likely - distance) >= 2e-4 else 2
+        text += (
+            f": the sockets are {1e3 * likely:.{digits}f} mm apart, or every length of the model "
+            f"is {abs(100 * scale.value):.1f} % off: measure again and type what you read"
+        )
+    return limit_row("scale", "size of the arm", status, f"{text[0].upper()}{text[1:]}", text=text)
 
 
 def _mm(metres: float) -> str:
     return f"{1e3 * metres:.2f}".rstrip("0").rstrip(".")
-
-
-def _tenth(metres: float, other: float) -> str:
-    """Return millimetres with as many decimals as tell two lengths apart."""
-    digits = 1 if abs(metres - other) >= 2e-4 else 2
-    return f"{1e3 * metres:.{digits}f}"

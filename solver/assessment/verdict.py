@@ -1,127 +1,153 @@
-"""The verdict: each limit passed, failed, or not evaluated, and why.
+"""The one judge: what rows say, each of them a limit that is kept or not, as one verdict.
 
-What is judged is ``calibrated.urdf``, since that is what a user loads. Where the full model, which
-corrects joint positions first, is another, its figures stand beside.
+All that judges a robot's model goes through :func:`judge`: a calibration when it is made, one that
+is looked at again on new recordings, recordings that are not fitted yet. What calls it collects
+rows; what is shown of it, on a terminal, a page or in JSON, is the :class:`Verdict`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
-from ..diagnostics import Diagnostic
 from ..results import Document
-from .errors import RoleSummary
-from .formatting import joined, mm, plural
-from .known_distances import KnownDistanceErrors
-from .limits import Limit, LimitResult, Limits, Status
-from .predictions import ModelName
+from .formatting import joined, mm
+from .limits import LimitResult, Status
 
 Outcome = Literal["pass", "fail", "incomplete"]
-"""Of a verdict."""
-NOTHING_HELD_OUT = "no placement was held out; record another and add it by --test"
-ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
+Kind = Literal["not_enough", "not_validated"]
+Scope = Literal["workspace", "recorded_places"]
+WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
+"""Rows on predicted errors of distances, in the whole workspace and near the recorded places."""
 INSTRUMENT = "the held-out error is one of measured coordinates, which no small model can feign"
+NEEDED = ("mean_absolute_error", "distance_error", "data_checks")
+"""Rows without which nothing is validated."""
+_OPEN = {"not_enough": "NOT ENOUGH DATA", "not_validated": "NOT VALIDATED"}
+_EXIT: dict[Outcome, int] = {"pass": 0, "fail": 1, "incomplete": 3}
+
+
+class Premise(Document, kw_only=True, frozen=True):
+    """A thing that a PASS rests on, and that no recording can tell."""
+
+    name: str
+    text: str
+    value: float | None = None
+    """The distance between sockets [m]; None, here and below, for other premises."""
+    source: str | None = None
+    """Source of the distance: ``given`` by the user, the ``recording``, ``located``."""
+    effect: float | None = None
+    """Share by which every length changes if that distance is 0.1 mm more."""
 
 
 class Verdict(Document, kw_only=True, frozen=True):
-    """Verdict on ``calibrated.urdf`` by its limits."""
+    """Verdict on a model by its limits."""
 
     status: Outcome
+    kind: Kind | None
+    """Reason that the status is ``incomplete``; None for others."""
+    scope: Scope | None
+    """Where a PASS holds; None for others."""
     title: str
     text: str
     limits: tuple[LimitResult, ...]
+    rests_on: tuple[Premise, ...] = ()
+
+    @property
+    def exit_status(self) -> int:
+        """Exit status of a command that ends with this verdict."""
+        return _EXIT[self.status]
+
+    @property
+    def stamp(self) -> str:
+        """The title without its conditions, as in "NOT VALIDATED"."""
+        return self.title.partition(", if ")[0].partition(";")[0]
+
+    def as_said(self) -> dict[str, object]:
+        """Return the verdict by name without its rows, as the command line's JSON has it."""
+        names = ("status", "kind", "scope", "title", "text")
+        return {name: getattr(self, name) for name in names}
 
 
-def judge(
-    held_out: RoleSummary | None,
-    between: Sequence[KnownDistanceErrors],
-    checks: Sequence[Diagnostic] | None,
-    limits: Limits,
-    sufficiency: Sequence[LimitResult] = (),
-    *,
-    by_instrument: bool = False,
-) -> Verdict:
-    """Return the verdict on a calibration.
+def worst(statuses: Iterable[int]) -> int:
+    """Return the exit status that stands for several: any failure first, then what is open."""
+    found = set(statuses)
+    return next((status for status in (1, 3) if status in found), 0)
 
-    The error alone can be driven to zero by a model that shrinks the robot to a point, so it
-    never passes without the distance error beside it; but for coordinates that an instrument
-    measured, which tell size as well.
+
+def judge(rows: Sequence[LimitResult], rests_on: Sequence[Premise] = ()) -> Verdict:
+    """Return the verdict that follows from rows.
+
+    One row that fails is a FAIL. Where a row says that the data are not enough, or one of
+    :data:`NEEDED` is there and was not evaluated, the verdict is open. A predicted error in the
+    whole workspace that is too large only narrows a PASS to the recorded places, if the row on
+    these passes.
 
     Args:
-        held_out: Errors at the placements that were not trained on; None without any.
-        between: Errors of known distances between placements.
-        checks: What was found in the recordings; None where they were not checked.
-        limits: What is allowed.
-        sufficiency: Size of the arm, and amount of the data.
-        by_instrument: Whether all that was held out are points that an instrument measured.
+        rows: Each a limit, and whether it is kept.
+        rests_on: What a PASS is to name beside them.
     """
-    loaded = None if held_out is None else held_out.loaded
-    full = None if held_out is None else held_out.calibrated
-    rows = (
-        _row(
-            "mean_absolute_error",
-            "held-out error (MAE)",
-            limits.mean_absolute_error,
-            None if loaded is None else loaded.mean_absolute_error,
-            None if full is loaded or full is None else full.mean_absolute_error,
-            NOTHING_HELD_OUT,
-        ),
-        _row(
-            "distance_error",
-            "held-out distance error",
-            limits.distance_error,
-            None if loaded is None else loaded.distance_error,
-            None if full is loaded or full is None else full.distance_error,
-            NOTHING_HELD_OUT if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET,
-        ),
-        _between_row(between, limits.between_placements),
-        _checks_row(checks),
-        *sufficiency,
-    )
-    status = _status([row.status for row in rows], rows)
-    by_full = _status([row.full_status or row.status for row in rows], rows)
+    status, kind = _outcome(rows, [row.status for row in rows])
+    by_full, _ = _outcome(rows, [row.full_status or row.status for row in rows])
+    scope: Scope | None = None
+    if status == "pass":
+        known = any(row.name == WORKSPACE and row.status == "pass" for row in rows)
+        scope = "workspace" if known else "recorded_places"
     return Verdict(
-        status=status, title=_title(rows, status, by_full), text=_text(rows, status), limits=rows
+        status=status,
+        kind=kind,
+        scope=scope,
+        title=_OPEN[kind] if kind else _title(rows, scope, by_full, rests_on),
+        text=_text(rows, status),
+        limits=tuple(rows),
+        rests_on=tuple(rests_on),
     )
 
 
-def _status(statuses: Sequence[Status], rows: Sequence[LimitResult]) -> Outcome:
-    """Return the verdict that follows from the limits' statuses."""
+def _outcome(
+    rows: Sequence[LimitResult], statuses: Sequence[Status]
+) -> tuple[Outcome, Kind | None]:
+    pairs = list(zip(rows, statuses, strict=True))
     if "fail" in statuses:
-        return "fail"
-    needed = [
-        status
-        for status, row in zip(statuses, rows, strict=True)
-        if row.name in ("mean_absolute_error", "data_checks")
-        or (row.name == "distance_error" and row.reason != INSTRUMENT)
-    ]
-    if "not enough" in statuses or "not evaluated" in needed:
-        return "incomplete"
-    return "pass"
+        return "fail", None
+    near = any(row.name == NEAR and status == "pass" for row, status in pairs)
+    if any(
+        status == "not enough" and not (near and row.name == WORKSPACE) for row, status in pairs
+    ):
+        return "incomplete", "not_enough"
+    missing = [row for row, status in pairs if status == "not evaluated" and row.name in NEEDED]
+    if any(row.reason != INSTRUMENT for row in missing):
+        return "incomplete", "not_validated"
+    return "pass", None
 
 
-def _title(rows: Sequence[LimitResult], status: str, by_full: str) -> str:
-    if status == "fail":
-        if by_full == "pass":
-            return "PASS with the corrected joint positions; the URDF alone: FAIL"
-        return "FAIL"
-    if status == "incomplete":
-        enough = all(row.status != "not enough" for row in rows)
-        return "NOT VALIDATED" if enough else "NOT ENOUGH DATA TO SAY"
-    if any(row.status == "warning" for row in rows):
-        return "PASS, with a warning"
-    if any(row.status == "not evaluated" for row in rows):
-        return "PASS, as far as evaluated"
-    return "PASS"
+def _title(
+    rows: Sequence[LimitResult], scope: Scope | None, by_full: str, rests_on: Sequence[Premise]
+) -> str:
+    """Return the title of a PASS, no larger than its rows, or of a FAIL."""
+    if scope is None:
+        apart = by_full == "pass" and any(row.full_status for row in rows)
+        return "FAIL for the URDF alone; PASS with corrected joint positions" if apart else "FAIL"
+    title = "PASS" if scope == "workspace" else "PASS near the recorded places"
+    if rests_on:
+        title += f", if {joined([one.text for one in rests_on])}"
+    elsewhere = next((row for row in rows if row.name == WORKSPACE), None)
+    if scope == "workspace" or elsewhere is None or elsewhere.found is None:
+        return title
+    return f"{title}; in the whole workspace distances are known to {_both(elsewhere)}"
 
 
-def _text(rows: Sequence[LimitResult], status: str) -> str:
+def _both(row: LimitResult) -> str:
+    """Return a row's value by the URDF alone, and by the full model where that is another."""
+    found = mm(row.found or 0.0)
+    return found if row.full is None else f"{found} ({mm(row.full)} with corrected joint positions)"
+
+
+def _text(rows: Sequence[LimitResult], status: Outcome) -> str:
     by_status = {
         status: [row for row in rows if row.status == status]
         for status in ("pass", "warning", "fail", "not enough", "not evaluated")
     }
     if status == "fail":
         words = f"{joined([row.text for row in by_status['fail']])}."
-    elif by_status["not enough"]:
+    elif status != "pass" and by_status["not enough"]:
         words = f"{'; '.join(row.text for row in by_status['not enough'])}."
     elif by_status["pass"]:
         words = f"Within its limit: {joined([row.title for row in by_status['pass']])}."
@@ -131,77 +157,3 @@ def _text(rows: Sequence[LimitResult], status: str) -> str:
     words += "".join(f" {row.text[0].upper()}{row.text[1:]}." for row in by_status["warning"])
     missing = [row.title for row in by_status["not evaluated"]]
     return words + (f" Not evaluated: {joined(missing)}." if missing else "")
-
-
-def _row(
-    name: str,
-    title: str,
-    limit: Limit,
-    reached: float | None,
-    full: float | None,
-    missing: str,
-) -> LimitResult:
-    """Return a limit on a length: the values reached [m], or why there is none."""
-    status: Status = "not evaluated"
-    full_status: Status | None = None
-    if reached is None or limit.value is None:
-        reason = missing if reached is None else limit.source
-        text = f"{title}: {reason}"
-    else:
-        status, reason = "pass" if reached <= limit.value else "fail", limit.source
-        text = f"{title} {mm(reached, 3)}, limit {mm(limit.value, 3)}"
-        if full is not None:
-            full_status = "pass" if full <= limit.value else "fail"
-            text += f" (with corrected joint positions {mm(full, 3)})"
-    return LimitResult(
-        name=name,
-        title=title,
-        found=reached,
-        limit=limit.value,
-        status=status,
-        full=full,
-        full_status=full_status,
-        text=text,
-        reason=reason,
-    )
-
-
-def _between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitResult:
-    rows = [row for row in between if not row.in_fit]
-    missing = "no distance between placements is known; measure one and add it by --known"
-    if between:
-        missing = "all distances known were used in the fit; add others by --known"
-
-    def mean(model: ModelName) -> float:
-        return sum(abs(row.error(model)) for row in rows) / len(rows)
-
-    two = bool(rows) and rows[0].geometric_error is not None
-    return _row(
-        "between_placements",
-        "distances between placements",
-        limit,
-        mean("geometric") if rows else None,
-        mean("calibrated") if two else None,
-        missing,
-    )
-
-
-def _checks_row(checks: Sequence[Diagnostic] | None) -> LimitResult:
-    """Return the row of the data checks: errors fail, warnings are only counted."""
-    status: Status = "not evaluated"
-    if checks is None:
-        reason = "the calibration holds no checks of the recordings; run mukca check"
-    else:
-        errors = sum(check.level == "error" for check in checks)
-        warnings = sum(check.level == "warning" for check in checks)
-        status = "fail" if errors else "pass"
-        reason = f"{plural(errors, 'error')} and {plural(warnings, 'warning')} in the recordings"
-    return LimitResult(
-        name="data_checks",
-        title="data checks",
-        found=None,
-        limit=None,
-        status=status,
-        text=f"data checks: {reason}",
-        reason=reason,
-    )

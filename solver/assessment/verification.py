@@ -21,10 +21,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..data import Measurement, socket_centres
+from ..data import Measurement, evaluate, mean_metrics, socket_centres, targets
 from ..results import CalibratedRobot
 from ..robot import BallModel
 from .formatting import mm
+from .limits import limit_row
+from .verdict import Verdict, judge
 
 MEAN_OF_SIGMA = 2 * math.sqrt(2 / math.pi)
 """Mean length of an error whose axes each have the standard deviation 1."""
@@ -44,7 +46,9 @@ MATTERS = 2.0
 """Errors below so many times those at the calibration itself are no drift that matters; nor are
 those below the limit for such an arm."""
 STEP = 1e-5
-"""Of the derivative by a joint position [rad], [m]."""
+"""Of the derivative by a joint position [rad], or by the ball's place [m]."""
+ROUNDS = 4
+"""Gauss-Newton steps for one offset; the problem is nearly linear."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,12 @@ class ValidityPosterior:
         return self.unchanged >= 0.5 or self.error <= max(self.limit, MATTERS * self.before)
 
     @property
+    def verdict(self) -> Verdict:
+        """The verdict on the calibration, by the one judge."""
+        status = "pass" if self.valid else "fail"
+        return judge([limit_row("validity", "validity", status, self.text, text=self.text[:-1])])
+
+    @property
     def text(self) -> str:
         """The verdict in words."""
         errors = f"{mm(self.error)} now, {mm(self.before)} when it was made"
@@ -99,25 +109,25 @@ class ValidityPosterior:
 
 
 def odds_of(
-    calibrated: CalibratedRobot, measured: Measurement, before: float, limit: float = 0.0
+    calibrated: CalibratedRobot, data: Sequence[Measurement], before: float, limit: float = 0.0
 ) -> ValidityPosterior:
     """Return what new samples say of a calibration.
 
     Args:
         calibrated: Its robot.
-        measured: The new samples.
+        data: The new samples.
         before: Its mean absolute error when it was made, held out if it was [m].
         limit: What is allowed for such an arm [m].
     """
-    errors = _errors(calibrated, measured, 0.0, 0)
-    count = INDEPENDENT * 3 * (len(errors) - len(measured.sockets))
+    balls = _balls(calibrated, data)
+    e = _errors(balls, data)
+    count = INDEPENDENT * (e.size - 3 * sum(len(measured.sockets) for measured in data))
     sigma = before / MEAN_OF_SIGMA
     joints = calibrated.robot.joint_names
-    e = errors.ravel()
     slopes = [
-        (_errors(calibrated, measured, STEP, j).ravel() - e) / STEP for j in range(len(joints))
+        (_errors(_balls(calibrated, data, j, STEP), data) - e) / STEP for j in range(len(joints))
     ]
-    causes = _causes(slopes, _by_ball(calibrated, measured))
+    causes = _causes(slopes, _by_ball(calibrated, balls, data))
     logs = [math.log(c.prior) + _evidence(e, c.A, count / e.size, sigma, c.factor) for c in causes]
     odds: np.ndarray = np.exp(np.array(logs) - max(logs))
     odds = odds / odds.sum()
@@ -126,7 +136,7 @@ def odds_of(
     joint = causes[shifted].joint
     ball = _offsets(e, causes[held].A, sigma)
     return ValidityPosterior(
-        error=float(np.linalg.norm(errors, axis=1).mean()),
+        error=_mean(balls, data),
         before=before,
         limit=limit,
         unchanged=float(odds[:2].sum()),
@@ -135,6 +145,27 @@ def odds_of(
         ball=BALL * float(np.linalg.norm(ball)) if len(ball) else None,
         last=joints[-1],
     )
+
+
+def left_with(
+    calibrated: CalibratedRobot, data: Sequence[Measurement], joint: str, offset: float
+) -> tuple[float, float]:
+    """Return the offset of one joint that lowers the errors most, and their mean with it [m].
+
+    Args:
+        calibrated: The calibrated robot.
+        data: New samples.
+        joint: Whose offset it is.
+        offset: Nearly that [rad], [m].
+    """
+    j = calibrated.robot.joint_names.index(joint)
+    for _ in range(ROUNDS):
+        e, beside = (
+            _errors(_balls(calibrated, data, j, step - offset), data) for step in (0.0, STEP)
+        )
+        slope = (beside - e) / STEP
+        offset += float(slope @ e) / max(float(slope @ slope), 1e-300)
+    return offset, _mean(_balls(calibrated, data, j, -offset), data)
 
 
 @dataclass(frozen=True)
@@ -149,15 +180,15 @@ class _Cause:
     """Prior probability."""
     A: np.ndarray
     """Derivative of the errors by offsets that have the deviation 1 beforehand, a joint's first,
-    then the ball's, shape (3 N, offsets)."""
+    then the ball's, shape (errors, offsets)."""
 
 
 def _causes(slopes: Sequence[np.ndarray], by_ball: np.ndarray) -> list[_Cause]:
     """Return all explanations, in pairs: the ball where it was, and put on again.
 
     Args:
-        slopes: Derivatives of the errors by each joint, each of shape (3 N,).
-        by_ball: Those by the ball's place, shape (3 N, 3).
+        slopes: Derivatives of the errors by each joint, each of shape (errors,).
+        by_ball: Those by the ball's place, shape (errors, 3).
     """
     nothing = np.zeros((len(by_ball), 0))
     of_joint = PRIOR["joint"] / len(slopes)
@@ -173,25 +204,42 @@ def _causes(slopes: Sequence[np.ndarray], by_ball: np.ndarray) -> list[_Cause]:
     ]
 
 
-def _errors(
-    calibrated: CalibratedRobot, measured: Measurement, step: float, joint: int
+def _balls(
+    calibrated: CalibratedRobot, data: Sequence[Measurement], joint: int = 0, step: float = 0.0
+) -> list[np.ndarray]:
+    """Return the balls of each placement, one joint moved by a step, each of shape (N, 3) [m]."""
+    shift = step * np.eye(len(calibrated.robot.joint_names))[joint]
+    return [calibrated.ball(measured.positions + shift) for measured in data]
+
+
+def _errors(balls: Sequence[np.ndarray], data: Sequence[Measurement]) -> np.ndarray:
+    """Return each ball less where it should be, then errors of sockets' distances [m]."""
+    parts: list[np.ndarray] = []
+    for each, measured in zip(balls, data, strict=True):
+        parts.append((each - targets(each, measured)).ravel())
+        if measured.has_distance:
+            centres = socket_centres(each, measured)
+            length = float(np.linalg.norm(centres[1] - centres[0])) - measured.distance
+            parts.append(np.array([length * math.sqrt(len(each))]))
+    return np.concatenate(parts)
+
+
+def _mean(balls: Sequence[np.ndarray], data: Sequence[Measurement]) -> float:
+    """Return the mean absolute error over placements [m]."""
+    metrics = [evaluate(each, measured) for each, measured in zip(balls, data, strict=True)]
+    return mean_metrics(metrics).mean_absolute_error
+
+
+def _by_ball(
+    calibrated: CalibratedRobot, balls: Sequence[np.ndarray], data: Sequence[Measurement]
 ) -> np.ndarray:
-    """Return each ball less its socket's mean, one joint moved by a step, shape (N, 3) [m]."""
-    q = measured.positions.copy()
-    q[:, joint] += step
-    balls = calibrated.ball(q)
-    return balls - np.repeat(socket_centres(balls, measured), measured.counts, axis=0)
-
-
-def _by_ball(calibrated: CalibratedRobot, measured: Measurement) -> np.ndarray:
-    """Return the errors' derivative by the ball's place on the flange, shape (3 N, 3)."""
+    """Return the errors' derivative by the ball's place on the flange, shape (errors, 3)."""
     place = 6 * (len(calibrated.robot.joints) - 1) + np.arange(3)
     model = BallModel(calibrated.robot, place.tolist())
-    slopes = model.linearise(model.nominal, measured.positions).by_parameters
-    for k in range(3):
-        centres = socket_centres(slopes[:, :, k], measured)
-        slopes[:, :, k] -= np.repeat(centres, measured.counts, axis=0)
-    return slopes.reshape(-1, 3)
+    slopes = [model.linearise(model.nominal, m.positions).by_parameters for m in data]
+    e, columns = _errors(balls, data), range(3)
+    moved = [[b + STEP * s[:, :, k] for b, s in zip(balls, slopes, strict=True)] for k in columns]
+    return np.stack([(_errors(each, data) - e) / STEP for each in moved], axis=1)
 
 
 def _offsets(e: np.ndarray, A: np.ndarray, sigma: float) -> np.ndarray:
@@ -206,7 +254,7 @@ def _evidence(
 
     Args:
         e: The errors [m].
-        A: Their derivative by offsets that have the deviation 1 beforehand, shape (3 N, offsets).
+        A: Their derivative by offsets of deviation 1 beforehand, shape (errors, offsets).
         share: How much of the errors counts as independent.
         sigma: Standard deviation of one, when the calibration was made [m].
         factor: Mean and standard deviation of the logarithm of the factor on it.

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
 from ...recorder import Placement
-from ..assessment import Assessment, Verdict, assess, distance_text, joints_wrong
+from ..assessment import Assessment, Verdict, assess, distance_text, distortion_row, joints_wrong
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure
 from ..results import (
@@ -128,11 +128,8 @@ class Calibration:
         mend = "Check --distance, that sockets are not mixed up, and the data"
         if joints_wrong(self.document.checks):
             mend = "Mend first what the checks say of the joints"
-        return (
-            "refused: the calibrated model does not reproduce the sockets' distance at "
-            f"{', '.join(self.document.distorted)}; it has shrunk or bent to bring the samples "
-            f"together. {mend}; --accept-distorted exports it"
-        )
+        found = distortion_row(self.document).text
+        return f"refused: {found}. {mend}; --accept-distorted exports it"
 
     @cached_property
     def assessment(self) -> Assessment:

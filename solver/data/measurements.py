@@ -10,11 +10,8 @@ from typing import Literal
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import Placement
+from ...recorder import DEFAULT_DISTANCE, Placement
 from ..robot import Robot
-
-DEFAULT_DISTANCE = 0.05
-"""Distance of the paper's printed sockets [m]."""
 
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
@@ -134,7 +131,8 @@ def measure(
         )
     ordered = placement.for_joints(robot.joint_names)
     _check_limits(ordered, robot, warnings)
-    if distance is not None and placement.distance not in (None, distance):
+    said = None if placement.distance_assumed else placement.distance
+    if distance is not None and said not in (None, distance):
         warnings.append(
             f"{placement.name}: distance {distance} m as given, not the recording's "
             f"{placement.distance} m"
@@ -143,7 +141,8 @@ def measure(
     if distance is not None:
         chosen, source = distance, "given"
     elif placement.distance is not None:
-        chosen, source = placement.distance, "recording"
+        chosen = placement.distance
+        source = "default" if placement.distance_assumed else "recording"
     try:
         check_distance(chosen)
     except MeasurementError as error:

@@ -66,7 +66,7 @@ def test_without_held_out_data_the_test_is_null(run) -> None:
 def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session) -> None:
     before = sorted(session.rglob("*"))
     status, out, _ = run("solve", "front", "--robot", "panda")
-    assert status == 0
+    assert status == 3 and "NOT VALIDATED" in out
     assert out.strip().splitlines()[-1].startswith("Nothing was written")
     assert sorted(session.rglob("*")) == before
 
@@ -122,7 +122,7 @@ def test_results_are_overwritten_only_by_force(run, tmp_path) -> None:
     status, _, err = run(*words)
     assert status == 2 and "--force" in err
     (tmp_path / "notes.txt").write_text("mine")
-    assert run(*words, "--force")[0] == 0
+    assert run(*words, "--force")[0] == 3
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert not [f for f in tmp_path.iterdir() if f.name.startswith(".")]
 
@@ -320,10 +320,23 @@ def test_fail_is_status_1_and_the_files_are_there(run, tmp_path) -> None:
     assert "55 mm (as given)" in err and "55 mm (as given)" in report["distance_text"]
 
 
-def test_the_default_distance_is_never_silent(run) -> None:
-    _, text, _ = run("solve", "front", "--robot", "panda", "--method", "paper")
-    first = " ".join(text.split("errors in mm")[0].split())
-    assert "50 mm (the default, since nothing says otherwise: measure it" in first
+@pytest.mark.parametrize("metadata", [None, {"distance": 0.05}])
+def test_a_distance_that_nobody_measured_is_no_pass(run, session, tmp_path, metadata) -> None:
+    """A 0.05 that the recorder once wrote by itself is none either; typed, it is."""
+    for name in ("front", "left"):
+        shutil.copytree(session / name, tmp_path / name)
+        (tmp_path / name / "placement.json").unlink()
+        if metadata is not None:
+            (tmp_path / name / "placement.json").write_text(json.dumps(metadata))
+    words = ("solve", str(tmp_path / "front"), "--test", str(tmp_path / "left"))
+    words = (*words, "--robot", "panda", "--method", "paper")
+    status, text, _ = run(*words)
+    assert status == 3 and "50 mm (the default, since nothing says" in " ".join(text.split())
+    assert "NOT ENOUGH DATA" in text and "the distance was not given: 50 mm assumed" in text
+    status, text, _ = run(*words, "--distance", "0.05", "--json")
+    verdict = json.loads(text)["verdict"]
+    assert status == 0 and (verdict["status"], verdict["kind"]) == ("pass", None)
+    assert "if the sockets are 50 mm apart (typed; 0.1 mm more is 0.2 %" in verdict["title"]
 
 
 @pytest.mark.slow

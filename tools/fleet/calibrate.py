@@ -73,7 +73,6 @@ def _session(
     summary = document.summary.test or document.summary.train
     assert summary is not None  # something was trained on
     verdict = figures.verdict
-    status, text = verdict.status, f"{verdict.title}: {verdict.text}"
     return FleetSession(
         name=name,
         placements=len(document.placements),
@@ -82,8 +81,10 @@ def _session(
         nominal=summary.nominal.mean_absolute_error,
         calibrated=summary.loaded.mean_absolute_error,
         distance_error=summary.loaded.distance_error,
-        status="refused" if document.distorted else status,
-        text=calibration.refusal(accept_distorted=False) or text,
+        status="refused" if document.distorted else verdict.status,
+        kind=verdict.kind,
+        scope=verdict.scope,
+        text=calibration.refusal(accept_distorted=False) or f"{verdict.title}: {verdict.text}",
         todo=figures.todo[0] if figures.todo else None,
         drift=drift,
         parameters=tuple(
@@ -111,7 +112,7 @@ def _drift(
     assert summary is not None  # there is data
     repeatability = None if arm.repeatability_mm is None else arm.repeatability_mm / 1e3
     limits = limits_of(earlier.document, since, Options(repeatability=repeatability))
-    drift = judge_drift(earlier.document, earlier.calibrated, summary, data, limits)
+    drift = judge_drift(earlier.document, earlier.calibrated, errors.test, data, limits)
     return FleetDrift(
         since=since,
         mean_absolute_error=summary.loaded.mean_absolute_error,

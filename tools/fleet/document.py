@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from ...solver.assessment import Outcome
+from ...solver.assessment import Kind, Outcome, Scope
 from ...solver.results import Document
 from ..report.figures import Step
 
@@ -47,6 +47,8 @@ class FleetSession(Document, kw_only=True, frozen=True):
     distance_error: float | None
     """Mean of the absolute values [m]."""
     status: Outcome | Literal["refused"]
+    kind: Kind | None = None
+    scope: Scope | None = None
     text: str
     todo: Step | None = None
     drift: FleetDrift | None = None
@@ -65,6 +67,15 @@ class FleetArm(Document, kw_only=True, frozen=True):
     """The reason that there is no calibration, or none of the last sessions."""
     again: str | None = None
     """The next thing to record or to do; None where all is well."""
+
+    @property
+    def exit_status(self) -> int:
+        """Exit status that the arm alone would give: 1 for a FAIL or a drift, 3 if open."""
+        last = self.sessions[-1] if self.sessions and self.error is None else None
+        if last is None or last.status in ("fail", "refused"):
+            return 1
+        drifted = last.drift is not None and last.drift.status == "invalid"
+        return 1 if drifted else 3 if last.status == "incomplete" else 0
 
 
 class FleetParameter(Document, kw_only=True, frozen=True):

@@ -40,7 +40,9 @@ def line_of(arm: FleetArm) -> tuple[str, str, str, str, str]:
 
 
 def _status(session: FleetSession) -> str:
-    words = {"pass": "PASS", "fail": "FAIL", "incomplete": "not evaluated"}
+    words = {"pass": "PASS", "fail": "FAIL", "incomplete": "NOT ENOUGH DATA"}
+    if session.kind == "not_validated":
+        return "NOT VALIDATED"
     return words.get(session.status, session.status)
 
 

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from ...recorder import METADATA, SOCKETS, read_distance, read_metadata
+from ...recorder import DEFAULT_DISTANCE, METADATA, SOCKETS, read_keys, read_metadata
 from ...recorder.session import TARGET
 from ...recorder.stream import STILL, WINDOW
 from ...solver.calibration import SolveOptions
@@ -14,8 +14,6 @@ from ..cli import DISTANCES, SPREADS, WINDOWS, RobotOptions, option, part
 
 POSES = 10
 """Poses of a quick session."""
-DISTANCE = 0.05
-"""Default distance between the sockets: that of the printed base [m]."""
 
 _recording = partial(option, group="recording")
 _hands = partial(option, group="hands and ears")
@@ -115,9 +113,12 @@ class RecordOptions(RobotOptions):
         sockets: object = 1 if self.quick else self.sockets
         if sockets is None:
             sockets = read_metadata(file).get("sockets")
+        keys = read_keys(file)
+        known = keys.distance is not None and not keys.distance_assumed
         given: dict[str, Any] = {
             **vars(self),
-            "distance": self.distance or read_distance(file) or DISTANCE,
+            "distance": self.distance or keys.distance or DEFAULT_DISTANCE,
+            "measured": self.distance is not None or known,
             "sockets": sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS,
             "target": self.target or (POSES if self.quick else TARGET),
             "no_guide": self.no_guide or self.quick,
@@ -129,6 +130,8 @@ class RecordOptions(RobotOptions):
 class SettledOptions(RecordOptions):
     """Options of a session that knows its distance [m], its sockets, and its samples a socket."""
 
-    distance: float = DISTANCE
+    distance: float = DEFAULT_DISTANCE
+    measured: bool = False
+    """True where somebody measured the distance."""
     sockets: int = SOCKETS
     target: int = TARGET

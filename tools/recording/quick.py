@@ -50,4 +50,4 @@ def verify_calibration(calibration: Calibration, folder: Path) -> ValidityPoster
     summary = calibration.document.summary
     then = summary.test or summary.train
     before = then.loaded.mean_absolute_error if then else goal_for(calibration.robot)
-    return odds_of(calibration.calibrated, measured, before, goal_for(calibration.robot))
+    return odds_of(calibration.calibrated, [measured], before, goal_for(calibration.robot))

@@ -63,6 +63,7 @@ def open_recording(
             joints=robot.joint_names,
             units=tuple(joint.unit for joint in joints),
             distance=options.distance,
+            measured=options.measured,
             sockets=options.sockets,
             model_sha256=robot.sha256,
             robot_name=options.robot_name or "",

@@ -52,9 +52,8 @@ def show_verdict(
 ) -> None:
     """Print the verdict, limit by limit."""
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
-    if verdict.status == "pass" and any(row.status == "warning" for row in verdict.limits):
-        style = "bold yellow"
-    console.print(Text.assemble("Verdict: ", (verdict.title, style)))
+    stamp = verdict.stamp
+    console.print(Text.assemble("Verdict: ", (stamp, style), verdict.title[len(stamp) :]))
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     two = any(row.full is not None for row in verdict.limits)
     heads = ["limit on", "", "URDF alone" if two else "found", "at most"]

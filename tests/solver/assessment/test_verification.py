@@ -40,7 +40,7 @@ def ask(calibration: mukca.Calibration, session: Path) -> Ask:
 
     def ask(joint: int, offset: float) -> ValidityPosterior:
         measured = measure(ten(later, joint, offset), calibration.robot, sockets=1)
-        return odds_of(calibration.calibrated, measured, summary.loaded.mean_absolute_error)
+        return odds_of(calibration.calibrated, [measured], summary.loaded.mean_absolute_error)
 
     return ask
 
@@ -90,7 +90,7 @@ def test_answers_are_right_as_often_as_they_say(
         place, joint = places[draw % 2], 1 + draw % 5 if draw < 20 else None
         off = math.radians(0.2) * (-1) ** draw
         poses = ten(drawn(place, generator), joint or 0, off if joint else 0.0)
-        odds = odds_of(calibration.calibrated, measure(poses, calibration.robot, sockets=1), 2e-4)
+        odds = odds_of(calibration.calibrated, [measure(poses, calibration.robot, sockets=1)], 2e-4)
         stated.append(1 - odds.unchanged if odds.valid else odds.unchanged)
         wrong += odds.valid is (joint is not None)
         named += joint is not None and odds.joint == f"panda_joint{joint + 1}"
@@ -103,7 +103,7 @@ def test_a_ball_that_was_put_on_again_is_no_drift(
     calibration: mukca.Calibration, put_on_again: mukca.Placement
 ) -> None:
     odds = odds_of(
-        calibration.calibrated, measure(ten(put_on_again), calibration.robot, sockets=1), 6e-5
+        calibration.calibrated, [measure(ten(put_on_again), calibration.robot, sockets=1)], 6e-5
     )
     assert odds.valid and odds.error > 4 * odds.before
     assert odds.ball == pytest.approx(7e-4, abs=1.5e-4)
@@ -128,5 +128,5 @@ def test_real_arms_are_still_valid_at_other_placements(recordings: Path, arm: st
     for placement in others:
         measured = measure(ten(placement.for_joints(robot.joint_names)), robot, sockets=1)
         before = summary.loaded.mean_absolute_error
-        odds = odds_of(made.calibrated, measured, before, goal_for(robot))
+        odds = odds_of(made.calibrated, [measured], before, goal_for(robot))
         assert odds.valid, odds.text

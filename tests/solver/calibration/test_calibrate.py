@@ -187,7 +187,7 @@ def test_what_is_printed_in_a_notebook_is_short(calibration, recordings) -> None
 @pytest.mark.slow
 def test_what_is_printed_says_what_is_wrong(calibration, recordings) -> None:
     train, test = recordings
-    assert "(the default" in repr(calibration) and "Verdict: PASS" in repr(calibration)
+    assert "(as the recording says)" in repr(calibration) and "Verdict: PASS" in repr(calibration)
     wrong = repr(mukca.calibrate(calibration.robot, train, test=test, distance=0.051))
     assert "Distance of the sockets: 51 mm (as given)" in wrong and "Verdict: FAIL" in wrong
     assert "error: all placements: the arm comes out" in wrong

@@ -35,7 +35,7 @@ def test_good_recordings_are_told_by_what_they_would_bring(
     status, told = run(capsys, "check", str(session), "--robot", "panda")
     assert status == 0 and "Nothing wrong was seen" in told
     assert "In all 72 samples in 3 placements: calibrated on them, distances" in told
-    assert "sockets 50 mm apart (the default)" in told
+    assert "sockets 50 mm apart (by the recording)" in told
 
 
 @pytest.mark.slow

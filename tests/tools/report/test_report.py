@@ -161,6 +161,7 @@ def test_names_from_files_are_text(document, written, read_page, name) -> None:
 def test_a_real_arm(recordings, tmp_path, read_page) -> None:
     folder, out = recordings / "panda_3", tmp_path / "panda_3"
     words = [str(folder / "frontcenter"), "--test", str(folder), "--method", "paper"]
+    words += ["--distance", "0.05"]
     robot = ["--robot", str(folder / "nominal.urdf")]
     assert main(["solve", *words, *robot, "--out", str(out)]) == 0
     assert check_page(out, read_page) > 3 * 48 + 50

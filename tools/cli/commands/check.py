@@ -16,7 +16,8 @@ _SOURCES = {"given": "as given", "recording": "by the recording", "default": "th
 EXAMPLE = """example:
   mukca check recordings --robot panda --distance 0.0501
 
-Exit status 1 if something should be mended before training on it."""
+Exit status 1 if something should be mended before training on it; 3 if a calibration on it alone
+could not be judged."""
 
 
 POINTS_HINT = (
@@ -36,6 +37,7 @@ class Options(RobotOptions, JsonOption):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
+    from ....solver.assessment import checks_row, distance_row, judge
     from ....solver.data import check_distinct
     from ....solver.design import predicted_error
     from ....solver.diagnostics import inspect_all, next_placement, single_socket_diagnostics
@@ -63,7 +65,10 @@ def run(options: Options, terminal: Terminal) -> int:
     ]
     for line in [*_seen(survey, shared), *points, _amount(data, predicted, broken=broken), hint]:
         terminal.say(line)
-    if not findings:
+    verdict = judge([checks_row(findings), distance_row(_assumed(data))])
+    if verdict.status == "incomplete":
+        terminal.say(f"{verdict.title}: {verdict.text}")
+    elif not findings:
         terminal.say("Nothing wrong was seen.")
     if options.json:
         terminal.emit(
@@ -75,9 +80,16 @@ def run(options: Options, terminal: Terminal) -> int:
                 "predicted_distance_deviation": predicted,
                 "next_placement": {"text": hint},
                 "warnings": warnings,
+                "verdict": {"status": verdict.status, "kind": verdict.kind, "text": verdict.text},
             }
         )
-    return 1 if broken else 0
+    return verdict.exit_status
+
+
+def _assumed(data: "Sequence[Measurement]") -> list[float]:
+    """Return the distances that neither a person nor a recording said [m]."""
+    seated = [m for m in data if m.kind == "sockets" and m.has_distance]
+    return [m.distance for m in seated if m.distance_source == "default"]
 
 
 def _row(one: "Inspection") -> dict[str, Any]:

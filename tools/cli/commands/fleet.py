@@ -20,7 +20,7 @@ placements for each date, as in fleet/arm-7/2026-06-01/front. An arm's own robot
 them, goes before --robot. The last placement of a session is held out of the fit. The workers of
 a cluster read DIR and write --out by the same paths.
 
-Exit status 1: an arm does not pass, or has drifted."""
+Exit status 1: an arm fails, or has drifted; 3: the data of one do not suffice to say."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +34,7 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Calibrate all arms, and write the page."""
+    from ....solver.assessment import worst
     from ....solver.calibration import learn_types
     from ....solver.results import encode
     from ...fleet import (
@@ -63,7 +64,7 @@ def run(options: Options, terminal: Terminal) -> int:
     terminal.say(f"Report: {written['fleet.html']}")
     if options.json:
         terminal.emit(result)
-    return 1 if any(arm.again is not None for arm in arms) else 0
+    return worst(arm.exit_status for arm in arms)
 
 
 def _arm(options: Options, folder: Path) -> "ArmFolder":

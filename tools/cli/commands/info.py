@@ -12,7 +12,7 @@ from ....recorder import (
     Placement,
     find_placements,
     placement_name,
-    read_distance,
+    read_keys,
     read_metadata,
     read_placement,
     read_samples,
@@ -68,7 +68,7 @@ def describe(folder: Path) -> dict[str, Any]:
         "highest": None,
         "largest_spread": None,
         "efforts": False,
-        "distance": read_distance(folder / METADATA),
+        "distance": read_keys(folder / METADATA).distance,
         "remarks": [],
         "metadata": read_metadata(folder / METADATA),
     }

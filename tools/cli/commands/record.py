@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 LEAST_POSES = 5
 """Poses below which a quick session says nothing."""
+NOT_ENOUGH = 3
+"""Exit status where the data do not suffice to say."""
 EXAMPLE = """example:
   mukca record --robot panda --driver franka:172.16.0.2 --distance 0.0501 --out data/front
   mukca record --robot panda --driver franka:172.16.0.2 --out data/front --auto --page
@@ -77,8 +79,9 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
         _mute()
     if outcome.signal is not None:
         return 128 + outcome.signal
-    drifted = options.quick and _judge(settled, robot, calibration, outcome, terminal)
-    return 1 if drifted or (outcome.refused and is_scripted(options)) else 0
+    if outcome.refused and is_scripted(options):
+        return 1
+    return _judge(settled, robot, calibration, outcome, terminal) if options.quick else 0
 
 
 def _calibration(options: RecordOptions) -> "Calibration | None":
@@ -96,19 +99,19 @@ def _judge(
     calibration: "Calibration | None",
     outcome: "Outcome",
     terminal: Terminal,
-) -> bool:
-    """Say what a quick session shows; return whether the calibration does not hold any more."""
+) -> int:
+    """Say what a quick session shows; return the exit status of that."""
     from ...recording import verify_calibration, worth_calibrating
 
     if len(outcome.session.live) < LEAST_POSES:
         terminal.say(f"Too few poses to tell: record {LEAST_POSES} at least.")
-        return False
+        return NOT_ENOUGH
     if calibration is None:
         terminal.say(worth_calibrating(robot, options.out))
-        return False
+        return 0
     odds = verify_calibration(calibration, options.out)
-    terminal.say(odds.text)
-    return not odds.valid
+    terminal.say(f"Verdict: {odds.verdict.stamp}. {odds.text}")
+    return odds.verdict.exit_status
 
 
 def next_folder(folder: Path) -> Path:

@@ -16,7 +16,8 @@ EXAMPLE = """example:
   mukca report calibrated/calibration.json --open
   mukca report calibrated/calibration.json --known left:0-right:0=0.350+-0.0001 --force
 
-The page needs no other file and no network. Exit status 1: some limit is not kept."""
+The page needs no other file and no network. Exit status 1: some limit is not
+kept; 3: the data do not suffice to say."""
 LIMITS = "limits (default: by the arm's repeatability)"
 _limit = partial(option, metavar="MM", between=MILLIMETRES, group=LIMITS)
 
@@ -64,7 +65,7 @@ def run(options: Options, terminal: Terminal) -> int:
         open_page(page, terminal)
     if options.json:
         terminal.emit(report.figures)
-    return 1 if report.figures.verdict.status == "fail" else 0
+    return report.figures.verdict.exit_status
 
 
 def _options(options: Options) -> "ReportOptions":

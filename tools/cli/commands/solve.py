@@ -23,6 +23,7 @@ from .. import (
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from ....solver.assessment import Verdict
     from ....solver.calibration import Calibration, MultiRobotCalibration
     from ....solver.results import FramePose, ParameterValue
 
@@ -31,7 +32,9 @@ EXAMPLE = """example:
 
 A placement is a folder with a recording, or with hole_0.csv and hole_1.csv; a folder of
 placements stands for all of them. Two arms that recorded at the same bases:
-  mukca solve left:session/left right:session/right --robot left=panda --robot right=fr3"""
+  mukca solve left:session/left right:session/right --robot left=panda --robot right=fr3
+
+Exit status 1: FAIL; 3: NOT ENOUGH DATA, or NOT VALIDATED."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +48,8 @@ class Options(RobotsOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
+    from ....solver.assessment import worst
+
     if options.out is not None:
         refuse_existing(options.out, force=options.force)
     calibration = calibrated(options, terminal)
@@ -54,22 +59,22 @@ def run(options: Options, terminal: Terminal) -> int:
         show(terminal, one)
     refused = [words for one in robots.values() if (words := one.refusal())]
     outputs = _save(calibration, options) if options.out and not refused else {}
-    verdict = {"status": "fail", "title": "FAIL", "text": " ".join(refused)}
-    verdicts = [verdict] if refused else [_judge(*one, terminal) for one in robots.items()]
+    verdicts = {name: _judge(name, one, terminal) for name, one in robots.items()}
     for line in refused:
         terminal.warn(line)
-        terminal.say("Verdict: FAIL, the sockets' distance is not reproduced. Nothing was written.")
+        terminal.say("Nothing was written.")
     if isinstance(calibration, Mapping):
         for pair in calibration.document.between.values():
             terminal.say(pair.text)
     for line in [] if refused else _closing_lines(outputs):
         terminal.say(line)
     if options.json and isinstance(calibration, Mapping):
-        terminal.emit({**calibration.as_dict(), "outputs": outputs})
+        said = {name: verdict.as_said() for name, verdict in verdicts.items()}
+        terminal.emit({**calibration.as_dict(), "outputs": outputs, "verdicts": said})
     elif options.json:
         result = robots[""].result.as_dict()
-        terminal.emit({**result, "outputs": outputs, "verdict": verdicts[0]})
-    return 1 if any(verdict["status"] == "fail" for verdict in verdicts) else 0
+        terminal.emit({**result, "outputs": outputs, "verdict": verdicts[""].as_said()})
+    return worst(verdict.exit_status for verdict in verdicts.values())
 
 
 def _say_name(name: str, terminal: Terminal) -> None:
@@ -85,8 +90,8 @@ def _save(calibration: "MultiRobotCalibration | Calibration", options: Options) 
     return calibration.save(options.out, force=options.force, pages=report_files)
 
 
-def _judge(name: str, calibration: "Calibration", terminal: Terminal) -> dict[str, str]:
-    """Print the verdict, and return it for JSON."""
+def _judge(name: str, calibration: "Calibration", terminal: Terminal) -> "Verdict":
+    """Print the verdict, and return it."""
     from ...report import show_verdict
     from ...report.figures import steps
 
@@ -94,7 +99,7 @@ def _judge(name: str, calibration: "Calibration", terminal: Terminal) -> dict[st
     found = calibration.assessment
     todo = steps(found.predictions, found.placements, found.verdict)
     show_verdict(terminal.console, found.verdict, found.limits, todo)
-    return {key: getattr(found.verdict, key) for key in ("status", "title", "text")}
+    return found.verdict
 
 
 def calibrated(options: Options, terminal: Terminal) -> "MultiRobotCalibration | Calibration":

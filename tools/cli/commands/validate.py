@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 EXAMPLE = """example:
   mukca validate calibrated/calibration.json recordings/left recordings/right
 
-Exit status 1: the calibration does not hold there."""
+Exit status 1: the calibration does not hold there; 3: the data do not suffice to say."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,10 +46,9 @@ def run(options: Options, terminal: Terminal) -> int:
     limits = limits_of(
         calibration.document, str(options.calibration), Options(repeatability=repeatability)
     )
-    new = errors.summary.test or errors.summary.train
-    assert new is not None  # there is data
     held_out = [m for m in data if not calibration.was_trained_on(m)]
-    drift = judge_drift(calibration.document, calibration.calibrated, new, held_out or data, limits)
+    new = errors.summary.test
+    drift = judge_drift(calibration.document, calibration.calibrated, new, held_out, limits)
     terminal.say(drift.text)
     if options.json:
         document = calibration.result.as_dict()
@@ -57,7 +56,7 @@ def run(options: Options, terminal: Terminal) -> int:
         said = {key: document[key] for key in kept}
         verdict = drift.as_dict()
         terminal.emit({**said, **errors.as_dict(), "outputs": {}, "verdict": verdict})
-    return 1 if drift.status == "invalid" else 0
+    return drift.verdict.exit_status
 
 
 def errors_table(placements: "Sequence[PlacementErrors]", summaries: "Summaries") -> "Table":

@@ -43,6 +43,7 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
         command=solve_command(document),
         verdict=found.verdict,
+        rests_on=found.verdict.rests_on,
         todo=steps(predictions, placements, found.verdict),
         answers=answers_of(found, samples, options.tolerance),
         arm=arm_drawing(predictions),

@@ -9,13 +9,12 @@ from ....solver.assessment import (
     Verdict,
     joined,
     joints_wrong,
-    likely_distance,
     mm,
     short_names,
 )
 from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
 from ....solver.paper import build_problem, solve
-from ....solver.results import CalibrationDocument, Scale
+from ....solver.results import CalibrationDocument
 from .answer_data import farthest_held_out, placements_with_errors
 from .commands import check_command, record_command, solve_command
 from .types import Step
@@ -35,8 +34,8 @@ def steps(
     steps: list[Step] = []
     if status["data_checks"] != "pass":
         steps += [_mend(check_command(document)), *_leave_out(predictions, placements)]
-    if document.scale is not None and status.get("scale") == "fail":
-        steps += _measure(document, document.scale, placements)
+    if {status.get("scale", "pass"), status["distance_given"]} != {"pass"}:
+        steps += _measure(document, placements)
     if "fail" in status.values() or "not enough" in status.values():
         steps += _train_more(document, placements)
     if any(row.status == "not evaluated" and row.found is not None for row in verdict.limits[:2]):
@@ -67,23 +66,22 @@ def _mend(command: str) -> Step:
     return Step(text=text, command=command, expected="figures that can be believed")
 
 
-def _measure(
-    document: CalibrationDocument, scale: Scale, placements: Sequence[PlacementReport]
-) -> list[Step]:
-    """Return the step to mend the sockets' distance, unless it is not known or joints are wrong."""
-    likely = likely_distance(scale, placements)
-    if not likely or joints_wrong(document.checks):
+def _measure(document: CalibrationDocument, placements: Sequence[PlacementReport]) -> list[Step]:
+    """Return the step to measure the sockets' distance, unless joints come before it."""
+    scale = document.scale
+    if not any(row.distance for row in placements) or joints_wrong(document.checks):
         return []
+    text = "Measure the sockets' distance, and type what you read"
+    command = solve_command(document, given={"distance": "MEASURED"})
+    if scale is None:
+        return [Step(text=text, command=command, expected="an arm of the right size")]
     deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
     before, after = (value * _SPAN for value in (abs(scale.value), deviation))
-    step = Step(
-        text="Measure the sockets' distance, and give it; this one would fit the arm",
-        command=solve_command(document, given={"distance": f"{likely:.5f}"}),
-        expected=f"the error of a distance of {_SPAN:g} m falls from {mm(before)} to {mm(after)}",
-        before=before,
-        after=after,
+    words = (
+        f"if it was wrong, the error of a distance of {_SPAN:g} m falls from {mm(before)} to "
+        f"{mm(after)}; if you read the same, a length of the model is wrong"
     )
-    return [step]
+    return [Step(text=text, command=command, expected=words, before=before, after=after)]
 
 
 def _forecast(document: CalibrationDocument, name: str | None, text: str, command: str) -> Step:

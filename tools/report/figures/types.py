@@ -12,6 +12,7 @@ from ....solver.assessment import (
     Limits,
     PlacementReport,
     Point,
+    Premise,
     RoleSummaries,
     SampleErrors,
     Verdict,
@@ -211,6 +212,8 @@ class ReportDocument(FitResult, kw_only=True, frozen=True):
     command: str
     """Command that makes the calibration again."""
     verdict: Verdict
+    rests_on: tuple[Premise, ...]
+    """Of the verdict: what no recording can tell."""
     todo: tuple[Step, ...] = ()
     """Steps to do next, the most useful first; empty where the verdict is PASS."""
     answers: Answers
