@@ -48,11 +48,9 @@ from mukca.tools.simulation import (
     Base,
     measured_points,
     perturb,
-    random_pose,
     reachable_bases,
     record,
     recorded_by_both,
-    sockets_seen,
 )
 
 USES = ("instrument", "table", "base")
@@ -130,6 +128,24 @@ def in_frame(
     return points - frame.inverse().apply(balls(arm, q)), deviations(found, slopes)
 
 
+def sockets_seen(
+    bases: Sequence[Base],
+    frame: Pose,
+    generator: np.random.Generator,
+    *,
+    noise: float,
+    deviation: float,
+    name: str,
+) -> list[SocketAt]:
+    """Return coordinates of sockets in a frame that stands somewhere in the robot's base."""
+    sockets: list[SocketAt] = []
+    for base in bases:
+        for socket, place in enumerate(frame.inverse().apply(np.array(base.sockets))):
+            x, y, z = (place + generator.normal(0, 1, 3) * noise).tolist()
+            sockets.append(SocketAt(name, (base.name, socket), (x, y, z), deviation))
+    return sockets
+
+
 def one_arm(robot: Robot, use: str, seed: int, noise: float) -> tuple[np.ndarray, np.ndarray]:
     """Return errors and stated deviations of one use by one arm.
 
@@ -137,7 +153,11 @@ def one_arm(robot: Robot, use: str, seed: int, noise: float) -> tuple[np.ndarray
     """
     generator = np.random.default_rng(seed)
     arm = perturb(robot, generator, 2e-3, 5e-3)
-    frame = IDENTITY if use == "base" else random_pose(generator, 0.5)
+    frame = (
+        IDENTITY
+        if use == "base"
+        else Pose(turn(generator.uniform(-2, 2, 3)), generator.normal(0, 0.5, 3))
+    )
     if use == "instrument":
         points = measured_points(arm, frame, generator, noise=noise)
         found = fit([RobotRecordings(robot, [measure(points, robot)])])

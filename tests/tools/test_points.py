@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.solver.data import Pose, turn
 from mukca.tools.cli import main
-from mukca.tools.simulation import measured_points, random_pose
+from mukca.tools.simulation import measured_points
 
 
 def write_points(placement: mukca.Placement, folder: Path) -> None:
@@ -27,7 +28,7 @@ def measured(true_panda: mukca.Robot, shared: Callable[..., Path]) -> Path:
 
     def make(folder: Path) -> None:
         generator = np.random.default_rng(2)
-        frames = [random_pose(generator) for _ in range(2)]
+        frames = [Pose(turn(generator.uniform(-2, 2, 3)), np.full(3, 2.0 * k)) for k in range(2)]
         for name, frame in (("train", 0), ("test", 0), ("later", 1)):
             points = measured_points(true_panda, frames[frame], generator, samples=45, noise=3e-5)
             write_points(points, folder / name)

@@ -22,11 +22,7 @@ class _Topic:
 
 
 def read(question: Question) -> Log:
-    """Return the joint states of a bag.
-
-    Raises:
-        ExtractError: rosbags is not installed, the bag is damaged, or has no such states.
-    """
+    """Return the joint states of a bag."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore

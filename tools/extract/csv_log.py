@@ -17,12 +17,7 @@ SLOWEST = 0.15
 
 
 def read(question: Question) -> Log:
-    """Return the joint states of a CSV log.
-
-    Raises:
-        ExtractError: No column of time or of a joint, or values that are not of their unit.
-        RecordingError: A cell is no number; the line is named.
-    """
+    """Return the joint states of a CSV log."""
     table = read_table(question.path, units=True)
     if table.header is None:
         raise ExtractError(f"{question.path}:1: name the columns: time, and the joints")

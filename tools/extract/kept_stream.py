@@ -7,12 +7,7 @@ from .log import Log, Question, columns_of, merged, unknown_joints
 
 
 def read(question: Question) -> Log:
-    """Return the states of one file, or of all files in a placement's folder.
-
-    Raises:
-        ExtractError: It has no states, or not of the model's joints.
-        RecordingError: A file is damaged.
-    """
+    """Return the states of a file, or of all files in a placement's folder, one part each."""
     path = question.path
     files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
     logs: list[Log] = []

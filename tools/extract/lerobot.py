@@ -25,11 +25,7 @@ TICK = 2 * np.pi / 4096
 
 
 def read(question: Question) -> Log:
-    """Return the joint states of all episodes of a data set, each a part of its own.
-
-    Raises:
-        ExtractError: pyarrow is not installed, the data set is damaged, or has no such states.
-    """
+    """Return the joint states of all episodes of a data set, each a part of its own."""
     info = _info(question.path)
     names = [name.removesuffix(".pos").removeprefix("main_") for name in _names(info, question)]
     columns = columns_of(names, question)

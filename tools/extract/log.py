@@ -69,11 +69,9 @@ _CLEAN = re.compile(r"\s*[\[(].*?[\])]\s*$|\.pos$|_(deg|rad|degrees|radians)$")
 
 
 def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
-    """Return where a log has the model's joints; None where it lacks one.
-
-    A log's name fits if it is the model's, or ends or begins it with a mark between, as
-    ``left/joint1`` and ``panda_joint1`` fit ``joint1``; a unit behind it does not count.
-    """
+    """Return where a log has the model's joints; None where it lacks one."""
+    # A log's name fits if it is the model's, or ends or begins it with a mark between, as
+    # left/joint1 and panda_joint1 fit joint1; a unit behind it does not count.
     wanted = question.joints
     if question.named is not None:
         wanted = joints_named(question.named, wanted)
@@ -100,13 +98,7 @@ def _fits(name: str, joint: str) -> bool:
 
 
 def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:
-    """Refuse angles that are likely of another unit.
-
-    Args:
-        angles: Of the joints that turn, over the whole log [rad].
-        degrees: True if they were read as degrees.
-        question: What is looked for.
-    """
+    """Refuse angles of turning joints [rad] that were likely of another unit."""
     largest = float(np.abs(angles).max(initial=0.0))
     if largest > FULL_TURN:
         raise ExtractError(

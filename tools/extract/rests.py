@@ -63,10 +63,8 @@ def find_rests(
 
 
 def _slow_enough(log: Log) -> list[int]:
-    """Return the states but those at the beginning of a part in which the arm was already fast.
-
-    The speed before the first state is not known, so the next one would look like a jump.
-    """
+    """Return the states but those at the beginning of a part in which the arm was already fast."""
+    # The speed before the first state is not known, so the next one would look like a jump.
     begins = np.flatnonzero(np.diff(log.parts, prepend=log.parts[0] - 1))
     ends = [*begins[1:].tolist(), len(log.parts)]
     kept: list[int] = []

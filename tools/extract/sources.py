@@ -1,36 +1,25 @@
 """The kinds of logs that can be read, told by what they look like."""
 
 import importlib
-from typing import Protocol
+from collections.abc import Callable
 
 from .log import ExtractError, Log, Question
 
 
-class Source(Protocol):
-    """The module of a kind of log."""
-
-    def read(self, question: Question) -> Log:
-        """Return the joint states of a log.
-
-        Raises:
-            MukcaError: It is damaged, or does not hold what is looked for.
-        """
-        ...
-
-
 def read_log(question: Question) -> Log:
-    """Read a log of any kind; see :class:`Source`.
+    """Return the joint states of a log of any kind.
 
     Raises:
         ExtractError: There is nothing there, or nothing that can be read; see also the modules.
+        RecordingError: A file is damaged.
     """
     name = _kind(question)
-    source: Source = importlib.import_module(f".{name}", __package__)  # pyright: ignore[reportAssignmentType]
+    read: Callable[[Question], Log] = importlib.import_module(f".{name}", __package__).read
     if question.topic is not None and name != "bags":
         raise ExtractError("--topic is for bags")
     if question.units is not None and name not in ("lerobot", "csv_log"):
         raise ExtractError("--units is for lerobot data sets and CSV logs")
-    log = source.read(question)
+    log = read(question)
     if not len(log.stamps):
         raise ExtractError(f"{question.path}: no state in it can be used")
     return log

@@ -1,5 +1,5 @@
-# keep: Base, Imperfection, NOISE, TRANSLATION, TURN, measured_points, perturb, random_pose
-# keep: reachable_bases, realistic_flaws, record, recorded_by_both, sockets_seen
+# keep: Base, Imperfection, NOISE, TRANSLATION, TURN, measured_points, perturb
+# keep: reachable_bases, realistic_flaws, record, recorded_by_both
 from .demo import DEMO_SEED as DEMO_SEED
 from .demo import SEAT_NOISE as SEAT_NOISE
 from .demo import demo_arm as demo_arm
@@ -16,6 +16,4 @@ from .simulated_arms import Imperfection as Imperfection
 from .simulated_arms import perturb as perturb
 from .simulated_arms import realistic_flaws as realistic_flaws
 from .simulated_worlds import measured_points as measured_points
-from .simulated_worlds import random_pose as random_pose
 from .simulated_worlds import recorded_by_both as recorded_by_both
-from .simulated_worlds import sockets_seen as sockets_seen

@@ -177,26 +177,16 @@ def record(
     true = (guide or InverseKinematics(arm)).reach(seats, generator)
     moments = gravity_moments(arm, true)
     m = true.shape[1]
-    if how.hand:
-        force = generator.normal(0, how.hand, (len(true), 3))
-        slopes = BallModel(arm, []).linearise(np.empty(0), true).by_joints
-        moments[:, :m] -= np.einsum("nij,ni->nj", slopes, force)
     if TILT.name in how.deflection.extensions:
         true = _seated(arm, seats, true, moments, how.deflection)
     read = _readings(true, moments, how.deflection)
-    read = read + generator.choice([-0.5, 0.5], read.shape) * how.backlash
-    if how.play:
-        torques = moments[:, :m]
-        either = generator.choice([-1.0, 1.0], read.shape)
-        side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
-        read = read + 0.5 * how.play * side
+    torques, either = moments[:, :m], generator.choice([-1.0, 1.0], read.shape)
+    side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
+    read = read + 0.5 * how.play * side
     if how.resolution:
         read = how.resolution * np.round(read / how.resolution)
-    efforts = map(tuple, moments[:, :m].tolist()) if how.hand else [None] * len(read)
-    recorded = tuple(
-        Sample(tuple(q), socket=i // samples, effort=effort)
-        for i, (q, effort) in enumerate(zip(read.tolist(), efforts, strict=True))
-    )
+    rows = enumerate(read.tolist())
+    recorded = tuple(Sample(tuple(q), socket=i // samples) for i, q in rows)
     return Placement(base.name, recorded, arm.joint_names, base.distance)
 
 
@@ -240,12 +230,8 @@ def reachable_bases(
         height = generator.uniform(0.0, 0.25) * reach
         centre = np.array([radius * np.cos(angle), radius * np.sin(angle), height])
         turn = generator.uniform(-np.pi, np.pi)
-        base = Base(
-            f"placement_{len(bases)}",
-            centre,
-            np.array([np.cos(turn), np.sin(turn), 0.0]),
-            distance,
-        )
+        direction = np.array([np.cos(turn), np.sin(turn), 0.0])
+        base = Base(f"placement_{len(bases)}", centre, direction, distance)
         apart = all(np.linalg.norm(centre - other.centre) > 0.2 * reach for other in bases)
         if apart and _reachable(guide, base, generator):
             bases.append(base)

@@ -31,15 +31,10 @@ class Imperfection:
     """Standard deviation of the ball's seat, per axis [m]."""
     deflection: Deflection = field(default_factory=Deflection)
     """Elasticity and transmission error."""
-    backlash: float = 0.0
-    """Full play of each joint [rad]; the hand pushes it to either side at random."""
     play: float = 0.0
     """Full play of each joint [rad], which rests on the side that gravity turns it to."""
     resolution: float = 0.0
     """The smallest step that the encoders tell [rad]."""
-    hand: float = 0.0
-    """Standard deviation per axis of a force of the hand on the ball [N]; it is then measured:
-    the samples carry joint efforts."""
 
 
 def realistic_flaws(

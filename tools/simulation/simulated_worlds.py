@@ -1,4 +1,4 @@
-"""Simulated instruments, tables and cells of two arms, whose truth is known."""
+"""Simulated instruments and cells of two arms, whose truth is known."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,14 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...recorder import Placement, Sample
-from ...solver.data import Pose, SocketAt, turn
+from ...solver.data import Pose
 from ...solver.robot import BallModel, Robot, workspace
 from .recordings import Base, record
-
-
-def random_pose(generator: np.random.Generator, spread: float = 2.0) -> Pose:
-    """Return a pose turned at random, and shifted by some metres."""
-    return Pose(turn(generator.uniform(-2, 2, 3)), generator.normal(0, spread, 3))
 
 
 def measured_points(
@@ -41,24 +36,6 @@ def measured_points(
     rows = zip(q.tolist(), points.tolist(), strict=True)
     recorded = tuple(Sample(tuple(row), 0, point=(x, y, z)) for row, (x, y, z) in rows)
     return Placement(name, recorded, arm.joint_names)
-
-
-def sockets_seen(
-    bases: Sequence[Base],
-    frame: Pose,
-    generator: np.random.Generator,
-    *,
-    noise: float = 0.0,
-    deviation: float = 5e-5,
-    name: str = "table",
-) -> list[SocketAt]:
-    """Return coordinates of sockets in a frame that stands somewhere in the robot's base."""
-    sockets: list[SocketAt] = []
-    for base in bases:
-        for socket, place in enumerate(frame.inverse().apply(np.array(base.sockets))):
-            x, y, z = (place + generator.normal(0, 1, 3) * noise).tolist()
-            sockets.append(SocketAt(name, (base.name, socket), (x, y, z), deviation))
-    return sockets
 
 
 def recorded_by_both(

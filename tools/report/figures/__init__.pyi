@@ -11,6 +11,9 @@ from .model_comparison import ErrorsAtPlacement as ErrorsAtPlacement
 from .model_comparison import compare as compare
 from .model_comparison import comparison_sentence as comparison_sentence
 from .recommendations import steps as steps
+from .texts import environment as environment
+from .texts import lines as lines
+from .texts import text as text
 from .types import Answer as Answer
 from .types import CrossPlacement as CrossPlacement
 from .types import PlotCaption as PlotCaption

@@ -2,43 +2,16 @@
 
 import re
 from collections.abc import Mapping
-from functools import cache, partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
 from markupsafe import Markup
 
-from ....solver.assessment import fixed, mm, plural, short_where
+from ....solver.assessment import fixed
 from ....solver.results import Document, encode
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
+from ..figures import environment
 
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
-
-_FILTERS: dict[str, Any] = {
-    "fixed": fixed,
-    "short": "{:g}".format,
-    "mm": mm,
-    "plural": plural,
-    "short_where": short_where,
-}
-
-
-@cache
-def _environment() -> "Environment":
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent / "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        extensions=["jinja2.ext.do"],
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(_FILTERS)
-    return environment
 
 
 def render(
@@ -53,15 +26,9 @@ def render(
         values: Further variables of the template.
     """
     embedded = {"figures": document, **(data or {})}
-    html = (
-        _environment()
-        .get_template(template)
-        .render(
-            figure=partial(figure_value, document),
-            data={name: _json(each) for name, each in embedded.items()},
-            **values,
-        )
-    )
+    embedded = {name: _json(each) for name, each in embedded.items()}
+    figure = partial(figure_value, document)
+    html = environment().get_template(template).render(figure=figure, data=embedded, **values)
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", html)
 
 
@@ -76,15 +43,7 @@ def _json(document: Document) -> Markup:
 def figure_value(
     document: Document, path: str, *, scale: float = 1e3, digits: int = 3, sign: str = ""
 ) -> Markup:
-    """Return a number of a document, marked with its path in the document's JSON file.
-
-    Args:
-        document: The figures that the page shows.
-        path: Names and indices with dots between them.
-        scale: From SI to what is shown.
-        digits: Number of decimals.
-        sign: ``+`` to show it always.
-    """
+    """Return a number of a document times a scale, marked with its path in the JSON file."""
     value: Any = document
     for key in path.split("."):
         value = value[int(key)] if key.isdecimal() else getattr(value, key)

@@ -98,6 +98,7 @@ class Panel:
         left: float = LEFT,
     ) -> None:
         self.title, self.x_axis, self.y_axis = title, x, y
+        self.names: Sequence[str] = ()
         self.width, self.height = width, height
         self.left, self.right = left, width - RIGHT
         self.top, self.bottom = TOP + (12.0 if y.label else 0.0), height - BOTTOM
@@ -175,6 +176,28 @@ class Panel:
         size = {"width": max(x2 - x1, 0.5), "height": thick}
         self.add("rect", x=x1, y=self.y(y) - thick / 2, **size, class_=class_)
 
+    def bars(
+        self, lows: Iterable[float], highs: Iterable[float], class_: str, thick: float = 2
+    ) -> None:
+        """Draw a bar in each named row."""
+        for i, ends in enumerate(zip(lows, highs, strict=True)):
+            self.bar(i, *ends, class_, thick)
+
+    def dots(
+        self,
+        values: Iterable[float | None],
+        classes: str | Sequence[str],
+        words: str,
+        form: str = ".3f",
+        size: float = 5.5,
+    ) -> None:
+        """Draw a dot in each named row that has a value [mm], all of one class or each of its."""
+        for i, value in enumerate(values):
+            if value is not None:
+                class_ = classes if isinstance(classes, str) else classes[i]
+                hint = f"{self.names[i]}, {words}: {value:{form}} mm"
+                self.dot(value, i, class_, hint, size)
+
 
 def _number(value: float) -> str:
     return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
@@ -198,6 +221,7 @@ def named_rows(
     count = len(names)
     left = min(24 + 6.6 * min(max(map(len, names), default=0), LONGEST), 150)
     panel = Panel(title, x, Axis(count - 0.5, -0.5), height=TOP + BOTTOM + pitch * count, left=left)
+    panel.names = names
     if not bare:
         panel.grid(horizontal=False)
     for i, name in enumerate(names):

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....solver.assessment import Coverage, joined, mm, short_names
+from ....solver.assessment import Coverage, short_names
 from ..figures import HARDLY_MOVED, ReportDocument
 from .figure import Axis, Panel, named_rows
-from .plot import Plot
+from .plot import Plot, plot
 
 _SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "rad/(N m)": (1e6, "\N{MICRO SIGN}rad/(N m)")}
 """Factor and unit on the screen, by SI unit."""
@@ -33,34 +33,27 @@ class _Bar:
 def parameters(report: ReportDocument) -> Plot:
     """Changes by the calibration, as bars, with standard deviations where there are any."""
     kinds: dict[str, list[_Bar]] = {}
+
+    def add(kind: str, name: str, unit: str, change: float, deviation: float | None) -> None:
+        factor, shown = shown_unit(unit)
+        bar = _Bar(name, shown, factor * change, factor * (deviation or 0))
+        kinds.setdefault(kind, []).append(bar)
+
     for row in report.parameters:
         kind = "joint origins, places" if row.unit == "m" else "joint origins, angles"
-        bar = _bar(row.name, row.unit, row.change, row.standard_deviation)
-        kinds.setdefault(kind, []).append(bar)
+        add(kind, row.name, row.unit, row.change, row.standard_deviation)
     for row in report.coefficients or ():
         kind = "elasticity" if row.unit == "rad/(N m)" else "transmission error"
         if row.value or row.standard_deviation:  # the others are switched off
-            bar = _bar(row.name, row.unit, row.value, row.standard_deviation)
-            kinds.setdefault(kind, []).append(bar)
-    largest = [max(bars, key=lambda bar: abs(bar.change)) for bars in kinds.values()]
-    changes = joined([f"{bar.name} by {bar.change:+.2f} {bar.unit}" for bar in largest])
+            add(kind, row.name, row.unit, row.value, row.standard_deviation)
     known = [bar for bars in kinds.values() for bar in bars if bar.deviation]
-    clear = sum(abs(bar.change) > 2 * bar.deviation for bar in known)
-    tail = f"{clear} of the {len(known)} drawn are beyond two of their standard deviations"
-    marks = (("change", "change"), ("deviation", "\N{PLUS-MINUS SIGN} one standard deviation"))
-    return Plot(
+    return plot(
         "parameters",
-        "What changed",
-        f"The largest changes are {changes}; "
-        f"{tail if known else 'this method gives no standard deviations'}.",
-        tuple(_bars_panel(kind, bars) for kind, bars in kinds.items()),
-        marks if known else marks[:1],
+        *(_bars_panel(kind, bars) for kind, bars in kinds.items()),
+        largest=[max(bars, key=lambda bar: abs(bar.change)) for bars in kinds.values()],
+        known=len(known),
+        clear=sum(abs(bar.change) > 2 * bar.deviation for bar in known),
     )
-
-
-def _bar(name: str, unit: str, change: float, deviation: float | None) -> _Bar:
-    factor, shown = shown_unit(unit)
-    return _Bar(name, shown, factor * change, factor * (deviation or 0))
 
 
 def _bars_panel(kind: str, bars: Sequence[_Bar]) -> Panel:
@@ -86,13 +79,14 @@ def coverage(report: ReportDocument) -> Plot:
         which = [i for i, joint in enumerate(covered.joints) if joint.unit == unit]
         if which:
             panels += [draw(covered, which, factor, shown) for draw in (_positions, _spans)]
-    return Plot(
-        "coverage",
-        "How the joints moved",
-        _coverage_sentence(covered),
-        tuple(panels),
-        (("tick-train", "trained on"), ("tick-test", "held out"), ("range", "joint limits")),
-    )
+    places = short_names([socket.placement for socket in covered.sockets])
+    spans = [
+        (_DEGREES * (s.high[i] - s.low[i]), joint.name, s.socket, place)
+        for i, joint in enumerate(covered.joints)
+        if joint.unit == "rad"
+        for s, place in zip(covered.sockets, places, strict=True)
+    ]
+    return plot("coverage", *panels, spans=spans, limit=HARDLY_MOVED * _DEGREES)
 
 
 def _positions(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -> Panel:
@@ -138,56 +132,27 @@ def _spans(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -
     return panel
 
 
-def _coverage_sentence(covered: Coverage) -> str:
-    places = short_names([socket.placement for socket in covered.sockets])
-    spans = [
-        (s.high[i] - s.low[i], joint.name, s.socket, place)
-        for i, joint in enumerate(covered.joints)
-        if joint.unit == "rad"
-        for s, place in zip(covered.sockets, places, strict=True)
-    ]
-    if not spans:
-        return "No joint of this arm turns, so there is no angle to cover."
-    span, joint, socket, place = min(spans, key=lambda row: row[0])
-    count = sum(row[0] < HARDLY_MOVED for row in spans)
-    return (
-        f"{joint} moved least, {span * _DEGREES:.0f} degrees in socket {socket} of "
-        f"{place}; of {len(spans)} pairs of joint and socket {count or 'none'} moved less than the "
-        f"dashed {HARDLY_MOVED * _DEGREES:.0f} degrees."
-    )
-
-
 def groups(report: ReportDocument) -> Plot | None:
     """Effective parameters of each group: those that the data determine, of all there are."""
-    rows = [row for row in report.groups or () if row.unit in _SHOWN]
+    every = report.groups or ()
+    rows = [row for row in every if row.unit in _SHOWN]
     if not rows:
         return None
     names = [row.name.replace("_", " ") for row in rows]
-    panel = named_rows(
-        "share of the group that the data settle", names, Axis(0, 100, "%"), pitch=28
-    )
+    title = "share of the group that the data settle"
+    panel = named_rows(title, names, Axis(0, 100, "%"), pitch=28)
+    shares = [100 * row.effective / max(row.count, 1) for row in rows]
+    panel.bars([0] * len(rows), [100] * len(rows), "range", thick=16)
+    panel.bars([0] * len(rows), shares, "change", thick=16)
     for i, row in enumerate(rows):
-        share = 100 * row.effective / max(row.count, 1)
-        panel.bar(i, 0, 100, "range", thick=16)
-        panel.bar(i, 0, share, "change", thick=16)
         words = f"{row.effective:.1f} of {row.count}" if row.active else "off"
-        panel.text(panel.x(min(share, 62)) + 6, panel.y(i) + 4, words, "tick")
+        panel.text(panel.x(min(shares[i], 62)) + 6, panel.y(i) + 4, words, "tick")
     on, off = (
-        joined([name for name, row in zip(names, rows, strict=True) if row.active is active])
+        [name for name, row in zip(names, rows, strict=True) if row.active is active]
         for active in (True, False)
     )
-    total, count = sum(row.effective for row in rows), sum(row.count for row in rows)
-    others = sum(row.count for row in report.groups or ()) - count
-    rest = f"; the ball's {others} are not counted here, as it may be anywhere" if others else ""
-    return Plot(
-        "groups",
-        "What the data settle",
-        f"The data settle {total:.0f} of {count} parameters, those that are switched off included; "
-        f"they support {on or 'no group'}, and switch off {off or 'none'}{rest}.",
-        (panel,),
-        (("change", "settled by the data"), ("range", "left to the prior")),
-        "half",
-    )
+    others = sum(row.count for row in every if row.unit not in _SHOWN)
+    return plot("groups", panel, layout="half", rows=rows, on=on, off=off, others=others)
 
 
 def joints(report: ReportDocument) -> Plot | None:
@@ -195,19 +160,14 @@ def joints(report: ReportDocument) -> Plot | None:
     if report.outlook is None or not report.outlook.joints:
         return None
     rows = report.outlook.joints
-    high = 1e3 * max(max(row.recorded, row.workspace) for row in rows)
-    axis, names = Axis(0, 1.05 * high, "mm"), [row.joint for row in rows]
-    panel = named_rows("what each joint moves the ball by, mm", names, axis)
-    for i, row in enumerate(rows):
-        panel.bar(i, 0, 1e3 * row.workspace, "link", thick=14)
-        panel.bar(i, 0, 1e3 * row.recorded, "change", thick=7)
-    most = sorted(rows, key=lambda row: -row.recorded)[:2]
-    parts = [f"{mm(row.recorded)} (without that of {row.joint})" for row in most]
-    return Plot(
-        "joints",
-        "Which joint matters",
-        f"Without a joint's correction the recorded balls are off by up to {joined(parts)}.",
-        (panel,),
-        (("change", "in what was recorded"), ("link", "in random poses")),
-        "half",
+    names = [row.joint for row in rows]
+    recorded, anywhere = (
+        [1e3 * value for value in values]
+        for values in ([row.recorded for row in rows], [row.workspace for row in rows])
     )
+    axis = Axis(0, 1.05 * max(*recorded, *anywhere), "mm")
+    panel = named_rows("what each joint moves the ball by, mm", names, axis)
+    panel.bars([0] * len(rows), anywhere, "link", thick=14)
+    panel.bars([0] * len(rows), recorded, "change", thick=7)
+    most = sorted(zip(recorded, names, strict=True), reverse=True)[:2]
+    return plot("joints", panel, layout="half", most=most)

@@ -7,13 +7,10 @@ import numpy as np
 
 from ....solver.assessment import ModelName, short_names
 from ....solver.results import Role
-from ..figures import ReportDocument
+from ..figures import ReportDocument, lines
 from .figure import Panel
 
 MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
-BOTH = tuple((model, model) for model in MODELS)
-"""The two models' marks in a legend."""
-HOLLOW = ("hollow", "hollow: trained on")
 COLOURS = 6
 """Marks ``model-0``, ... that the style sheet has; more models or arms take them again."""
 
@@ -25,12 +22,12 @@ class Plot:
     id: str
     title: str
     sentence: str
-    panels: tuple[Panel, ...] = ()
-    legend: tuple[tuple[str, str], ...] = ()
+    legend: tuple[tuple[str, str], ...]
     """Class of the mark, and its words."""
-    layout: str = ""
+    panels: tuple[Panel, ...]
+    layout: str
     """Class of the style sheet that lays out the panels."""
-    scene: str = ""
+    scene: str
     """Name of a view that the page's script draws instead of panels."""
     controls: Mapping[str, object] = field(default_factory=dict[str, object])
     """Values that the template needs for the plot's controls."""
@@ -40,10 +37,23 @@ Maker = Callable[[ReportDocument], Plot | None]
 """Draws a plot from a report's figures; None where they hold nothing to draw."""
 
 
-def judged_role(report: ReportDocument) -> tuple[Role, str]:
-    """Return the role that verdicts rest on, and its name."""
-    role, _ = report.summary.judged
-    return role, "held-out" if role == "test" else "trained-on"
+def plot(
+    name: str,
+    *panels: Panel,
+    layout: str = "",
+    scene: str = "",
+    controls: Mapping[str, object] | None = None,
+    **values: object,
+) -> Plot:
+    """Return a plot whose caption is a block of the captions, written with these values.
+
+    A caption is a title; a line ``- mark: words`` for each entry of the legend; and a sentence.
+    """
+    title, *rest = lines("captions.txt.j2", name.replace("-", "_"), **values)
+    marks = [line[2:].partition(": ") for line in rest if line.startswith("- ")]
+    legend = tuple((mark, words) for mark, _, words in marks)
+    sentence = " ".join(line for line in rest if not line.startswith("- "))
+    return Plot(name, title, sentence, legend, panels, layout, scene, controls or {})
 
 
 def names_of(report: ReportDocument) -> list[str]:

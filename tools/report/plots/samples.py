@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ....solver.assessment import ModelName, SampleErrors, mm, nice_above
+from ....solver.assessment import ModelName, SampleErrors, nice_above
 from ..figures import FAR, ReportDocument
 from .figure import Axis, Panel
-from .plot import BOTH, HOLLOW, MODELS, Plot, lengths, names_of
+from .plot import MODELS, Plot, lengths, names_of, plot
 
 WINDOW = 7
 """Samples in a running centre."""
@@ -15,27 +15,21 @@ FINE = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 def errors_in_3d(report: ReportDocument) -> Plot:
     """Every sample round its socket, nominal and calibrated side by side, to one scale."""
-    nominal, calibrated = (float(lengths(report, m).max(initial=0.0)) for m in MODELS)
-    limit = report.limits.mean_absolute_error.value
-    ring = f"; the dashed ring is the limit of {mm(limit)} on the mean" if limit else ""
-    half = nice_above(max(nominal, calibrated, 1e-6), FINE)
-    return Plot(
+    largest = [float(lengths(report, m).max(initial=0.0)) for m in MODELS]
+    return plot(
         "errors-3d",
-        "The error of every sample, in space",
-        f"Both boxes are {2e3 * half:g} mm wide: the farthest of {len(report.samples)} samples "
-        f"is {mm(nominal)} from its socket's centre by the nominal model and "
-        f"{mm(calibrated)} by the calibrated one{ring}.",
-        legend=(*BOTH, HOLLOW),
         layout="scenes",
         scene="errors",
         controls={"placements": [(i, row.name) for i, row in enumerate(report.placements)]},
+        width=2e3 * nice_above(max(*largest, 1e-6), FINE),
+        count=len(report.samples),
+        largest=largest,
+        limit=report.limits.mean_absolute_error.value,
     )
 
 
 def errors_in_2d(report: ReportDocument) -> Plot:
     """Every sample round its socket, seen along two axes; for paper."""
-    _, judged = report.summary.judged
-    limit = report.limits.mean_absolute_error.value
     large, small = (
         nice_above(1e3 * float(lengths(report, model).max(initial=1e-6)), FINE) for model in MODELS
     )
@@ -46,21 +40,19 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         ("calibrated", large, "calibrated"),
         ("calibrated", small, f"calibrated x {times:g}"),
     )
-    panels = [
-        _plane(report, model, axes, half, f"{view}: {title}")
-        for axes, view in (("xy", "from above"), ("xz", "from the side"))
-        for model, half, title in views
-    ]
-    medians = [judged.quantiles.of(model).median for model in MODELS]
-    side = "inside" if limit and medians[1] <= limit else "outside"
-    ring = f", {side} the dashed limit of {mm(limit)}" if limit else ""
-    sentence = (
-        f"The cloud round the sockets' centres shrinks from a median radius of {mm(medians[0])} to "
-        f"{mm(medians[1])}{ring}; enlarged {times:g} times, all of it is within "
-        f"{small:g} mm of the centre."
+    return plot(
+        "errors-2d",
+        *(
+            _plane(report, model, axes, half, f"{view}: {title}")
+            for axes, view in (("xy", "from above"), ("xz", "from the side"))
+            for model, half, title in views
+        ),
+        layout="thirds",
+        quantiles=report.summary.judged[1].quantiles,
+        limit=report.limits.mean_absolute_error.value,
+        times=times,
+        half=small,
     )
-    title = "The error of every sample, flat"
-    return Plot("errors-2d", title, sentence, tuple(panels), (*BOTH, HOLLOW), "thirds")
 
 
 def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, title: str) -> Panel:
@@ -82,20 +74,16 @@ def order(report: ReportDocument) -> Plot:
     means = [row.calibrated.mean_absolute_error for row in report.placements]
     errors = lengths(report, "calibrated")
     top = 1.08e3 * max(float(errors.max(initial=1e-6)), FAR * max(means))
-    worst = report.answers.data.worst[0]
     own = np.array([means[row.placement] for row in report.samples])
-    beyond = int(np.sum(errors / np.maximum(own, 1e-12) > FAR))
-    marks = (("calibrated", "error"), ("running", f"centre of {WINDOW} samples, from the socket's"))
-    weighted = any(map(_doubted, report.samples))
-    return Plot(
+    return plot(
         "order",
-        "In the order of recording",
-        f"The farthest sample is {worst.where}, {mm(worst.error)} from its socket and "
-        f"{worst.ratio:.1f} times its placement's mean; {beyond or 'none'} of {len(errors)} "
-        f"{'is' if beyond == 1 else 'are'} beyond the dashed {FAR:g} times the mean, and a moved "
-        "base would lift the line of the running centre.",
-        tuple(_order_panel(report, i, name, top) for i, name in enumerate(names_of(report))),
-        (*marks, ("flagged", "weight below a half")) if weighted else marks,
+        *(_order_panel(report, i, name, top) for i, name in enumerate(names_of(report))),
+        worst=report.answers.data.worst[0],
+        beyond=int(np.sum(errors / np.maximum(own, 1e-12) > FAR)),
+        count=len(errors),
+        far=FAR,
+        window=WINDOW,
+        weighted=any(map(_doubted, report.samples)),
     )
 
 

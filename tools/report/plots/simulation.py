@@ -5,7 +5,7 @@ from pathlib import Path
 from ....solver.assessment import nice_above
 from ...experiments import ModelTrials, SimulationDocument
 from .figure import Axis, Panel
-from .plot import COLOURS, Plot
+from .plot import COLOURS, Plot, plot
 
 PEG = 0.01
 """Its diameter [m]."""
@@ -17,22 +17,9 @@ def simulation_plot(result: SimulationDocument) -> Plot:
     """Return the trials one by one, of each model."""
     models = (result,) if result.beside is None else (result.beside, result)
     if result.drawing is not None:
-        return Plot(
-            "lines",
-            "What was drawn",
-            "The pen's true path over the paper, one colour a trial, whether or not it pressed on "
-            "it.",
-            tuple(map(_lines, models)),
-        )
+        return plot("lines", *map(_lines, models))
     clearance = 1e3 * ((result.hole or PEG) - PEG) / 2
-    return Plot(
-        "misses",
-        "Where the peg went down",
-        "The peg's true place above the hole's axis, just before it goes down. Inside the dashed "
-        "circle it does not touch the rim; a rounded edge and the spring find a little more.",
-        tuple(_misses(k, model, clearance) for k, model in enumerate(models)),
-        (("hollow", "hollow: not inserted"),),
-    )
+    return plot("misses", *(_misses(k, model, clearance) for k, model in enumerate(models)))
 
 
 def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:

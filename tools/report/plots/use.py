@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....solver.assessment import area, joined, mm, percent
-from ..figures import Answer, ReportDocument
+from ....solver.assessment import area
+from ..figures import Answer, ReportDocument, text
 from .figure import Axis, Panel, named_rows, to_scale
-from .plot import BOTH, HOLLOW, MODELS, Plot, judged_role, lengths, names_of
+from .plot import MODELS, Plot, lengths, names_of, plot
 
 HALF = 0.16
 """Room beside the outermost mark of the map [m]."""
@@ -15,45 +15,21 @@ HALF = 0.16
 
 def errors_by_placement(report: ReportDocument) -> Plot:
     """Mean absolute error before and after at each placement, and the limit."""
-    names = names_of(report)
-    errors = [
-        (1e3 * row.nominal.mean_absolute_error, 1e3 * row.calibrated.mean_absolute_error)
-        for row in report.placements
-    ]
-    x = Axis.logarithmic((e for pair in errors for e in pair), "mean absolute error, mm")
+    rows, names = report.placements, names_of(report)
+    before = [1e3 * row.nominal.mean_absolute_error for row in rows]
+    after = [1e3 * row.calibrated.mean_absolute_error for row in rows]
+    x = Axis.logarithmic([*before, *after], "mean absolute error, mm")
     panel = named_rows("error at each placement", names, x, pitch=28)
-    for i, row in enumerate(report.placements):
-        panel.bar(i, *errors[i], "link")
-        for model, value in zip(MODELS, errors[i], strict=True):
-            hint = f"{names[i]}, {model}: {value:.3f} mm"
-            panel.dot(value, i, f"{model} {row.role}", hint, size=5.5)
+    panel.bars(before, after, "link")
+    for model, values in zip(MODELS, (before, after), strict=True):
+        panel.dots(values, [f"{model} {row.role}" for row in rows], model)
     limit = report.limits.mean_absolute_error.value
     if limit is not None:
         panel.threshold(f"limit {1e3 * limit:g} mm", x=1e3 * limit)
-    return Plot(
-        "errors-by-placement",
-        "Before and after, placement by placement",
-        _placement_sentence(report, names),
-        (panel,),
-        (*BOTH, HOLLOW),
-        "half",
-    )
-
-
-def _placement_sentence(report: ReportDocument, names: list[str]) -> str:
-    role, words = judged_role(report)
-    rows = [(n, r) for n, r in zip(names, report.placements, strict=True) if r.role == role]
-    name, worst = max(rows, key=lambda row: row[1].calibrated.mean_absolute_error)
-    limit = report.limits.mean_absolute_error.value
-    tail = ""
-    if limit is not None:
-        beyond = [n for n, r in rows if r.calibrated.mean_absolute_error > limit]
-        tail = f"; beyond the limit of {mm(limit)}: {joined(beyond) or 'none'}"
-    return (
-        f"The {words} placement with the largest error is {name}, "
-        f"{mm(worst.nominal.mean_absolute_error)} before and "
-        f"{mm(worst.calibrated.mean_absolute_error)} after{tail}."
-    )
+    role = report.summary.judged[0]
+    each = zip(after, before, names, [row.role for row in rows], strict=True)
+    judged = [one for one in each if one[-1] == role]
+    return plot("errors-by-placement", panel, layout="half", role=role, judged=judged, limit=limit)
 
 
 def table_map(report: ReportDocument) -> Plot:
@@ -73,51 +49,30 @@ def table_map(report: ReportDocument) -> Plot:
         mark = {"class_": f"answer {answer.split(' ')[0]}", "data_placement": i}
         panel.add("circle", f"{name}: {area(row.position)}", cx=x, cy=y, r=10, **mark)
         panel.text(x, y + 4, str(i + 1), "number middle light")
-    return Plot(
-        "table-map",
-        "Where it was tried",
-        map_sentence(report, answers, f"{1e3 * report.tolerance:g}"),
-        (panel,),
-        (
-            ("answer yes", "yes"),
-            ("answer mostly", "mostly"),
-            ("answer no", "no"),
-            ("answer trained", "trained on"),
-            ("next", "record next"),
-        ),
-        "beside",
-        controls={"answers": named},
-    )
+    sentence = map_sentence(report, answers, f"{1e3 * report.tolerance:g}")
+    return plot("table-map", panel, layout="beside", controls={"answers": named}, text=sentence)
 
 
 def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str) -> str:
-    """Return at how many places the task can be done.
-
-    Args:
-        report: The figures.
-        answers: The answer at each placement.
-        allowed: The error that the task allows, in words.
-    """
-    role, _ = judged_role(report)
-    total = sum(row.role == role for row in report.placements)
+    """Return at how many places the task can be done, with the error that it allows in words."""
     heights = [row.position[2] for row in report.placements]
-    low, high = min(heights), max(heights)
-    level = f"{low:.2f} m" if high - low < 0.01 else f"between {low:.2f} and {high:.2f} m"
-    if role == "train":
-        return (
-            f"Nothing was held out among {total} trained on, at a height of {level}, so no place "
-            "on the table is proven."
-        )
-    return (
-        f"An error of {allowed} mm was never exceeded at {answers.count('yes')} of the {total} "
-        f"held-out places, at a height of {level} above the robot's base, and elsewhere nothing "
-        "was measured."
+    role = report.summary.judged[0]
+    return text(
+        "captions.txt.j2",
+        "map_sentence",
+        role=role,
+        total=sum(row.role == role for row in report.placements),
+        allowed=allowed,
+        proven=answers.count("yes"),
+        low=min(heights),
+        high=max(heights),
     )
 
 
 def shares(report: ReportDocument) -> Plot:
     """Share of the samples within an error, and the task's tolerance."""
-    role, words = judged_role(report)
+    role, judged = report.summary.judged
+    words = "held-out" if role == "test" else "trained-on"
     values = {model: np.sort(1e3 * lengths(report, model, role)) for model in MODELS}
     tolerance = 1e3 * report.tolerance
     x = Axis.logarithmic([tolerance, *np.concatenate(list(values.values()))], "error, mm")
@@ -127,12 +82,4 @@ def shares(report: ReportDocument) -> Plot:
         path = [(x.low, 0.0), *zip(errors.tolist(), steps.tolist(), strict=True), (x.high, 100.0)]
         panel.line(path, f"curve {model}")
     panel.threshold(f"{tolerance:g} mm", x=tolerance)
-    _, judged = report.summary.judged
-    inside, quantiles = judged.within_tolerance, judged.quantiles
-    sentence = (
-        f"Within {tolerance:g} mm of their socket's centre lie {percent(inside.calibrated)} "
-        f"of the {words} samples by the calibrated model and {percent(inside.nominal)} by the "
-        f"nominal one, and half of them within {mm(quantiles.calibrated.median)} and "
-        f"{mm(quantiles.nominal.median)}."
-    )
-    return Plot("shares", "How often within what", sentence, (panel,), BOTH, "half")
+    return plot("shares", panel, layout="half", words=words, judged=judged, tolerance=tolerance)

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....solver.assessment import joined, mm, nice_above, plural
+from ....solver.assessment import joined, nice_above
 from ....solver.calibration import pose_of
 from ....solver.data import IDENTITY, Pose
 from ....solver.results import ArmsDocument
 from ....solver.robot import Origin
 from ..figures import ReportDocument
 from .figure import Axis, Panel, to_scale
-from .plot import BOTH, COLOURS, Plot
+from .plot import COLOURS, Plot, plot
 
 AXIS = 0.12
 """Length of the axes of frames, as a share of the picture."""
@@ -44,19 +44,8 @@ def error_map(report: ReportDocument) -> Plot | None:
     for row in report.placements:
         if row.role == "train":
             panel.dot(-row.position[1], row.position[0], "socket", row.name, size=4)
-    step = (most - least) / LEVELS
-    ends = [mm(least + i * step) for i in range(LEVELS + 1)]
-    shades = tuple((f"known-{i}", f"{ends[i]} to {ends[i + 1]}") for i in range(LEVELS))
-    return Plot(
-        "error-map",
-        "How well each place is known",
-        f"Seen from what was trained on, the distance to a place is known to {mm(least)} at best "
-        f"and to {mm(most)} at worst, about x {far[0]:+.2f}, y {far[1]:+.2f} m (one standard "
-        "deviation, median over random poses at all heights).",
-        (panel,),
-        (*shades, ("base", "the robot's base"), ("socket", "trained on")),
-        "half",
-    )
+    ends = np.linspace(least, most, LEVELS + 1).tolist()
+    return plot("error-map", panel, layout="half", ends=ends, far=far)
 
 
 @dataclass(frozen=True)
@@ -92,18 +81,7 @@ def arms_together(report: ReportDocument) -> Plot | None:
         for frame in frames:
             _draw_frame(panel, flat, frame, AXIS * size, factor)
         panels.append(panel)
-    enlarged = f", drawn {factor:g} times as large" if factor > 1 else ""
-    return Plot(
-        "arms",
-        "Arm beside arm at the bases that they share",
-        " ".join(one.text for one in arms.between.values()),
-        tuple(panels),
-        (
-            *((f"model-{i % COLOURS}", arm.name) for i, arm in enumerate(arms.arms)),
-            ("socket", "shared sockets"),
-            ("socket-key", f"one standard deviation of a base{enlarged}"),
-        ),
-    )
+    return plot("arms", *panels, arms=arms, factor=factor, colours=COLOURS)
 
 
 def _frames(arms: ArmsDocument) -> list[_Frame]:
@@ -156,20 +134,6 @@ def arm_in_3d(report: ReportDocument) -> Plot:
     """The arm in its recorded configurations, nominal against calibrated."""
     arm = report.arm
     count, factor = len(arm.placements), arm.exaggeration
-    shown = f"drawn {factor:g} times as large at first" if factor > 1 else "drawn as it is"
-    factors = sorted({1.0, factor, 10 * factor})
-    return Plot(
-        "arm-3d",
-        "The arm as it stood",
-        f"In {plural(count, 'recorded configuration')} the two models put the ball "
-        f"{mm(arm.displacement.mean)} apart on average and {mm(arm.displacement.max)} "
-        f"at most, {shown}.",
-        legend=(*BOTH, ("socket-key", "sockets")),
-        layout="scenes one",
-        scene="arm",
-        controls={
-            "configurations": count,
-            "factor": factor,
-            "factors": [(k, f"{k:g} x" if k != 1 else "true") for k in factors],
-        },
-    )
+    factors = [(k, f"{k:g} x" if k != 1 else "true") for k in sorted({1.0, factor, 10 * factor})]
+    controls = {"configurations": count, "factor": factor, "factors": factors}
+    return plot("arm-3d", layout="scenes one", scene="arm", controls=controls, arm=arm)

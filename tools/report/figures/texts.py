@@ -1,0 +1,60 @@
+"""Texts and pages from templates, which hold each sentence as a translator would want it."""
+
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ....solver.assessment import area, fixed, joined, mm, percent, plural, short_where
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+FOLDER = Path(__file__).parents[1] / "page" / "templates"
+
+
+def each(rows: Iterable[object], form: str) -> list[str]:
+    """Return each row written by a format of Python, in which it is ``0``."""
+    return [form.format(row) for row in rows]
+
+
+_FILTERS: Mapping[str, Any] = {
+    "area": area,
+    "each": each,
+    "fixed": fixed,
+    "joined": joined,
+    "mm": mm,
+    "percent": percent,
+    "plural": plural,
+    "short": "{:g}".format,
+    "short_where": short_where,
+}
+
+
+@cache
+def environment() -> "Environment":
+    """Return the templates; what they insert is escaped in pages, and left as it is in texts."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
+
+    environment = Environment(
+        loader=FileSystemLoader(FOLDER),
+        autoescape=select_autoescape(["html.j2"]),
+        undefined=StrictUndefined,
+        extensions=["jinja2.ext.do"],
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(_FILTERS)
+    return environment
+
+
+def lines(template: str, block: str, /, **values: object) -> list[str]:
+    """Return the lines of a block of a template."""
+    source = environment().get_template(template)
+    whole = "".join(source.blocks[block](source.new_context(values)))
+    return [words for line in whole.splitlines() if (words := " ".join(line.split()))]
+
+
+def text(template: str, block: str, /, **values: object) -> str:
+    """Return a block of a template as one line of text."""
+    return " ".join(lines(template, block, **values))
