@@ -1,16 +1,20 @@
 """Any arm in ROS 1 or 2: ``sensor_msgs/JointState`` through a rosbridge, subscribed to.
 
 Joints are matched by name, so that grippers and other arms on the same topic do no harm. Efforts
-have the topic's unit and sign; ``effort=-1`` turns the sign. Messages that are lost cannot be
-counted, since ROS 2 does not number them.
+have the topic's unit and sign; ``effort=-1`` turns the sign. They are None where a joint has none:
+a joint_state_broadcaster fills up with NaN, which rosbridge writes as null. Where headers have no
+stamp, times of arrival are taken. Lost messages cannot be counted: ROS 2 does not number them.
 
 Address: ``HOST[:PORT][?topic=/joint_states&effort=-1]``; PORT is 9090 by default.
 """
 
+import logging
 import math
 import queue
 import threading
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock
@@ -23,6 +27,7 @@ PORT = 9090
 CONNECT_SECONDS = 5.0
 FIRST_STATE_SECONDS = 3.0
 LONGEST_QUEUE = 10_000  # messages that wait for a late reader
+UNSTAMPED = "the headers have no stamps: times of arrival are taken"
 
 
 def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> JointState:
@@ -31,15 +36,14 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
         names = message["name"]
         order = [names.index(name) for name in joint_names]
         position = _numbers(message["position"], order, len(names))
-        efforts = message.get("effort")
-        effort = _numbers(efforts, order, len(names)) if efforts else None
-        stamp = message["header"]["stamp"]
-        seconds = _first(stamp, "sec", "secs") + _first(stamp, "nanosec", "nsecs") * 1e-9
+        effort = _numbers(message.get("effort") or [None] * len(names), order, len(names))
+        stamp = _stamp(message)
     except (AttributeError, KeyError, IndexError, OverflowError, TypeError) as error:
         raise ValueError(f"a message that is no JointState: {error!r}") from None
-    if not math.isfinite(seconds):
-        raise ValueError("a message with a stamp that is no number")
-    return JointState(seconds, position, effort and tuple(sign * value for value in effort))
+    if not all(map(math.isfinite, (*position, stamp))):
+        raise ValueError("a message with values that are no numbers")
+    known = all(map(math.isfinite, effort))
+    return JointState(stamp, position, tuple(sign * e for e in effort) if known else None)
 
 
 class Ros(ValidatingDriver):
@@ -52,7 +56,7 @@ class Ros(ValidatingDriver):
         self._sign = endpoint.options.sign("effort")
         topic = endpoint.options.get("topic", "/joint_states")
         super().__init__(f"{topic} of the rosbridge at {endpoint}")
-        self._messages: queue.Queue[Any] = queue.Queue(LONGEST_QUEUE)
+        self._messages: queue.Queue[tuple[float, Any]] = queue.Queue(LONGEST_QUEUE)
         self._client, self._topic = _subscribe(endpoint, topic, self._put)
         self._ended = threading.Event()
         self._client.on("close", self._lose)
@@ -61,9 +65,12 @@ class Ros(ValidatingDriver):
 
     def _receive(self, deadline: float) -> JointState:
         asked = clock.now()
-        message = self._get(deadline)
-        if message is not None:
-            return decode_message(message, self._joint_names, self._sign)
+        if (came := self._get(deadline)) is not None:
+            arrival, message = came
+            state = decode_message(message, self._joint_names, self._sign)
+            if state.stamp == 0 and math.isinf(self._last_stamp):  # the first state of all
+                self.status = UNSTAMPED
+            return replace(state, stamp=arrival) if self.status else state
         if self._ended.is_set():
             raise DriverError(Reason.UNREACHABLE, f"the connection to {self._where} is lost")
         waited = max(0.0, deadline - asked)
@@ -78,8 +85,8 @@ class Ros(ValidatingDriver):
         """Wait for a message that has the model's joints, or any joints without a model."""
         deadline = clock.now() + FIRST_STATE_SECONDS
         published: set[str] = set()
-        while (message := self._get(deadline)) is not None:
-            names = _names(message)
+        while (came := self._get(deadline)) is not None:
+            names = _names(came[1])
             published.update(names)
             wanted = names if joint_names is None else tuple(joint_names)
             if wanted and set(names).issuperset(wanted):
@@ -95,14 +102,15 @@ class Ros(ValidatingDriver):
 
     def _put(self, message: Any) -> None:
         try:
-            self._messages.put_nowait(message)
+            self._messages.put_nowait((clock.now(), message))
         except queue.Full:
             self.missed += 1
 
     def _lose(self, *_: object) -> None:
         self._ended.set()
 
-    def _get(self, deadline: float) -> Any:
+    def _get(self, deadline: float) -> tuple[float, Any] | None:
+        """Return the next message, and when it came [s]."""
         try:
             return self._messages.get(timeout=max(0.0, deadline - clock.now()))
         except queue.Empty:
@@ -119,6 +127,7 @@ def _subscribe(
         raise DriverError(
             Reason.MISSING_PACKAGE, "ros needs roslibpy: pip install 'mukca[ros]'"
         ) from None
+    _keep_quiet()
     open_tcp(endpoint, "is rosbridge running (ros2 launch rosbridge_server ...)?").close()
     client = roslibpy.Ros(endpoint.host, endpoint.port)
     try:
@@ -134,6 +143,16 @@ def _subscribe(
     return client, subscription
 
 
+@cache
+def _keep_quiet() -> None:
+    """Keep what these packages log off the screen, for those who did not ask for it."""
+    from twisted.logger import globalLogBeginner
+
+    globalLogBeginner.beginLoggingTo((), redirectStandardIO=False)
+    for name in ("autobahn", "roslibpy", "twisted"):
+        logging.getLogger(name).addHandler(logging.NullHandler())
+
+
 def _names(message: Any) -> tuple[str, ...]:
     try:
         return tuple(map(str, message["name"]))
@@ -142,15 +161,14 @@ def _names(message: Any) -> tuple[str, ...]:
 
 
 def _numbers(values: Sequence[Any], order: Sequence[int], count: int) -> tuple[float, ...]:
-    """Return the finite numbers at the given places of a list of a given length."""
+    """Return the numbers at the given places of a list of a given length; NaN where it has none."""
     if len(values) != count:
         raise ValueError(f"a message with {count} names and {len(values)} values")
-    picked = tuple(float(values[index]) for index in order)
-    if not all(map(math.isfinite, picked)):
-        raise ValueError("a message with values that are no numbers")
-    return picked
+    return tuple(math.nan if values[i] is None else float(values[i]) for i in order)
 
 
-def _first(stamp: dict[str, Any], name: str, other: str) -> float:
-    """Return a part of a stamp, which ROS 2 and 1 name differently."""
-    return float(stamp[name] if name in stamp else stamp[other])
+def _stamp(message: Any) -> float:
+    """Return the stamp of a message [s], whose parts ROS 2 and 1 name differently."""
+    stamp = message["header"]["stamp"]
+    seconds, nanoseconds = ("sec", "nanosec") if "sec" in stamp else ("secs", "nsecs")
+    return float(stamp[seconds]) + 1e-9 * float(stamp[nanoseconds])

@@ -1,10 +1,13 @@
 """ROS: joints by name, and messages that are none."""
 
 import json
+import subprocess
+import sys
+from subprocess import PIPE
 
 import pytest
 from listeners import saying
-from rosbridge import ARM, NAMES, joint_state, rosbridge
+from rosbridge import ARM, NAMES, arm_state, joint_state, rosbridge
 
 from mukca import MukcaError, open_driver
 
@@ -31,8 +34,44 @@ def test_stamps_of_ros_1_and_2(stamp):
     assert first_state(joint_state(0) | {"header": {"stamp": stamp}}).stamp == 3.5
 
 
-def test_efforts_may_lack():
-    assert first_state(joint_state(0) | {"effort": []}).effort is None
+@pytest.mark.parametrize(
+    "effort", [[], None, [None] * 4, [0.0, 20.0, None, 30.0], [0.0, 20.0, float("nan"), 30.0]]
+)
+def test_efforts_may_lack(effort):
+    """As ros2_control's joint_state_broadcaster has it for joints without a torque sensor."""
+    state = first_state(joint_state(7) | {"effort": effort})
+    assert (state.position, state.effort) == (arm_state(7)[0], None)
+
+
+def test_an_effort_that_lacks_elsewhere_does_no_harm():
+    assert first_state(joint_state(7) | {"effort": [None, 20.0, 10.0, 30.0]}).effort
+
+
+def test_headers_without_a_stamp_are_told_and_arrival_times_taken():
+    unstamped = [joint_state(n) | {"header": joint_state(0)["header"]} for n in range(100)]
+    with (
+        rosbridge(first_messages=unstamped) as bridge,
+        open_driver("ros", bridge.address, ARM) as driver,
+    ):
+        states = [driver.read(5) for _ in range(99)]
+        assert driver.status == "the headers have no stamps: times of arrival are taken"
+    assert [state.position for state in states] == [arm_state(n)[0] for n in range(1, 100)]
+    assert driver.rejected == 0
+
+
+@pytest.mark.slow
+def test_nothing_is_printed_of_a_message_that_is_none():
+    """In a program of its own: pytest listens to the packages' loggers."""
+    with rosbridge() as bridge:
+        command = [sys.executable, "-m", "mukca", "stream", "--driver", f"ros:{bridge.address}"]
+        words = [*command, "--json", "--seconds", "1"]
+        with subprocess.Popen(words, stdout=PIPE, stderr=PIPE, text=True) as program:
+            assert program.stdout.readline()
+            bridge.clients[0].send("garbage")
+            bridge.clients[0].send(b"garbage")  # ends the connection
+            told = program.communicate(timeout=60)[1]
+    assert "is lost" in told
+    assert "Traceback" not in told
 
 
 def test_without_a_model_all_joints_are_read():
