@@ -8,15 +8,17 @@ Address: ``[INTERFACE/]CHANNEL[?rate=HZ&ids=1,2,..&signs=1,-1,..]``, see :mod:`.
 """
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from .. import DriverError, JointState, PolledDriver, Reason, clock, match_joints
-from ..transport import CanBus, parse_can_address
+from ..transport import CanBus, FreshAnswers, parse_can_address
 
 JOINTS = 7
 EVERYBODY = 0x7FF
 ANSWERS = 0x10  # above a motor's number
 REFRESH, QUERY, PMAX_REGISTER = 0xCC, 0x33, 0x15
+REGISTERS = (QUERY, 0x55, 0xAA)  # answers to one who reads, writes or saves a motor's registers
 PMAX = 12.5  # rad
 COUNTS = 65535
 ENABLED = 1
@@ -32,6 +34,8 @@ TROUBLES = {
 RATE = 100.0  # Hz
 ANSWER_SECONDS = 0.1
 FIRST_ANSWER_SECONDS = 1.0
+
+Decoded = TypeVar("Decoded")
 
 
 def encode_refresh(motor: int) -> bytes:
@@ -52,9 +56,13 @@ def decode_feedback(data: bytes, motor: int) -> tuple[float, int]:
         status * 16 + motor | position, 2 bytes, high first | velocity, torque | temperatures
 
         angle = position / 65535 * 2 PMAX - PMAX
+
+    A register comes under the same identifier; as a position it would be two turns away.
     """
     if len(data) != 8 or data[0] & 0x0F != motor & 0x0F:
         raise ValueError(f"a frame that is no feedback of motor {motor}")
+    if data[:2] == bytes([motor, 0]) and data[2] in REGISTERS:
+        raise ValueError(f"a register of motor {motor}, which is no feedback")
     status = data[0] >> 4
     if status not in (0, ENABLED, *TROUBLES):
         raise ValueError(f"feedback of motor {motor} with status {status}")
@@ -85,6 +93,7 @@ class Damiao(PolledDriver):
         self._joint_names = match_joints(joint_names, len(self._motors), "the arm")
         self._interval = 1 / bus.options.positive("rate", RATE)
         self._bus = CanBus(bus, tuple(ANSWERS + motor for motor in self._motors))
+        self._fresh = FreshAnswers(self._bus)
         with self._closed_on_error():
             self._inspect()
 
@@ -92,7 +101,10 @@ class Damiao(PolledDriver):
         self._await_turn(deadline)
         start = clock.now()
         self._next_poll = start + self._interval
-        angles, statuses = zip(*self._ask_all(), strict=True)
+        replies = [
+            self._ask(motor, encode_refresh(motor), decode_feedback) for motor in self._motors
+        ]
+        angles, statuses = zip(*replies, strict=True)
         self.status = ", ".join(
             f"motor {motor}: {TROUBLES[status]}"
             for motor, status in zip(self._motors, statuses, strict=True)
@@ -130,25 +142,24 @@ class Damiao(PolledDriver):
     def _await_query(self, motor: int) -> float:
         end = clock.now() + FIRST_ANSWER_SECONDS
         while True:
-            self._bus.send(EVERYBODY, encode_query(motor))
             try:
-                return decode_query(self._answer(motor), motor)
+                return self._ask(motor, encode_query(motor), decode_query)
             except ValueError:
                 if clock.now() > end:
                     raise
 
-    def _ask_all(self) -> list[tuple[float, int]]:
-        """Return all motors' angles and statuses, asked one after the other."""
-        replies: list[tuple[float, int]] = []
-        for motor in self._motors:
-            self._bus.send(EVERYBODY, encode_refresh(motor))
-            replies.append(decode_feedback(self._answer(motor), motor))
-        return replies
+    def _ask(self, motor: int, request: bytes, decode: Callable[[bytes, int], Decoded]) -> Decoded:
+        """Return a motor's answer to a request; frames that are none are left out."""
 
-    def _answer(self, motor: int) -> bytes:
-        """Return the next frame of a motor; others are dropped."""
-        deadline = clock.now() + ANSWER_SECONDS
-        while (frame := self._bus.receive(deadline)) is not None:
-            if frame.arbitration_id == ANSWERS + motor:
-                return bytes(frame.data)
-        raise ValueError(f"no answer of motor {motor}")
+        def ask() -> Decoded:
+            self._bus.send(EVERYBODY, request)
+            deadline, bad = clock.now() + ANSWER_SECONDS, f"no answer of motor {motor}"
+            while (frame := self._bus.receive(deadline)) is not None:
+                if frame.arbitration_id == ANSWERS + motor:
+                    try:
+                        return decode(bytes(frame.data), motor)
+                    except ValueError as error:
+                        bad = str(error)
+            raise ValueError(bad)
+
+        return self._fresh.ask(ask)

@@ -15,6 +15,7 @@ from .. import DriverError, Reason, clock
 from .address import Options, parse_options
 
 BUS_OPTIONS = ("bitrate", "port", "hop_limit")
+ALL = range(1 << 11)
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class CanBus:
     """
 
     def __init__(self, address: CanAddress, identifiers: tuple[int, ...] = ()) -> None:
-        self._address = address
+        self._address, self._identifiers = address, identifiers
         self._bus = open_bus(address, identifiers)
 
     def send(self, identifier: int, data: bytes) -> None:
@@ -75,16 +76,21 @@ class CanBus:
             self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
 
     def receive(self, deadline: float) -> can.Message | None:
-        """Return the next frame with an identifier of 11 bits and data; None once time is up.
+        """Return the next frame with a wanted identifier of 11 bits and data; None if time is up.
 
         Args:
             deadline: Time at which to give up, by :func:`.clock.now` [s].
         """
         with self._translated():
             while (frame := self._bus.recv(max(0.0, deadline - clock.now()))) is not None:
-                if not (frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame):
+                odd = frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame
+                if not odd and frame.arbitration_id in (self._identifiers or ALL):
                     return frame
         return None
+
+    def discard(self, wait: float) -> bool:
+        """Throw away a frame that has come, or comes within the wait [s]; return if one did."""
+        return self.receive(clock.now() + wait) is not None
 
     def close(self) -> None:
         """Leave the bus; safe to call twice."""
@@ -114,6 +120,7 @@ def open_bus(address: CanAddress, identifiers: tuple[int, ...] = ()) -> can.BusA
     filters = [
         can.typechecking.CanFilter(can_id=identifier, can_mask=0x7FF, extended=False)
         for identifier in identifiers
+        if address.interface == "socketcan"  # where the kernel filters; others drop one at a wait
     ]
     try:
         return can.Bus(

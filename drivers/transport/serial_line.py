@@ -9,6 +9,8 @@ import serial
 
 from .. import DriverError, Reason, clock
 
+MOST_BYTES = 4096
+
 
 class SerialLine:
     """A serial port that no other program may use meanwhile.
@@ -53,10 +55,9 @@ class SerialLine:
                 return b""
             return bytes(self._port.read(most))
 
-    def flush(self) -> None:
-        """Throw away what has come in."""
-        with self._translated():
-            self._port.reset_input_buffer()
+    def discard(self, wait: float) -> bool:
+        """Throw away what has come, or comes within the wait [s]; return whether anything did."""
+        return bool(self.read(MOST_BYTES, wait))
 
     def close(self) -> None:
         """Free the port; safe to call twice."""

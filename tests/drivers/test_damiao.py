@@ -1,10 +1,14 @@
 """Damiao motors: what must stop a recording, what is told, and settings of the address."""
 
+from contextlib import contextmanager
+
 import pytest
 from driver_errors import refused
 from emulation import emulated
 
 from mukca import open_driver
+from mukca.drivers import clock
+from mukca.drivers.transport import CanBus, parse_can_address
 
 
 def test_an_enabled_motor_is_refused(tmp_path):
@@ -29,6 +33,51 @@ def test_another_scale_is_refused(tmp_path):
     with emulated("damiao", tmp_path) as emulation, told:
         emulation.emulator.pmax = 3.14159
         open_driver("damiao", emulation.address)
+
+
+@contextmanager
+def read_beside(folder):
+    """An arm of which another program reads too: the arm, our driver, and what sends its frames."""
+    with emulated("damiao", folder, "--hold", "0") as emulation:
+        other = CanBus(parse_can_address(emulation.address))
+        with open_driver("damiao", emulation.address) as driver:
+            yield emulation, driver, other.send
+        other.close()
+
+
+def test_a_register_that_another_program_asked_for_is_no_feedback(tmp_path):
+    with read_beside(tmp_path) as (_, driver, send):
+        for number in range(100):
+            motor = 1 + number % 7
+            for register in (0x33, 0x55, 0xAA):  # read, written, saved
+                clock.sleep(0.002)
+                send(0x10 + motor, bytes([motor, 0, register, 0x15, 0, 0, 0x48, 0x41]))
+            assert max(map(abs, driver.read(1).position)) < 3
+
+
+def test_feedback_that_another_program_asked_for_is_not_taken_for_later_one(tmp_path):
+    with read_beside(tmp_path) as (emulation, driver, send):
+        states = []
+        for _ in range(100):
+            for motor in range(1, 8):
+                send(0x7FF, bytes([motor, 0, 0xCC, 0, 0, 0, 0, 0]))
+            clock.sleep(0.05)
+            states.append(driver.read(1))
+        sent = list(emulation.sent().values())
+    for state in states:
+        near = [told for told in sent if abs(told["at"] - state.stamp) < 0.02]
+        assert any(abs(told["position"][0] - state.position[0]) < 2e-4 for told in near)
+
+
+def test_a_query_that_is_answered_late_gives_no_angle(tmp_path):
+    """The answers to two queries come together, once the line no longer stalls."""
+    with (
+        emulated("damiao", tmp_path, "--fault", "stall@0+0.15") as emulation,
+        open_driver("damiao", f"{emulation.address}&ids=1") as driver,
+    ):
+        for _ in range(20):
+            assert max(map(abs, driver.read(1).position)) < 3
+        assert driver.rejected == 0
 
 
 def test_motors_and_signs_are_settings(tmp_path):

@@ -114,6 +114,38 @@ def test_a_silence_is_told_and_survived(name, tmp_path):
         assert read_states(driver, 5)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("again", [False, True], ids=["same connection", "new connection"])
+@pytest.mark.parametrize(
+    ("name", "version", "tolerance"),
+    [("feetech", "so101", 1e-3), ("dynamixel", "vx300s", 1e-3), ("damiao", "openarm", 2e-4),
+     ("kinova", "serial", 1e-5), ("kinova", "can", 1e-5)],
+)  # fmt: skip
+def test_a_line_that_stalls_and_then_delivers_all_gives_no_old_angles(
+    name, version, tolerance, again, tmp_path
+):
+    """Each joint's angle was told within 0.2 s of its stamp; nothing old passes for anything."""
+    words = ("--version", version, "--hold", "0", *options("stall@0.5+2.2"))
+    with emulated(name, tmp_path, *words) as emulation:
+        silence = 0.5 if again else 10.0
+        states = []
+        with Reconnecting(lambda: open_driver(name, emulation.address), silence=silence) as driver:
+            end = clock.now() + 5
+            while clock.now() < end:
+                try:
+                    states.append(driver.read(0.2))
+                except DriverError as error:
+                    assert error.reason is Reason.SILENT
+            assert bool(driver.drops) == again
+        emulation.stop()
+        sent = list(emulation.sent().values())
+    assert states[-1].stamp > end - 1
+    for state in states:
+        near = [told for told in sent if abs(told["at"] - state.stamp) < 0.2]
+        for joint, angle in enumerate(state.position):
+            assert any(abs(told["position"][joint] - angle) < tolerance for told in near), state
+
+
 @pytest.mark.parametrize("name", ["franka", "ur"])
 def test_a_connection_that_ends_is_told_and_made_again(name, tmp_path):
     with (

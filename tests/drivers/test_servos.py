@@ -72,6 +72,22 @@ def test_another_model_is_refused(tmp_path):
         open_driver("feetech", emulation.address)
 
 
+def test_a_model_that_is_told_once_is_not_believed(tmp_path):
+    """A late position looks like a model number."""
+
+    class Model:
+        told = 0
+
+        def to_bytes(self, size, order):
+            self.told += 1
+            return (2100 if self.told <= 2 * 5 else 777).to_bytes(size, order)
+
+    with emulated("feetech", tmp_path) as emulation:
+        emulation.emulator.model = Model()
+        with open_driver("feetech", emulation.address) as driver:
+            assert driver.read(1)
+
+
 def test_a_servo_that_does_not_answer_is_named(tmp_path):
     told = refused("UNREACHABLE", match="no whole answer of servo 7, 9 on")
     with emulated("feetech", tmp_path) as emulation, told:

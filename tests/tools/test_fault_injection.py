@@ -46,3 +46,13 @@ def test_truncate_and_garble():
     garbled = sent("garble")
     assert all(len(message) == 4 for message in garbled)
     assert sum(a == b for a, b in zip(garbled, sent(), strict=True)) < 3
+
+
+def test_what_a_stall_held_back_comes_in_order_once_it_is_over():
+    injector = FaultInjector([Fault.parse("stall@1+1", KINDS, math.inf)])
+    assert [injector.packets((0, b"%d" % second), second) for second in range(4)] == [
+        [(0, b"0")],
+        [],
+        [(0, b"1"), (0, b"2")],
+        [(0, b"3")],
+    ]

@@ -6,12 +6,9 @@ by the same requests.
 
 import struct
 
-import can
-
 from ...drivers import JointState
-from ...drivers.transport import open_bus, parse_can_address
 from .emulator import PolledEmulator, Version
-from .piper import DEFAULT_BUS
+from .ports import CanPort
 
 JOINTS = 7
 HALF_RANGE = 12.5  # rad
@@ -29,35 +26,25 @@ class DamiaoEmulator(PolledEmulator):
 
     def listen(self, address: str) -> None:
         """Join the bus."""
-        address = address or DEFAULT_BUS
-        self.driver_address = f"damiao:{address}"
-        self._bus = open_bus(parse_can_address(address))
-        self.opened.callback(self._bus.shutdown)
+        self._bus = CanPort(self, address, self._overhear)
+        self.driver_address = f"damiao:{self._bus.address}"
         self._state: JointState | None = None
-        self.watch(self._bus.fileno(), self._overhear)
 
-    def _overhear(self) -> None:
-        frame = self._bus.recv(0)
-        if frame is None or 0x11 <= frame.arbitration_id <= 0x17:  # our own come back
+    def _overhear(self, identifier: int, data: bytes) -> None:
+        if 0x11 <= identifier <= 0x17:  # our own come back
             return
-        data = bytes(frame.data)
-        self.journal.received(f"{frame.arbitration_id:03x}", data)
+        self.journal.received(f"{identifier:03x}", data)
+        if identifier != 0x7FF or len(data) != 8 or not 1 <= data[0] <= JOINTS:
+            return
         motor = data[0]
-        if frame.arbitration_id != 0x7FF or len(data) != 8 or not 1 <= motor <= JOINTS:
-            return
         self.begin()
-        moment = self.moment
-        if self.is_away(moment):
-            return
         if data[2:4] == b"\x33\x15":
-            self._answer(motor, data[:4] + struct.pack("<f", self.pmax), moment)
+            reply = data[:4] + struct.pack("<f", self.pmax)
         elif data[2] == 0xCC:
             if motor == 1 or self._state is None:
-                self._state = self.next_state(moment)
+                self._state = self.next_state(self.moment)
             count = round((self._state.position[motor - 1] + HALF_RANGE) / 25 * 65535)
-            head = bytes([self.status << 4 | motor]) + count.to_bytes(2, "big")
-            self._answer(motor, head + REST, moment)
-
-    def _answer(self, motor: int, data: bytes, moment: float) -> None:
-        for sent_as, packet in self.packets(data, moment, 0x10 + motor):
-            self._bus.send(can.Message(arbitration_id=sent_as, data=packet, is_extended_id=False))
+            reply = bytes([self.status << 4 | motor]) + count.to_bytes(2, "big") + REST
+        else:
+            return
+        self.answer(self._bus.send, reply, 0x10 + motor)

@@ -3,8 +3,6 @@
 import json
 import math
 import os
-import socket
-import tty
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -14,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 from ...drivers import JointState, clock
 from ...drivers.arms import SimulatedArm
 from ...errors import MukcaError
-from .fault_injection import COMMON_KINDS, FaultInjector, Packet
+from .fault_injection import COMMON_KINDS, FaultInjector
 
 IDLE_SECONDS = 0.5  # a signal just before a wait without end would be seen only after it
 
@@ -91,6 +89,8 @@ class Emulator(ABC):
         """End of the arm's rest at its first pose [s]."""
         self.watched: dict[int, Callable[[], None]] = {}
         """Callbacks by the file descriptor that can be read."""
+        self.on_away: list[Callable[[], None]] = []
+        """Called while it serves nobody."""
         self.opened = ExitStack()
         """Sockets, lines and buses, to be closed at the end."""
         self._begun = math.nan
@@ -177,7 +177,11 @@ class Emulator(ABC):
         if clock.now() >= due:
             moment = 0.0 if math.isnan(self._begun) else max(0.0, due - self._begun)
             state = self.next_state(moment)
-            self.send_state(self.number, state, moment)
+            if self.is_away(moment):
+                for leave in self.on_away:
+                    leave()
+            else:
+                self.send_state(self.number, state, moment)
             self._sent += 1
 
     def next_state(self, moment: float) -> JointState:
@@ -191,26 +195,12 @@ class Emulator(ABC):
         self.journal.sent(self.number, state)
         return state
 
-    def packets(self, payload: bytes, moment: float, identifier: int = 0) -> Sequence[Packet]:
-        """Return the packets that are sent for a message, faults applied."""
-        return self.faults.packets((identifier, payload), moment)
-
-    def open_udp(self, address: tuple[str, int]) -> socket.socket:
-        """Return a bound UDP socket."""
-        udp = self.opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
-        udp.bind(address)
-        return udp
-
-    def open_line(self, address: str) -> tuple[int, str]:
-        """Open a pseudo-terminal; return the emulator's end, and the name of the other."""
-        if address:
-            name = type(self).__name__.removesuffix("Emulator").lower()
-            raise MukcaError(f"{name} opens a terminal of its own; leave --address out")
-        own, other = os.openpty()
-        self.opened.callback(os.close, own)
-        tty.setraw(own)
-        tty.setraw(other)
-        return own, os.ttyname(other)
+    def emit(
+        self, send: Callable[[bytes, Any], object], message: bytes, moment: float, target: Any = 0
+    ) -> None:
+        """Send a message to a target by way of a port, faults applied."""
+        for to, packet in self.faults.packets((target, message), moment):
+            send(packet, to)
 
 
 class PolledEmulator(Emulator):
@@ -224,6 +214,7 @@ class PolledEmulator(Emulator):
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send nothing."""
 
-
-STRANGER = ("127.66.66.66", 0)
-"""A loopback address that is no robot's."""
+    def answer(self, send: Callable[[bytes, Any], object], message: bytes, target: Any = 0) -> None:
+        """Answer a request, unless it serves nobody now."""
+        if not self.is_away(self.moment):
+            self.emit(send, message, self.moment, target)

@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Sequence
+from typing import Any
 
 from ...drivers.arms import Fault
 
@@ -12,7 +13,8 @@ KINDS = {
     "truncate": "a message ends early",
     "garble": "a message's bytes are random",
     "freeze": "messages come, with the joint angles of the moment at which it began",
-    "silent": "nothing comes; the connection stands",
+    "silent": "nothing comes, no answer either; the connection stands",
+    "stall": "nothing comes; then all of it comes at once",
     "hangup": "the connection is ended, and none is taken",
     "busy": "connections are taken and ended without an answer",
     "stranger": "a message comes once more, changed, from another host (franka, kuka)",
@@ -22,8 +24,8 @@ KINDS = {
 """Kinds of faults; not every controller has a way to show the last three."""
 COMMON_KINDS = tuple(kind for kind in KINDS if kind not in ("stranger", "version", "commanding"))
 
-Packet = tuple[int, bytes]
-"""A message: its CAN identifier (0 elsewhere), and its bytes."""
+Packet = tuple[Any, bytes]
+"""A message: its CAN identifier or UDP address, if it has one, and its bytes."""
 
 
 class FaultInjector:
@@ -33,6 +35,7 @@ class FaultInjector:
         self._faults = faults
         self._random = random.Random(seed)  # noqa: S311 - noise, no secret
         self._held_back: list[Packet] = []
+        self._stalled: list[Packet] = []
 
     def is_active(self, kind: str, moment: float) -> bool:
         """Return whether a kind of fault affects a message at a moment [s]."""
@@ -54,6 +57,8 @@ class FaultInjector:
             self._held_back.append(packet)
             return []
         sent = [packet] * (2 if self.is_active("duplicate", moment) else 1)
-        sent += self._held_back
-        self._held_back.clear()
+        sent = [*self._stalled, *sent, *self._held_back]
+        self._stalled, self._held_back = [], []
+        if self.is_active("stall", moment):
+            self._stalled, sent = sent, []
         return sent

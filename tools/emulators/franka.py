@@ -8,9 +8,9 @@ import struct
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
-from .emulator import STRANGER, Emulator, Version
+from .emulator import Emulator, Version
 from .fault_injection import COMMON_KINDS
-from .tcp_server import TcpServer
+from .ports import STRANGER, TcpServer, UdpPort
 
 LIMITS = '<limit lower="-2.9" upper="2.9" velocity="2.6" effort="87"/>'
 VELOCITY = '<position_based_velocity_limits velocity_offset="1" deceleration_limit="5"/>'
@@ -38,12 +38,11 @@ class FrankaEmulator(Emulator):
         """Open TCP port 1337."""
         endpoint = parse_endpoint(address, 1337, default_host="127.0.0.1")
         self._target: tuple[str, int] | None = None
-        self._tcp = TcpServer(self, (endpoint.host, endpoint.port))
+        self._tcp = TcpServer(self, (endpoint.host, endpoint.port), self._request)
+        self._tcp.on_leave = self._forget
         self.driver_address = f"franka:{self._tcp.address}"
-        self._tcp.on_message, self._tcp.on_leave = self._request, self._forget
-        self._udp = self.open_udp((endpoint.host, 0))
-        self._stranger = self.open_udp(STRANGER)
-        self.watch(self._udp.fileno(), self._command)
+        self._udp = UdpPort(self, (endpoint.host, 0))  # a reader sends it nothing
+        self._stranger = UdpPort(self, STRANGER)
 
     @property
     def streaming(self) -> bool:
@@ -52,15 +51,13 @@ class FrankaEmulator(Emulator):
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one RobotState datagram."""
-        if self._target is None or self.faults.is_active("hangup", moment):
-            self._tcp.hang_up()
+        if self._target is None:
             return
         datagram = encode_state(int(self.version), number, state)
-        for _, payload in self.packets(datagram, moment):
-            self._udp.sendto(payload, self._target)
+        self.emit(self._udp.send, datagram, moment, self._target)
         if self.faults.is_active("stranger", moment):
             wrong = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
-            self._stranger.sendto(encode_state(int(self.version), number, wrong), self._target)
+            self._stranger.send(encode_state(int(self.version), number, wrong), self._target)
 
     def _request(self, request: bytes) -> None:
         """Answer one request of the client."""
@@ -75,17 +72,13 @@ class FrankaEmulator(Emulator):
     def _connect(self, identifier: int, version: int, port: int) -> None:
         own = 99 if self.faults.is_active("version", self.moment) else int(self.version)
         self._reply(0, identifier, struct.pack("<BH", version != own, own))
-        if version == own:
+        for client in self._tcp.clients if version == own else ():  # it may have left
             self.begin()
-            self._target = (self._tcp.clients[0].getpeername()[0], port)
+            self._target = (client.getpeername()[0], port)
 
     def _reply(self, command: int, identifier: int, payload: bytes) -> None:
         header = struct.pack("<III", command, identifier, 12 + len(payload))
         self._tcp.send(header + payload)
-
-    def _command(self) -> None:
-        """Note a datagram from the client: a command, which a reader never sends."""
-        self.journal.received("udp", self._udp.recv(65535))
 
     def _forget(self) -> None:
         self._target = None

@@ -5,18 +5,19 @@ the same messages by ISO-TP on a CAN bus. No client of Kinova's was run against 
 """
 
 import math
-import os
 import struct
+from collections import deque
+from collections.abc import Callable
+from typing import Any
 
-import can
 import isotp
 
-from ...drivers.transport import open_bus, parse_can_address
 from .emulator import PolledEmulator, Version
-from .piper import DEFAULT_BUS
+from .ports import CanPort, SerialPort
 
 MESSAGE_BYTES = 20
 FIRST_ACTUATOR = 0x10
+REQUESTS, ANSWERS = 0x700, 0x701
 JOINTS = 6
 
 
@@ -27,65 +28,49 @@ class KinovaEmulator(PolledEmulator):
 
     def listen(self, address: str) -> None:
         """Open a pseudo-terminal, or join a CAN bus."""
-        self._buffer = b""
         if self.version == "serial":
-            self._line, port = self.open_line(address)
-            self.driver_address = f"kinova:serial://{port}?parity=none"  # it has none
-            self.watch(self._line, self._read_line)
+            line = SerialPort(self, address, self._hear)
+            self._send: Callable[[bytes, Any], None] = line.send
+            self.driver_address = f"kinova:serial://{line.name}?parity=none"  # it has none
             return
-        bus = parse_can_address(address or DEFAULT_BUS)
-        self.driver_address = f"kinova:can://{address or DEFAULT_BUS}"
-        self._bus = open_bus(bus)
-        self.opened.callback(self._bus.shutdown)
+        self._bus = CanPort(self, address, self._hear_frame)
+        self.driver_address = f"kinova:can://{self._bus.address}"
+        self._frames: deque[isotp.CanMessage] = deque()
         self._transfer = isotp.TransportLayerLogic(
-            rxfn=self._receive_frame,
-            txfn=self._send_frame,
-            address=isotp.Address(isotp.AddressingMode.Normal_11bits, txid=0x701, rxid=0x700),
+            rxfn=lambda _: self._frames.popleft() if self._frames else None,
+            txfn=lambda frame: self._bus.send(bytes(frame.data), ANSWERS),
+            address=isotp.Address(isotp.AddressingMode.Normal_11bits, txid=ANSWERS, rxid=REQUESTS),
         )
-        self.watch(self._bus.fileno(), self._read_bus)
+        self._send = self._send_frames
 
-    def _read_line(self) -> None:
-        self._buffer += os.read(self._line, 4096)
-        while len(self._buffer) >= MESSAGE_BYTES:
-            message, self._buffer = self._buffer[:MESSAGE_BYTES], self._buffer[MESSAGE_BYTES:]
-            self.journal.received("line", message)
-            for reply in self._replies(message):
-                os.write(self._line, reply)
+    def _send_frames(self, message: bytes, _: object) -> None:
+        self._transfer.send(message)
 
-    def _read_bus(self) -> None:
+    def _hear(self, received: bytearray) -> None:
+        while len(received) >= MESSAGE_BYTES:
+            self._reply(bytes(received[:MESSAGE_BYTES]))
+            del received[:MESSAGE_BYTES]
+
+    def _hear_frame(self, identifier: int, data: bytes) -> None:
+        if identifier not in (REQUESTS, ANSWERS):
+            self.journal.received(f"{identifier:03x}", data)
+        self._frames.append(isotp.CanMessage(arbitration_id=identifier, data=data))
         self._transfer.process()
         while self._transfer.available():
-            message = bytes(self._transfer.recv() or b"")
-            self.journal.received("line", message)
-            for reply in self._replies(message):
-                self._transfer.send(reply)
+            self._reply(bytes(self._transfer.recv() or b""))
             self._transfer.process()
 
-    def _replies(self, message: bytes) -> list[bytes]:
-        """Return what comes back: nothing, unless an actuator was asked for its position."""
+    def _reply(self, message: bytes) -> None:
+        """Answer a request of an actuator's position, and nothing else."""
+        self.journal.received("line", message)
+        if len(message) != MESSAGE_BYTES:
+            return
         command, _, actuator = struct.unpack_from("<hBB", message)
         joint = actuator - FIRST_ACTUATOR
         if command != 1 or joint not in range(JOINTS):
-            return []
+            return
         self.begin()
-        moment = self.moment
-        if self.is_away(moment):
-            return []
-        state = self.next_state(moment)
+        state = self.next_state(self.moment)
         torque = state.effort[joint] if state.effort else 0.0
         values = struct.pack("<4f", 0.0, math.degrees(state.position[joint]), 0.0, torque)
-        reply = struct.pack("<hBB", 2, actuator, 0) + values
-        return [payload for _, payload in self.packets(reply, moment)]
-
-    def _receive_frame(self, timeout: float) -> isotp.CanMessage | None:
-        frame = self._bus.recv(0)
-        if frame is None:
-            return None
-        if frame.arbitration_id not in (0x700, 0x701):
-            self.journal.received(f"{frame.arbitration_id:03x}", bytes(frame.data))
-        return isotp.CanMessage(arbitration_id=frame.arbitration_id, data=bytes(frame.data))
-
-    def _send_frame(self, frame: isotp.CanMessage) -> None:
-        self._bus.send(
-            can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False)
-        )
+        self.answer(self._send, struct.pack("<hBB", 2, actuator, 0) + values)

@@ -4,14 +4,14 @@ Messages are written field by field, as the Sunrise controller orders them. It s
 counts the replies; the session is ready once one has come.
 """
 
-import socket
 import struct
 import zlib
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
-from .emulator import STRANGER, Emulator, Version
+from .emulator import Emulator, Version
 from .fault_injection import COMMON_KINDS
+from .ports import STRANGER, UdpPort
 
 MONITORING_WAIT, MONITORING_READY, COMMANDING_ACTIVE = 1, 2, 4
 START_OF_CLOCK = 1_700_000_000
@@ -30,27 +30,20 @@ class KukaEmulator(Emulator):
         )
         self._client = (endpoint.options.get("client", "127.0.0.1"), endpoint.port)
         self._multiplier = endpoint.options.integer("multiplier", 1)
-        self._udp = self.open_udp((endpoint.host, endpoint.port))
-        host, port = self._udp.getsockname()
-        self.driver_address = f"kuka:{host}:{port}?bind={self._client[0]}"
-        self._stranger = self.open_udp(STRANGER)
+        self._udp = UdpPort(self, (endpoint.host, endpoint.port), self._reply)
+        self.driver_address = f"kuka:{self._udp.address}?bind={self._client[0]}"
+        self._stranger = UdpPort(self, STRANGER)
         self._replies = 0
-        self._answered = False
-        self.watch(self._udp.fileno(), self._reply)
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one monitoring message."""
-        if self.is_away(moment):
-            return
-        message = self._encode(number, state, moment)
-        for _, payload in self.packets(message, moment):
-            self._send(self._udp, payload)
+        self.emit(self._udp.send, self._encode(number, state, moment), moment, self._client)
         if self.faults.is_active("stranger", moment):
             wrong = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
-            self._send(self._stranger, self._encode(number, wrong, moment))
+            self._stranger.send(self._encode(number, wrong, moment), self._client)
 
     def _encode(self, number: int, state: JointState, moment: float) -> bytes:
-        session = MONITORING_READY if self._answered else MONITORING_WAIT
+        session = MONITORING_READY if self._replies else MONITORING_WAIT
         if self.faults.is_active("commanding", moment):
             session = COMMANDING_ACTIVE
         identifier = 0x245199 if self.faults.is_active("version", moment) else 0x245142
@@ -62,21 +55,9 @@ class KukaEmulator(Emulator):
             nanoseconds=number * round(1e9 / self.arm.rate),
         )
 
-    def _send(self, source: socket.socket, message: bytes) -> None:
-        try:
-            source.sendto(message, self._client)
-        except ConnectionRefusedError:  # nobody listens yet
-            self._answered = False
-
-    def _reply(self) -> None:
-        """Note a reply; the client counts its replies from 0."""
-        try:
-            reply = self._udp.recv(65535)
-        except ConnectionRefusedError:
-            return
-        self.journal.received("udp", reply)
+    def _reply(self, _: bytes) -> None:
+        """Count a reply; the client counts its replies from 0."""
         self._replies += 1
-        self._answered = True
         self.begin()
 
 

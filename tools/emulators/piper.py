@@ -7,13 +7,10 @@ import math
 import struct
 from collections import Counter
 
-import can
-
 from ...drivers import JointState
-from ...drivers.transport import open_bus, parse_can_address
 from .emulator import Emulator, Version
+from .ports import CanPort
 
-DEFAULT_BUS = "udp_multicast/239.74.163.2?port=43113&hop_limit=0"
 JOINT_FRAMES = (0x2A5, 0x2A6, 0x2A7)
 
 
@@ -24,32 +21,25 @@ class PiperEmulator(Emulator):
 
     def listen(self, address: str) -> None:
         """Join the bus; every frame of anybody else is noted."""
-        address = address or DEFAULT_BUS
-        self.driver_address = f"piper:{address}"
-        self._bus = open_bus(parse_can_address(address))
-        self.opened.callback(self._bus.shutdown)
+        self._bus = CanPort(self, address, self._overhear)
+        self.driver_address = f"piper:{self._bus.address}"
         self._own: Counter[tuple[int, bytes]] = Counter()
-        self.watch(self._bus.fileno(), self._overhear)
         self.begin()
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send the three frames of one state."""
-        if self.is_away(moment):
-            return
         counts = [round(math.degrees(angle) * 1000) for angle in state.position]
         for index, identifier in enumerate(JOINT_FRAMES):
             pair = struct.pack(">ii", *counts[2 * index : 2 * index + 2])
-            for sent_as, data in self.packets(pair, moment, identifier):
-                self._own[sent_as, data] += 1
-                self._bus.send(can.Message(arbitration_id=sent_as, data=data, is_extended_id=False))
+            self.emit(self._send, pair, moment, identifier)
 
-    def _overhear(self) -> None:
+    def _send(self, data: bytes, identifier: int) -> None:
+        self._own[identifier, data] += 1
+        self._bus.send(data, identifier)
+
+    def _overhear(self, identifier: int, data: bytes) -> None:
         """Note a frame, unless it is one of ours that the bus brings back."""
-        frame = self._bus.recv(0)
-        if frame is None:
-            return
-        key = frame.arbitration_id, bytes(frame.data)
-        if self._own[key] > 0:
-            self._own[key] -= 1
+        if self._own[identifier, data] > 0:
+            self._own[identifier, data] -= 1
         else:
-            self.journal.received(f"{frame.arbitration_id:03x}", bytes(frame.data))
+            self.journal.received(f"{identifier:03x}", data)

@@ -1,11 +1,11 @@
 """Base of the emulated servos on a line: registers that are read, and an arm behind them."""
 
-import os
 from abc import abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar
 
 from .emulator import PolledEmulator
+from .ports import SerialPort
 
 Request = tuple[int, int, bytes]
 """A packet: number of the servo, instruction, parameters."""
@@ -14,7 +14,6 @@ PING, READ, SYNC_READ = 0x01, 0x02, 0x82
 MEMORY = 256  # bytes of registers
 STEPS = 4096  # in a turn
 TURN = 6.283185307179586  # rad
-MOST_BYTES = 4096
 
 
 class ServoEmulator(PolledEmulator):
@@ -33,14 +32,12 @@ class ServoEmulator(PolledEmulator):
 
     def listen(self, address: str) -> None:
         """Open a pseudo-terminal."""
-        self._buffer = bytearray()
         self.errors: dict[int, int] = {}
         """Error code of a servo, by its number."""
         self.turned: dict[int, int] = {}
         """Position of a servo that does not follow its joint, by its number."""
-        self.line, port = self.open_line(address)
-        self.driver_address = self.NAMED.format(port=port, version=self.version)
-        self.watch(self.line, self._read_line)
+        self._line = SerialPort(self, address, self._hear)
+        self.driver_address = self.NAMED.format(port=self._line.name, version=self.version)
 
     @abstractmethod
     def _take_request(self, received: bytearray) -> Request | None:
@@ -62,40 +59,31 @@ class ServoEmulator(PolledEmulator):
     def _fill(self, servo: int, memory: bytearray, steps: int) -> None:
         """Write a servo's registers, its position among them."""
 
-    def _read_line(self) -> None:
-        try:
-            self._buffer += os.read(self.line, MOST_BYTES)
-        except OSError:  # nobody has the other end open
-            return
-        before = bytes(self._buffer)
-        while (request := self._take_request(self._buffer)) is not None:
-            self.journal.received("line", before[: len(before) - len(self._buffer)])
-            before = bytes(self._buffer)
-            self._answer(*request)
+    def _hear(self, received: bytearray) -> None:
+        before = bytes(received)
+        while (request := self._take_request(received)) is not None:
+            self.journal.received("line", before[: len(before) - len(received)])
+            before = bytes(received)
+            self._reply(*request)
 
-    def _answer(self, servo: int, instruction: int, parameters: bytes) -> None:
+    def _reply(self, servo: int, instruction: int, parameters: bytes) -> None:
         known = (*self.IDS[self.version], *self.OTHERS[self.version])
         self.begin()
-        moment = self.moment
-        if self.is_away(moment):
-            return
         asked: Sequence[int] = [one for one in known if servo in (one, 0xFE)]
         if instruction == PING:
             answers = [(one, self._pong(one)) for one in asked]
         elif instruction in (READ, SYNC_READ):
             first, count, servos = self._registers(parameters)
             asked = asked if instruction == READ else servos
-            steps = self._steps(first, count, moment)
+            steps = self._steps(first, count, self.moment)
             answers = [(one, self._memory(one, steps)[first : first + count]) for one in asked]
         else:
             return
-        sent = [
-            packet
-            for one, data in answers
-            if one in known
-            for _, packet in self.packets(self._status(one, data), moment)
-        ]
-        os.write(self.line, b"".join(sent))  # at once, as a USB adapter hands them over
+        sent: list[bytes] = []
+        for one, data in answers:
+            if one in known:
+                self.answer(lambda packet, _: sent.append(packet), self._status(one, data))
+        self._line.send(b"".join(sent))  # at once, as a USB adapter hands them over
 
     def _steps(self, first: int, count: int, moment: float) -> dict[int, int]:
         """Return each servo's position; the state counts as sent where it is asked for."""

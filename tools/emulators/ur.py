@@ -9,7 +9,7 @@ from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
 from .emulator import Emulator, Version
 from .fault_injection import COMMON_KINDS
-from .tcp_server import TcpServer
+from .ports import TcpServer
 
 TYPES = {
     "timestamp": "DOUBLE",
@@ -34,9 +34,9 @@ class UrEmulator(Emulator):
     def listen(self, address: str) -> None:
         """Open TCP port 30004."""
         endpoint = parse_endpoint(address, 30004, default_host="127.0.0.1")
-        self._tcp = TcpServer(self, (endpoint.host, endpoint.port))
+        self._tcp = TcpServer(self, (endpoint.host, endpoint.port), self._requests)
+        self._tcp.on_leave = self._forget
         self.driver_address = f"ur:{self._tcp.address}"
-        self._tcp.on_message, self._tcp.on_leave = self._requests, self._forget
         self._forget()
 
     @property
@@ -46,14 +46,9 @@ class UrEmulator(Emulator):
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one data package."""
-        if self.faults.is_active("hangup", moment):
-            self._tcp.hang_up()
-            return
-        if number % self._every:
-            return
-        package = packed(b"U", b"\x01" + self._values(number, state))
-        for _, payload in self.packets(package, moment):
-            self._tcp.send(payload)
+        if number % self._every == 0:
+            package = packed(b"U", b"\x01" + self._values(number, state))
+            self.emit(self._tcp.send, package, moment)
 
     def _values(self, number: int, state: JointState) -> bytes:
         values = {
@@ -70,6 +65,8 @@ class UrEmulator(Emulator):
         self._buffer += received
         while len(self._buffer) >= 3:
             size = int.from_bytes(self._buffer[:2], "big")
+            if size < 3:
+                raise ValueError("a package that ends before it begins")
             if len(self._buffer) < size:
                 break
             package, self._buffer = self._buffer[:size], self._buffer[size:]
@@ -90,7 +87,8 @@ class UrEmulator(Emulator):
             self.begin()
 
     def _set_up(self, payload: bytes) -> None:
-        (frequency,) = struct.unpack_from(">d", payload)
+        if len(payload) < 8 or not (frequency := struct.unpack_from(">d", payload)[0]) > 0:
+            raise ValueError("outputs at no rate")
         self._every = max(1, round(self.arm.rate / frequency))
         self._names = payload[8:].decode().rstrip(",").split(",")
         types = ",".join(TYPES.get(name, "NOT_FOUND") for name in self._names)

@@ -7,7 +7,7 @@ import struct
 
 from ...drivers import JointState
 from .emulator import Emulator, Version
-from .tcp_server import TcpServer
+from .ports import TcpServer
 
 HOST = "127.0.0.1"
 RICH, NORMAL_SIZE, RICH_SIZE = 30002, 145, 233
@@ -30,7 +30,7 @@ class XArmEmulator(Emulator):
         """Listen on the report ports."""
         self._port = 30003 if self.version.endswith("old") else 30000
         self._fast, self._rich = (
-            TcpServer(self, (address or HOST, port), str(port), clients=MOST_CLIENTS)
+            TcpServer(self, (address or HOST, port), channel=str(port), places=MOST_CLIENTS)
             for port in (self._port, RICH)
         )
         self._fast.on_join = self.begin
@@ -44,13 +44,9 @@ class XArmEmulator(Emulator):
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send a report to whoever listens to the fast port."""
-        if self.faults.is_active("hangup", moment):
-            self._fast.hang_up()
-            return
         time = FIRST_TIME + round(number * 1e6 / self.arm.rate)
         report = fast_report(time, state) if self._port == 30000 else real_report(state)
-        for _, packet in self.packets(report, moment):
-            self._fast.send(packet)
+        self.emit(self._fast.send, report, moment)
 
     def _send_rich(self) -> None:
         self.begin()

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 import serial
 
 from ... import DriverError, Reason, clock
-from ...transport import CanBus, Options, SerialLine, parse_can_address, parse_options
+from ...transport import (
+    CanBus,
+    FreshAnswers,
+    Options,
+    SerialLine,
+    parse_can_address,
+    parse_options,
+)
 from .actuator_messages import (
     FIRST_ACTUATOR,
     MESSAGE_BYTES,
@@ -41,7 +48,7 @@ class SerialLink:
 
     def __init__(self, line: SerialLine) -> None:
         self._line = line
-        self.send, self.flush, self.close = line.write, line.flush, line.close
+        self.send, self.discard, self.close = line.write, line.discard, line.close
 
     def receive(self, wait: float) -> bytes:
         """Return 20 bytes, or as many as came within the wait [s]."""
@@ -82,12 +89,10 @@ class IsoTpLink:
             self._go_on(left if pause is None else min(left, pause))
         return bytes(self._transfer.recv() or b"")
 
-    def flush(self) -> None:
-        """Throw away what has come in."""
+    def discard(self, wait: float) -> bool:
+        """Throw away a message that has come, or comes within the wait [s]; return if any did."""
         self._go_on(0.0)
-        while self._transfer.available():
-            self._transfer.clear_rx_queue()
-            self._go_on(0.0)
+        return bool(self.receive(wait))
 
     def _go_on(self, wait: float) -> None:
         """Take and send frames until a message is there; wait for one no longer than this [s]."""
@@ -113,6 +118,7 @@ class PolledArm(KinovaArm):
 
     def __init__(self, link: SerialLink | IsoTpLink, where: str, options: Options) -> None:
         self._link, self._where = link, where
+        self._fresh = FreshAnswers(link)
         try:
             self.joints = options.integer("joints", 6)
             self.rate, self.sign = options.positive("rate", 100), options.sign("effort")
@@ -145,24 +151,22 @@ class PolledArm(KinovaArm):
     def _poll(self, actuator: int, deadline: float) -> ActuatorReply:
         """Ask one actuator until it gives a proper answer, or time is up."""
         while True:
-            self._link.flush()
-            self._link.send(encode_poll(actuator))
-            reply = self._answer(actuator, min(deadline, clock.now() + ANSWER_SECONDS))
-            if reply is not None:
-                return reply
-            if clock.now() >= deadline:
-                raise DriverError(
-                    Reason.SILENT, f"actuator 0x{actuator:02x} on {self._where} does not answer"
-                )
+            try:
+                return self._fresh.ask(lambda: self._ask(actuator, deadline))
+            except ValueError as error:
+                if clock.now() >= deadline:
+                    raise DriverError(Reason.SILENT, str(error)) from None
 
-    def _answer(self, actuator: int, until: float) -> ActuatorReply | None:
-        """Return an actuator's answer, or None; other messages, as late answers, are counted."""
+    def _ask(self, actuator: int, deadline: float) -> ActuatorReply:
+        """Return an actuator's answer; other messages are counted."""
+        self._link.send(encode_poll(actuator))
+        until = min(deadline, clock.now() + ANSWER_SECONDS)
         while message := self._link.receive(max(0.0, until - clock.now())):
             try:
                 return decode_reply(message, actuator)
             except ValueError:
                 self.rejected += 1
-        return None
+        raise ValueError(f"actuator 0x{actuator:02x} on {self._where} does not answer")
 
 
 def open_serial(rest: str) -> PolledArm:

@@ -125,23 +125,26 @@ class ServoArm(PolledDriver):
 
     def _inspect(self) -> None:
         """See that these are the right servos, and that their torque is off."""
-        models = self._read_once(self.make.model)
+        known = self.make.models
+        models = self._find(self.make.model, lambda found: all(model in known for model in found))
         for servo, model in zip(self._map.ids, models, strict=True):
-            if model not in self.make.models:
+            if model not in known:
                 raise DriverError(
                     Reason.WRONG_ROBOT,
                     f"servo {servo} on {self._where} is of model {model}, which is not known here",
                 )
-        torques = self._read_once(self.make.torque)
+        torques = self._find(self.make.torque, lambda found: not any(found))
         if stiff := self._named(torques, [0] * len(torques)):
             raise DriverError(
                 Reason.WRONG_MODE,
                 f"the torque is on at {stiff}: end the program that uses the arm, or switch its "
                 "power off and on, and hold the arm, which falls without torque",
             )
-        if self._map.homing is None:
+        homing = self._map.homing
+        if homing is None:
             return
-        if moved := self._named(self._read_once(self.make.homing), self._map.homing):
+        found = self._find(self.make.homing, lambda found: tuple(found) == homing)
+        if moved := self._named(found, homing):
             raise DriverError(
                 Reason.WRONG_ROBOT,
                 f"the servos at {moved} have another homing offset than the calibration file: it "
@@ -153,12 +156,15 @@ class ServoArm(PolledDriver):
         rows = zip(self._map.joints, numbers, wanted, strict=True)
         return ", ".join(joint for joint, number, right in rows if number != right)
 
-    def _read_once(self, register: Register) -> list[int]:
-        """Return a register of all joints, asking until they answer."""
+    def _find(self, register: Register, right: Callable[[list[int]], bool]) -> list[int]:
+        """Return a register of all joints; what is not right is believed when it comes twice."""
         end = clock.now() + FIRST_ANSWER_SECONDS
+        last: list[int] = []
         while True:
             try:
-                return [register.decode(answer.data) for answer in self._ask(register)]
+                before, last = last, [register.decode(a.data) for a in self._ask(register)]
+                if last == before or right(last):
+                    return last
             except ValueError as error:
                 if clock.now() > end:
                     raise DriverError(

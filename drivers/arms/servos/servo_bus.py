@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ... import clock
-from ...transport import SerialLine
+from ...transport import FreshAnswers, SerialLine
 
 ANSWER_SECONDS = 0.1  # all servos answer within some 20 ms, even through a slow USB adapter
 MOST_BYTES = 4096
@@ -43,10 +43,13 @@ class ServoBus:
 
     def __init__(self, line: SerialLine, packets: Packets) -> None:
         self._line, self._packets = line, packets
+        self._fresh = FreshAnswers(line)
 
     def ask(self, register: int, count: int, servos: Sequence[int]) -> list[Answer]:
         """Return so many bytes of the servos' registers, from one on, in the order asked."""
-        self._line.flush()
+        return self._fresh.ask(lambda: self._ask(register, count, servos))
+
+    def _ask(self, register: int, count: int, servos: Sequence[int]) -> list[Answer]:
         self._line.write(self._packets.encode_request(register, count, servos))
         answers: dict[int, Answer] = {}
         received, until = bytearray(), clock.now() + ANSWER_SECONDS

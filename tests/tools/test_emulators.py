@@ -1,0 +1,79 @@
+"""Emulators outlive their clients, whenever these leave, and whatever they say."""
+
+import os
+import random
+import socket
+import struct
+
+import pytest
+from emulation import emulated
+
+from mukca import open_driver
+from mukca.drivers import clock
+from mukca.drivers.transport import CanBus, parse_can_address
+
+LEAVERS = 40
+RESET = struct.pack("ii", 1, 0)
+
+
+def leave(name, address, messages):
+    """Send messages and leave at once, before any can be answered."""
+    if name in ("franka", "ur", "xarm"):
+        host, _, port = address.partition(":")
+        with socket.create_connection((host, int(port or 30000))) as client:
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
+            client.sendall(b"".join(messages))
+    elif name == "kuka":
+        host, port = address.partition("?")[0].split(":")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            for message in messages:
+                client.sendto(message, (host, int(port)))
+    elif "//" in address.partition("?")[0] or address.startswith("/"):
+        line = os.open(address.removeprefix("serial://").partition("?")[0], os.O_RDWR | os.O_NOCTTY)
+        os.write(line, b"".join(messages))
+        os.close(line)
+    else:
+        bus = CanBus(parse_can_address(address))
+        for message in messages:
+            bus.send(0x7FF, message[:8])
+        bus.close()
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["franka", "ur", "xarm", "kuka", "feetech", "dynamixel", "kinova", "damiao", "piper"],
+)
+def test_clients_that_leave_at_any_moment_do_no_harm(name, tmp_path):
+    source = random.Random(7)
+    with emulated(name, tmp_path) as emulation:
+        with open_driver(name, emulation.address) as driver:
+            driver.read(1)
+        requests = [message for _, message in emulation.received()]
+        for _ in range(LEAVERS):
+            messages = source.sample(requests, source.randint(0, len(requests)))
+            if messages and source.random() < 0.5:
+                last = messages[-1]
+                garbled = bytearray(last[: source.randint(1, len(last))])
+                garbled[source.randrange(len(garbled))] = source.randrange(256)
+                messages[-1] = bytes(garbled)
+            leave(name, emulation.address, messages)
+            clock.sleep(source.choice([0.0, 1e-4, 0.01]))
+        clock.sleep(0.1)
+        with open_driver(name, emulation.address) as driver:
+            assert driver.read(1)
+
+
+@pytest.mark.parametrize("name", ["franka", "ur", "xarm", "feetech"])
+def test_a_client_that_reads_nothing_does_no_harm(name, tmp_path):
+    with emulated(name, tmp_path) as emulation:
+        with open_driver(name, emulation.address) as driver:
+            driver.read(1)
+            requests = [message for _, message in emulation.received()]
+            clock.sleep(20)
+            if name == "feetech":
+                for _ in range(2000):
+                    leave(name, emulation.address, requests)
+                    clock.sleep(0.001)
+        clock.sleep(0.1)
+        with open_driver(name, emulation.address) as driver:
+            assert driver.read(1)

@@ -1,0 +1,182 @@
+"""A controller's ports: TCP, UDP, a serial line, a CAN bus.
+
+What comes in is noted in the journal and handed on. What goes out never holds an emulator up: a
+client may leave at any moment, or stop reading.
+"""
+
+import os
+import socket
+import tty
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+
+import can
+
+from ...drivers import clock
+from ...drivers.transport import open_bus, parse_can_address
+from ...errors import MukcaError
+from .emulator import Emulator
+
+MOST_BYTES = 65535
+SEND_SECONDS = 0.1
+"""A client that reads nothing for so long is hung up on [s]."""
+PAUSE = 0.05
+"""A message on a line that stops for so long has ended [s]."""
+STRANGER = ("127.66.66.66", 0)
+"""A loopback address that is no robot's."""
+DEFAULT_BUS = "udp_multicast/239.74.163.2?port=43113&hop_limit=0"
+
+Heard = Callable[[bytes], object]
+
+
+class TcpServer:
+    """A TCP port; ``on_join`` and ``on_leave`` are called for each client."""
+
+    def __init__(
+        self,
+        emulator: Emulator,
+        address: tuple[str, int],
+        heard: Heard = bool,
+        channel: str = "tcp",
+        places: int = 1,
+    ) -> None:
+        self.clients: list[socket.socket] = []
+        self.on_join: Callable[[], object] = bool
+        self.on_leave: Callable[[], object] = bool
+        self._emulator, self._heard, self._channel = emulator, heard, channel
+        self._places = places
+        self._server = emulator.opened.enter_context(socket.create_server(address))
+        self.address = "{}:{}".format(*self._server.getsockname())
+        emulator.watch(self._server.fileno(), self._accept)
+        emulator.on_away.append(self.hang_up)
+        emulator.opened.callback(self.hang_up)
+
+    def send(self, message: bytes, _: object = None) -> None:
+        """Send a message to all clients."""
+        for client in list(self.clients):
+            try:
+                client.sendall(message)
+            except OSError:
+                self._drop(client)
+
+    def hang_up(self) -> None:
+        """End all connections."""
+        for client in list(self.clients):
+            self._drop(client)
+
+    def _accept(self) -> None:
+        with suppress(OSError):  # it may have left already
+            client, _ = self._server.accept()
+            if len(self.clients) >= self._places or self._emulator.is_away(self._emulator.moment):
+                client.close()
+                return
+            client.settimeout(SEND_SECONDS)
+            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self.clients.append(client)
+            self._emulator.watch(client.fileno(), partial(self._hear, client))
+            self.on_join()
+
+    def _hear(self, client: socket.socket) -> None:
+        try:
+            message = client.recv(MOST_BYTES)
+        except OSError:
+            message = b""
+        if not message:
+            self._drop(client)
+            return
+        self._emulator.journal.received(self._channel, message)
+        if self._emulator.faults.is_active("silent", self._emulator.moment):
+            return
+        try:
+            self._heard(message)
+        except (OSError, ValueError):  # it has left, or makes no sense
+            self._drop(client)
+
+    def _drop(self, client: socket.socket) -> None:
+        if client in self.clients:
+            self.clients.remove(client)
+            self._emulator.unwatch(client.fileno())
+            client.close()
+            self.on_leave()
+
+
+class UdpPort:
+    """A UDP port."""
+
+    def __init__(self, emulator: Emulator, address: tuple[str, int], heard: Heard = bool) -> None:
+        self._emulator, self._heard = emulator, heard
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        emulator.opened.enter_context(self._socket)
+        self._socket.setblocking(False)
+        self._socket.bind(address)
+        self.address = "{}:{}".format(*self._socket.getsockname())
+        emulator.watch(self._socket.fileno(), self._hear)
+
+    def send(self, datagram: bytes, target: tuple[str, int]) -> None:
+        """Send a datagram; nobody need listen."""
+        with suppress(OSError):
+            self._socket.sendto(datagram, target)
+
+    def _hear(self) -> None:
+        with suppress(OSError):
+            datagram = self._socket.recv(MOST_BYTES)
+            self._emulator.journal.received("udp", datagram)
+            self._heard(datagram)
+
+
+class SerialPort:
+    """One end of a pseudo-terminal, whose other end has the name ``name``.
+
+    ``heard`` takes whole messages off what has come; what a pause follows is no message.
+    """
+
+    def __init__(
+        self, emulator: Emulator, address: str, heard: Callable[[bytearray], object]
+    ) -> None:
+        if address:
+            kind = type(emulator).__name__.removesuffix("Emulator").lower()
+            raise MukcaError(f"{kind} opens a terminal of its own; leave --address out")
+        self._line, other = os.openpty()
+        emulator.opened.callback(os.close, self._line)
+        tty.setraw(self._line)
+        tty.setraw(other)
+        os.set_blocking(self._line, False)
+        self.name = os.ttyname(other)
+        self._heard, self._received, self._last = heard, bytearray(), 0.0
+        emulator.watch(self._line, self._hear)
+
+    def send(self, message: bytes, _: object = None) -> None:
+        """Send bytes; those for which there is no room are lost."""
+        with suppress(OSError):
+            os.write(self._line, message)
+
+    def _hear(self) -> None:
+        before, self._last = self._last, clock.now()
+        if self._last > before + PAUSE:
+            self._received.clear()
+        with suppress(OSError):
+            self._received += os.read(self._line, MOST_BYTES)
+        self._heard(self._received)
+
+
+class CanPort:
+    """A place on a CAN bus."""
+
+    def __init__(self, emulator: Emulator, address: str, heard: Callable[[int, bytes], object]):
+        self.address = address or DEFAULT_BUS
+        self._heard = heard
+        self._bus = open_bus(parse_can_address(self.address))
+        emulator.opened.callback(self._bus.shutdown)
+        emulator.watch(self._bus.fileno(), self._hear)
+
+    def send(self, data: bytes, identifier: int) -> None:
+        """Send a frame."""
+        with suppress(can.CanError, OSError):
+            frame = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+            self._bus.send(frame)
+
+    def _hear(self) -> None:
+        frame = self._bus.recv(0)
+        if frame is not None:
+            self._heard(frame.arbitration_id, bytes(frame.data))
