@@ -12,7 +12,11 @@ from .error_table import HEADS as HEADS
 from .error_table import error_rows as error_rows
 from .error_table import errors_title as errors_title
 from .fit import fit_robots as fit_robots
+from .full_model import FullModel as FullModel
 from .joint_names import joints_named as joints_named
+from .joint_path import CommandError as CommandError
+from .joint_path import JointPath as JointPath
+from .kinematics import Kinematics as Kinematics
 from .multi_robot_calibration import MultiRobotCalibration as MultiRobotCalibration
 from .multi_robot_urdf import pose_of as pose_of
 from .options import Method as Method

@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any, overload
 
 import msgspec
-import numpy as np
-from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
 from ...recorder import Placement
@@ -29,9 +27,9 @@ from ..results import (
     refuse_existing,
     write_files,
 )
-from ..robot import Robot
 from .error_table import errors_text
 from .errors import models_of, placement_errors, summarise
+from .full_model import FullModel
 from .options import UsageError
 from .problem import as_list
 
@@ -76,7 +74,7 @@ class Errors(Sequence[PlacementErrors]):
         return errors_text(self.placements, self.summary)
 
 
-class Calibration:
+class Calibration(FullModel):
     """A robot as its recordings say it is, with everything that is known of it.
 
     Args:
@@ -91,17 +89,11 @@ class Calibration:
         calibrated: CalibratedRobot | None = None,
         source: str = "calibration",
     ) -> None:
+        super().__init__(calibrated or calibrated_robot(document, source))
         self.document = document
         """Everything, as ``calibration.json`` holds it."""
-        self.calibrated = calibrated or calibrated_robot(document, source)
-        """The calibrated robot: predictions and URDFs."""
         self.source = source
         """Its file, for messages."""
-
-    @property
-    def robot(self) -> Robot:
-        """The nominal robot."""
-        return self.calibrated.robot
 
     @cached_property
     def errors(self) -> Errors:
@@ -140,22 +132,6 @@ class Calibration:
     def verdict(self) -> Verdict:
         """Verdict on the calibration, and the limits that it rests on."""
         return self.assessment.verdict
-
-    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
-        """Return where the calibrated robot has the ball's centre, in its base frame [m].
-
-        Args:
-            q: Joint positions in chain order, shape (m,) or (N, m) [rad].
-            effort: What the joints exert to hold the arm, of the same shape [N m]; None for the
-                gravity torques of the model's masses.
-
-        Returns:
-            Shape (3,) or (N, 3).
-
-        Raises:
-            JointsError: Another number of joints than the robot's, or a number that is no position.
-        """
-        return self.calibrated.ball(q, effort)
 
     def save(
         self,

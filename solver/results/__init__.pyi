@@ -1,4 +1,5 @@
 from .calibrated import CalibratedRobot as CalibratedRobot
+from .calibrated import JointsError as JointsError
 from .calibration import ELASTICITY_FORMAT as ELASTICITY_FORMAT
 from .calibration import FORMAT as FORMAT
 from .calibration import CalibrationDocument as CalibrationDocument

@@ -3,14 +3,26 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
 from ..bayes.model import Deflection
 from ..data import Load
-from ..robot import BallModel, Origin, Parameter, Robot, relocate_meshes, scan, set_origins
+from ..robot import (
+    BallModel,
+    Origin,
+    Parameter,
+    PoseModel,
+    Robot,
+    moments_function,
+    relocate_meshes,
+    scan,
+    set_origins,
+)
 
 _FARTHEST = 8 * np.pi
 """Beyond all joints, endless ones too [rad]."""
@@ -48,6 +60,20 @@ class CalibratedRobot:
         """The ball's position as a function of :attr:`parameters` and joint positions."""
         return BallModel(self.robot, [p.index for p in self.parameters])
 
+    @cached_property
+    def pose_model(self) -> PoseModel:
+        """The full model as expressions of the joint positions, all its corrections included."""
+        correct = self._correction if self.deflection.extensions else None
+        return PoseModel.of(self.robot, self.model.origins(self.values), correct)
+
+    def _correction(self, q: Any) -> Any:
+        """Return what :meth:`_corrected` computes of numbers, of symbols."""
+        moments = moments_function(self.robot, self.load.gravity, self.load.payload)(q)
+        rows = [np.empty((1, column.numel()), dtype=object) for column in (q, moments)]
+        for row, column in zip(rows, (q, moments), strict=True):
+            row[0] = [column[i] for i in range(column.numel())]
+        return ca.vertcat(*self.deflection.true_positions(rows[0], rows[1])[0])
+
     def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return the ball's centre in the base frame [m].
 
@@ -77,10 +103,15 @@ class CalibratedRobot:
 
     def _corrected(self, q: ArrayLike, effort: ArrayLike | None) -> np.ndarray:
         """Return the true joint positions, and the tilts where there are any."""
-        positions = self._positions(q)
+        positions = self.positions(q)
+        efforts = None if effort is None else self._rows(effort, "joint efforts")
+        if efforts is not None and efforts.shape != positions.shape:
+            raise JointsError(
+                f"{len(efforts)} rows of joint efforts for {len(positions)} of joint positions; "
+                "give one effort for each position"
+            )
         if not self.deflection.extensions:
             return positions
-        efforts = None if effort is None else self._rows(effort, "joint efforts")
         moments = self.load.moments(self.robot, positions, efforts)
         return self.deflection.true_positions(positions, moments)
 
@@ -90,16 +121,17 @@ class CalibratedRobot:
         Shapes, units and errors are those of :meth:`ball`.
         """
         values = self.values if self.exported is None else self.exported
-        return self._points(values, self._positions(q), q)
+        return self._points(values, self.positions(q), q)
 
     def nominal_ball(self, q: ArrayLike) -> np.ndarray:
         """Return the ball's centre by the nominal URDF.
 
         Shapes, units and errors are those of :meth:`ball`.
         """
-        return self._points(self.model.nominal, self._positions(q), q)
+        return self._points(self.model.nominal, self.positions(q), q)
 
-    def _positions(self, q: ArrayLike) -> np.ndarray:
+    def positions(self, q: ArrayLike) -> np.ndarray:
+        """Return joint positions as rows, shape (N, m), checked as by :meth:`ball`."""
         rows = self._rows(q, "joint positions")
         if (abs(rows) > _FARTHEST).any():
             row, column = np.argwhere(abs(rows) > _FARTHEST)[0].tolist()

@@ -55,12 +55,21 @@ def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any
         q: Positions of the joints that move, in chain order [rad], [m] for a prismatic joint;
             their tilts may follow.
     """
-    R_base, p = ca.DM.eye(3), ca.DM.zeros(3)
+    m = sum(joint.actuated for joint in joints)
+    turn, p, moving = ca.DM.eye(3), ca.DM.zeros(3), 0
     frames: list[tuple[Any, Any]] = []
-    for transform in _transforms(joints, origins, q, 4):
-        T = transform(ca.DM.eye(4))
-        R_base, p = R_base @ T[:, :3], p + R_base @ T[:, 3]
-        frames.append((R_base, p))
+    for i, joint in enumerate(joints):
+        origin = origins[6 * i : 6 * i + 6]
+        p, turn = p + turn @ origin[:3], turn @ rotation_rpy(origin[3:])
+        if joint.type == "prismatic":
+            p = p + turn @ ca.DM(joint.axis) * q[moving]
+        elif joint.actuated:
+            turn = turn @ rotation(joint.axis, q[moving])
+        if joint.actuated and q.shape[0] > m:
+            for k, axis in enumerate(across(joint.axis), 1):
+                turn = turn @ rotation(axis, q[k * m + moving])
+        moving += joint.actuated
+        frames.append((turn, p))
     return frames
 
 
@@ -70,48 +79,44 @@ def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
     It is where the last link begins. From there each joint, back to the base, carries it along: to
     turn one point takes a third of what it takes to turn a frame.
     """
-    p = ca.DM([0, 0, 0, 1])
-    for transform in reversed(_transforms(joints, origins, q, 1)):
-        p = ca.vertcat(transform(p), 1)
-    return p[:3]
+    p = ca.DM.zeros(3)
+    for transform in reversed(_transforms(joints, origins, q)):
+        p = transform(p)
+    return p
 
 
-def _transforms(
-    joints: Sequence[Joint], origins: Any, q: Any, columns: int
-) -> list[Callable[[Any], Any]]:
-    """Return each joint's T(i-1, i) as a function of so many columns, see :func:`_transform`."""
+def _transforms(joints: Sequence[Joint], origins: Any, q: Any) -> list[Callable[[Any], Any]]:
+    """Return each joint's T(i-1, i) as a function of a point, see :func:`_transform`."""
     m = sum(joint.actuated for joint in joints)
     angles = 3 if q.shape[0] > m else 1
     transforms: list[Callable[[Any], Any]] = []
     moving = 0
     for i, joint in enumerate(joints):
         own = [q[k * m + moving] for k in range(angles if joint.actuated else 0)]
-        function = _transform(joint.type, joint.axis, len(own), columns)
+        function = _transform(joint.type, joint.axis, len(own))
         transforms.append(partial(function, origins[6 * i : 6 * i + 6], ca.vertcat(*own)))
         moving += joint.actuated
     return transforms
 
 
 @lru_cache(maxsize=64)
-def _transform(kind: str, axis: tuple[float, ...], angles: int, columns: int) -> Any:
+def _transform(kind: str, axis: tuple[float, ...], angles: int) -> Any:
     """Return T(i-1, i) of a kind of joint, as a CasADi function.
 
     Its arguments are the joint's origin; its position and, where there are three angles, its
-    tilts; and columns (v, 1) for points or (v, 0) for vectors of the link after it, shape
-    (4, columns). It returns what they are in the link before, shape (3, columns).
+    tilts; and a point of the link after it. It returns where that is in the link before.
     """
-    origin, own = ca.SX.sym("origin", 6), ca.SX.sym("own", angles)
-    P = ca.SX.sym("P", 4, columns)
-    v, is_point = P[:3, :], P[3, :]
+    origin, own, point = ca.SX.sym("origin", 6), ca.SX.sym("own", angles), ca.SX.sym("p", 3)
+    p = point
     for k in range(angles - 1, 0, -1):
-        v = rotation(across(axis)[k - 1], own[k]) @ v
+        p = rotation(across(axis)[k - 1], own[k]) @ p
     if kind == "prismatic":
-        v = v + own[0] * ca.DM(axis) @ is_point
+        p = p + own[0] * ca.DM(axis)
     elif kind != "fixed":
-        v = rotation(axis, own[0]) @ v
+        p = rotation(axis, own[0]) @ p
     for k, of_frame in enumerate(np.eye(3).tolist()):
-        v = rotation(of_frame, origin[3 + k]) @ v
-    return ca.Function("T", [origin, own, P], [v + origin[:3] @ is_point])
+        p = rotation(of_frame, origin[3 + k]) @ p
+    return ca.Function("T", [origin, own, point], [p + origin[:3]])
 
 
 def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:

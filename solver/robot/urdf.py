@@ -11,7 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from .chain import Body, Joint, find_bodies, find_chain, find_parents, find_root, require_link
+from .chain import (
+    Body,
+    Joint,
+    find_bodies,
+    find_chain,
+    find_parents,
+    find_root,
+    matrix_rpy,
+    require_link,
+)
 from .urdf_text import ModelError, UrdfText, add_ball, scan
 
 BALL_LINK = "ball_link"
@@ -52,6 +61,16 @@ class Robot:
         """Names of the joints that move."""
         return tuple(joint.name for joint in self.actuated)
 
+    @cached_property
+    def lower(self) -> np.ndarray:
+        """Least positions of the joints that move, shape (m,) [rad]; -inf for no limit."""
+        return np.array([joint.lower for joint in self.actuated])
+
+    @cached_property
+    def upper(self) -> np.ndarray:
+        """Largest positions of the joints that move, shape (m,) [rad]."""
+        return np.array([joint.upper for joint in self.actuated])
+
     @property
     def ball_joint(self) -> Joint:
         """The fixed joint that carries the ball."""
@@ -66,6 +85,17 @@ class Robot:
     def origins(self) -> np.ndarray:
         """Origins of all joints as written, shape (joints, 6): x y z [m], roll pitch yaw [rad]."""
         return np.array([joint.origin.xyz + joint.origin.rpy for joint in self.joints], dtype=float)
+
+    def carrying(self, mass: float, centre: Sequence[float]) -> "Robot":
+        """Return the robot with one more mass [kg] at a point of the flange, x y z [m].
+
+        Raises:
+            ModelError: A negative mass, or numbers that are not finite.
+        """
+        if not (math.isfinite(mass) and mass >= 0):
+            raise ModelError(f"payload: a mass of {mass} kg; give zero or more")
+        body = Body(len(self.joints) - 2, float(mass), _three_numbers(centre, "payload"))
+        return replace(self, bodies=(*self.bodies, body))
 
 
 def shipped_robots() -> dict[str, Path]:
@@ -111,17 +141,53 @@ def load_robot(
     text = scan(data, str(file))
     if flange is not None and ball is not None:
         require_link(text, flange, str(file))
-        text = scan(add_ball(text, flange, _three_numbers(ball), tip), str(file))
+        text = scan(add_ball(text, flange, _three_numbers(ball, "ball"), tip), str(file))
     loaded = parse_robot(text, source=name, base=base, tip=tip)
     place = None if ball is None else list(ball)
     return replace(loaded, loaded_with={"base": base, "tip": tip, "flange": flange, "ball": place})
 
 
-def _three_numbers(ball: Sequence[float]) -> tuple[float, float, float]:
-    numbers = tuple(map(float, ball))
+def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, float]:
+    numbers = tuple(map(float, point))
     if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
-        raise ModelError(f"ball {list(ball)}: give its centre as three finite numbers, x y z in m")
+        raise ModelError(
+            f"{what} {list(point)}: give its centre as three finite numbers, x y z in m"
+        )
     return numbers
+
+
+def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
+    """Return the pose of a link that stands still on the flange, in its frame, shape (4, 4).
+
+    Args:
+        robot: The robot.
+        link: Name of the link; that of the ball, too.
+        origins: Origins of the chain's joints, shape (joints, 6).
+
+    Raises:
+        ModelError: No such link, or one that moves against the flange.
+    """
+    text, chain = robot.text, [joint.name for joint in robot.joints]
+    require_link(text, link, robot.source)
+    parents = find_parents(text, robot.source)
+
+    def in_last_that_moves(name: str) -> np.ndarray:
+        pose = np.eye(4)
+        while name != robot.actuated[-1].child:
+            joint = parents.get(name, "")
+            if not joint or text.joints[joint].attributes.get("type") != "fixed":
+                raise ModelError(
+                    f"{robot.source}: link {link!r} does not stand still on "
+                    f"{robot.ball_joint.parent!r}; give the tool's pose there, shape (4, 4)"
+                )
+            written = text.origins[joint]
+            own = origins[chain.index(joint)] if joint in chain else (*written.xyz, *written.rpy)
+            step = np.eye(4)
+            step[:3, :3], step[:3, 3] = matrix_rpy(own[3:]), own[:3]
+            pose, name = step @ pose, text.joints[joint].children["parent"]["link"]
+        return pose
+
+    return np.linalg.inv(in_last_that_moves(robot.ball_joint.parent)) @ in_last_that_moves(link)
 
 
 def parse_robot(

@@ -1,8 +1,8 @@
 """The full model as C99 source that needs nothing but <math.h>, for controllers.
 
 Each function's body is what CasADi generates of the model's own expressions
-(:mod:`.expressions`): straight arithmetic, no loop, no memory beyond the stack. The inverse,
-``command``, is a short loop round one of them; it and the header are in ``templates``.
+(:class:`~mukca.solver.robot.PoseModel`): straight arithmetic, no loop, no memory beyond the stack.
+The inverse, ``command``, is a short loop round one of them; it and the header are in ``templates``.
 """
 
 import json
@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 from jinja2 import Environment, FileSystemLoader
 
-from .expressions import FullModel, full_model
+from ...solver.robot import PoseModel, moments_function
 from .request import Exported, ExportError, Request
 
 _BODY = re.compile(r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S)
@@ -30,7 +30,8 @@ def write(request: Request) -> Exported:
             f"--out {file}: its functions are named after it, so name it like one, as in panda.c"
         )
     calibrated = request.calibration.calibrated
-    model = full_model(calibrated)
+    model, load = calibrated.pose_model, calibrated.load
+    moments = moments_function(calibrated.robot, load.gravity, load.payload)(model.q)
     place = _flange(request)
     flange = calibrated.robot.joints[place].child
     values = {
@@ -38,7 +39,7 @@ def write(request: Request) -> Exported:
         "flange": ca.vec(model.pose(place).T),  # row after row
         "jacobian": ca.vec(model.jacobian(place).T),
         "true_positions": model.true_positions,
-        "gravity": model.gravity,
+        "gravity": moments[: len(calibrated.robot.actuated)],
     }
     sizes = {"ball": "3", "flange": "16", "jacobian": f"6 * {name.upper()}_JOINTS"}
     functions = {word: (sizes.get(word), _body(model, value)) for word, value in values.items()}
@@ -77,7 +78,7 @@ def _flange(request: Request) -> int:
     return links.index(request.flange)
 
 
-def _body(model: FullModel, value: Any) -> str:
+def _body(model: PoseModel, value: Any) -> str:
     """Return the statements of C that compute an expression of ``q`` into ``out``."""
     function = ca.Function("model", [model.q], [ca.densify(value)], {"cse": True})
     generator = ca.CodeGenerator("model", {"casadi_int": "int"})

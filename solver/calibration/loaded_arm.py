@@ -1,0 +1,122 @@
+"""A calibrated arm and what is on it: its payload, its tool, and where its base stands."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property, lru_cache
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import MukcaError
+from ..data import Load
+from ..results import CalibratedRobot
+from ..robot import Goal, PoseSolver, RowFunction, pose_on_flange
+
+Payload = tuple[float, Sequence[float]]
+"""Mass [kg], and its centre in the flange's frame [m]."""
+SKEWED = 1e-3
+"""Largest error of a rotation matrix that was only rounded."""
+
+
+class PoseError(MukcaError):
+    """Numbers that are no pose."""
+
+
+class LoadedArm:
+    """The full model of an arm that carries a payload, as functions of rows of joint positions.
+
+    Args:
+        calibrated: The calibrated robot.
+        payload: What it carries in place of what it was calibrated with; None for that.
+    """
+
+    def __init__(self, calibrated: CalibratedRobot, payload: Payload | None = None) -> None:
+        if payload is not None:
+            robot = calibrated.robot.carrying(*payload)
+            calibrated = replace(calibrated, robot=robot, load=Load(calibrated.load.gravity))
+        self.calibrated, self.robot = calibrated, calibrated.robot
+        self.flange = len(self.robot.joints) - 2
+        """Index of the chain's joint whose child link carries the ball."""
+        self.solver = lru_cache(maxsize=2)(self._solver)
+        """Inverse kinematics for a goal."""
+
+    def _solver(self, goal: Goal) -> PoseSolver:
+        limits = self.robot.lower, self.robot.upper
+        return PoseSolver(self.calibrated.pose_model, self.flange, limits, goal)
+
+    @cached_property
+    def poses(self) -> RowFunction:
+        """Pose of the flange, 16 numbers."""
+        model = self.calibrated.pose_model
+        return RowFunction("flange", [model.q], [model.pose(self.flange)])
+
+    @cached_property
+    def jacobians(self) -> RowFunction:
+        """Jacobian of a point of the flange, 6 m numbers."""
+        model, point = self.calibrated.pose_model, ca.SX.sym("point", 3)
+        R, p = model.frames[self.flange]
+        J = model.jacobian(self.flange, p + R @ point)
+        return RowFunction("jacobian", [point, model.q], [J])
+
+    def tool(self, tool: str | ArrayLike | None) -> np.ndarray:
+        """Return the pose of a tool on the flange, shape (4, 4).
+
+        Args:
+            tool: Its pose; or a link that stands still on the flange; None for the flange.
+
+        Raises:
+            PoseError: No pose.
+            ModelError: No such link, or one that moves.
+        """
+        if isinstance(tool, str):
+            calibrated = self.calibrated
+            return pose_on_flange(self.robot, tool, calibrated.model.origins(calibrated.values))
+        return np.eye(4) if tool is None else one_pose(tool, "tool")
+
+
+def one_pose(pose: ArrayLike, what: str) -> np.ndarray:
+    """Return one pose, shape (4, 4), checked as by :func:`as_poses`."""
+    T = as_poses(pose, what)
+    if T.shape != (4, 4) or np.shape(pose) == (3,):
+        raise PoseError(f"{what} of shape {np.shape(pose)}: one pose of shape (4, 4) is needed")
+    return T
+
+
+def as_poses(pose: ArrayLike, what: str) -> np.ndarray:
+    """Return poses, shape (..., 4, 4), from such or from points, shape (..., 3).
+
+    Rotations that were rounded are made rigid again.
+
+    Raises:
+        PoseError: Another shape, numbers that are not finite, or a matrix that is no rigid motion.
+    """
+    try:
+        given = np.asarray(pose, dtype=float)
+    except (TypeError, ValueError):
+        raise PoseError(f"{what}: {pose!r:.60} are no numbers") from None
+    points = given.shape[-2:] != (4, 4) and given.shape[-1:] == (3,)
+    if not points and given.shape[-2:] != (4, 4):
+        raise PoseError(
+            f"{what} of shape {given.shape}: give a pose of shape (4, 4), or a point of shape (3,)"
+        )
+    if not np.isfinite(given).all():
+        raise PoseError(f"{what}: holds numbers that are not finite")
+    T = np.broadcast_to(np.eye(4), (*given.shape[:-1], 4, 4)).copy() if points else given.copy()
+    if points:
+        T[..., :3, 3] = given
+        return T
+    U, _, Vt = np.linalg.svd(given[..., :3, :3])
+    R = U @ Vt
+    off = max(
+        float(np.abs(R - given[..., :3, :3]).max(initial=0)),
+        float(np.abs(given[..., 3, :] - [0, 0, 0, 1]).max(initial=0)),
+    )
+    if off > SKEWED or (np.linalg.det(R) < 0).any():
+        raise PoseError(
+            f"{what}: not a rigid motion [R p; 0 0 0 1]; its numbers are off one by {off:.2g}"
+            if off > SKEWED
+            else f"{what}: its rotation is mirrored (left-handed)"
+        )
+    T[..., :3, :3], T[..., 3, :] = R, [0, 0, 0, 1]
+    return T

@@ -1,0 +1,132 @@
+"""One step of the inverse kinematics as an expression: damped, within limits, near a posture.
+
+With the error e of the pose, as a shift and a rotation vector, its Jacobian J by the joint
+positions, and d = prefer - q, the step is the s that minimises
+
+    |J s - e|^2 / l + |s - d|^2    with lower <= q + s <= upper and l = |e|^2 / 10
+
+(Levenberg-Marquardt): s = d + J^T (J J^T + l I)^-1 (e - J d). Near the solution l vanishes: the
+step is Newton's, and what the pose leaves free moves toward the preferred posture. A joint that
+would pass its limit goes just as far, and the others make up for it. J leaves out that the
+corrections of the joints change with q, which costs a thousandth of the error each round.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import casadi as ca
+
+from .pose_model import PoseModel
+
+Goal = Literal["pose", "point", "axis"]
+"""What of the target's pose counts: all; its origin; or its origin and the direction of its z."""
+MAX_STEP = 0.5
+"""Largest step of a joint [rad, m]."""
+MAX_PULL = 0.3
+"""Largest part of it that the preferred posture asks for [rad, m]."""
+DAMPING, LEAST_DAMPING = 0.1, 1e-12
+"""l as a share of |e|^2; the least one keeps the matrix invertible at singular configurations."""
+FREED = 3
+"""Times that joints are taken to their limits, and the others make up for it."""
+
+
+@dataclass(frozen=True)
+class NewtonStep:
+    """Expressions of one step, and their symbols; poses are rows of [R | p], 12 numbers."""
+
+    tool: Any
+    """Pose of the tool on the link, shape (12,)."""
+    lower: Any
+    """Limits of the joints, shape (m,) [rad]."""
+    upper: Any
+    q: Any
+    target: Any
+    """Pose that the tool is to have, shape (12,)."""
+    prefer: Any
+    """Posture to stay near, shape (m,) [rad]."""
+    left: Any
+    """Distance [m] and angle [rad] that are left at q, shape (2,)."""
+    change: Any
+    """The step, shape (m,) [rad]."""
+
+
+def newton_step(model: PoseModel, joint: int, goal: Goal, *, limited: bool = True) -> NewtonStep:
+    """Return one step toward a pose of a tool on a joint's child link.
+
+    Args:
+        model: The robot's.
+        joint: Index of the chain's joint.
+        goal: What of the pose counts.
+        limited: Without, the step may be too long or leave the limits: for a third of the work.
+    """
+    m = model.q.numel()
+    tool, target = ca.SX.sym("tool", 12), ca.SX.sym("target", 12)
+    lower, upper, prefer = (ca.SX.sym(name, m) for name in ("lower", "upper", "prefer"))
+    R, p = model.frames[joint]
+    (R_tool, p_tool), (R_target, p_target) = _parts(tool), _parts(target)
+    point = p + R @ p_tool
+    slopes = model.by_corrected(joint, point)[:, :m]
+    shift = p_target - point
+    e, angle = shift, ca.SX(0)
+    if goal != "point":
+        turn, angle = (_turn if goal == "pose" else _lean)(R @ R_tool, R_target)
+        e = ca.vertcat(shift, turn)
+    rows = e.numel()
+    J = slopes[:rows, :]
+    pull = ca.fmax(ca.fmin(prefer - model.q, MAX_PULL), -MAX_PULL) if m > rows else ca.SX.zeros(m)
+    damping = (DAMPING * ca.dot(e, e) + LEAST_DAMPING) * ca.SX.eye(rows)
+    least = ca.fmax(lower - model.q, -MAX_STEP)
+    most = ca.fmin(upper - model.q, MAX_STEP)
+    free, fixed = ca.SX.ones(m), ca.SX.zeros(m)
+    change = fixed
+    for _ in range(FREED if limited else 1):
+        moves = fixed + free * pull
+        freed = J * ca.repmat(free.T, rows, 1)
+        change = moves + freed.T @ _solved(freed @ freed.T + damping, e - J @ moves)
+        if limited:
+            inside = ca.fmax(ca.fmin(change, most), least)
+            passes = free * (inside != change)
+            fixed, free, change = fixed + passes * inside, free * (1 - passes), inside
+    left = ca.vertcat(ca.norm_2(shift), angle)
+    return NewtonStep(tool, lower, upper, model.q, target, prefer, left, change)
+
+
+def _parts(pose: Any) -> tuple[Any, Any]:
+    """Return the rotation and the translation of a pose written as the rows of [R | p]."""
+    matrix = ca.reshape(pose, 4, 3).T
+    return matrix[:, :3], matrix[:, 3]
+
+
+def _turn(R: Any, target: Any) -> tuple[Any, Any]:
+    """Return the rotation vector from one rotation to another, and its length [rad]."""
+    E = target @ R.T
+    sines = ca.vertcat(E[2, 1] - E[1, 2], E[0, 2] - E[2, 0], E[1, 0] - E[0, 1]) / 2
+    return _scaled(sines, (ca.trace(E) - 1) / 2)
+
+
+def _lean(R: Any, target: Any) -> tuple[Any, Any]:
+    """Return the shortest rotation vector from one z axis to another, and its length [rad]."""
+    return _scaled(ca.cross(R[:, 2], target[:, 2]), ca.dot(R[:, 2], target[:, 2]))
+
+
+def _scaled(sines: Any, cosine: Any) -> tuple[Any, Any]:
+    """Return the rotation vector along an axis times the sine of its angle, and the angle."""
+    sine = ca.sqrt(ca.dot(sines, sines) + 1e-32)  # of a turn of pi the axis is lost, not the angle
+    angle = ca.atan2(sine, cosine)
+    return sines * (angle / sine), angle
+
+
+def _solved(A: Any, b: Any) -> Any:
+    """Return A^-1 b for a symmetric positive definite A (Cholesky)."""
+    n = b.numel()
+    L = ca.SX.zeros(n, n)
+    for i in range(n):
+        for j in range(i + 1):
+            rest = A[i, j] - sum(L[i, k] * L[j, k] for k in range(j))
+            L[i, j] = ca.sqrt(rest) if i == j else rest / L[j, j]
+    y: list[Any] = []
+    for i in range(n):
+        y.append((b[i] - sum(L[i, k] * y[k] for k in range(i))) / L[i, i])
+    for i in reversed(range(n)):
+        y[i] = (y[i] - sum(L[k, i] * y[k] for k in range(i + 1, n))) / L[i, i]
+    return ca.vertcat(*y)

@@ -1,0 +1,102 @@
+"""The pose of a robot's links and its derivatives as CasADi expressions: rigid, or the full model.
+
+Nothing of a model is written here a second time: the kinematics are those of
+:func:`.link_frames`, at joint positions that a calibration corrects as it always does. The library
+computes with these expressions, and exports make code of them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from .chain import Joint
+from .kinematics import across, link_frames, rotation
+from .urdf import Robot
+
+
+@dataclass(frozen=True)
+class PoseModel:
+    """A robot's model as expressions of its joint positions; each is a column of CasADi's SX."""
+
+    q: Any
+    """Joint positions as the encoders read them, shape (m,) [rad]."""
+    corrected: Any
+    """True positions of the joints, shape (m,) [rad]; their tilts follow where there are any."""
+    joints: tuple[Joint, ...]
+    """The chain, from the base to the ball."""
+    frames: tuple[tuple[Any, Any], ...]
+    """Rotation and position of each joint's child link in the base frame."""
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        origins: np.ndarray | None = None,
+        correct: Callable[[Any], Any] | None = None,
+    ) -> "PoseModel":
+        """Return the model of a robot.
+
+        Args:
+            robot: The robot.
+            origins: Origins of its joints, shape (joints, 6); None for those of its URDF.
+            correct: The true positions of joints that read q, and their tilts where there are any,
+                as columns; None for a rigid robot.
+        """
+        q = ca.SX.sym("q", len(robot.actuated))
+        true = q if correct is None else correct(q)
+        places = ca.DM((robot.origins if origins is None else origins).ravel())
+        return cls(q, true, robot.joints, tuple(link_frames(robot.joints, places, true)))
+
+    @property
+    def true_positions(self) -> Any:
+        """True positions of the joints, shape (m,) [rad]."""
+        return self.corrected[: self.q.numel()]
+
+    @property
+    def ball(self) -> Any:
+        """The ball's centre in the base frame, shape (3,) [m]."""
+        return ca.densify(self.frames[-1][1])
+
+    def pose(self, joint: int) -> Any:
+        """Return the pose of a joint's child link in the base frame, shape (4, 4)."""
+        R, p = self.frames[joint]
+        return ca.densify(ca.vertcat(ca.horzcat(R, p), ca.DM([[0, 0, 0, 1]])))
+
+    def jacobian(self, joint: int, point: Any = None) -> Any:
+        """Return the geometric Jacobian of a joint's child link, shape (6, m).
+
+        It carries the speeds of the joints, as their encoders read them, to the speed of the
+        link's origin, or of another point on it [m/s], upper rows, and to its angular velocity
+        [rad/s], lower rows; both in the base frame.
+        """
+        by_corrected = self.by_corrected(joint, self.frames[joint][1] if point is None else point)
+        return ca.densify(by_corrected @ ca.jacobian(self.corrected, self.q))
+
+    def by_corrected(self, joint: int, point: Any) -> Any:
+        """Return the same by the corrected positions and tilts, shape (6, m) or (6, 3 m).
+
+        Its first m columns are nearly those of :meth:`jacobian`, since joints are corrected by
+        milliradians, and take a tenth of the work.
+        """
+        m, count = self.q.numel(), self.corrected.numel()
+        columns = [ca.DM.zeros(6)] * count
+        moving = 0
+        for i, (one, (R, p)) in enumerate(zip(self.joints, self.frames, strict=True)):
+            if not one.actuated or i > joint:
+                continue
+            axes = [ca.DM(one.axis)]
+            if count > m:  # from the link back: turns about c, then b, then the joint's own axis
+                b, c = across(one.axis)
+                upright = rotation(c, -self.corrected[2 * m + moving])
+                before = upright @ rotation(b, -self.corrected[m + moving])
+                axes = [before @ axes[0], upright @ ca.DM(b), ca.DM(c)]
+            for k, axis in enumerate(axes):
+                along, still = R @ axis, ca.DM.zeros(3)
+                slides = k == 0 and one.type == "prismatic"
+                turned = ca.vertcat(ca.cross(along, point - p), along)
+                columns[k * m + moving] = ca.vertcat(along, still) if slides else turned
+            moving += 1
+        return ca.horzcat(*columns)

@@ -1,0 +1,156 @@
+"""From a wanted pose to joint positions, by the full model."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.solver.calibration import CommandError, FullModel
+from mukca.solver.robot import workspace
+
+FLAWS = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}
+SETUP = {"tool": "ball_link", "payload": (1.0, (0.0, 0.0, 0.05))}
+POSTURE = (0.0, -0.4, 0.0, -2.0, 0.0, 1.7, 0.8)
+
+
+def arm(name: str) -> FullModel:
+    truth, _ = mukca.simulate_recordings(mukca.load_robot(name), 1, samples=2, **FLAWS)
+    return FullModel(truth)
+
+
+@pytest.fixture(scope="module", params=["panda", "ur5e", "so101"])
+def model(request: pytest.FixtureRequest) -> FullModel:
+    return arm(request.param)
+
+
+@pytest.fixture(scope="module")
+def bent_panda() -> FullModel:
+    return arm("panda")
+
+
+def test_the_jacobian_is_the_derivative_of_the_pose(model) -> None:
+    q, step = workspace(model.robot, 30), 1e-6
+    for setup in ({}, SETUP):
+        T, J = model.flange(q, **setup), model.jacobian(q, **setup)
+        for i, change in enumerate(step * np.eye(q.shape[1])):
+            slope = model.flange(q + change, **setup) - model.flange(q - change, **setup)
+            slope /= 2 * step
+            W = slope[:, :3, :3] @ T[:, :3, :3].transpose(0, 2, 1)
+            spin = np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], axis=1)
+            assert np.abs(J[:, :, i] - np.hstack([slope[:, :3, 3], spin])).max() < 1e-7
+
+
+def test_the_flange_carries_the_ball_and_shapes_stay(model) -> None:
+    q = workspace(model.robot, 6)
+    T = model.flange(q.reshape(2, 3, -1), tool="ball_link")
+    assert T.shape == (2, 3, 4, 4)
+    assert T.reshape(6, 4, 4)[:, :3, 3] == pytest.approx(model.ball(q), abs=1e-12)
+
+
+def test_commands_bring_the_tool_to_poses_and_points(model) -> None:
+    q, rng = workspace(model.robot, 100), np.random.default_rng(0)
+    near = q + rng.uniform(-0.1, 0.1, q.shape)
+    base = model.flange(q[0])
+    for setup in ({}, {**SETUP, "base": base}):
+        T = model.flange(q, **setup)
+        found = model.command(T, near, **setup)
+        assert np.abs(model.flange(found, **setup) - T).max() < 1e-9
+        assert np.all((found >= model.robot.lower) & (found <= model.robot.upper))
+    point = model.command(model.ball(q)[3], near[3], tool="ball_link")
+    assert point.shape == q[3].shape and model.ball(point) == pytest.approx(model.ball(q)[3])
+
+
+def test_other_starts_are_tried_where_the_first_leads_nowhere(model) -> None:
+    T = model.flange(workspace(model.robot, 15))
+    assert np.abs(model.flange(model.command(T)) - T).max() < 1e-9
+
+
+def test_a_payload_is_held_and_the_command_makes_up_for_it(bent_panda) -> None:
+    q, loaded = np.array(POSTURE), {"payload": (3.0, (0.0, 0.0, 0.1))}
+    T = bent_panda.flange(q)
+    assert bent_panda.flange(q, **loaded)[2, 3] < T[2, 3] - 1e-5
+    assert np.abs(bent_panda.flange(bent_panda.command(T, q, **loaded), **loaded) - T).max() < 1e-9
+
+
+def test_what_is_out_of_reach_is_said_with_the_nearest_positions(bent_panda) -> None:
+    with pytest.raises(CommandError, match=r"^pose: not reached; .* mm and 0 mrad") as stopped:
+        bent_panda.command((3.0, 0.0, 0.3), POSTURE)
+    place = bent_panda.flange(stopped.value.positions)[:3, 3]
+    left = np.linalg.norm(place - [3.0, 0.0, 0.3])
+    assert stopped.value.left[0] == pytest.approx(left) and 2.0 < left < 2.3
+
+
+def test_the_joint_at_its_limit_is_named(bent_panda) -> None:
+    robot, at = bent_panda.robot, dict(zip(bent_panda.robot.joint_names, POSTURE, strict=True))
+    joints = tuple(
+        replace(j, lower=at[j.name] - 0.1, upper=at[j.name] + 0.1) if j.actuated else j
+        for j in robot.joints
+    )
+    narrow = FullModel(replace(bent_panda.calibrated, robot=replace(robot, joints=joints)))
+    with pytest.raises(CommandError) as stopped:
+        narrow.command(narrow.flange(np.add(POSTURE, 0.2)), POSTURE)
+    joint, positions = stopped.value.joint, stopped.value.positions
+    assert abs(positions[robot.joint_names.index(joint)] - at[joint]) == pytest.approx(0.1)
+    assert f"with {joint} at its limit" in str(stopped.value)
+
+
+def circles(start: np.ndarray, radius: float, rounds: int = 10) -> np.ndarray:
+    """Poses along a circle, 50 a round, that ends where it begins."""
+    angle = np.linspace(0, 2 * np.pi * rounds, 50 * rounds + 1)
+    poses = np.tile(start, (len(angle), 1, 1))
+    poses[:, 0, 3] += radius * (np.cos(angle) - 1)
+    poses[:, 1, 3] += radius * np.sin(angle)
+    return poses
+
+
+def test_a_closed_path_of_the_tool_is_one_of_the_joints(bent_panda) -> None:
+    path = bent_panda.command_path(circles(bent_panda.flange(POSTURE), 0.1), POSTURE)
+    assert path.reached.all() and not path.jumps and path.rounds.max() <= 6
+    assert np.abs(path.checked()[-1] - POSTURE).max() < 1e-3
+    assert np.abs(np.diff(path.positions, axis=0)).max() < 0.1
+    assert path.singular_value.min() > 0.05
+
+
+def test_the_preferred_posture_is_kept_on_the_way(bent_panda) -> None:
+    T, turned = bent_panda.flange(POSTURE), np.array(POSTURE)
+    found = bent_panda.command(T, POSTURE)
+    assert found == pytest.approx(np.array(POSTURE), abs=1e-9)
+    turned[0] += 0.3
+    other = bent_panda.command(T, POSTURE, turned)
+    assert np.linalg.norm(other - turned) < np.linalg.norm(found - turned) - 1e-3
+    assert np.abs(bent_panda.flange(other) - T).max() < 1e-9
+
+
+def test_jumps_and_poses_not_reached_are_refused(bent_panda) -> None:
+    one = np.array(POSTURE)
+    poses = bent_panda.flange(np.array([one, one]))
+    poses[1, :2, 3] = -poses[1, :2, 3]  # to the other side of the foot
+    path = bent_panda.command_path(poses, one)
+    poses[1, :3, 3] = 3.0
+    lost = bent_panda.command_path(poses, one)
+    assert path.jumps == (1,) and lost.reached.tolist() == [True, False]
+    for table, words in ((path, "jump"), (lost, "not reached")):
+        with pytest.raises(CommandError, match=f"pose 1: .*{words}"):
+            table.checked()
+
+
+@pytest.mark.parametrize(
+    ("pose", "setup", "said"),
+    [
+        (np.eye(3), {}, "not reached"),
+        (np.eye(4)[:2], {}, "shape"),
+        (2 * np.eye(4), {}, "no"),
+        (np.diag([1, 1, -1, 1]), {}, "mirrored"),
+        (np.full(3, np.nan), {}, "finite"),
+        ("there", {}, "no numbers"),
+        (np.eye(4), {"tool": "panda_link3"}, "stand still"),
+        (np.eye(4), {"tool": "gripper"}, "gripper"),
+        (np.eye(4), {"tool": (0, 0, 1)}, "tool of shape"),
+        (np.eye(4), {"payload": (-1, (0, 0, 0))}, "payload"),
+    ],
+)
+def test_what_is_no_pose_is_said(bent_panda, pose, setup, said) -> None:
+    with pytest.raises(mukca.MukcaError, match=said) as stopped:
+        bent_panda.command(pose, **setup)
+    assert "\n" not in str(stopped.value)
