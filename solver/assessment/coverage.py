@@ -69,3 +69,13 @@ def coverage(predictions: Predictions, most: int) -> Coverage:
             )
         ),
     )
+
+
+def travels(coverage: Coverage) -> dict[str, float]:
+    """Return how far each joint that turns did over all that was trained on, by its name [rad]."""
+    trained = [socket for socket in coverage.sockets if socket.role == "train"]
+    return {
+        joint.name: max(s.high[i] for s in trained) - min(s.low[i] for s in trained)
+        for i, joint in enumerate(coverage.joints)
+        if joint.unit == "rad" and trained
+    }

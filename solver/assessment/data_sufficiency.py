@@ -1,4 +1,4 @@
-"""Sufficiency of the data for a verdict: samples, travel, and a small predicted error.
+"""Rows on the recordings: what was found in them, how many samples, how far each joint turned.
 
 A few samples, or many alike, leave small errors by any model, so small errors are then no proof.
 """
@@ -7,11 +7,12 @@ import math
 from collections.abc import Sequence
 
 from ..diagnostics import Diagnostic
-from ..results import Scale, Uncertainty
-from .coverage import Coverage
-from .formatting import joined, mm, plural
-from .limits import Limit, LimitResult, Status, limit_row
-from .predictions import PlacementPrediction
+from .accuracy import accuracy_rows, size_known_row
+from .coverage import Coverage, travels
+from .formatting import joined, plural
+from .limits import LimitResult, Limits, Status, limit_row
+from .predictions import PlacementPrediction, Predictions
+from .scale_check import assumed_distances, distance_row, distortion_row, scale_row
 
 LEAST_SAMPLES = 10
 """In each of two sockets: with fewer, the sockets' centres and the noise are hardly known."""
@@ -19,23 +20,25 @@ LEAST_HELD_OUT = 5
 """In each of two sockets held out: with fewer, the mean lies with the samples."""
 LEAST_TRAVEL = math.radians(20)
 """A joint that turned less than this over all that was trained on is hardly seen [rad]."""
-WELL_TURNED = math.radians(60)
-"""A joint that turned less is named where too little is known [rad]."""
-LINKS = 1e-3
-"""Links are machined, and a base of 50 mm is measured, to this share of their length. No distance
-is asked to be known better, which a large arm would need to be."""
-SIZE = 5e-3
-"""The paper's method must know an arm's size to this share of it, so that a distance of the sockets
-that is 1 % wrong is seen. With 30 samples in each socket it knows it to 0.1 to 0.3 %."""
-PREDICTED, ANY_ARM = 3.0, 2e-3
-"""The predicted error of distances may be this many times the limit on held-out errors, since
-nothing at one placement shows the far workspace: a good recording of an arm that repeats to 0.1 mm
-comes to 1 to 2.4 times. That is no more than some 1.2 mm with any arm, so arms that repeat worse
-may have up to this much [m], or the limit itself."""
-
 BESIDE = ("far", "duplicate", "few", "still")
 """Codes of warnings that do not bear on the model: single samples that hardly count, and amounts
 that rows of their own judge."""
+
+
+def rows_of_the_fit(
+    predictions: Predictions, covered: Coverage, limits: Limits
+) -> list[LimitResult]:
+    """Return the rows on the recordings, the arm's size, and how much is known by them."""
+    document = predictions.document
+    rows = [checks_row(document.checks), distortion_row(document)]
+    rows.append(distance_row(assumed_distances(document)))
+    if document.scale is not None:
+        rows.append(scale_row(document.scale, document.placements, document.checks))
+    tied = bool(document.settings.get("known"))
+    rows += [samples_row(predictions.placements, tied=tied), travel_row(covered)]
+    if document.uncertainty is None and document.method == "paper":
+        return [*rows, size_known_row(document.scale, covered)]
+    return [*rows, *accuracy_rows(document.uncertainty, limits.mean_absolute_error, covered)]
 
 
 def checks_row(checks: Sequence[Diagnostic] | None) -> LimitResult:
@@ -107,16 +110,6 @@ def _second(sockets: Sequence[tuple[int, ...]]) -> int:
     return max((sorted(counts)[-2] if len(counts) > 1 else 0 for counts in sockets), default=0)
 
 
-def travels(coverage: Coverage) -> dict[str, float]:
-    """Return how far each joint that turns did over all that was trained on, by its name [rad]."""
-    trained = [socket for socket in coverage.sockets if socket.role == "train"]
-    return {
-        joint.name: max(s.high[i] for s in trained) - min(s.low[i] for s in trained)
-        for i, joint in enumerate(coverage.joints)
-        if joint.unit == "rad" and trained
-    }
-
-
 def travel_row(coverage: Coverage) -> LimitResult:
     """Return whether each joint that turns was turned enough while recording."""
     turned = travels(coverage)
@@ -131,67 +124,3 @@ def travel_row(coverage: Coverage) -> LimitResult:
         f"joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"
     )
     return limit_row("travel", "travel of each joint", "not enough", text)
-
-
-def prediction_row(
-    uncertainty: Uncertainty | None,
-    limit: Limit,
-    method: str,
-    coverage: Coverage,
-    scale: Scale | None = None,
-) -> LimitResult:
-    """Return whether the error that is predicted of distances is small beside the limit.
-
-    Args:
-        uncertainty: How well the calibration is known; None where that could not be computed.
-        limit: On the held-out error.
-        method: ``paper`` or ``auto``.
-        coverage: How far each joint turned.
-        scale: Of the arm, all that the paper's method knows of its own errors.
-    """
-    title = "predicted error of distances"
-    if uncertainty is None and method == "paper":
-        return _paper_row(title, scale, coverage)
-    if uncertainty is None:
-        words = "how well the calibration is known could not be computed; record more samples"
-        return limit_row("predicted_distance", title, "fail", words)
-    predicted = uncertainty.distance_deviation.median
-    if limit.value is None:
-        return limit_row("predicted_distance", title, "not evaluated", limit.source, predicted)
-    allowed = max(limit.value, min(PREDICTED * limit.value, ANY_ARM))
-    words = f"{allowed / limit.value:.2g} times the limit on the held-out error"
-    length = uncertainty.distance_deviation.length
-    if length is not None and LINKS * length > allowed:
-        allowed = LINKS * length
-        words = f"{100 * LINKS:g} % of {mm(length)}, the median distance in the workspace"
-    if predicted <= allowed:
-        return limit_row("predicted_distance", title, "pass", words, predicted, allowed)
-    text = (
-        f"distances in the workspace are known to {mm(predicted)} only, where {mm(allowed)} is "
-        f"asked; record more varied samples{_turned_least(coverage)}, and a second placement far "
-        "from the first"
-    )
-    return limit_row("predicted_distance", title, "not enough", text, predicted, allowed)
-
-
-def _paper_row(title: str, scale: Scale | None, coverage: Coverage) -> LimitResult:
-    """Return whether the paper's method knows at least the arm's size."""
-    deviation = scale.deviation if scale is not None else None
-    if deviation is None or deviation <= SIZE:
-        words = "the paper's method does not say how well it knows; --method auto does"
-        return limit_row("predicted_distance", title, "not evaluated", words)
-    text = (
-        f"the arm's size is known to {100 * deviation:.1f} % only, and a wrong distance of the "
-        f"sockets could hide in that; record more varied samples{_turned_least(coverage)}, with "
-        "sockets farther apart, or use --method auto"
-    )
-    return limit_row("predicted_distance", title, "not enough", text)
-
-
-def _turned_least(coverage: Coverage) -> str:
-    """Return which joint turned least, where that was little."""
-    turned = travels(coverage)
-    name = min(turned, key=lambda joint: turned[joint], default="")
-    if not name or turned[name] >= WELL_TURNED:
-        return ""
-    return f" ({name} turned by {math.degrees(turned[name]):.0f} deg only)"

@@ -129,8 +129,10 @@ def _title(
     if rests_on:
         title += f", if {joined([one.text for one in rests_on])}"
     elsewhere = next((row for row in rows if row.name == WORKSPACE), None)
-    if scope == "workspace" or elsewhere is None or elsewhere.found is None:
+    if scope == "workspace" or elsewhere is None:
         return title
+    if elsewhere.found is None:
+        return f"{title}; nothing is known of the rest of the workspace"
     return f"{title}; in the whole workspace distances are known to {_both(elsewhere)}"
 
 

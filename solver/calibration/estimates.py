@@ -1,5 +1,7 @@
 """Estimates of a fit, parameter by parameter, with their uncertainty and their use."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..bayes.inference import Posterior
@@ -8,7 +10,7 @@ from ..bayes.results import (
     uncertainty,
     unobservable,
     weakly_identifiable_directions,
-    workspace_deviation,
+    workspace_errors,
 )
 from ..data import Load, Measurement
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
@@ -102,9 +104,14 @@ def noise_scale(posterior: Posterior) -> NoiseScale:
     )
 
 
-def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
-    """Return how well the calibration is known, and what the data cannot tell."""
-    median, worst, length = uncertainty.workspace_deviation(posterior, load)
+def uncertainty_of(
+    posterior: Posterior, calibrated: CalibratedRobot, recorded: Sequence[Measurement]
+) -> Uncertainty:
+    """Return how well the calibration is known, here and there, and what the data cannot tell."""
+    load, exported = calibrated.load, calibrated.exported
+    places = [m.positions for m in recorded]
+    near = uncertainty.errors_near(posterior, load, places, exported)
+    anywhere = workspace_errors(posterior, load, exported)
     weak = tuple(weakly_identifiable_directions(posterior))
     return Uncertainty(
         weak_directions=weak,
@@ -112,8 +119,18 @@ def uncertainty_of(posterior: Posterior, load: Load) -> Uncertainty:
             Correlation(a=a, b=b, value=r) for a, b, r in uncertainty.correlations(posterior)
         ),
         observability_index=uncertainty.observability_index(posterior),
-        distance_deviation=DistanceDeviation(median=median, worst=worst, length=length),
+        distance_deviation=_deviation(anywhere, exported),
+        near=None if near is None else _deviation(near, exported),
         cannot_see=unobservable(posterior, weak),
+    )
+
+
+def _deviation(
+    found: uncertainty.PredictedErrors, exported: np.ndarray | None
+) -> DistanceDeviation:
+    alone = None if exported is None else found.alone
+    return DistanceDeviation(
+        median=found.median, worst=found.worst, length=found.length, alone=alone
     )
 
 
@@ -168,7 +185,7 @@ def _samples(robot: Robot, measured: Measurement, load: Load) -> Samples:
 
 
 def _after(posterior: Posterior, load: Load, samples: Samples) -> float:
-    return workspace_deviation(predicted_posterior(posterior, samples), load)[0]
+    return workspace_errors(predicted_posterior(posterior, samples), load).median
 
 
 def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> Samples:

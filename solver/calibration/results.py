@@ -77,7 +77,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         data=_samples(problem, fit),
         scale=estimates.scale_of(fit),
         outlook=estimates.outlook_of(problem, fit),
-        **_known(fit),
+        **_known(problem, fit),
     )
 
 
@@ -107,7 +107,7 @@ def _errors(problem: CalibrationProblem, fit: Fit) -> tuple[PlacementErrors, ...
     )
 
 
-def _known(fit: Fit) -> dict[str, Any]:
+def _known(problem: CalibrationProblem, fit: Fit) -> dict[str, Any]:
     """Return how well everything is known; nothing where the method does not say."""
     if fit.posterior is None:
         return {}
@@ -117,7 +117,9 @@ def _known(fit: Fit) -> dict[str, Any]:
         "noise": estimates.noise_scale(fit.posterior),
         "log_evidence": fit.posterior.log_evidence,
         "frames": _frames(fit),
-        "uncertainty": estimates.uncertainty_of(fit.posterior, fit.calibrated.load),
+        "uncertainty": estimates.uncertainty_of(
+            fit.posterior, fit.calibrated, (*problem.train, *problem.test)
+        ),
     }
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..bayes.inference import Posterior, estimate
 from ..bayes.model import ExtendedModel, extend
 from ..bayes.model.effects import JOINT_OFFSET
-from ..bayes.results import workspace_deviation
+from ..bayes.results import workspace_errors
 from ..data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
@@ -180,7 +180,7 @@ def predicted_error(
         arm = RobotRecordings(robot, measurements, load)
         data = observe_all([arm], known=known, deviation=deviation)
         model = extend(robot, choose_parameters(robot), (JOINT_OFFSET.name,) if zeros else ())
-        median = workspace_deviation(estimate([model], data).arms[0], load)[0]
+        median = workspace_errors(estimate([model], data).arms[0], load).median
     except (KnownError, NotConverged):
         return None
     return median if np.isfinite(median) else None

@@ -86,6 +86,8 @@ class DistanceDeviation(Document, kw_only=True, frozen=True):
     worst: float
     length: float | None = None
     """The median of those distances; None in older files."""
+    alone: float | None = None
+    """Median for the exported URDF by itself; None where that is the full model."""
 
 
 class Uncertainty(Document, kw_only=True, frozen=True):
@@ -95,6 +97,9 @@ class Uncertainty(Document, kw_only=True, frozen=True):
     correlations: tuple[Correlation, ...]
     observability_index: float
     distance_deviation: DistanceDeviation
+    """In the whole workspace."""
+    near: DistanceDeviation | None = None
+    """Near the recorded places, at the one where it is largest; None in older files."""
     cannot_see: tuple[str, ...]
 
 

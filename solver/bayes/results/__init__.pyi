@@ -12,4 +12,4 @@ from .relative_pose import RelativeBasePose as RelativeBasePose
 from .relative_pose import between as between
 from .uncertainty import predicted_deviation as predicted_deviation
 from .uncertainty import scale as scale
-from .uncertainty import workspace_deviation as workspace_deviation
+from .uncertainty import workspace_errors as workspace_errors

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...data import Load
-from ...robot import BallModel
+from ...robot import BallModel, Robot
 from ..inference import Posterior
 
 PLACES, POSTURES = 40, 20
@@ -47,14 +47,34 @@ def simulated_poses(full: Posterior, load: Load) -> Poses:
     The nominal robot puts it there, which is near enough: what counts is what each model says of
     one configuration. Those out of the joints' limits or of reach are left out.
     """
-    robot, recorded = full.model.robot, full.data.positions
+    robot = full.model.robot
+    away = AWAY * float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+    q, places = poses_near(robot, full.data.positions, (PLACES, POSTURES), away)
+    targets = full.predict(q, load.moments(robot, q, None))
+    return Poses(q, places, targets, np.ones(len(q)))
+
+
+def poses_near(
+    robot: Robot, recorded: np.ndarray, counts: tuple[int, int], away: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return configurations like those recorded, with the ball at places near theirs.
+
+    Args:
+        robot: The nominal robot.
+        recorded: Joint positions, shape (N, m) [rad].
+        counts: Of places, and of postures at each.
+        away: Standard deviation of a place from a recorded one, per axis [m].
+
+    Returns:
+        Joint positions, shape (K, m), and the index of the place of each, shape (K,).
+    """
     generator = np.random.default_rng(0)
     ball = BallModel(robot, [])
     length = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
-    around = recorded[generator.integers(len(recorded), size=PLACES)]
+    around = recorded[generator.integers(len(recorded), size=counts[0])]
     centres = ball.points(np.empty(0), around)
-    centres = centres + generator.normal(0, AWAY * length, centres.shape)
-    places = np.repeat(np.arange(PLACES), POSTURES)
+    centres = centres + generator.normal(0, away, centres.shape)
+    places = np.repeat(np.arange(counts[0]), counts[1])
     q = recorded[generator.integers(len(recorded), size=len(places))]
     q = q + generator.normal(0, SWAY, q.shape)
     for _ in range(ROUNDS):
@@ -64,9 +84,7 @@ def simulated_poses(full: Posterior, load: Load) -> Poses:
     off = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
     lower, upper = (np.array([getattr(j, k) for j in robot.actuated]) for k in ("lower", "upper"))
     kept = (off < 0.01 * length) & np.all((q >= lower) & (q <= upper), axis=1)
-    q, places = q[kept], places[kept]
-    targets = full.predict(q, load.moments(robot, q, None))
-    return Poses(q, places, targets, np.ones(len(q)))
+    return q[kept], places[kept]
 
 
 def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:

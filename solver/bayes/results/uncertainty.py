@@ -4,6 +4,7 @@ All of it follows from the covariance of the posterior; see docs/model.md.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,11 +12,14 @@ from ...data import IDENTITY, Load
 from ...robot import gravity_moments, workspace
 from ..inference import Posterior
 from ..model import PriorGroup
+from .projection_poses import poses_near
 
 UNDECIDED = 0.5
 """The data did not decide a direction if its posterior is wider than this share of its prior."""
 STRONG = 0.9
 """Correlations of two unknowns beyond this are reported."""
+NEAR, NEARBY = 0.06, 60
+"""Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
 
 
 def deviations(posterior: Posterior) -> np.ndarray:
@@ -157,21 +161,71 @@ def scale(posterior: Posterior) -> tuple[float, float]:
     return float(by_scale @ posterior.x), variance**0.5
 
 
-def workspace_deviation(
-    posterior: Posterior, load: Load, pairs: int = 200
-) -> tuple[float, float, float]:
-    """Return the predicted error of distances between random poses.
+@dataclass(frozen=True)
+class PredictedErrors:
+    """Predicted errors of distances between pairs of poses, one standard deviation [m]."""
+
+    median: float
+    worst: float
+    length: float
+    """Median of those distances."""
+    alone: float
+    """Median for the exported geometry by itself: each pair's error, and how far it is from the
+    full model there, together."""
+
+
+def predicted_errors(
+    posterior: Posterior, load: Load, q: np.ndarray, exported: np.ndarray | None = None
+) -> PredictedErrors:
+    """Return the predicted errors of distances between pairs of poses.
 
     Args:
-        posterior: The calibration.
+        posterior: The full model.
         load: What pulls at the joints.
-        pairs: How many pairs of poses.
-
-    Returns:
-        The median and the maximum of it, and the median of the distances [m].
+        q: Joint positions, shape (2 N, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs.
+        exported: The free numbers of the geometry that is used by itself; None for the full model.
     """
-    robot = posterior.model.robot
-    q = workspace(robot, 2 * pairs)
-    torque = gravity_moments(robot, q, load.gravity, load.payload)
+    torque = gravity_moments(posterior.model.robot, q, load.gravity, load.payload)
     distances, deviation = distance_deviations(posterior, q, torque)
-    return float(np.median(deviation)), float(deviation.max()), float(np.median(distances))
+    alone = deviation
+    if exported is not None:
+        points = posterior.model.ball.points(exported, q)
+        gap = np.linalg.norm(points[1::2] - points[::2], axis=1) - distances
+        alone = np.hypot(deviation, gap)
+    medians = (float(np.median(values)) for values in (deviation, distances, alone))
+    median, length, by_itself = medians
+    return PredictedErrors(median, float(deviation.max()), length, by_itself)
+
+
+def workspace_errors(
+    posterior: Posterior, load: Load, exported: np.ndarray | None = None, pairs: int = 200
+) -> PredictedErrors:
+    """Return the predicted errors of distances between random poses."""
+    q = workspace(posterior.model.robot, 2 * pairs)
+    return predicted_errors(posterior, load, q, exported)
+
+
+def errors_near(
+    posterior: Posterior,
+    load: Load,
+    recorded: Sequence[np.ndarray],
+    exported: np.ndarray | None = None,
+) -> PredictedErrors | None:
+    """Return the predicted errors of distances near recorded places, where they are largest.
+
+    Near is some 0.1 m from a place, in configurations like those recorded there; both ends of a
+    distance are near one place.
+
+    Args:
+        posterior: The full model.
+        load: What pulls at the joints.
+        recorded: Joint positions of each placement, each of shape (N, m) [rad].
+        exported: As for :func:`predicted_errors`.
+    """
+    found: list[PredictedErrors] = []
+    for rows in recorded:
+        q, _ = poses_near(posterior.model.robot, rows, (NEARBY, 1), NEAR)
+        if len(q) > 1:
+            even = q[: len(q) // 2 * 2]
+            found.append(predicted_errors(posterior, load, even, exported))
+    return max(found, key=lambda one: one.alone, default=None)

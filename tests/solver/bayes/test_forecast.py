@@ -5,7 +5,7 @@ import pytest
 
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import extend
-from mukca.solver.bayes.results import workspace_deviation
+from mukca.solver.bayes.results import workspace_errors
 from mukca.solver.data import Load, Measurement, RobotRecordings, measure, observe_all
 from mukca.solver.design import error_map, joint_effects, predicted_posterior, workspace_samples
 from mukca.solver.robot import Robot, choose_parameters
@@ -35,7 +35,7 @@ def samples(panda: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.nd
 def test_a_second_placement_brings_what_was_forecast(panda, recorded, first) -> None:
     both = estimate([first.model], observe_all([RobotRecordings(panda, recorded)])).arms[0]
     forecast = predicted_posterior(first, samples(panda, recorded[1]))
-    before, expected, found = (workspace_deviation(p, LOAD)[0] for p in (first, forecast, both))
+    before, expected, found = (workspace_errors(p, LOAD).median for p in (first, forecast, both))
     assert expected < 0.95 * before
     assert found == pytest.approx(expected, rel=0.15)
 

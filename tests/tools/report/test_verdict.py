@@ -48,11 +48,11 @@ def test_a_good_calibration_passes_as_far_as_it_was_evaluated(document, rows) ->
         "predicted_distance": "not evaluated",
     }
     missing = "Not evaluated: distances between placements"
-    assert f"{missing} and predicted error of distances." in text
+    assert f"{missing} and distances in the workspace." in text
     del document["checks"]
     _, limits, text = rows(document)
     assert limits["data_checks"] == "not evaluated"
-    assert f"{missing}, data checks and predicted error of distances." in text
+    assert f"{missing}, data checks and distances in the workspace." in text
 
 
 @pytest.mark.parametrize(
@@ -310,6 +310,24 @@ def test_a_large_predicted_error_leaves_it_open(extended, report, rows) -> None:
     assert (status, limits["predicted_distance"]) == ("incomplete", "not enough")
     assert "are known to 3.80 mm only" in text
     assert report(extended)["answers"]["use"]["text"].endswith("see first what it lacks.")
+
+
+def test_a_pass_claims_no_more_than_its_rows(extended, report) -> None:
+    """The URDF alone is not the full model: how far it is from it counts, near and far."""
+    known = {"median": 3e-4, "worst": 9e-3, "alone": 8e-4}
+    extended["uncertainty"]["near"] = known
+    for alone, scope in ((8.9e-4, "workspace"), (1.1e-3, "recorded_places")):
+        extended["uncertainty"]["distance_deviation"] = {**known, "alone": alone}
+        verdict = report(extended)["verdict"]
+        assert (verdict["status"], verdict["scope"]) == ("pass", scope)
+        assert verdict["title"].startswith("PASS near the recorded") == (scope != "workspace")
+        row = verdict["limits"][-1]
+        assert (row["found"], row["full"], row["full_status"]) == (alone, 3e-4, "pass")
+    words = "in the whole workspace distances are known to 1.10 mm (0.30 mm with corrected"
+    assert words in verdict["title"]
+    extended["uncertainty"]["near"] = {**known, "alone": 1.1e-3}
+    verdict = report(extended)["verdict"]
+    assert (verdict["status"], verdict["kind"]) == ("incomplete", "not_enough")
 
 
 @pytest.mark.parametrize(

@@ -171,9 +171,10 @@ def spoken(calibration: "Calibration") -> list[str]:
     lines += _frame_lines(result.frames or ())
     if result.uncertainty is not None:
         distance = result.uncertainty.distance_deviation
+        alone = "" if distance.alone is None else f"; the URDF alone {1e3 * distance.alone:.2f} mm"
         lines.append(
             f"Predicted error of distances in the workspace, 1 sigma: median "
-            f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm."
+            f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm{alone}."
         )
         lines += [f"Not seen: {text}." for text in result.uncertainty.cannot_see]
     if result.summary.test is None:

@@ -149,8 +149,10 @@ def _between_text(verdict: Verdict, uncertainty: Uncertainty | None) -> str:
     text = f"{start}not evaluated, since no such distance is known."
     if uncertainty is None:
         return text
+    known = uncertainty.distance_deviation
+    expected = known.median if known.alone is None else known.alone
     return (
-        f"{text} The calibration itself expects {mm(uncertainty.distance_deviation.median)} (one "
+        f"{text} The calibration itself expects {mm(expected)} (one "
         "standard deviation, half of the distances in the workspace less)."
     )
 
