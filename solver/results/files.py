@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from ..._version import __version__
 from ...errors import MukcaError
 
 
@@ -91,6 +92,11 @@ def decode(data: bytes, kind: type[Typed], format_: str, source: str) -> Typed:
     except msgspec.ValidationError as error:
         raise DocumentError(f"{source}: not a {name}: {error}") from None
     if head.format != format_:
+        kind_of, _, number = format_.rpartition("-")
+        later = head.format.removeprefix(f"{kind_of}-")
+        if later.isdecimal() and int(later) > int(number):
+            reads = f"this one, {__version__}, reads {format_}; pip install --upgrade mukca"
+            raise DocumentError(f"{source}: written by a later mukca ({head.format}): {reads}")
         raise DocumentError(f"{source}: not a {name} of this version ({format_})")
     try:
         return msgspec.convert(value, kind)
