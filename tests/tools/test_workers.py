@@ -177,8 +177,9 @@ def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path: Pa
 def test_a_cluster_that_is_not_there_is_told() -> None:
     pytest.importorskip("distributed")
     code = (
-        "from mukca.tools.parallel import dask_cluster as cluster; cluster.ANSWER_SECONDS = 0.3\n"
-        "try: cluster.map_on_cluster('tcp://127.0.0.1:9', abs, [1, 2], print)\n"
+        "from mukca.tools.parallel import Workers, dask_cluster as cluster\n"
+        "cluster.ANSWER_SECONDS = 0.3\n"
+        "try: Workers(cluster='tcp://127.0.0.1:9').map(abs, [1, 2])\n"
         "except cluster.UsageError as error: print(error)\n"
     )
     assert "no Dask scheduler answers there" in ran("-c", code).stdout

@@ -56,18 +56,20 @@ class Terminal:
             task = bar.add_task("", total=total)
             yield lambda step: bar.update(task, description=step, advance=1)
 
-    def say(self, text: str) -> None:
-        """Write a line for people, as it is."""
+    def say(self, *texts: str) -> None:
+        """Write lines for people, as they are."""
         sys.stdout.flush()
         stream = sys.stderr if self.json else sys.stdout
-        stream.write(text + "\n")
+        stream.writelines(f"{text}\n" for text in texts)
 
-    def warn(self, text: str, level: str = "warning") -> None:
-        """Write a line about something that may be wrong, or is, to standard error."""
-        sys.stderr.write(f"{level}: {' '.join(text.split())}\n")
+    def warn(self, *texts: str, level: str = "warning") -> None:
+        """Write lines about something that may be wrong, or is, to standard error."""
+        sys.stderr.writelines(f"{level}: {' '.join(text.split())}\n" for text in texts)
 
     def emit(self, value: "dict[str, Any] | Document") -> None:
-        """Write one JSON object on one line of standard output; a NaN is a ValueError."""
+        """Write one JSON object on one line, if JSON is asked for; a NaN is a ValueError."""
+        if not self.json:
+            return
         if isinstance(value, dict):
             text = _json.dumps(value, allow_nan=False)
         else:

@@ -1,10 +1,10 @@
 """Tables on a terminal and in a pipe."""
 
 from collections.abc import Collection, Iterable, Sequence
+from typing import TYPE_CHECKING
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-from rich.text import Text
+if TYPE_CHECKING:
+    from rich.table import Table
 
 
 def table(
@@ -15,7 +15,7 @@ def table(
     left: Collection[int] = (0,),
     bold: Collection[int] = (),
     no_wrap: bool = False,
-) -> Table:
+) -> "Table":
     """Table with its columns of words to the left and its columns of figures to the right.
 
     Args:
@@ -26,6 +26,10 @@ def table(
         bold: Rows that sum up others.
         no_wrap: Keep figures on one line.
     """
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
     drawn = Table(
         box=SIMPLE_HEAD, title=Text(title) if title else None, title_justify="left",
         padding=(0, 1, 0, 0),

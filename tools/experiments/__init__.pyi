@@ -1,4 +1,3 @@
-from .pictures import PictureError as PictureError
 from .pictures import film as film
 from .results import Drawing as Drawing
 from .results import Insertions as Insertions

@@ -78,13 +78,7 @@ class _Step:
 
 
 def dh_table(joints: tuple[Joint, ...], origins: np.ndarray, convention: str) -> Table:
-    """Return the table of a chain.
-
-    Args:
-        joints: The chain, from the base to the ball.
-        origins: Their origins, shape (joints, 6) [m, rad].
-        convention: ``standard`` or ``modified``.
-    """
+    """Return the table of a chain, by its origins, shape (joints, 6) [m, rad]."""
     moving = [i for i, joint in enumerate(joints) if joint.actuated]
     steps: list[_Step] = []
     # From the frame on the present line to the URDF's frame of that joint: a turn about the line

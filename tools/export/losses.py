@@ -9,12 +9,7 @@ from .request import Loss, Request
 
 
 def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[Loss, ...]:
-    """Return what a format leaves out.
-
-    Args:
-        request: The export.
-        uncarried: Joints whose origins the format cannot change.
-    """
+    """Return what a format leaves out, which cannot change the origins of some joints."""
     calibrated, robot = request.calibration.calibrated, request.calibration.robot
     q = np.concatenate([[s.position for s in d.samples] for d in request.calibration.document.data])
     geometric = calibrated.geometric_ball(q)

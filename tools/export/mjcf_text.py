@@ -15,12 +15,7 @@ _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*
 
 
 def place_bodies(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, bytes]:
-    """Return the file that holds some bodies, and its text with other places of them.
-
-    Args:
-        model: A model; the bodies stand in it, or in one of the files that it includes.
-        places: The new pose of each body on its parent, shape (4, 4), by the body's name.
-    """
+    """Return the one file that holds some bodies, with other poses on their parents, (4, 4)."""
     for file, data, begins in _files(model, model.parent, places):
         if len(begins) < len(places):
             continue
@@ -69,11 +64,7 @@ def _files(
 
 
 def add_text(data: bytes, words: str, key: str | None) -> bytes:
-    """Return the model with a text of its own before its end.
-
-    MuJoCo reads it by ``model.text(key)``; without a key it is a comment, as a file needs that
-    others include, anywhere in theirs.
-    """
+    """Return the model with a text, read by ``model.text(key)``; without a key as a comment."""
     new = f"<custom><text name={quoteattr(key)} data={quoteattr(words)}/></custom>" if key else ""
     new = new or f"<!-- {re.sub('--+', '-', words)} -->"
     end = data.rindex(b"</mujoco")

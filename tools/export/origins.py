@@ -30,17 +30,10 @@ def to_axis(axis: Sequence[float]) -> np.ndarray:
 
 
 def redistributed_origins(request: Request, carried: Collection[str]) -> dict[str, np.ndarray]:
-    """Return the origins that give the calibrated arm while all other joints stay nominal.
+    """Return origins of some joints that give the calibrated arm while all others stay nominal.
 
     The change of a joint that is not carried goes into the next one that is. Origins before which
-    nothing else changed are returned as they are, to the last digit.
-
-    Args:
-        request: The export.
-        carried: The joints whose origins can be changed; all that move are among them.
-
-    Returns:
-        x y z [m], roll pitch yaw [rad] of each carried joint, shape (6,).
+    nothing else changed are returned as they are, to the last digit; each has the shape (6,).
     """
     origins: dict[str, np.ndarray] = {}
     change, changed = np.eye(4), False

@@ -91,10 +91,7 @@ class Request:
 
     @cached_property
     def origins(self) -> np.ndarray:
-        """Origins of the chain's joints as ``calibrated.urdf`` has them, shape (joints, 6).
-
-        This is the best geometry for programs that do not correct joint positions.
-        """
+        """Origins of the chain's joints as ``calibrated.urdf`` has them, shape (joints, 6)."""
         calibrated = self.calibration.calibrated
         exported = calibrated.exported
         return calibrated.model.origins(calibrated.values if exported is None else exported)
@@ -131,10 +128,7 @@ class Exported:
 
 
 def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
-    """Return the provenance of a calibration's exports.
-
-    The serial number is the one given, or what was noted while recording.
-    """
+    """Return the provenance of exports; the serial number is the given one, or the noted one."""
     document, file = calibration.document, Path(calibration.source)
     saved = file.is_file()
     numbers = {number for data in document.data for number in _noted(data.files)}

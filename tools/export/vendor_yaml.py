@@ -145,11 +145,7 @@ def _number(value: float) -> str:
 
 
 def _hash(request: Request, vendor: Vendor) -> tuple[str, str]:
-    """Return the value of the key ``hash``, without which the description does not load.
-
-    It is the maker's digest of the factory calibration, by which the driver knows the robot. It is
-    taken from a file of the robot's own, and never made up.
-    """
+    """Return the key ``hash``, the maker's digest of the factory calibration, and a line on it."""
     if request.like is None:
         return (
             f"mukca_{request.identity.sha256[:16]}",

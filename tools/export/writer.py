@@ -20,11 +20,7 @@ class Writer(Protocol):
     """The module of a format."""
 
     def write(self, request: Request) -> Exported:
-        """Return the files.
-
-        Raises:
-            ExportError: The calibration cannot be written so; nothing was written.
-        """
+        """Return the files; an ExportError says why the calibration cannot be written so."""
         ...
 
 

@@ -7,10 +7,7 @@ from .request import Exported, ExportError, Request
 
 
 def write(request: Request) -> Exported:
-    """Return a file with a macro that stands for the ``<origin>`` of each joint.
-
-    The numbers are text to xacro, so that none of their digits is lost.
-    """
+    """Return a file with a macro that stands for the ``<origin>`` of each joint."""
     request.require_ending(".xacro")
     joints = request.calibration.robot.joints
     entries: list[str] = []

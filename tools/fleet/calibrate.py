@@ -1,7 +1,7 @@
 """All of one arm: its sessions calibrated one by one, and how each held at the next."""
 
 from collections.abc import Sequence
-from itertools import groupby
+from dataclasses import replace
 from pathlib import Path
 from statistics import fmean, stdev
 
@@ -26,10 +26,11 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     """
     sessions: list[FleetSession] = []
     error: str | None = None
-    model = arm.folder / MODEL
-    source = str(model) if model.exists() else arm.robot
+    model, arguments = arm.folder / MODEL, dict(arm.robot)
+    if model.exists():
+        arguments["robot"] = str(model)
     try:
-        robot = load_robot(source, base=arm.base, tip=arm.tip, flange=arm.flange, ball=arm.ball)
+        robot = load_robot(**arguments)
         before: tuple[str, Calibration] | None = None
         for name, folders in find_sessions(arm.folder).items():
             placements = [read_placement(folder) for folder in folders]
@@ -40,24 +41,18 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
                 before = name, calibration
     except MukcaError as reason:
         error = " ".join(str(reason).split())
-    row = FleetArm(name=arm.folder.name, robot=source, sessions=tuple(sessions), error=error)
+    row = FleetArm(
+        name=arm.folder.name, robot=arguments["robot"], sessions=tuple(sessions), error=error
+    )
     return msgspec.structs.replace(row, again=_again(row))
 
 
 def _fit(arm: ArmFolder, robot: Robot, placements: Sequence[Placement]) -> Calibration:
-    train, test = list(placements), list[Placement]()
-    if len(train) > 1:
-        test = [train.pop()]
-    return calibrate(
-        robot,
-        train,
-        test=test,
-        method=arm.method,
-        distance=arm.distance,
-        repeatability_mm=arm.repeatability_mm,
-        # what the arms tell of their type together is not to count the same prior for each
-        type_prior=("none",) if arm.method == "auto" else (),
-    )
+    first, *rest = placements
+    # What the arms tell of their type together is not to count the same prior for each.
+    prior = ("none",) if arm.settings.method == "auto" else ()
+    settings = vars(replace(arm.settings, type_prior=prior))
+    return calibrate(robot, [first, *rest[:-1]], test=rest[-1:], **settings)
 
 
 def _session(
@@ -87,14 +82,8 @@ def _session(
         text=calibration.refusal(accept_distorted=False) or f"{verdict.title}: {verdict.text}",
         todo=figures.todo[0] if figures.todo else None,
         drift=drift,
-        parameters=tuple(
-            FleetChange(
-                name=value.name,
-                unit=value.unit,
-                change=value.change,
-                standard_deviation=value.standard_deviation,
-            )
-            for value in document.parameters
+        parameters=msgspec.convert(
+            document.parameters, tuple[FleetChange, ...], from_attributes=True
         ),
         outputs=outputs,
     )
@@ -106,11 +95,12 @@ def _drift(
     """Return how a calibration does on recordings that were made after it."""
     from ...solver.assessment import Options, limits_of
 
-    data = [measure(p, earlier.robot, arm.distance, sockets=1) for p in placements]
+    data = [measure(p, earlier.robot, arm.settings.distance, sockets=1) for p in placements]
     errors = earlier.errors_of(data).summary
     summary = errors.test or errors.train
     assert summary is not None  # there is data
-    repeatability = None if arm.repeatability_mm is None else arm.repeatability_mm / 1e3
+    repeatability_mm = arm.settings.repeatability_mm
+    repeatability = None if repeatability_mm is None else repeatability_mm / 1e3
     limits = limits_of(earlier.document, since, Options(repeatability=repeatability))
     drift = judge_drift(earlier.document, earlier.calibrated, errors.test, data, limits)
     return FleetDrift(
@@ -150,18 +140,13 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
     A mean far from zero is wrong in the model that all share; the spread is what each arm has of
     its own.
     """
-    rows = [
-        (Path(arm.robot).name if "/" not in arm.robot else MODEL, p.name, p, arm.name)
-        for arm in arms
-        for session in arm.sessions[-1:]
-        if session.status != "refused"
-        for p in session.parameters
-    ]
-    order = {(robot, name): i for i, (robot, name, *_) in reversed(list(enumerate(rows)))}
-    rows.sort(key=lambda row: order[row[0], row[1]])
+    groups: dict[tuple[str, str], list[tuple[FleetChange, str]]] = {}
+    for arm in arms:
+        robot = MODEL if "/" in arm.robot else arm.robot
+        for value in (value for session in last_sessions([arm]) for value in session.parameters):
+            groups.setdefault((robot, value.name), []).append((value, arm.name))
     compared: list[FleetParameter] = []
-    for (robot, name), group in groupby(rows, key=lambda row: (row[0], row[1])):
-        each = [(row[2], row[3]) for row in group]
+    for (robot, name), each in groups.items():
         changes = [value.change for value, _ in each]
         mean = fmean(changes)
         value, arm = max(each, key=lambda one: abs(one[0].change - mean))

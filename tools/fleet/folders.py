@@ -1,11 +1,12 @@
 """Recordings of a fleet: a folder an arm, and in it a folder a date."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ...recorder import is_placement
-from ...solver.calibration import Method, UsageError
+from ...solver.calibration import SolveOptions, UsageError
 
 MODEL = "robot.urdf"
 """An arm's own model, where its folder has one."""
@@ -13,28 +14,15 @@ MODEL = "robot.urdf"
 
 @dataclass(frozen=True)
 class ArmFolder:
-    """One arm's recordings, and how to calibrate by them.
-
-    Attributes:
-        folder: Holds placements, or folders of placements, one a date.
-        out: Where its results go.
-        robot: A shipped robot's name, or a URDF file.
-        base: See :func:`mukca.load_robot`; likewise ``tip``, ``flange`` and ``ball``.
-        method: ``auto`` or ``paper``.
-        distance: Of the sockets' centres [m]; None for the recordings' own.
-        repeatability_mm: Of the arm [mm]; None for what is known of a shipped robot.
-    """
+    """One arm's recordings, and how to calibrate by them."""
 
     folder: Path
+    """Holds placements, or folders of placements, one a date."""
     out: Path
-    robot: str
-    base: str | None
-    tip: str
-    flange: str | None
-    ball: tuple[float, ...] | None
-    method: Method
-    distance: float | None
-    repeatability_mm: float | None
+    """Place of its results."""
+    robot: Mapping[str, Any]
+    """Arguments of :func:`mukca.load_robot`."""
+    settings: SolveOptions
 
 
 def find_arms(folder: Path) -> list[Path]:

@@ -1,7 +1,7 @@
 """Independent pieces of work on a Dask cluster, whose workers may be on other computers."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from functools import partial
 from importlib.metadata import version
 from typing import Any, TypeVar
@@ -31,13 +31,10 @@ class WorkersLostError(MukcaError):
     failed = True
 
 
-def map_on_cluster(
-    address: str,
-    work: Callable[[Item], Result],
-    items: Sequence[Item],
-    done: Callable[[int], None],
-) -> list[Result]:
-    """Do a piece of work for each item, see :meth:`.processes.Workers.map`."""
+def done_by_cluster(
+    address: str, work: Callable[[Item], Result], items: Sequence[Item]
+) -> Generator[tuple[int, Result]]:
+    """Yield results as they come, see :meth:`.processes.Workers.map`."""
     try:
         from distributed import Client
     except ImportError:
@@ -55,7 +52,7 @@ def map_on_cluster(
         size = 1 + len(items) // (1 + SHARES * sum(client.nthreads().values()))
         futures = hand_over(range(len(items)), size)
         try:
-            return _gather(client, futures, hand_over, done)
+            yield from _gather(client, futures, hand_over)
         finally:
             client.cancel(list(futures), force=True)
 
@@ -106,12 +103,11 @@ def _gather(
     client: Any,
     futures: dict[Any, Sequence[int]],
     hand_over: Callable[[Sequence[int], int], dict[Any, Sequence[int]]],
-    done: Callable[[int], None],
-) -> list[Any]:
+) -> Generator[tuple[int, Any]]:
     from distributed import KilledWorker, as_completed
 
-    results: dict[int, Any] = {}
     finished: Any = as_completed(futures, loop=client.loop)
+    total = sum(map(len, futures.values()))
     looked = alive = time.monotonic()
     while futures:
         if not finished.has_ready():
@@ -120,10 +116,9 @@ def _gather(
             if now - looked > LOOK_SECONDS:
                 looked, alive = now, now if client.nthreads() else alive
             if now - alive > ALONE_SECONDS:
-                left = sum(map(len, futures.values()))
                 raise WorkersLostError(
                     f"the cluster has had no worker for {ALONE_SECONDS:.0f} s, with "
-                    f"{left} of {left + len(results)} left to do"
+                    f"{sum(map(len, futures.values()))} of {total} left to do"
                 )
             continue
         for future in finished.next_batch(block=False):
@@ -137,11 +132,8 @@ def _gather(
                     f"{which} of the work ended several workers: is their memory full?"
                 ) from None
             future.release()  # a worker that is lost later takes no result with it
-            for i, result in zip(share, got, strict=False):
-                results[i] = result
-                done(i)
+            yield from zip(share, got, strict=False)
             if rest := share[len(got) :]:  # in shares that fit into the time
                 again = hand_over(rest, len(got))
                 futures |= again
                 finished.update(again)
-    return [results[i] for i in range(len(results))]

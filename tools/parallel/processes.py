@@ -9,14 +9,15 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from typing import TypeVar
 
-from .dask_cluster import WorkersLostError, map_on_cluster
+from .dask_cluster import WorkersLostError, done_by_cluster
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -30,16 +31,12 @@ def _ignore(_: int) -> None:
 
 @dataclass(frozen=True)
 class Workers:
-    """Who does the work.
-
-    Attributes:
-        processes: How many processes of this computer.
-        cluster: Address of a Dask scheduler, as in ``tcp://10.0.0.7:8786``, whose workers do it
-            instead.
-    """
+    """Who does the work."""
 
     processes: int = 1
+    """Number of processes of this computer."""
     cluster: str | None = None
+    """Address of a Dask scheduler, as in ``tcp://10.0.0.7:8786``, whose workers do it instead."""
 
     def map(
         self,
@@ -59,61 +56,51 @@ class Workers:
             WorkersLostError: Workers were lost again and again, or all of them.
             UsageError: No such cluster, or it has other versions of what computes.
         """
+        results: dict[int, Result] = {}
         if self.cluster is not None:
-            return map_on_cluster(self.cluster, work, items, done)
-        if self.processes == 1 or len(items) < 2:
-            return list(_here(work, items, done))
-        return _by_processes(min(self.processes, len(items)), work, items, done)
-
-
-def _here(
-    work: Callable[[Item], Result], items: Sequence[Item], done: Callable[[int], None]
-) -> Iterator[Result]:
-    for i, item in enumerate(items):
-        yield work(item)
-        done(i)
-
-
-def _by_processes(
-    processes: int,
-    work: Callable[[Item], Result],
-    items: Sequence[Item],
-    done: Callable[[int], None],
-) -> list[Result]:
-    """Give the items to processes; where one is lost, begin anew with what is not done yet."""
-    results: dict[int, Result] = {}
-    losses = 0
-    while len(results) < len(items):
-        missing = [i for i in range(len(items)) if i not in results]
-        try:
-            for i, result in _one_pool(processes, work, items, missing):
+            pairs = done_by_cluster(self.cluster, work, items)
+        elif self.processes == 1 or len(items) < 2:
+            pairs = ((i, work(item)) for i, item in enumerate(items))
+        else:
+            pairs = _done_by_processes(min(self.processes, len(items)), work, items)
+        with closing(pairs):
+            for i, result in pairs:
                 results[i] = result
-                losses = 0
                 done(i)
+        return [results[i] for i in range(len(items))]
+
+
+def _done_by_processes(
+    processes: int, work: Callable[[Item], Result], items: Sequence[Item]
+) -> Generator[tuple[int, Result]]:
+    """Give the items to processes; where one is lost, begin anew with what is not done yet."""
+    left = dict(enumerate(items))
+    losses = 0
+    while left:
+        try:
+            for i, result in _done_by_pool(processes, work, dict(left)):
+                del left[i]
+                losses = 0
+                yield i, result
         except BrokenProcessPool:
             losses += 1
             if losses == MOST_LOSSES:
                 raise WorkersLostError(
-                    f"processes ended {losses} times without doing anything, with "
-                    f"{len(items) - len(results)} of {len(items)} left to do: is the memory full? "
-                    "Try fewer by --processes"
+                    f"processes ended {losses} times without doing anything, with {len(left)} of "
+                    f"{len(items)} left to do: is the memory full? Try fewer by --processes"
                 ) from None
-    return [results[i] for i in range(len(items))]
 
 
-def _one_pool(
-    processes: int,
-    work: Callable[[Item], Result],
-    items: Sequence[Item],
-    missing: Sequence[int],
-) -> Iterator[tuple[int, Result]]:
+def _done_by_pool(
+    processes: int, work: Callable[[Item], Result], items: Mapping[int, Item]
+) -> Generator[tuple[int, Result]]:
     """Yield results as they come. Whatever ends it, no process is left behind."""
     others = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(
         processes, multiprocessing.get_context("spawn"), _prepare, (os.getpid(),)
     )
     try:
-        futures = {pool.submit(work, items[i]): i for i in missing}
+        futures = {pool.submit(work, item): i for i, item in items.items()}
         for future in as_completed(futures):
             yield futures[future], future.result()
     except BaseException:

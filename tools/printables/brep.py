@@ -4,10 +4,7 @@ Needs the extra ``step``; the Python binding is large, and nothing else here use
 """
 # The binding's classes are made at run time; its stubs do not come with all of its versions.
 
-import contextlib
-import math
 import tempfile
-from collections.abc import Generator, Sequence
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -23,6 +20,7 @@ from .solid import (
     Solid,
     Sphere,
     Union,
+    signed_area,
 )
 
 Shape = Any
@@ -31,21 +29,24 @@ Shape = Any
 
 def step_bytes(name: str, solid: Solid) -> bytes:
     """Return a STEP file (AP214, millimetres) of a part."""
-    with _binding(), tempfile.TemporaryDirectory() as folder:
-        from OCP.IFSelect import IFSelect_RetDone
-        from OCP.Interface import Interface_Static
-        from OCP.Message import Message, Message_PrinterOStream
-        from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
-
+    try:
+        from OCP import IFSelect, Interface, Message, STEPControl
+    except ImportError:
+        raise PrintableError(
+            "STEP needs Open CASCADE, which is not installed: pip install 'mukca[step]'"
+        ) from None
+    with tempfile.TemporaryDirectory() as folder:
         shape = to_shape(solid)
-        chatter = Message_PrinterOStream.get_type_descriptor_s()  # it would go to standard output
-        Message.DefaultMessenger_s().RemovePrinters(chatter)
-        writer = STEPControl_Writer()
-        Interface_Static.SetCVal_s("write.step.product.name", name)
-        Interface_Static.SetCVal_s("write.step.unit", "MM")
-        writer.Transfer(shape, STEPControl_AsIs)
+        chatter = (
+            Message.Message_PrinterOStream.get_type_descriptor_s()
+        )  # it would go to standard output
+        Message.Message.DefaultMessenger_s().RemovePrinters(chatter)
+        writer = STEPControl.STEPControl_Writer()
+        Interface.Interface_Static.SetCVal_s("write.step.product.name", name)
+        Interface.Interface_Static.SetCVal_s("write.step.unit", "MM")
+        writer.Transfer(shape, STEPControl.STEPControl_AsIs)
         path = Path(folder) / f"{name}.step"
-        if writer.Write(str(path)) != IFSelect_RetDone:
+        if writer.Write(str(path)) != IFSelect.IFSelect_RetDone:
             raise PrintableError(f"{name}: Open CASCADE could not write it as STEP")
         return path.read_bytes()
 
@@ -57,17 +58,6 @@ def to_shape(solid: Solid) -> Shape:
     unify = ShapeUpgrade_UnifySameDomain(_shape(solid), True, True, False)
     unify.Build()
     return _single_body(unify.Shape())
-
-
-@contextlib.contextmanager
-def _binding() -> Generator[None]:
-    try:
-        import OCP  # noqa: F401  # pyright: ignore[reportUnusedImport]
-    except ImportError:
-        raise PrintableError(
-            "STEP needs Open CASCADE, which is not installed: pip install 'mukca[step]'"
-        ) from None
-    yield
 
 
 def _shape(solid: Solid) -> Shape:
@@ -104,13 +94,11 @@ def _frustum(frustum: Frustum) -> Shape:
 
 def _prism(prism: Prism) -> Shape:
     """Extrude each outline that runs anticlockwise, then cut out those that run clockwise."""
-    solid = [o for o in prism.outlines if _signed_area(o) > 0]
-    holes = [o for o in prism.outlines if _signed_area(o) < 0]
-    bodies = [_extruded(outline, prism.height) for outline in solid]
-    body = bodies[0] if len(bodies) == 1 else _compound(bodies)
-    if not holes:
-        return body
-    return _boolean("Cut", body, *(_extruded(outline, prism.height) for outline in holes))
+    bodies, holes = (
+        [_extruded(o, prism.height) for o in prism.outlines if sign * signed_area(o) > 0]
+        for sign in (1, -1)
+    )
+    return _boolean("Cut", _boolean("Fuse", *bodies), *holes)
 
 
 def _extruded(outline: Outline, height: float) -> Shape:
@@ -126,11 +114,6 @@ def _extruded(outline: Outline, height: float) -> Shape:
     return BRepPrimAPI_MakePrism(face, gp_Vec(0.0, 0.0, height)).Shape()
 
 
-def _signed_area(outline: Outline) -> float:
-    pairs = zip(outline, (*outline[1:], outline[0]), strict=True)
-    return math.fsum(a[0] * b[1] - b[0] * a[1] for a, b in pairs) / 2
-
-
 def _moved(shape: Shape, offset: tuple[float, float, float]) -> Shape:
     from OCP.gp import gp_Trsf, gp_Vec
     from OCP.TopLoc import TopLoc_Location
@@ -138,18 +121,6 @@ def _moved(shape: Shape, offset: tuple[float, float, float]) -> Shape:
     move = gp_Trsf()
     move.SetTranslation(gp_Vec(*offset))
     return shape.Moved(TopLoc_Location(move))
-
-
-def _compound(shapes: Sequence[Shape]) -> Shape:
-    from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Compound
-
-    compound = TopoDS_Compound()
-    builder = BRep_Builder()
-    builder.MakeCompound(compound)
-    for shape in shapes:
-        builder.Add(compound, shape)
-    return compound
 
 
 def _boolean(operation: str, body: Shape, *tools: Shape) -> Shape:

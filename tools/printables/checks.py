@@ -41,18 +41,12 @@ def check_body(name: str, body: "Manifold", mesh: Mesh) -> None:
         raise PrintableError(f"{name} would be {shown} mm, larger than {BED:g} mm")
 
 
-def check_tilt(base: SocketBase, part: BallPart, tilt: float = TILT) -> None:
-    """Lean the ball part in every socket, all around, and refuse any collision with the base.
-
-    Args:
-        base: The socket base.
-        part: The ball part.
-        tilt: How far to lean [rad].
-    """
+def check_tilt(base: SocketBase, part: BallPart) -> None:
+    """Lean the ball part in every socket, all around, and refuse any collision with the base."""
     ball = Sphere(part.ball / 2).at(z=part.height)
     # However it leans, a ball stays where it is; the rest of the part seldom comes near the base.
     rest = to_manifold(part.envelope() - ball, COARSE)
-    leans = [(tilt, float(azimuth), spin) for azimuth in AZIMUTHS for spin in SPINS]
+    leans = [(TILT, float(azimuth), spin) for azimuth in AZIMUTHS for spin in SPINS]
     poses: list[tuple[int, Any]] = []
     for socket in range(base.sockets):
         upright = leaning(base, part, socket, 0.0, 0.0)
@@ -62,7 +56,7 @@ def check_tilt(base: SocketBase, part: BallPart, tilt: float = TILT) -> None:
     for socket, placed in poses:
         if (placed ^ fixed).volume() > COLLISION:
             raise PrintableError(
-                f"it hits the base when it leans {math.degrees(tilt):.0f} degrees in "
+                f"it hits the base when it leans {math.degrees(TILT):.0f} degrees in "
                 f"socket {socket}: take a reach of {part.shortest_reach:g} mm or more, "
                 "higher sockets or a larger distance"
             )
@@ -71,25 +65,14 @@ def check_tilt(base: SocketBase, part: BallPart, tilt: float = TILT) -> None:
 def leaning(
     base: SocketBase, part: BallPart, socket: int, tilt: float, azimuth: float, spin: float = 0.0
 ) -> np.ndarray:
-    """Return the pose of a ball part that sits in a socket, its neck up, then leaning.
+    """Return the pose of a ball part that sits in a socket LIFT above its seat, shape (3, 4) [mm].
 
-    Args:
-        base: The socket base.
-        part: The ball part.
-        socket: In which socket its ball sits.
-        tilt: Of the neck from the vertical [rad].
-        azimuth: To where it leans, from the base's x axis [rad].
-        spin: About its own neck [rad].
-
-    Returns:
-        Rotation and translation, shape (3, 4) [mm], from the part's frame to the base's, with the
-        ball LIFT above its seat.
+    Its neck leans by a tilt from the vertical to an azimuth from x, turned by a spin [rad].
     """
-    upside_down = np.array(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)))
-    lean = _turn_z(azimuth) @ _turn_y(tilt) @ _turn_z(spin - azimuth) @ upside_down
-    x, y = base.centres[socket]
-    centre = np.array((x, y, base.height + LIFT))
-    return np.column_stack((lean, centre - lean @ np.array((0.0, 0.0, part.height))))
+    flipped = np.diag((1.0, -1.0, -1.0))
+    lean = _turn_z(azimuth) @ _turn_y(tilt) @ _turn_z(spin - azimuth) @ flipped
+    centre = np.array((*base.centres[socket], base.height + LIFT))
+    return np.column_stack((lean, centre - lean[:, 2] * part.height))
 
 
 def _turn_z(angle: float) -> np.ndarray:

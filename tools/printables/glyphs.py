@@ -51,15 +51,7 @@ def text_width(text: str, scale: float = 1.0) -> float:
 
 
 def engraving(text: str, x: float, y: float, top: float, scale: float = 1.0) -> Solid:
-    """Return the tool that engraves a line of text into a flat top.
-
-    Args:
-        text: Digits, a point, spaces and the letters I, n, O, T, U, Z.
-        x: Middle of the text [mm].
-        y: Middle of the text [mm].
-        top: Height of the surface that is engraved [mm].
-        scale: 1 for letters of HEIGHT; strokes grow with it.
-    """
+    """Return the tool that engraves a line of text about x, y into a flat top [mm]."""
     outlines = _outlines(text, scale)
     middle_x = x - (text_width(text, scale) - scale * STROKE) / 2
     tool = Prism(outlines, DEPTH + 1.0)

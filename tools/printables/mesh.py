@@ -41,12 +41,7 @@ def to_mesh(manifold: "Manifold") -> Mesh:
 
 @lru_cache(maxsize=128)
 def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
-    """Evaluate a solid's tree, equal ones once: a base has several sockets, a ball goes with it.
-
-    Args:
-        solid: What to evaluate.
-        chord: Largest distance of a chord from the round surface that it replaces [mm].
-    """
+    """Evaluate a solid's tree, equal ones once; chords are so far from round surfaces [mm]."""
     from manifold3d import Manifold, OpType
 
     match solid:

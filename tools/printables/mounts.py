@@ -6,7 +6,8 @@ millimetres. docs/print.md has the sources of the patterns.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 from .solid import Frustum, PrintableError, Prism, Solid, check_range, cylinder, rectangle, union
 
@@ -36,8 +37,31 @@ SCREWS: Mapping[str, Screw] = {
 }
 
 
-@dataclass(frozen=True)
-class Mount:
+@dataclass(frozen=True, kw_only=True)
+class FlangeFrame:
+    """The frame in which the ball's place counts, as a mount has it."""
+
+    origin: float = 0.0
+    """Height of its origin."""
+    reach: float | None = None
+    """Height of the ball's centre above that origin; None: as short as the tilt allows."""
+    axis: int = 2
+    """The axis of the frame that points along the part: 0, 1, 2 for x, y, z."""
+    aside: tuple[float, float] = (0.0, 0.0)
+    """Position of the part's axis in the frame, along its other two axes."""
+    links: Mapping[str, str] = field(default_factory=dict[str, str])
+    """The frame's link in the models of robots."""
+    note: str = ""
+    """Advice to its user."""
+
+    @property
+    def frame(self) -> dict[str, Any]:
+        """Fields of the frame, by name."""
+        return {one.name: getattr(self, one.name) for one in fields(FlangeFrame)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mount(FlangeFrame):
     """A mount, as the neck and the checks need it."""
 
     body: Solid
@@ -51,24 +75,12 @@ class Mount:
     """Radius and height of what must stay above the sockets when the neck leans."""
     hardware: Solid | None = None
     """The screws' heads."""
-    origin: float = 0.0
-    """Height of the flange frame's origin."""
-    reach: float | None = None
-    """Height of the ball's centre above that origin; None: as short as the tilt allows."""
     lettering: float | None = None
     """Radius of the ring on which the ball's height may be engraved, its outer edge."""
-    axis: int = 2
-    """The axis of the flange's frame that points along the part: 0, 1, 2 for x, y, z."""
-    aside: tuple[float, float] = (0.0, 0.0)
-    """Position of the part's axis in that frame, along its other two axes."""
-    links: Mapping[str, str] = field(default_factory=dict[str, str])
-    """The flange frame's link in the models of robots."""
-    note: str = ""
-    """Advice to its user."""
 
 
 @dataclass(frozen=True)
-class BoltCircle:
+class BoltCircle(FlangeFrame):
     """A plate that is screwed to a flange, holes evenly around a circle.
 
     Raises:
@@ -80,8 +92,6 @@ class BoltCircle:
     screw: str = "M6"
     slot: float = 0.0
     """Length of the holes beyond their diameter, outwards: for circles up to twice that larger."""
-    links: Mapping[str, str] = field(default_factory=dict[str, str])
-    note: str = ""
 
     def __post_init__(self) -> None:
         if self.screw not in SCREWS:
@@ -111,8 +121,7 @@ class BoltCircle:
                 *(self._hole(i, screw.head / 2, screw.height, PLATE) for i in range(self.count))
             ),
             lettering=inner - screw.head / 2 - 0.5,
-            links=self.links,
-            note=self.note,
+            **self.frame,
         )
 
     def _hole(self, index: int, radius: float, height: float, z: float) -> Solid:
@@ -129,8 +138,10 @@ class BoltCircle:
 
 
 @dataclass(frozen=True)
-class Grip:
+class Grip(FlangeFrame):
     """A block that two parallel fingers hold, its shoulder resting on their ends.
+
+    Heights count from its lower end.
 
     Raises:
         PrintableError: It is too small to hold, or too large.
@@ -142,17 +153,8 @@ class Grip:
     """Along the fingers' width, x."""
     length: float
     """Along the fingers."""
-    origin: float
-    """Height of the flange frame's origin above the block's lower end."""
-    reach: float | None = None
-    """From that origin to the ball's centre; None: as short as the tilt allows."""
     groove: tuple[float, float] | None = None
     """Width and depth of a groove for each finger, in which the block cannot turn."""
-    axis: int = 2
-    """See :class:`Mount`."""
-    aside: tuple[float, float] = (0.0, 0.0)
-    links: Mapping[str, str] = field(default_factory=dict[str, str])
-    note: str = ""
 
     def __post_init__(self) -> None:
         check_range("a grip's width", self.width, 8, 60)
@@ -190,12 +192,7 @@ class Grip:
             widest_root=2 * low + 4,
             widest_ball=math.inf,
             corners=((diagonal, self.length), (low + 3, start + 4.8)),
-            origin=self.origin,
-            reach=self.reach,
-            axis=self.axis,
-            aside=self.aside,
-            links=self.links,
-            note=self.note,
+            **self.frame,
         )
 
 

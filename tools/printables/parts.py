@@ -123,11 +123,8 @@ def stl_bytes(mesh: Mesh) -> bytes:
 
 
 def threemf_bytes(name: str, mesh: Mesh) -> bytes:
-    """Return a 3MF file (3MF Core Specification 1.3) of one object.
-
-    Written here since trimesh gives its 3MF files new identifiers each time: the same part must
-    make the same file.
-    """
+    """Return a 3MF file (3MF Core Specification 1.3) of one object."""
+    # trimesh gives its 3MF files new identifiers each time: the same part must make the same file.
     points = ((f"{x:.9g}", f"{y:.9g}", f"{z:.9g}") for x, y, z in mesh.vertices)
     vertices = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in points)
     triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.triangles)

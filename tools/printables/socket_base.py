@@ -26,6 +26,7 @@ from .solid import (
     cylinder,
     hexagon,
     rectangle,
+    signed_area,
     union,
 )
 
@@ -244,26 +245,18 @@ def _middle(box: Box) -> Point:
 def place_holes(
     area: Box, discs: Sequence[Disc], boxes: Sequence[Box], margin: float
 ) -> tuple[Point, ...]:
-    """Return three or four holes, all on one grid, that hold a plate as widely as possible.
+    """Return three or four holes in an area, on one grid, that hold a plate as widely as possible.
 
-    Of the grid's free points those are taken that are farthest out in the four diagonal directions.
-    The grid lies symmetrically about the y axis if that leaves three free points, else anywhere.
-
-    Args:
-        area: Where the axes of the holes may lie.
-        discs: Where they may not lie.
-        boxes: What they must stay clear of.
-        margin: By how much.
-
-    Returns:
-        The holes, or none where fewer than three fit in.
+    Of the grid's points outside of discs and boxes those are taken that are farthest out in the
+    four diagonal directions. The grid lies symmetrically about the y axis if that leaves three,
+    else anywhere; there are none where fewer than three fit in.
     """
     blocked = [(x0 - margin, y0 - margin, x1 + margin, y1 + margin) for x0, y0, x1, y1 in boxes]
     best: tuple[Point, ...] = ()
     for columns in ((0.0, PITCH / 2), range(int(PITCH))):
         for x, y in itertools.product(columns, range(int(PITCH))):
             free = [p for p in _grid(area, x, y) if not _is_blocked(p, discs, blocked)]
-            best = max(best, _outermost(free), key=_area)
+            best = max(best, _outermost(free), key=signed_area)
         if len(best) >= 3:
             return best
     return ()
@@ -290,9 +283,3 @@ def _outermost(points: Sequence[Point]) -> tuple[Point, ...]:
     signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     corners = [max(points, key=lambda p: (sx * p[0] + sy * p[1], sy * p[1])) for sx, sy in signs]
     return tuple(dict.fromkeys(corners))
-
-
-def _area(points: Sequence[Point]) -> float:
-    """Return the area of a polygon, by the shoelace formula."""
-    pairs = zip(points, (*points[1:], *points[:1]), strict=True)
-    return sum(a[0] * b[1] - b[0] * a[1] for a, b in pairs) / 2

@@ -5,6 +5,7 @@ A part is described once and evaluated by two kernels: :mod:`.mesh` (triangles, 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...errors import MukcaError
@@ -127,3 +128,9 @@ def hexagon(apothem: float) -> Outline:
     radius = apothem / math.cos(math.pi / 6)
     angles = [math.radians(30 + 60 * i) for i in range(6)]
     return tuple((radius * math.cos(a), radius * math.sin(a)) for a in angles)
+
+
+def signed_area(points: Sequence[tuple[float, float]]) -> float:
+    """Return the area of a polygon by the shoelace formula, negative if it runs clockwise."""
+    pairs = zip(points, (*points[1:], *points[:1]), strict=True)
+    return math.fsum(a[0] * b[1] - b[0] * a[1] for a, b in pairs) / 2

@@ -27,10 +27,7 @@ SLACK = 0.05
 def gravity_of(
     robot: Robot, load: Load | None = None
 ) -> Callable[[Sequence[float]], Sequence[float]] | None:
-    """Return the gravity torque as a function of the joint positions; None without masses.
-
-    Without a load, the base is upright and there is no payload.
-    """
+    """Return the gravity torque as a function of the joint positions; None without masses."""
     if not robot.bodies:
         return None
     load = load or Load()
@@ -95,10 +92,7 @@ class OutlierCheck:
 
 
 def wrong_model_check(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
-    """Return a check for another shipped robot that some poses fit far better than a model.
-
-    It may take seconds, so it is not for the recorder's own process.
-    """
+    """Return a check, of seconds, for another robot that some poses fit far better than a model."""
     own_model = BallModel(robot, [])
 
     def check(samples: Sequence[Sample]) -> str | None:

@@ -46,8 +46,7 @@ def run(options: Options, terminal: Terminal) -> int:
     data = measure_all(options.data, robot, settings.distance, sockets=1)
     check_distinct(data)
     warnings = [line for measured in data for line in measured.warnings]
-    for line in warnings:
-        terminal.warn(line)
+    terminal.warn(*warnings)
     known, deviation = settings.distances, settings.deviation
     zeros = bool(settings.zeros)
     survey = inspect_all(robot, data, known=known, deviation=deviation, zeros=zeros)
@@ -63,26 +62,24 @@ def run(options: Options, terminal: Terminal) -> int:
         for m in data
         if m.kind == "points"
     ]
-    for line in [*_seen(survey, shared), *points, _amount(data, predicted, broken=broken), hint]:
-        terminal.say(line)
+    terminal.say(*_seen(survey, shared), *points, _amount(data, predicted, broken=broken), hint)
     verdict = judge([checks_row(findings), distance_row(_assumed(data))])
     if verdict.status == "incomplete":
         terminal.say(f"{verdict.title}: {verdict.text}")
     elif not findings:
         terminal.say("Nothing wrong was seen.")
-    if options.json:
-        terminal.emit(
-            {
-                "robot": options.robot,
-                "findings": [finding.as_dict() for finding in shared],
-                "placements": [_row(one) for one in survey.placements],
-                "scale": None if survey.scale is None else asdict(survey.scale),
-                "predicted_distance_deviation": predicted,
-                "next_placement": {"text": hint},
-                "warnings": warnings,
-                "verdict": {"status": verdict.status, "kind": verdict.kind, "text": verdict.text},
-            }
-        )
+    terminal.emit(
+        {
+            "robot": options.robot,
+            "findings": [finding.as_dict() for finding in shared],
+            "placements": [_row(one) for one in survey.placements],
+            "scale": None if survey.scale is None else asdict(survey.scale),
+            "predicted_distance_deviation": predicted,
+            "next_placement": {"text": hint},
+            "warnings": warnings,
+            "verdict": {"status": verdict.status, "kind": verdict.kind, "text": verdict.text},
+        }
+    )
     return verdict.exit_status
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ....solver.calibration import UsageError
 from ....solver.results import refuse_existing, write_files
-from .. import OutputOptions, Terminal, argument, measure_all, option
+from .. import OutputOptions, Terminal, argument, measure_all, option, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -57,8 +57,7 @@ def run(options: Options, terminal: Terminal) -> int:
         terminal.say(f"Wrote {page}")
         if options.open:
             open_page(page, terminal)
-    if options.json:
-        terminal.emit(result)
+    terminal.emit(result)
     return 0
 
 
@@ -68,7 +67,6 @@ def show(console: "Console", result: "ComparisonDocument") -> None:
 
     from ....solver.assessment import millimetres, short_names
     from ...report.figures import comparison_sentence
-    from .. import table
 
     names = short_names([row.name for row in result.placements])
     rows: list[list[str]] = []

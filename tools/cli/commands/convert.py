@@ -50,8 +50,7 @@ def run(options: Options, terminal: Terminal) -> int:
         if out.resolve() == folder.resolve():
             raise OutputError(f"{out}: is what is read; choose another --out")
     for folder, placement, out in zip(folders, placements, outs, strict=True):
-        for remark in placement.remarks:
-            terminal.warn(remark)
+        terminal.warn(*placement.remarks)
         known = replace(placement, distance=placement.distance or options.distance)
         files = FORMS[options.to](known)
         metadata = read_metadata(folder / METADATA)
@@ -59,8 +58,7 @@ def run(options: Options, terminal: Terminal) -> int:
             metadata["distance"] = known.distance
             files[METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
         _refuse_mixture(out, files)
-        for file in write_files(out, files).values():
-            terminal.say(f"Wrote {file}")
+        terminal.say(*(f"Wrote {file}" for file in write_files(out, files).values()))
         if options.to == "holes" and placement.efforts is not None:
             terminal.warn(f"{folder}: this form has no place for efforts; they are left out")
     return 0

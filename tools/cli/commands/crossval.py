@@ -16,11 +16,10 @@ from .. import (
     measure_all,
     option,
     part,
+    table,
 )
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from ....solver.calibration import HeldOutErrors, Job
     from ....solver.data import Metrics
 
@@ -62,8 +61,7 @@ def run(options: Options, terminal: Terminal) -> int:
     known, deviation = named(data, settings.distances), settings.deviation
     zeros = bool(settings.zeros)
     survey = inspect_all(robot, data, known=known, deviation=deviation, zeros=zeros)
-    for finding in survey.diagnostics:
-        terminal.warn(str(finding))
+    terminal.warn(*map(str, survey.diagnostics))
     plan = Plan(robot, tuple(data), settings)
     work = jobs(len(data), options.bootstrap)
     with terminal.progress(len(work)) as progress:
@@ -78,8 +76,7 @@ def run(options: Options, terminal: Terminal) -> int:
     wrong = [one.measured.name for one in survey.placements if not one.sound]
     result["advice"] = advice(result, wrong)
     show(result, terminal)
-    if options.json:
-        terminal.emit(result)
+    terminal.emit(result)
     return 0
 
 
@@ -93,8 +90,8 @@ def summary(
     for job, row in zip(work, metrics, strict=True):
         by_kind.setdefault(job.kind, []).append(row)
     rows = by_kind["left_out"]
-    left_out = [None if row is None else row.full[i] for i, row in enumerate(rows)]
-    by_urdf = [None if row is None else row.loaded[i] for i, row in enumerate(rows)]
+    left_out = [row and row.full[i] for i, row in enumerate(rows)]
+    by_urdf = [row and row.loaded[i] for i, row in enumerate(rows)]
     matrix = [row and [m.mean_absolute_error for m in row.full] for row in by_kind["alone"]]
     result: dict[str, Any] = {
         "left_out": [
@@ -115,7 +112,7 @@ def summary(
 
 
 def _figures(metrics: "Metrics | None") -> Mapping[str, float | None]:
-    return _NOTHING if metrics is None else metrics.as_dict()
+    return metrics.as_dict() if metrics else _NOTHING
 
 
 def _mean(metrics: "Sequence[Metrics | None]") -> Mapping[str, float | None]:
@@ -155,17 +152,9 @@ def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:
 
 
 def show(result: Mapping[str, Any], terminal: Terminal) -> None:
-    """Print the tables for people."""
-    terminal.console.print(_left_out_table(result))
-    terminal.console.print(_matrix_table(result["cross_placement"]))
-    terminal.say(result["advice"])
-
-
-def _left_out_table(result: Mapping[str, Any]) -> "Table":
-    """Table of the errors in each placement when it was left out [mm]."""
+    """Print the errors left out, and the matrix, in mm; and the advice."""
     from ....solver.assessment import millimetres
     from ....solver.calibration import HEADS
-    from .. import table
 
     spreads = {row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])}
     heads = ["placement", *HEADS[2:], "MAE of the URDF alone"]
@@ -178,19 +167,19 @@ def _left_out_table(result: Mapping[str, Any]) -> "Table":
         spread = spreads.get(row["name"])
         cells += ["" if spread is None else f"+- {millimetres(spread)}"] if spreads else []
         rows.append([row["name"], *cells])
-    return table("errors in mm of each placement, trained on all others", heads, rows)
-
-
-def _matrix_table(matrix: Mapping[str, Any]) -> "Table":
-    """Table of mean absolute errors, trained on the row's placement alone [mm]."""
-    from ....solver.assessment import millimetres
-    from .. import table
-
-    names: list[str] = matrix["names"]
-    rows: list[list[str]] = []
-    for i, (name, row) in enumerate(zip(names, matrix["matrix"], strict=True)):
-        values = map(millimetres, row or [None] * len(names))  # no fit, no figures
-        cells = [f"({cell})" if i == j else cell for j, cell in enumerate(values)]
+    title = "errors in mm of each placement, trained on all others"
+    terminal.console.print(table(title, heads, rows))
+    names: list[str] = result["cross_placement"]["names"]
+    rows = []
+    for i, (name, errors) in enumerate(
+        zip(names, result["cross_placement"]["matrix"], strict=True)
+    ):
+        cells = [
+            millimetres(error) for error in errors or [None] * len(names)
+        ]  # no fit, no figures
+        cells[i] = f"({cells[i]})"
         rows.append([f"{i + 1} {name}", *cells])
     title = "MAE in mm: trained on the row's placement alone, measured on the column's"
-    return table(title, ["", *(str(i + 1) for i in range(len(names)))], rows)
+    numbers = [str(i + 1) for i in range(len(names))]
+    terminal.console.print(table(title, ["", *numbers], rows))
+    terminal.say(result["advice"])

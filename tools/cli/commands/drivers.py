@@ -14,15 +14,11 @@ Options = JsonOption
 def run(options: Options, terminal: Terminal) -> int:
     """List all drivers."""
     drivers = [try_plugin(info) for info in list_drivers()]
-    for info in drivers:
-        if info.broken:
-            terminal.warn(info.broken)
-    if options.json:
-        terminal.emit({"drivers": [_as_json(info) for info in drivers]})
-        return 0
+    terminal.warn(*(info.broken for info in drivers if info.broken))
+    terminal.emit({"drivers": [_as_json(info) for info in drivers]})
     width = max(len(info.name) for info in drivers)
-    for info in drivers:
-        terminal.say(f"{info.name:{width}}  {info.arms} ({info.source}); {_state(info)}")
+    lines = (f"{one.name:{width}}  {one.arms} ({one.source}); {_state(one)}" for one in drivers)
+    terminal.say(*lines if not options.json else ())
     return 0
 
 

@@ -79,20 +79,10 @@ def run(options: Options, terminal: Terminal) -> int:
         flange=options.flange,
         tools=tools,
     )
-    for loss in exported.losses:
-        terminal.say(str(loss))
-    for line in exported.lines:
-        terminal.say(line)
-    for file in exported.outputs.values():
-        terminal.say(f"Wrote {file}")
-    if options.json:
-        terminal.emit(
-            {
-                "format": options.to,
-                "outputs": exported.outputs,
-                "losses": [asdict(loss) for loss in exported.losses],
-            }
-        )
+    wrote = (f"Wrote {file}" for file in exported.outputs.values())
+    terminal.say(*map(str, exported.losses), *exported.lines, *wrote)
+    losses = [asdict(loss) for loss in exported.losses]
+    terminal.emit({"format": options.to, "outputs": exported.outputs, "losses": losses})
     return 0
 
 

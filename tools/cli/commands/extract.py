@@ -81,8 +81,7 @@ def run(options: Options, terminal: Terminal) -> int:
         still = max(STILL, log.resolution) if options.still is None else options.still
         step(f"looking for rests in {len(log.stamps)} states")
         rests = find_rests(log, joints, window=window, still=still)
-    for note in log.notes:
-        terminal.say(note)
+    terminal.say(*log.notes)
     proposals = propose_samples(robot, rests, joints, options.distance)
     if options.assign:
         proposals = assign(proposals, options.assign)
@@ -94,14 +93,8 @@ def run(options: Options, terminal: Terminal) -> int:
         about = {**_about(options, robot, joints), "sessions": [session]}
         outputs = _write(options.out, folders, about, log, proposals, robot)
     _say_outputs(outputs, folders, options, terminal)
-    if options.json:
-        terminal.emit(
-            {
-                "robot": options.robot,
-                "rests": [_row(proposal) for proposal in proposals],
-                "outputs": outputs,
-            }
-        )
+    rows = [_row(proposal) for proposal in proposals]
+    terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs})
     return 0 if folders else 1
 
 

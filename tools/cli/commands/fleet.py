@@ -1,6 +1,6 @@
 """``mukca fleet``: calibrate many arms, and compare them on one page."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,27 +62,19 @@ def run(options: Options, terminal: Terminal) -> int:
     if learned.types:
         terminal.say(f"Elasticity, for --type-prior: {written['elasticity.json']}")
     terminal.say(f"Report: {written['fleet.html']}")
-    if options.json:
-        terminal.emit(result)
+    terminal.emit(result)
     return worst(arm.exit_status for arm in arms)
 
 
 def _arm(options: Options, folder: Path) -> "ArmFolder":
     from ...fleet import ArmFolder
 
+    robot = options.model_arguments()
+    if Path(options.robot).is_file():  # a cluster's workers stand elsewhere
+        robot["robot"] = str(Path(options.robot).resolve())
     return ArmFolder(
-        folder=folder.resolve(),
-        out=(options.out / folder.name).resolve(),
-        **replace(options, robot=_path_or_name(options.robot)).model_arguments(),
-        method=options.calibration.method,
-        distance=options.calibration.distance,
-        repeatability_mm=options.calibration.repeatability_mm,
+        folder.resolve(), (options.out / folder.name).resolve(), robot, options.calibration
     )
-
-
-def _path_or_name(robot: str) -> str:
-    """Return a URDF's whole path, since a cluster's workers stand elsewhere."""
-    return str(Path(robot).resolve()) if Path(robot).is_file() else robot
 
 
 def show(result: "FleetDocument", terminal: Terminal) -> None:
@@ -92,7 +84,5 @@ def show(result: "FleetDocument", terminal: Terminal) -> None:
 
     heads = ("arm", "last session", "nominal", "calibrated", "verdict")
     terminal.console.print(table("", heads, map(line_of, result.arms), left=(0, 1, 4)))
-    for arm in result.arms:
-        if arm.again is not None:
-            terminal.say(f"{arm.name}: {arm.again}")
+    terminal.say(*(f"{arm.name}: {arm.again}" for arm in result.arms if arm.again is not None))
     terminal.say(f"{summary_of(result)}.")

@@ -9,7 +9,6 @@ from typing import Any, cast
 from ....recorder import (
     METADATA,
     SAMPLES,
-    Placement,
     find_placements,
     placement_name,
     read_keys,
@@ -47,10 +46,8 @@ def run(options: Options, terminal: Terminal) -> int:
                 to = f"to {_length(options.set_distance)} in {folder / METADATA}"
                 terminal.say(f"distance changed from {_length(before)} {to}")
     placements = [describe(folder) for folder in folders]
-    if options.json:
-        terminal.emit({"placements": placements})
-        return 0
-    for placement in placements:
+    terminal.emit({"placements": placements})
+    for placement in placements if not options.json else []:
         _show(placement, terminal)
     return 0
 
@@ -76,13 +73,14 @@ def describe(folder: Path) -> dict[str, Any]:
         return facts
     placement = read_placement(folder)
     positions, sockets = placement.positions, placement.sockets.tolist()
+    count = positions.shape[1]
     spreads = [sample.spread for sample in placement.samples if sample.spread]
     return facts | {
         "name": placement.name,
         "files": [str(file) for file in placement.files],
         "samples": {str(socket): sockets.count(socket) for socket in sorted(set(sockets))},
         "kind": "sockets" if placement.samples[0].point is None else "points",
-        "joints": list(_names(placement)),
+        "joints": list(placement.joint_names or (f"joint{i + 1}" for i in range(count))),
         "lowest": positions.min(axis=0).tolist(),
         "highest": positions.max(axis=0).tolist(),
         "largest_spread": [max(column) for column in zip(*spreads, strict=True)] or None,
@@ -92,49 +90,41 @@ def describe(folder: Path) -> dict[str, Any]:
     }
 
 
-def _names(placement: Placement) -> tuple[str, ...]:
-    count = placement.positions.shape[1]
-    return placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
-
-
 def _show(facts: dict[str, Any], terminal: Terminal) -> None:
     metadata = facts["metadata"]
     counts = ", ".join(f"{count} in socket {socket}" for socket, count in facts["samples"].items())
     if facts.get("kind") == "points":
         counts = f"{facts['samples']['0']} points that an instrument measured"
     taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""
-    terminal.say(f"{facts['name']}: {counts or 'no sample'}{taken_back}")
-    terminal.say(f"  robot      {metadata.get('robot', 'not known')}")
-    terminal.say(f"  distance   {_length(facts['distance'])} between sockets 0 and 1")
-    changes = metadata.get("changes")
-    for change in changes if isinstance(changes, list) else []:  # pyright: ignore[reportUnknownVariableType]
-        terminal.say(f"  changed    {_change(change)}")
-    terminal.say(f"  efforts    {'recorded' if facts['efforts'] else 'none'}")
-    for line in _joint_lines(facts):
-        terminal.say(f"  {line}")
-    sessions = metadata.get("sessions")
-    for session in sessions if isinstance(sessions, list) else []:  # pyright: ignore[reportUnknownVariableType]
-        terminal.say(f"  session    {_session(session)}")
-    for remark in facts["remarks"]:
-        terminal.warn(remark)
+    terminal.say(
+        f"{facts['name']}: {counts or 'no sample'}{taken_back}",
+        f"  robot      {metadata.get('robot', 'not known')}",
+        f"  distance   {_length(facts['distance'])} between sockets 0 and 1",
+        *(f"  changed    {_change(change)}" for change in _listed(metadata.get("changes"))),
+        f"  efforts    {'recorded' if facts['efforts'] else 'none'}",
+        *(f"  {line}" for line in _joint_lines(facts)),
+        *(f"  session    {_session(session)}" for session in _listed(metadata.get("sessions"))),
+    )
+    terminal.warn(*facts["remarks"])
+
+
+def _listed(value: Any) -> list[Any]:
+    """Return a list of the metadata, which may be written by hand, and hold anything."""
+    return cast("list[Any]", value) if isinstance(value, list) else []
 
 
 def _length(distance: Any) -> str:
-    number = isinstance(distance, int | float)
-    return (
-        "not known" if distance is None else f"{1e3 * distance:g} mm" if number else f"{distance}"
-    )
+    if isinstance(distance, int | float):
+        return f"{1e3 * distance:g} mm"
+    return "not known" if distance is None else str(distance)
 
 
 def _change(change: Any) -> str:
-    """Correction and its time; metadata may be written by hand, and hold anything."""
+    """Correction and its time."""
     if not (isinstance(change, dict) and "distance" in change):
         return str(change)  # pyright: ignore[reportUnknownArgumentType]
     known = cast("dict[str, Any]", change)
-    lengths = known["distance"]
-    changed = " to ".join(
-        map(_length, cast("list[Any]", lengths) if isinstance(lengths, list) else [])
-    )
+    changed = " to ".join(map(_length, _listed(known["distance"])))
     return f"distance from {changed}, {known.get('time', 'at an unknown time')}"
 
 
@@ -143,8 +133,8 @@ def _joint_lines(facts: dict[str, Any]) -> list[str]:
     if not facts["samples"]:
         return []
     count = len(facts["joints"])
-    units: Any = facts["metadata"].get("units")
-    known: list[Any] = units if isinstance(units, list) and len(units) == count else [None] * count  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+    units = _listed(facts["metadata"].get("units"))
+    known = units if len(units) == count else [""] * count
     spreads = facts["largest_spread"] or [None] * count
     rows = zip(facts["joints"], known, facts["lowest"], facts["highest"], spreads, strict=True)
     width = max(map(len, facts["joints"]))
@@ -159,5 +149,4 @@ def _joint_lines(facts: dict[str, Any]) -> list[str]:
 def _session(session: Any) -> str:
     if not isinstance(session, dict):
         return str(session)
-    pairs: list[str] = [f"{key} {value}" for key, value in session.items()]  # pyright: ignore[reportUnknownVariableType]
-    return ", ".join(pairs)
+    return ", ".join(f"{key} {value}" for key, value in cast("dict[str, Any]", session).items())

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option
+from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option, table
 
 if TYPE_CHECKING:
     from ....solver.design import Plan
@@ -52,20 +52,13 @@ def run(options: Options, terminal: Terminal) -> int:
     if options.out:
         write_files(options.out.parent, {options.out.name: picture(robot, plans[0]).encode()})
         terminal.say(f"Picture: {options.out}")
-    if options.json:
-        terminal.emit(
-            {
-                "robot": options.robot,
-                "samples": options.samples,
-                "plans": [one.as_dict() for one in plans],
-            }
-        )
+    rows = [one.as_dict() for one in plans]
+    terminal.emit({"robot": options.robot, "samples": options.samples, "plans": rows})
     return 0
 
 
 def _show(plans: "list[Plan]", options: Options, terminal: Terminal) -> None:
     from ....solver.assessment import plural
-    from .. import table
 
     counts = range(1, options.placements + 1)
     heads = ["sockets apart", *(plural(count, "placement") for count in counts)]

@@ -112,13 +112,8 @@ def run(options: Options, terminal: Terminal) -> int:
         contents = [encode(suffix, part) for part in parts for suffix in suffixes]
     write_files(options.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
     _describe(terminal, options, parts)
-    if options.json:
-        terminal.emit(
-            {
-                "parts": [dict(part.facts) for part in parts],
-                "outputs": [str(options.out / name) for name in names],
-            }
-        )
+    outputs = [str(options.out / name) for name in names]
+    terminal.emit({"parts": [dict(part.facts) for part in parts], "outputs": outputs})
     return 0
 
 
@@ -144,20 +139,19 @@ def _balls(options: Options) -> Mapping[str, BallPart]:
     mounts = _mounts(options)
     if options.reach_mm is not None and len(mounts) != 1:
         raise PrintableError("--reach-mm goes with one mount: name it with --mount")
-    return {f"ball-{name}": _ball_part(name, mount, options) for name, mount in mounts.items()}
-
-
-def _ball_part(name: str, mount: BoltCircle | Grip, options: Options) -> BallPart:
-    try:
-        return BallPart(
-            mount.mount(),
-            ball=options.ball_diameter_mm,
-            neck=options.neck_mm,
-            reach=options.reach_mm,
-            bought=options.bought_ball,
-        )
-    except PrintableError as error:
-        raise PrintableError(f"ball-{name}: {error}") from None
+    balls: dict[str, BallPart] = {}
+    for name, mount in mounts.items():
+        try:
+            balls[f"ball-{name}"] = BallPart(
+                mount.mount(),
+                ball=options.ball_diameter_mm,
+                neck=options.neck_mm,
+                reach=options.reach_mm,
+                bought=options.bought_ball,
+            )
+        except PrintableError as error:
+            raise PrintableError(f"ball-{name}: {error}") from None
+    return balls
 
 
 def _mounts(options: Options) -> dict[str, BoltCircle | Grip]:
@@ -181,62 +175,46 @@ def _mounts(options: Options) -> dict[str, BoltCircle | Grip]:
 
 
 def _describe(terminal: Terminal, options: Options, parts: list[Part]) -> None:
+    suffixes = ", ".join(f".{suffix}" for suffix in options.format)
     for part in parts:
-        facts = part.facts
-        size = " x ".join(f"{1000 * edge:.0f}" for edge in facts["size"])
-        suffixes = ", ".join(f".{suffix}" for suffix in options.format)
-        terminal.say(
-            f"{options.out / part.name} ({suffixes})   {size} mm, {facts['volume'] * 1e6:.0f} cm3"
-        )
-        for line in _lines(facts):
-            terminal.say(f"  {line}")
+        size = " x ".join(f"{1000 * edge:.0f}" for edge in part.facts["size"])
+        volume = f"{part.facts['volume'] * 1e6:.0f} cm3"
+        terminal.say(f"{options.out / part.name} ({suffixes})   {size} mm, {volume}")
+        terminal.say(*(f"  {line}" for line in _lines(part.facts)))
 
 
 def _lines(facts: Mapping[str, Any]) -> list[str]:
-    if "sockets_in_base" in facts:
-        return [*_base_lines(facts), *_anchor_lines(facts)]
-    if "caliper" in facts:
-        return _base_lines(facts)
-    if "ball" in facts:
-        return _ball_lines(facts)
-    return ["a slice of the clip: print it first, and see that it sits on the arm's plate"]
-
-
-def _anchor_lines(facts: Mapping[str, Any]) -> list[str]:
-    places = "  ".join(
-        "(" + ", ".join(f"{1000 * x:.1f}" for x in place) + ")"
-        for place in facts["sockets_in_base"]
-    )
-    return [
-        f"sockets at {places} mm in the arm's base frame: record as `anchored`, and solve with "
-        "--sockets-at and the CSV file",
-        "z counts from the arm's base frame: the second joint's axis should be "
-        f"{1000 * facts['second_axis_height']:.1f} mm above the table; add what yours is lower",
-    ]
-
-
-def _base_lines(facts: Mapping[str, Any]) -> list[str]:
-    caliper = facts["caliper"]
-    height = 1000 * facts["sockets"][0][2]
-    holes = "  ".join(f"({1000 * x:g}, {1000 * y:g})" for x, y in facts["holes"])
-    return [
-        f"{len(facts['sockets'])} sockets, {1000 * facts['distance']:g} mm apart, for a ball of "
-        f"{1000 * facts['ball_diameter']:g} mm, {height:g} mm above the table",
-        f"a caliper reads {1000 * caliper['outside']:.2f} mm around two waists and "
-        f"{1000 * caliper['inside']:.2f} mm between them; the distance is the mean of the two",
-        f"M6 holes at {holes} mm from the sockets' middle",
-    ]
-
-
-def _ball_lines(facts: Mapping[str, Any]) -> list[str]:
-    return [
-        *_places(facts["ball"], facts["flanges"]),
-        f"bends {1000 * facts['bend']:.3f} mm under {FORCE:g} N sideways at the ball "
-        f"(limit {BEND_LIMIT:g} mm)",
-        f"leans {math.degrees(facts['tilt']):.0f} degrees to all sides in all sockets of this base",
-        *([facts["note"]] if facts["note"] else []),
-        *(f"overhang beyond 45 degrees: {where}" for where in facts["overhangs"]),
-    ]
+    """Return the facts of a part that its user needs."""
+    lines: list[str] = []
+    if caliper := facts.get("caliper"):
+        holes = "  ".join(f"({1000 * x:g}, {1000 * y:g})" for x, y in facts["holes"])
+        lines += [
+            f"{len(facts['sockets'])} sockets, {1000 * facts['distance']:g} mm apart, for a ball "
+            f"of {1000 * facts['ball_diameter']:g} mm, {1000 * facts['sockets'][0][2]:g} mm above "
+            "the table",
+            f"a caliper reads {1000 * caliper['outside']:.2f} mm around two waists and "
+            f"{1000 * caliper['inside']:.2f} mm between them; the distance is the mean of the two",
+            f"M6 holes at {holes} mm from the sockets' middle",
+        ]
+    if places := facts.get("sockets_in_base"):
+        named = ("(" + ", ".join(f"{1000 * x:.1f}" for x in place) + ")" for place in places)
+        lines += [
+            f"sockets at {'  '.join(named)} mm in the arm's base frame: record as `anchored`, and "
+            "solve with --sockets-at and the CSV file",
+            "z counts from the arm's base frame: the second joint's axis should be "
+            f"{1000 * facts['second_axis_height']:.1f} mm above the table; add what yours is lower",
+        ]
+    if ball := facts.get("ball"):
+        lines += [
+            *_places(ball, facts["flanges"]),
+            f"bends {1000 * facts['bend']:.3f} mm under {FORCE:g} N sideways at the ball "
+            f"(limit {BEND_LIMIT:g} mm)",
+            f"leans {math.degrees(facts['tilt']):.0f} degrees to all sides in all sockets of this "
+            "base",
+            *([facts["note"]] if facts["note"] else []),
+            *(f"overhang beyond 45 degrees: {where}" for where in facts["overhangs"]),
+        ]
+    return lines or ["a slice of the clip: print it first, and see that it sits on the arm's plate"]
 
 
 def _places(ball: Sequence[float], flanges: Mapping[str, str]) -> list[str]:

@@ -151,8 +151,7 @@ def _say_outcome(outcome: "Outcome", options: RecordOptions, terminal: Terminal)
     if terminal.brief or options.quick:
         return
     if outcome.signal is None and min(session.counts) > 0:
-        for line in _next_steps(outcome, options):
-            terminal.say(line)
+        terminal.say(*_next_steps(outcome, options))
 
 
 def _next_steps(outcome: "Outcome", options: RecordOptions) -> list[str]:

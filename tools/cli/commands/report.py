@@ -63,8 +63,7 @@ def run(options: Options, terminal: Terminal) -> int:
     terminal.say(f"Wrote {page}, {words}" if new else f"{page} is up to date, {words}")
     if options.open:
         open_page(page, terminal)
-    if options.json:
-        terminal.emit(report.figures)
+    terminal.emit(report.figures)
     return report.figures.verdict.exit_status
 
 

@@ -52,17 +52,17 @@ Options = JsonOption
 def run(options: Options, terminal: Terminal) -> int:
     """List all shipped robots."""
     robots = [describe(name) for name in shipped_robots()]
+    terminal.emit({"robots": [asdict(info) for info in robots]})
     if options.json:
-        terminal.emit({"robots": [asdict(info) for info in robots]})
         return 0
     width = max(len(info.name) for info in robots)
     for info in robots:
         known = f", repeats to {1e3 * info.repeatability:g} mm" if info.repeatability else ""
-        terminal.say(f"{info.name:{width}}  {info.title}")
         terminal.say(
-            f"{'':{width}}  {info.joints} joints, reach {info.reach:.2f} m{known}; {info.driver}"
+            f"{info.name:{width}}  {info.title}",
+            f"{'':{width}}  {info.joints} joints, reach {info.reach:.2f} m{known}; {info.driver}",
+            f"{'':{width}}  from {info.source}",
         )
-        terminal.say(f"{'':{width}}  from {info.source}")
     return 0
 
 

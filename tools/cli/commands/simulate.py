@@ -13,14 +13,7 @@ from ....solver.results import refuse_existing, write_files
 from .. import JsonOption, Terminal, option
 
 if TYPE_CHECKING:
-    from ...experiments import (
-        Drawing,
-        ExperimentRun,
-        Insertions,
-        ModelTrials,
-        Settings,
-        SimulationDocument,
-    )
+    from ...experiments import Drawing, ExperimentRun, Insertions, ModelTrials, SimulationDocument
 
 EXAMPLE = """example:
   mukca simulate insertion --model nominal --hole-mm 16
@@ -79,6 +72,8 @@ class DrawingOptions(Common):
     """Retrace a drawing from other postures than that in which it was shown."""
 
     experiment: ClassVar = "drawing"
+    hole_mm: ClassVar = None
+    cross: ClassVar = 0
     trials: int = option("lines to hold together", "N", 6, between=(2, 10_000))
 
 
@@ -94,40 +89,30 @@ def run(options: Experiment, terminal: Terminal) -> int:
     if out is not None:
         refuse_existing(out, FILES, force=options.force)
         words.insert(0, "calibrated" if options.model == "nominal" else "nominal")
-    models = attempts(options, words, terminal)
-    hole_mm = options.hole_mm if isinstance(options, InsertionOptions) else 0.0
-    for model in models:
-        for place, figures in trials_of(model.results):
-            terminal.say(f"{model.results.model}, {place}: {spoken(hole_mm, figures)}")
-    result = document_of(options, models)
+    models = _attempts(options, words, terminal)
+    for results in (model.results for model in models):
+        terminal.say(*(f"{results.model}, {line}" for line in _spoken(results, options.hole_mm)))
+    result = _document_of(options, [model.results for model in models])
     if out is not None:
-        result = write(out, result, models, terminal)
-    if options.json:
-        terminal.emit(result)
+        result = _write(out, result, models, terminal)
+    terminal.emit(result)
     return 0
 
 
-def document_of(options: Experiment, models: "Sequence[ExperimentRun]") -> "SimulationDocument":
-    """Return the result of the model asked for, which is the last, beside the other one."""
-    import msgspec
+def _document_of(options: Experiment, results: "Sequence[ModelTrials]") -> "SimulationDocument":
+    from msgspec.structs import asdict
 
     from ...experiments import SimulationDocument
 
-    *other, asked = models
+    *other, asked = results
     return SimulationDocument(
         experiment=options.experiment,
         arm=_arm(options),
         seed=options.seed,
-        hole=options.hole_mm / 1e3 if isinstance(options, InsertionOptions) else None,
-        beside=other[0].results if other else None,
-        **msgspec.structs.asdict(asked.results),
+        hole=_hole(options),
+        beside=other[0] if other else None,
+        **asdict(asked),
     )
-
-
-def trials_of(model: "ModelTrials") -> "list[tuple[str, Insertions | Drawing]]":
-    """Return the trials of a model, by the name of their place."""
-    places = (("centre", model.centre), ("cross", model.cross), ("drawing", model.drawing))
-    return [(name, trials) for name, trials in places if trials is not None]
 
 
 def _arm(options: Experiment) -> int:
@@ -137,23 +122,24 @@ def _arm(options: Experiment) -> int:
     return DEMO_SEED if options.arm is None else options.arm
 
 
-def attempts(
+def _hole(options: Experiment) -> float | None:
+    """Diameter of the hole [m]."""
+    return None if options.hole_mm is None else options.hole_mm / 1e3
+
+
+def _attempts(
     options: Experiment, words: Sequence[str], terminal: Terminal
 ) -> "list[ExperimentRun]":
     """Try models on the arm, one after the other."""
     _load_mujoco()
-    from ...experiments import model_urdf, run_experiment
+    from ...experiments import Settings, model_urdf, run_experiment
     from ...simulation import demo_arm
 
-    settings = _settings(options)
+    settings = Settings(options.trials, options.seed, _hole(options), options.cross)
     nominal, arm = demo_arm(_arm(options), keep_size=False)
     with terminal.progress(settings.count * len(words)) as progress:
-        return [
-            run_experiment(
-                settings, arm, word, model_urdf(word, nominal, arm, options.seed), progress
-            )
-            for word in words
-        ]
+        urdfs = [(word, model_urdf(word, nominal, arm, options.seed)) for word in words]
+        return [run_experiment(settings, arm, word, urdf, progress) for word, urdf in urdfs]
 
 
 def _load_mujoco() -> None:
@@ -169,69 +155,60 @@ def _load_mujoco() -> None:
         os.environ["MUJOCO_GL"] = wish
 
 
-def _settings(options: Experiment) -> "Settings":
-    from ...experiments import Settings
-
-    if isinstance(options, DrawingOptions):
-        return Settings(options.trials, options.seed)
-    return Settings(options.trials, options.seed, options.hole_mm / 1e3, options.cross)
-
-
 def _missing(error: ImportError) -> MissingExtra:
     return MissingExtra(
         f"{error.name} is not installed; install the extra: pip install 'mukca[simulation]'"
     )
 
 
-def write(
+def _write(
     folder: Path,
     result: "SimulationDocument",
     models: "Sequence[ExperimentRun]",
     terminal: Terminal,
 ) -> "SimulationDocument":
     """Write the report, its figures, and pictures where this machine can make them."""
-    import msgspec
+    from msgspec.structs import replace
 
     from ....solver.results import encode
     from ...report.page import simulation_page
 
-    pictures = pictures_of(models, terminal)
+    pictures = _pictures_of(models, terminal)
     names = [REPORT, RESULT, *pictures]
-    outputs = {name.split(".")[0]: str(folder / name) for name in names}
-    result = msgspec.structs.replace(result, outputs=outputs)
+    result = replace(result, outputs={name.split(".")[0]: str(folder / name) for name in names})
     page = simulation_page(result, pictures).encode()
     write_files(folder, {REPORT: page, RESULT: encode(result) + b"\n", **pictures})
     terminal.say(f"Report: {folder / REPORT}")
     return result
 
 
-def pictures_of(models: "Sequence[ExperimentRun]", terminal: Terminal) -> dict[str, bytes]:
+def _pictures_of(models: "Sequence[ExperimentRun]", terminal: Terminal) -> dict[str, bytes]:
     """Return the picture and the animation; none, with a warning, where nothing can render."""
     try:
-        from ...experiments import PictureError, film
+        from ...experiments import film
+
+        return dict(zip((PICTURE, ANIMATION), film(models), strict=True))
     except ImportError as error:
         terminal.warn(f"no pictures: {_missing(error)}")
-        return {}
-    try:
-        return dict(zip((PICTURE, ANIMATION), film(models), strict=True))
-    except PictureError as error:
+    except MukcaError as error:
         terminal.warn(str(error))
-        return {}
+    return {}
 
 
-def spoken(hole_mm: float, trials: "Insertions | Drawing") -> str:
-    """Return the results at one place for people."""
-    from ...experiments import Drawing
-
-    if isinstance(trials, Drawing):
-        what = (
-            f"{trials.retracings} lines apart by {1e3 * trials.spread:.2f} mm on average, "
-            f"{1e3 * trials.max_spread:.2f} mm at most; off the figure by"
-        )
-    else:
-        what = f"{trials.inserted} of {trials.trials} into {hole_mm:g} mm; above the hole off by"
-    return (
-        f"{what} {1e3 * trials.tracking_error:.2f} mm on average, "
+def _spoken(results: "ModelTrials", hole_mm: float | None) -> list[str]:
+    """Return the results at each place for people."""
+    places: list[tuple[str, str, Insertions | Drawing]] = []
+    for name, trials in (("centre", results.centre), ("cross", results.cross)):
+        if trials is not None:
+            done = f"{trials.inserted} of {trials.trials} into {hole_mm:g} mm"
+            places.append((name, f"{done}; above the hole off by", trials))
+    if (drawn := results.drawing) is not None:
+        apart = f"{1e3 * drawn.spread:.2f} mm on average, {1e3 * drawn.max_spread:.2f} mm at most"
+        done = f"{drawn.retracings} lines apart by {apart}; off the figure by"
+        places.append(("drawing", done, drawn))
+    return [
+        f"{name}: {done} {1e3 * trials.tracking_error:.2f} mm on average, "
         f"{1e3 * trials.max_tracking_error:.2f} mm at most; contact force "
         f"{trials.force.mean:.1f} N on average, {trials.peak_force.max:.1f} N at most"
-    )
+        for name, done, trials in places
+    ]

@@ -18,11 +18,10 @@ from .. import (
     placements_by_robot,
     placements_of,
     split_by_robot,
+    table,
 )
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from ....solver.assessment import Verdict
     from ....solver.calibration import Calibration, MultiRobotCalibration
     from ....solver.results import FramePose, ParameterValue
@@ -66,8 +65,7 @@ def run(options: Options, terminal: Terminal) -> int:
     if isinstance(calibration, Mapping):
         for pair in calibration.document.between.values():
             terminal.say(pair.text)
-    for line in [] if refused else _closing_lines(outputs):
-        terminal.say(line)
+    terminal.say(*_closing_lines(outputs) if not refused else ())
     if options.json and isinstance(calibration, Mapping):
         said = {name: verdict.as_said() for name, verdict in verdicts.items()}
         terminal.emit({**calibration.as_dict(), "outputs": outputs, "verdicts": said})
@@ -116,42 +114,38 @@ def calibrated(options: Options, terminal: Terminal) -> "MultiRobotCalibration |
         else:
             several = placements_by_robot(train), placements_by_robot(test)
             calibration = calibrate(robots, *several, progress, **settings)
-    for line in left_out:
-        terminal.say(line)
+    terminal.say(*left_out)
     for one in calibration.values() if isinstance(calibration, Mapping) else [calibration]:
-        for line in one.document.warnings:
-            terminal.warn(line)
+        terminal.warn(*one.document.warnings)
         for found in one.document.checks or ():
-            terminal.warn(str(found), found.level)
+            terminal.warn(str(found), level=found.level)
     return calibration
 
 
 def show(terminal: Terminal, calibration: "Calibration") -> None:
     """Print the figures for people."""
     from ....solver.assessment import distance_text, scale_text
-    from .validate import errors_table
+    from .validate import show_errors
 
     terminal.say(distance_text(calibration.document.placements))
     if calibration.document.scale is not None:
         words = scale_text(calibration.document.scale)
         terminal.say(f"Size: {words}.")
     errors = calibration.errors
-    terminal.console.print(errors_table(errors.placements, errors.summary))
-    terminal.console.print(_parameters_table(calibration.result.parameters))
-    for line in spoken(calibration):
-        terminal.say(line)
+    show_errors(errors.placements, errors.summary, terminal)
+    _show_parameters(calibration.result.parameters, terminal)
+    terminal.say(*spoken(calibration))
 
 
-def _parameters_table(rows: "Sequence[ParameterValue]") -> "Table":
-    """Table of what the calibration changed, in mm and mrad; one line a joint."""
+def _show_parameters(rows: "Sequence[ParameterValue]", terminal: Terminal) -> None:
+    """Show what the calibration changed, in mm and mrad; one line a joint."""
     from ....solver.robot import COMPONENTS
-    from .. import table
 
     changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}
     joints = dict.fromkeys(row.joint for row in rows)
     cells = [[joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)] for joint in joints]
-    heads = ("joint", *COMPONENTS)
-    return table("change of the joint origins, in mm and mrad", heads, cells, no_wrap=True)
+    title = "change of the joint origins, in mm and mrad"
+    terminal.console.print(table(title, ("joint", *COMPONENTS), cells, no_wrap=True))
 
 
 def spoken(calibration: "Calibration") -> list[str]:

@@ -5,16 +5,17 @@ import math
 import sys
 import textwrap
 from collections import deque
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ....drivers import DriverError, JointState, Reason, Reconnecting, clock, open_driver
-from .. import POSITIVE, Terminal, option
+from .. import POSITIVE, Terminal, option, table
 
 if TYPE_CHECKING:
     from rich.console import Group
-    from rich.table import Table
 
 WINDOW_SECONDS = 1.0
 LATEST_INTERVALS = 2000
@@ -56,18 +57,6 @@ def run(options: Options, terminal: Terminal) -> int:
     return 0
 
 
-@dataclass(frozen=True)
-class Reading:
-    """A stream's figures at one moment."""
-
-    rate: float
-    """States per second, over the last second."""
-    interval: float
-    """Median time between two states [s]."""
-    worst_interval: float
-    """99th percentile of it [s]."""
-
-
 class Meter:
     """Rate and intervals of a stream, by the arrivals of its states."""
 
@@ -77,11 +66,9 @@ class Meter:
         self._waited = False
 
     def add(self, arrival: float, waited: bool) -> None:
-        """Note a state and its arrival by the monotonic clock [s].
-
-        A state that was not waited for was there already: it says nothing about when it came, and
-        the next one's interval is not counted either.
-        """
+        """Note a state and its arrival by the monotonic clock [s]."""
+        # A state that was not waited for was there already: it says nothing about when it came,
+        # and the next one's interval is not counted either.
         if waited and self._waited:
             self._intervals.append(arrival - self._arrivals[-1])
         self._waited = waited
@@ -89,12 +76,12 @@ class Meter:
         while self._arrivals[0] < arrival - WINDOW_SECONDS:
             self._arrivals.popleft()
 
-    def read(self) -> Reading:
-        """Return the figures; 0 where nothing is known yet."""
+    def read(self) -> tuple[float, float, float]:
+        """States per second, median and 99th percentile of the intervals [s]; 0 if not known."""
         span = self._arrivals[-1] - self._arrivals[0] if self._arrivals else 0.0
         rate = (len(self._arrivals) - 1) / span if span > 0 else 0.0
         ordered = sorted(self._intervals) or [0.0]
-        return Reading(rate, ordered[len(ordered) // 2], ordered[int(0.99 * (len(ordered) - 1))])
+        return rate, ordered[len(ordered) // 2], ordered[int(0.99 * (len(ordered) - 1))]
 
 
 class Monitor:
@@ -111,8 +98,7 @@ class Monitor:
     def write_json(self, terminal: Terminal) -> None:
         """Write one JSON object a state."""
         last: str | None = None
-        while not self._ended():
-            state = self._read()
+        for state in self._states():
             if self._driver.trouble != last:
                 last = self._driver.trouble
                 terminal.warn(last or "states come again")
@@ -121,26 +107,31 @@ class Monitor:
 
     def write_lines(self, terminal: Terminal) -> None:
         """Write one line a second, where there is no terminal."""
-        due = clock.now() + LINE_SECONDS
-        while not self._ended():
-            self._read()
-            if clock.now() >= due:
-                due += LINE_SECONDS
-                terminal.say(f"{self._angles()}  {'; '.join(self._figures())}")
-        terminal.say(f"{self._angles()}  {'; '.join(self._figures())}")
+        self._show(
+            lambda: terminal.say(f"{self._angles()}  {'; '.join(self._figures())}"), LINE_SECONDS
+        )
 
     def show_screen(self, terminal: Terminal) -> None:
         """Draw the states ten times a second."""
         from rich.live import Live
 
-        due = 0.0
         with Live(console=terminal.console, auto_refresh=False, transient=False) as live:
-            while not self._ended():
-                self._read()
-                if clock.now() >= due:
-                    live.update(self._view(terminal.console.width), refresh=True)
-                    due = clock.now() + SCREEN_SECONDS
-            live.update(self._view(terminal.console.width), refresh=True)
+            view = partial(self._view, terminal.console.width)
+            self._show(lambda: live.update(view(), refresh=True), SCREEN_SECONDS)
+
+    def _show(self, draw: Callable[[], None], seconds: float) -> None:
+        """Read to the end, and draw the figures each so many seconds, and at the end."""
+        due = clock.now() + seconds
+        for _ in self._states():
+            if clock.now() >= due:
+                draw()
+                due = clock.now() + seconds
+        draw()
+
+    def _states(self) -> Iterator[JointState | None]:
+        """Yield states to the end; None where none came soon."""
+        while self._left > 0 and clock.now() < self._end:
+            yield self._read()
 
     def _read(self) -> JointState | None:
         """Read one state; None if none came soon."""
@@ -156,9 +147,6 @@ class Monitor:
         self._left -= 1
         self._state = state
         return state
-
-    def _ended(self) -> bool:
-        return self._left <= 0 or clock.now() >= self._end
 
     def _as_json(self, state: JointState) -> dict[str, Any]:
         return {
@@ -177,27 +165,20 @@ class Monitor:
 
     def _figures(self) -> list[str]:
         """Rate, gaps and losses; what the robot says of itself; why no state comes."""
-        reading = self._meter.read()
+        rate, interval, worst = self._meter.read()
         age = clock.now() - self._arrival
-        rate = reading.rate if age < 1 else 0.0
         figures = (
-            f"{rate:.0f} Hz, every {1e3 * reading.interval:.2f} ms "
-            f"(99 %: {1e3 * reading.worst_interval:.2f}), missed {self._driver.missed}, "
+            f"{rate if age < 1 else 0.0:.0f} Hz, every {1e3 * interval:.2f} ms "
+            f"(99 %: {1e3 * worst:.2f}), missed {self._driver.missed}, "
             f"rejected {self._driver.rejected}, drops {self._driver.drops}"
         )
         trouble = self._driver.trouble or (f"silent for {age:.1f} s" if age > 1 else "")
         return [part for part in (figures, self._driver.status, trouble) if part]
 
     def _view(self, width: int) -> "Group":
-        """The table, and below it all of the figures, however long and narrow."""
+        """Return the table, and below it all of the figures, however long and narrow."""
         from rich.console import Group
         from rich.text import Text
-
-        lines = [line for part in self._figures() for line in textwrap.wrap(part, width)]
-        return Group(self._table(), *map(Text, lines))
-
-    def _table(self) -> "Table":
-        from .. import table
 
         rows: list[list[str]] = []
         for index, name in enumerate(self._driver.joint_names):
@@ -207,7 +188,8 @@ class Monitor:
                 effort = f"{state.effort[index]:.2f}" if state.effort else ""
                 cells = [f"{math.degrees(angle):.3f}", f"{angle:.5f}", effort]
             rows.append([name, *(f"{cell:>10}" for cell in cells)])
-        return table("", ("joint", "deg", "rad", "N m"), rows)
+        lines = [line for part in self._figures() for line in textwrap.wrap(part, width)]
+        return Group(table("", ("joint", "deg", "rad", "N m"), rows), *map(Text, lines))
 
 
 def _finite(value: float) -> float | None:

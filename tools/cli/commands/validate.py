@@ -6,12 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....solver.calibration import SolveOptions
-from .. import JsonOption, Terminal, argument, measure_all, part
+from .. import JsonOption, Terminal, argument, measure_all, part, table
 from .report import metres
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from ....solver.results import PlacementErrors, Summaries
 
 EXAMPLE = """example:
@@ -37,10 +35,9 @@ def run(options: Options, terminal: Terminal) -> int:
     repeatability = metres(options.settings.validated().repeatability_mm)
     calibration = load_calibration(options.calibration)
     data = measure_all(options.data, calibration.robot, options.settings.distance, sockets=1)
-    for line in (line for measured in data for line in measured.warnings):
-        terminal.warn(line)
+    terminal.warn(*(line for measured in data for line in measured.warnings))
     errors = calibration.errors_of(data)
-    terminal.console.print(errors_table(errors.placements, errors.summary))
+    show_errors(errors.placements, errors.summary, terminal)
     if errors.summary.train is not None:
         terminal.say("Placements with role `train` were fitted: their errors prove little.")
     limits = limits_of(
@@ -59,12 +56,14 @@ def run(options: Options, terminal: Terminal) -> int:
     return drift.verdict.exit_status
 
 
-def errors_table(placements: "Sequence[PlacementErrors]", summaries: "Summaries") -> "Table":
-    """Table of the nominal and the calibrated errors of each placement, and the summaries."""
+def show_errors(
+    placements: "Sequence[PlacementErrors]", summaries: "Summaries", terminal: Terminal
+) -> None:
+    """Show the nominal and the calibrated errors of each placement, and the summaries."""
     from ....solver.calibration import HEADS, error_rows, errors_title
-    from .. import table
 
     rows = error_rows(placements, summaries)
     bold = [number for number, (summed, _) in enumerate(rows) if summed]
     cells = [cells for _, cells in rows]
-    return table(errors_title(placements), HEADS, cells, bold=bold, no_wrap=True)
+    title = errors_title(placements)
+    terminal.console.print(table(title, HEADS, cells, bold=bold, no_wrap=True))
