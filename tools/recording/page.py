@@ -7,14 +7,17 @@ get each view as a server-sent event.
 import json
 import secrets
 import threading
+from collections.abc import Mapping
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from ...recorder.session import View
 from ...solver.calibration import UsageError
+from ...solver.robot import load_robot
 from ..cli import RobotOptions
-from .guidance_process import WorkerProcess, lines_from_recorder, reply
+from .guidance_process import WorkerProcess
 
 PATIENCE = 2.0
 """A browser hears something at least this often [s]."""
@@ -43,17 +46,15 @@ class PageProcess(WorkerProcess):
     """
 
     def __init__(self, robot: RobotOptions, host: str) -> None:
-        setup = {"robot": robot.model_arguments(), "host": host}
-        super().__init__("mukca.tools.recording.page", setup)
+        super().__init__(_serve, robot.model_arguments(), host)
         self._sent: dict[str, Any] = {}
-        self.send({})
-        answer: Any = None
-        while answer is None and self.trouble is None:
-            answer = self.answer(wait=1.0)
-        if answer is None:
+        url: str | None = None
+        while url is None and self.trouble is None:
+            url = self.answer(wait=1.0)
+        if url is None:
             self.close()
             raise UsageError(f"--page-host {host}: no page can be served there")
-        self.url: str = answer["url"]
+        self.url = url
 
     def __call__(self, view: View) -> None:
         """Send a view that shows something new, unless one is still being taken in; never waits."""
@@ -75,7 +76,9 @@ def state_of(view: View) -> dict[str, Any]:
         "socket": session.socket,
         "counts": session.counts,
         "target": session.target,
-        "joints": [(j.name, *_finite(j.lower, j.upper), j.prismatic) for j in session.joints],
+        "joints": [
+            (j.name, max(j.lower, -3.2), min(j.upper, 3.2), j.prismatic) for j in session.joints
+        ],
         "position": view.position and [round(q, DIGITS) for q in view.position],
         "next": advice.target if advice else None,
         "predicted": advice.predicted if advice and advice.is_informative else None,
@@ -87,16 +90,24 @@ def state_of(view: View) -> dict[str, Any]:
     }
 
 
-def _finite(lower: float, upper: float) -> tuple[float, float]:
-    return max(lower, -3.2), min(upper, 3.2)
+class Server(ThreadingHTTPServer):
+    """Serves the page and its events."""
 
+    daemon_threads = True
 
-class Board:
-    """The newest state, and those who wait for it."""
-
-    def __init__(self) -> None:
+    def __init__(self, host: str) -> None:
         self._changed = threading.Condition()
         self._state, self._number = "{}", 0
+        self.token = secrets.token_urlsafe(16)
+        self.page = (Path(__file__).parent / "page.html").read_bytes()
+        self.free = threading.Semaphore(MOST)
+        super().__init__((host, 0), Handler)
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        host, port = self.server_address[:2]
+        return f"http://{host!s}:{port}/{self.token}/"
 
     def post(self, state: str) -> None:
         """Show another state."""
@@ -109,25 +120,6 @@ class Board:
         with self._changed:
             self._changed.wait_for(lambda: self._number != number, PATIENCE)
             return (None if self._number == number else self._state), self._number
-
-
-class Server(ThreadingHTTPServer):
-    """Serves the page and its events."""
-
-    daemon_threads = True
-
-    def __init__(self, host: str, board: Board) -> None:
-        self.board = board
-        self.token = secrets.token_urlsafe(16)
-        self.page = (Path(__file__).parent / "page.html").read_bytes()
-        self.free = threading.Semaphore(MOST)
-        super().__init__((host, 0), Handler)
-
-    @property
-    def url(self) -> str:
-        """Address of the page."""
-        host, port = self.server_address[:2]
-        return f"http://{host!s}:{port}/{self.token}/"
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -165,7 +157,7 @@ class Handler(BaseHTTPRequestHandler):
             self._begin("text/event-stream")
             number = -1
             while True:
-                state, number = self.server.board.after(number)
+                state, number = self.server.after(number)
                 self.wfile.write(f"data: {state}\n\n".encode() if state else b": still here\n\n")
         except OSError:
             return
@@ -173,29 +165,21 @@ class Handler(BaseHTTPRequestHandler):
             self.server.free.release()
 
 
-def main() -> None:
-    """Serve until the recorder ends."""
-    lines = lines_from_recorder()
-    setup = next(lines)
+def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
+    """Serve in the worker."""
     import numpy as np
 
     from ...solver.design import skeleton
-    from ...solver.robot import load_robot
 
-    places = skeleton(load_robot(**setup["robot"]))
-    board = Board()
-    server = Server(setup["host"], board)
+    places = skeleton(load_robot(**robot))
+    server = Server(host)
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    next(lines)
-    reply({"url": server.url})
-    for state in lines:
+    pipe.send(server.url)
+    while True:
+        state = pipe.recv()
         for name in ("position", "next"):
             if state[name] is not None:
                 drawn = places(np.array([state[name]]))[0].reshape(-1, 3)
                 state[f"{name}_drawn"] = [[0, 0, 0], *drawn.round(4).tolist()]
-        board.post(json.dumps(state))
-        reply({})
-
-
-if __name__ == "__main__":
-    main()
+        server.post(json.dumps(state))
+        pipe.send({})
