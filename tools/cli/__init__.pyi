@@ -20,7 +20,5 @@ from .robots import RobotOptions as RobotOptions
 from .robots import RobotsOptions as RobotsOptions
 from .robots import WorkerOptions as WorkerOptions
 from .robots import measure_all as measure_all
-from .robots import placements_by_robot as placements_by_robot
-from .robots import placements_of as placements_of
 from .robots import split_by_robot as split_by_robot
 from .tables import table as table

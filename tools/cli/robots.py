@@ -11,7 +11,6 @@ from ...solver.calibration import UsageError
 from .arguments import option
 
 if TYPE_CHECKING:
-    from ...recorder import Placement
     from ...solver.data import Measurement
     from ...solver.robot import Robot
     from ..parallel import Workers
@@ -194,25 +193,14 @@ def _held_out(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], 
     return kept, left_out
 
 
-def placements_of(paths: Sequence[Path]) -> "list[Placement]":
-    """Read all placements that paths stand for."""
-    from ...recorder import find_placements, read_placement
-
-    return [read_placement(path) for path in find_placements(paths)]
-
-
-def placements_by_robot(paths: Mapping[str, Sequence[Path]]) -> "dict[str, list[Placement]]":
-    """Read the placements of each robot."""
-    return {name: placements_of(own) for name, own in paths.items() if own}
-
-
 def measure_all(
     paths: Sequence[Path], robot: "Robot", distance: float | None, *, sockets: int = 2
 ) -> "list[Measurement]":
     """Read and check all placements that paths stand for."""
+    from ...recorder import read_placements
     from ...solver.data import measure
 
-    return [measure(p, robot, distance, sockets=sockets) for p in placements_of(paths)]
+    return [measure(p, robot, distance, sockets=sockets) for p in read_placements(*paths)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -156,16 +156,14 @@ def _say_outcome(outcome: "Outcome", options: RecordOptions, terminal: Terminal)
 
 def _next_steps(outcome: "Outcome", options: RecordOptions) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
-    robot = ["--robot", str(options.robot)]
-    for name in ("base", "flange"):
-        value = getattr(options, name)
-        robot += [f"--{name}", value] if value else []
-    robot += ["--tip", options.tip] if options.tip != "ball_link" else []
-    robot += ["--ball", *map(repr, options.ball)] if options.ball else []
+    from ...report.figures import as_options
+
+    def given(*names: str) -> list[str]:
+        return as_options({name: getattr(options, name) for name in names})
+
+    robot = given("robot", "base", "flange", "tip", "ball")
     out = str(options.out)
-    again = ["--driver", options.driver, "--distance", repr(options.distance)]
-    again += ["--robot-name", options.robot_name] if options.robot_name else []
-    again += [f"--{name}" for name in ("auto", "page") if getattr(options, name)]
+    again = given("driver", "distance", "robot_name", "auto", "page")
     again += [word for keys in options.key for word in ("--key", keys)]
     again += ["--out", str(next_folder(options.out))]
     advised = outcome.advice.closing if outcome.advice else ()

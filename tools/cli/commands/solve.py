@@ -6,20 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ....recorder import read_placements
 from ....solver.calibration import SolveOptions
 from ....solver.results import refuse_existing
-from .. import (
-    OutputOptions,
-    RobotsOptions,
-    Terminal,
-    argument,
-    option,
-    part,
-    placements_by_robot,
-    placements_of,
-    split_by_robot,
-    table,
-)
+from .. import OutputOptions, RobotsOptions, Terminal, argument, option, part, split_by_robot, table
 
 if TYPE_CHECKING:
     from ....solver.assessment import Verdict
@@ -105,15 +95,17 @@ def calibrated(options: Options, terminal: Terminal) -> "MultiRobotCalibration |
     from ....solver.calibration import calibrate
 
     robots = options.load_robots()
-    train, test, left_out = split_by_robot(options.train, options.test, robots)
+    *paths, left_out = split_by_robot(options.train, options.test, robots)
+    train, test = (
+        {name: read_placements(*own) for name, own in part.items() if own} for part in paths
+    )
     settings = vars(options.settings)
     with terminal.progress() as progress:
         if "" in robots:
-            data = placements_of(train[""]), placements_of(test[""])
+            data = train[""], test.get("", [])
             calibration = calibrate(robots[""], *data, progress, **settings)
         else:
-            several = placements_by_robot(train), placements_by_robot(test)
-            calibration = calibrate(robots, *several, progress, **settings)
+            calibration = calibrate(robots, train, test, progress, **settings)
     terminal.say(*left_out)
     for one in calibration.values() if isinstance(calibration, Mapping) else [calibration]:
         terminal.warn(*one.document.warnings)

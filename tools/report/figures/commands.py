@@ -16,7 +16,7 @@ def check_command(document: CalibrationDocument) -> str:
     """Return the command that looks at the recordings."""
     folders = [row.folder for row in document.data]
     same = {key: document.settings.get(key) for key in ("distance", "zeros")}
-    return shlex.join(["mukca", "check", *folders, *_one_robot(document), *_options(same)])
+    return shlex.join(["mukca", "check", *folders, *_one_robot(document), *as_options(same)])
 
 
 def record_command(document: CalibrationDocument) -> str:
@@ -55,25 +55,25 @@ def solve_command(
     words = ["mukca", "solve", *folders["train"]]
     if folders["test"]:
         words += ["--test", *folders["test"]]
-    words += [*robots, "--method", document.method, *_options(settings)]
+    words += [*robots, "--method", document.method, *as_options(settings)]
     if moved or given:
         words += ["--out", "calibrated-again"]
     return shlex.join(words)
 
 
-def _options(settings: Mapping[str, Any]) -> list[str]:
+def as_options(settings: Mapping[str, Any]) -> list[str]:
     """Return settings as options, those that were given."""
     words: list[str] = []
     for key, value in settings.items():
-        if value not in (None, [], False) and (key, value) != ("tip", BALL_LINK):
-            values = cast("list[Any]", value) if isinstance(value, list) else [value]
+        if value not in (None, [], (), False) and (key, value) != ("tip", BALL_LINK):
+            values = cast("list[Any]", value) if isinstance(value, list | tuple) else [value]
             words += [f"--{key.replace('_', '-')}", *([] if value is True else map(str, values))]
     return words
 
 
 def _one_robot(document: CalibrationDocument) -> list[str]:
     chain = {key: document.settings.get(key) for key in _CHAIN}
-    return ["--robot", document.robot, *_options(chain)]
+    return ["--robot", document.robot, *as_options(chain)]
 
 
 def _of_all(
@@ -97,6 +97,6 @@ def _all_robots(arms: ArmsDocument) -> list[str]:
         words += ["--robot", f"{arm.name}={arm.robot}"]
     for arm in arms.arms:
         links = {key: arm.options.get(key) for key in _CHAIN[:-1]}
-        words += _options({key: f"{arm.name}={link}" for key, link in links.items() if link})
+        words += as_options({key: f"{arm.name}={link}" for key, link in links.items() if link})
     balls = [ball for arm in arms.arms if (ball := arm.options.get("ball"))]
-    return [*words, *_options({"ball": balls[0] if balls else None})]
+    return [*words, *as_options({"ball": balls[0] if balls else None})]
