@@ -76,7 +76,5 @@ def _attributes(T: np.ndarray) -> dict[str, str]:
 
     quat = np.empty(4)
     mujoco.mju_mat2Quat(quat, np.ascontiguousarray(T[:3, :3]).ravel())
-    return {
-        key: " ".join(map(repr, values.tolist()))
-        for key, values in (("pos", T[:3, 3]), ("quat", quat))
-    }
+    words = {"pos": T[:3, 3], "quat": quat}
+    return {key: " ".join(map(repr, values.tolist())) for key, values in words.items()}

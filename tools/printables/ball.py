@@ -62,19 +62,12 @@ class BallPart:
 
     def __post_init__(self) -> None:
         check_range("a ball", self.ball, 10, 40)
-        self._check_screws()
-        self._check_neck()
-        self._check_reach()
-        self._check_stiffness()
-
-    def _check_screws(self) -> None:
+        origin, reach = self.mount.origin, self.height - self.mount.origin
         if self.ball > self.mount.widest_ball:
             raise PrintableError(
                 f"a ball of {self.ball:g} mm hides the screws from their key: take at most "
                 f"{self.mount.widest_ball:g} mm, or a wider bolt circle"
             )
-
-    def _check_neck(self) -> None:
         thickest = self.ball * math.sin(math.pi / 2 - TILT - LEAN_MARGIN)
         if not 3.0 <= self.throat <= thickest:
             raise PrintableError(
@@ -82,15 +75,8 @@ class BallPart:
                 f"{math.floor(thickest * 10) / 10:g} mm thick to lean {math.degrees(TILT):.0f} "
                 "degrees"
             )
-
-    def _check_reach(self) -> None:
-        origin = self.mount.origin
         lowest = math.ceil(self.mount.top + self.ball / 2 - origin)
-        highest = math.floor(BED - self.ball / 2 - origin)
-        check_range("a reach", self.height - origin, lowest, highest)
-
-    def _check_stiffness(self) -> None:
-        reach = self.height - self.mount.origin
+        check_range("a reach", reach, lowest, math.floor(BED - self.ball / 2 - origin))
         if self.bend > BEND_LIMIT:
             raise PrintableError(
                 f"the neck would bend {self.bend:.2f} mm under {FORCE:g} N, more than "

@@ -65,17 +65,14 @@ def _outlines(text: str, scale: float) -> tuple[Outline, ...]:
     left = 0.0
     for letter in text:
         for stroke in _STROKES[letter]:
-            corners = [_corner(word, letter, left) for word in stroke.split()]
+            width = _NARROW.get(letter, _WIDTH)
+            words = [(int(word[0]) / 2, int(word[1]) / 4) for word in stroke.split()]
+            corners = [(left + x * width, y * _RISE) for x, y in words]
             bars += [_bar(a, b) for a, b in itertools.pairwise(corners)]
         left += _advance(letter)
     shape = CrossSection.batch_boolean(bars, OpType.Add).scale((scale, scale))
     rings: list[np.ndarray] = cast("Any", shape).to_polygons()
     return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings)
-
-
-def _corner(word: str, letter: str, left: float) -> tuple[float, float]:
-    width = _NARROW.get(letter, _WIDTH)
-    return left + int(word[0]) / 2 * width, int(word[1]) / 4 * _RISE
 
 
 def _bar(start: tuple[float, float], end: tuple[float, float]) -> "CrossSection":

@@ -65,7 +65,11 @@ def record_session(
             else None
         )
         guided = keyboard is not None and live and not options.no_guide
-        guidance = _guidance(options, robot, stack) if guided else None
+        guidance: BackgroundGuidance | None = None
+        if guided:
+            goal = goal_for(robot, options.goal_mm)
+            guidance = BackgroundGuidance(options, options.distance, options.sockets, goal)
+            stack.enter_context(closing(guidance))
         return Recorder(
             session=_with_address(session, page.url, options.page_host) if page else session,
             stream=stream,
@@ -86,13 +90,6 @@ def record_session(
             observer=page,
             resume_summary=_resume_summary(session, options) if keyboard and live else (),
         ).run()
-
-
-def _guidance(options: SettledOptions, robot: Robot, stack: ExitStack) -> BackgroundGuidance:
-    """Return guidance by a worker process, which ends with the session."""
-    goal = goal_for(robot, options.goal_mm)
-    guidance = BackgroundGuidance(options, options.distance, options.sockets, goal)
-    return stack.enter_context(closing(guidance))
 
 
 def _with_address(session: Session, url: str, host: str) -> Session:

@@ -63,10 +63,11 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
         if sys.stdout.isatty():
             terminal.say("loading ...")
             sys.stdout.flush()
+        from ....solver.calibration import load_calibration
         from ...recording import is_scripted, record_session
 
         robot = options.load_robot()
-        calibration = _calibration(options)
+        calibration = load_calibration(options.calibration) if options.calibration else None
         settled = options.settled()
         outcome = record_session(settled, robot, terminal)
         while outcome.new_placement and outcome.signal is None:
@@ -82,15 +83,6 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
     if outcome.refused and is_scripted(options):
         return 1
     return _judge(settled, robot, calibration, outcome, terminal) if options.quick else 0
-
-
-def _calibration(options: RecordOptions) -> "Calibration | None":
-    """Return the calibration that is looked at, read before anything is recorded."""
-    if options.calibration is None:
-        return None
-    from ....solver.calibration import load_calibration
-
-    return load_calibration(options.calibration)
 
 
 def _judge(

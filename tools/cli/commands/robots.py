@@ -91,7 +91,10 @@ def reach(robot: Robot) -> float:
     upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
     positions = workspace(robot, CONFIGURATIONS)
     positions[:, 0] = 0.0 if lower[0] < 0 < upper[0] else lower[0]
-    centre = _second_joint(robot, positions[0, 0])
+    q = np.eye(1, len(lower))[0] * positions[0, 0]
+    frames = link_frames(robot.joints, robot.origins.ravel(), q)
+    second = robot.joints.index(robot.actuated[1])
+    centre = np.asarray(frames[second][1]).ravel()
 
     def distances(q: np.ndarray) -> np.ndarray:
         return np.linalg.norm(model.points(np.empty(0), q) - centre, axis=1)
@@ -103,12 +106,3 @@ def reach(robot: Robot) -> float:
             tries[:, joint] = np.linspace(lower[joint], upper[joint], CONFIGURATIONS)
             best = tries[np.argmax(distances(tries))]
     return float(distances(np.tile(best, (CONFIGURATIONS, 1)))[0])
-
-
-def _second_joint(robot: Robot, first: float) -> np.ndarray:
-    """Return where the second joint is in the base frame, at an angle of the first [m]."""
-    q = np.zeros(len(robot.actuated))
-    q[0] = first
-    frames = link_frames(robot.joints, robot.origins.ravel(), q)
-    second = robot.joints.index(robot.actuated[1])
-    return np.asarray(frames[second][1]).ravel()
