@@ -71,18 +71,11 @@ def show(console: "Console", result: "ComparisonDocument") -> None:
     names = short_names([row.name for row in result.placements])
     rows: list[list[str]] = []
     for name, row in zip(names, result.placements, strict=True):
-        cells = [
-            f"{millimetres(model.mean_absolute_error)}{'*' if model.trained_on else ' '}"
-            for model in row.models
-        ]
-        rows.append([name, *cells])
+        errors = ((millimetres(m.mean_absolute_error), m.trained_on) for m in row.models)
+        rows.append([name, *(f"{error}{'*' if trained else ' '}" for error, trained in errors)])
     means = [model.summary and model.summary.mean_absolute_error for model in result.models]
-    rows.append(
-        [
-            f"= mean of {len(result.fair)} held out by all",
-            *(f"{millimetres(mean)} " for mean in means),
-        ]
-    )
+    head = f"= mean of {len(result.fair)} held out by all"
+    rows.append([head, *(f"{millimetres(mean)} " for mean in means)])
     heads = ["placement", *(model.name for model in result.models)]
     bold = (len(rows) - 1,)
     console.print(table("MAE in mm; * trained on", heads, rows, bold=bold))

@@ -73,7 +73,9 @@ def run(options: Options, terminal: Terminal) -> int:
 
 def open_emulator(options: Options) -> Emulator:
     """Return the emulator that was asked for, listening."""
-    kind = _load(options.controller)
+    module, _, name = EMULATORS[options.controller].partition(":")
+    loaded = importlib.import_module(f"...emulators.{module}", __package__)
+    kind: type[Emulator] = getattr(loaded, name)
     version = options.version or next(iter(kind.VERSIONS))
     if version not in kind.VERSIONS:
         raise MukcaError(
@@ -97,14 +99,6 @@ def open_emulator(options: Options) -> Emulator:
         raise MukcaError(f"{options.controller}: cannot listen: {error}") from None
 
 
-def _load(name: str) -> type[Emulator]:
-    module, _, attribute = EMULATORS[name].partition(":")
-    loaded: type[Emulator] = getattr(
-        importlib.import_module(f"...emulators.{module}", __package__), attribute
-    )
-    return loaded
-
-
 def _arm(options: Options, kind: type[Emulator], version: str) -> SimulatedArm:
     joints, usual_rate = kind.VERSIONS[version]
     rate = usual_rate if options.rate is None else options.rate
@@ -115,11 +109,11 @@ def _arm(options: Options, kind: type[Emulator], version: str) -> SimulatedArm:
 
 
 def _tell(options: Options, emulator: Emulator, terminal: Terminal) -> None:
-    if options.json:
-        terminal.emit({"driver": emulator.driver_address, "version": emulator.version})
-        return
-    terminal.say(f"Emulating {options.controller}, version {emulator.version}.")
-    terminal.say(f"Read it with: mukca stream --driver '{emulator.driver_address}'")
-    if options.wait:
-        terminal.say("Press Enter to let the arm move.")
-    terminal.say("End it with Ctrl-C.")
+    terminal.emit({"driver": emulator.driver_address, "version": emulator.version})
+    lines = [
+        f"Emulating {options.controller}, version {emulator.version}.",
+        f"Read it with: mukca stream --driver '{emulator.driver_address}'",
+        *(["Press Enter to let the arm move."] if options.wait else []),
+        "End it with Ctrl-C.",
+    ]
+    terminal.say(*lines if not options.json else ())

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ....recorder import METADATA
 from ....recorder.stream import STILL, WINDOW
 from ....solver.results import refuse_existing, write_files
 from ...recording import joints_of
 from .. import DISTANCES, SPREADS, WINDOWS, OutputOptions, RobotOptions, Terminal, argument, option
 
 if TYPE_CHECKING:
-    from ....recorder.stream import JointLimits
-    from ....solver.robot import Robot
-    from ...extract import Log, Proposal, Question
+    from ...extract import Proposal
 
 EXAMPLE = """example:
   mukca extract session.mcap --robot panda
@@ -68,15 +67,32 @@ class Options(RobotOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
-    from ...extract import assign, find_rests, placements_of, propose_samples, read_log
+    from ...extract import (
+        Question,
+        assign,
+        find_rests,
+        placements_of,
+        propose_samples,
+        read_log,
+        rests_picture,
+    )
 
     if options.out is not None:
         refuse_existing(options.out, force=options.force)
     robot = options.load_robot()
     joints = joints_of(robot)
+    question = Question(
+        path=options.log,
+        joints=robot.joint_names,
+        prismatic=tuple(joint.prismatic for joint in joints),
+        named=options.joints,
+        topic=options.topic,
+        units=options.units,
+        efforts=options.efforts,
+    )
     with terminal.progress() as step:
         step(f"reading {options.log}")
-        log = read_log(_question(options, joints))
+        log = read_log(question)
         window = max(options.window, log.least_window)
         still = max(STILL, log.resolution) if options.still is None else options.still
         step(f"looking for rests in {len(log.stamps)} states")
@@ -90,26 +106,21 @@ def run(options: Options, terminal: Terminal) -> int:
     outputs: dict[str, str] = {}
     if options.out is not None and folders:
         session = {"extracted_from": str(options.log), "window": window, "still": still}
-        about = {**_about(options, robot, joints), "sessions": [session]}
-        outputs = _write(options.out, folders, about, log, proposals, robot)
+        about = {
+            "robot": robot.name,
+            "joints": list(robot.joint_names),
+            "units": [joint.unit for joint in joints],
+            "distance": options.distance,
+            "sockets": 2,
+            "model_sha256": robot.sha256,
+            "sessions": [session],
+        }
+        picture = rests_picture(log, robot.joint_names, proposals)
+        outputs = _write(options.out, folders, about, picture)
     _say_outputs(outputs, folders, options, terminal)
     rows = [_row(proposal) for proposal in proposals]
     terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs})
     return 0 if folders else 1
-
-
-def _question(options: Options, joints: "Sequence[JointLimits]") -> "Question":
-    from ...extract import Question
-
-    return Question(
-        path=options.log,
-        joints=tuple(joint.name for joint in joints),
-        prismatic=tuple(joint.prismatic for joint in joints),
-        named=options.joints,
-        topic=options.topic,
-        units=options.units,
-        efforts=options.efforts,
-    )
 
 
 def _show(proposals: "Sequence[Proposal]", terminal: Terminal) -> None:
@@ -134,34 +145,14 @@ def _show(proposals: "Sequence[Proposal]", terminal: Terminal) -> None:
     terminal.console.print(table("rests", heads, rows, left=(5,)))
 
 
-def _about(options: Options, robot: "Robot", joints: "Sequence[JointLimits]") -> dict[str, Any]:
-    """Return what ``mukca record`` would note of the robot."""
-    return {
-        "robot": robot.name,
-        "joints": list(robot.joint_names),
-        "units": [joint.unit for joint in joints],
-        "distance": options.distance,
-        "sockets": 2,
-        "model_sha256": robot.sha256,
-    }
-
-
 def _write(
-    out: Path,
-    folders: dict[str, dict[str, bytes]],
-    about: dict[str, Any],
-    log: "Log",
-    proposals: "Sequence[Proposal]",
-    robot: "Robot",
+    out: Path, folders: dict[str, dict[str, bytes]], about: dict[str, Any], picture: bytes
 ) -> dict[str, str]:
     """Write the placements and the picture; return their paths by kind."""
-    from ....recorder import METADATA
-    from ...extract import rests_picture
-
     for name, files in folders.items():
         files[METADATA] = json.dumps(about, indent=2).encode() + b"\n"
         write_files(out / name, files)
-    write_files(out, {"rests.svg": rests_picture(log, robot.joint_names, proposals)})
+    write_files(out, {"rests.svg": picture})
     return {**{name: str(out / name) for name in folders}, "picture": str(out / "rests.svg")}
 
 
@@ -175,8 +166,7 @@ def _say_outputs(
         terminal.say("No rest is a sample, so there is nothing to write.")
     elif not outputs:
         terminal.say("Nothing was written; --out DIR writes a folder for each placement.")
-    for path in outputs.values():
-        terminal.say(f"Wrote {path}")
+    terminal.say(*(f"Wrote {path}" for path in outputs.values()))
     if outputs:
         terminal.say(
             "Look at the picture: only you know whether the ball sat in a socket at each rest. "

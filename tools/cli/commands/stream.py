@@ -8,7 +8,6 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ....drivers import DriverError, JointState, Reason, Reconnecting, clock, open_driver
@@ -116,8 +115,8 @@ class Monitor:
         from rich.live import Live
 
         with Live(console=terminal.console, auto_refresh=False, transient=False) as live:
-            view = partial(self._view, terminal.console.width)
-            self._show(lambda: live.update(view(), refresh=True), SCREEN_SECONDS)
+            console = terminal.console
+            self._show(lambda: live.update(self._view(console.width), refresh=True), SCREEN_SECONDS)
 
     def _show(self, draw: Callable[[], None], seconds: float) -> None:
         """Read to the end, and draw the figures each so many seconds, and at the end."""
