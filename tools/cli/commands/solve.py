@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ....recorder import read_placements
 from ....solver.calibration import SolveOptions
 from ....solver.results import refuse_existing
 from .. import OutputOptions, RobotsOptions, Terminal, argument, option, part, split_by_robot, table
@@ -92,6 +91,7 @@ def _judge(name: str, calibration: "Calibration", terminal: Terminal) -> "Verdic
 
 def calibrated(options: Options, terminal: Terminal) -> "MultiRobotCalibration | Calibration":
     """Calibrate by the options, and say what to heed."""
+    from ....recorder import read_placements
     from ....solver.calibration import calibrate
 
     robots = options.load_robots()
