@@ -41,9 +41,10 @@ def record_session(
     joints, keys = joints_of(robot), keys_with(options.key)
     with ExitStack() as stack:
         keyboard, script = keys_of(options, stack)
-        stack.enter_context(_quiet())
-        stack.enter_context(_without_collection())
-        _say_now(f"connecting to {options.driver}")
+        stack.enter_context(_undisturbed())
+        if sys.stdout.isatty():
+            terminal.say(f"connecting to {options.driver} ...")
+            sys.stdout.flush()
         driver = stack.enter_context(connect(options.driver, robot.joint_names))
         still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
@@ -122,37 +123,21 @@ def _resume_summary(session: Session, options: SettledOptions) -> tuple[str, ...
     )
 
 
-def _say_now(text: str) -> None:
-    """Announce a step that takes a while, to people only."""
-    if sys.stdout.isatty():
-        sys.stdout.write(f"{text} ...\n")
-        sys.stdout.flush()
-
-
 @contextmanager
-def _quiet() -> Generator[None, None, None]:
-    """Keep the library's log off the screen."""
-    log = logging.getLogger("mukca")
-    handler, propagate = logging.NullHandler(), log.propagate
+def _undisturbed() -> Generator[None, None, None]:
+    """Keep the library's log off the screen, and garbage collection off all that is loaded."""
+    log, handler = logging.getLogger("mukca"), logging.NullHandler()
+    propagate, frozen = log.propagate, gc.get_freeze_count() > 0
     log.addHandler(handler)
     log.propagate = False
+    gc.collect()  # it stops reading for 0.1 s
+    gc.freeze()
     try:
         yield
     finally:
         log.removeHandler(handler)
         log.propagate = propagate
-
-
-@contextmanager
-def _without_collection() -> Generator[None, None, None]:
-    """Keep all loaded objects out of garbage collection: it stops reading for 0.1 s."""
-    kept = gc.get_freeze_count() > 0
-    gc.collect()
-    gc.freeze()
-    try:
-        yield
-    finally:
-        if not kept:
+        if not frozen:
             gc.unfreeze()
 
 
