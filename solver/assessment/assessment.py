@@ -49,10 +49,8 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     summary = role_summaries(predictions, options.tolerance)
     placements = placement_reports(predictions, options.tolerance)
     covered = coverage(predictions, DRAWN)
-    kinds = [p.measured.kind for p in predictions.placements if p.role == "test"]
-    by_instrument = bool(kinds) and set(kinds) == {"points"}
     rows = [
-        *held_out_rows(summary.test, limits, by_instrument=by_instrument),
+        *held_out_rows(predictions, limits),
         between_row(between, limits.between_placements),
         *rows_of_the_fit(predictions, covered, limits),
     ]

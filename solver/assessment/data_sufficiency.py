@@ -13,6 +13,7 @@ from .formatting import joined, plural
 from .limits import LimitResult, Limits, Status, limit_row
 from .predictions import PlacementPrediction, Predictions
 from .scale_check import assumed_distances, distance_row, distortion_row, scale_row
+from .steady_drift import drift_rows
 
 LEAST_SAMPLES = 10
 """In each of two sockets: with fewer, the sockets' centres and the noise are hardly known."""
@@ -30,7 +31,7 @@ def rows_of_the_fit(
 ) -> list[LimitResult]:
     """Return the rows on the recordings, the arm's size, and how much is known by them."""
     document = predictions.document
-    rows = [checks_row(document.checks), distortion_row(document)]
+    rows = [checks_row(document.checks), *drift_rows(predictions), distortion_row(document)]
     rows.append(distance_row(assumed_distances(document)))
     if document.scale is not None:
         rows.append(scale_row(document.scale, document.placements, document.checks))

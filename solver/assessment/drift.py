@@ -8,7 +8,7 @@ from typing import Any
 from ..data import Measurement
 from ..results import CalibratedRobot, CalibrationDocument, Summary
 from .formatting import mm
-from .held_out import held_out_rows
+from .held_out import error_rows
 from .limits import Limits
 from .verdict import Verdict, judge
 from .verification import left_with, odds_of
@@ -74,13 +74,14 @@ def judge_drift(
         data: The new recordings.
         limits: What is allowed.
     """
-    rows = held_out_rows(summary, limits)
+    full = None if summary is None or summary.geometric is None else summary.calibrated
+    rows = error_rows(None if summary is None else summary.loaded, full, limits, TRAINED)
     if summary is not None and summary.loaded.distance_error is None:
         rows = rows[:1]
     verdict = judge(rows)
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
     if summary is None or allowed is None or most is None:
-        return Drift(verdict, f"not known; {rows[0].reason if summary else TRAINED}.")
+        return Drift(verdict, f"not known; {rows[0].reason}.")
     mean, length = summary.loaded.mean_absolute_error, summary.loaded.distance_error
     figures = f"{mm(mean)}, limit {mm(allowed)}"
     if verdict.status == "pass":

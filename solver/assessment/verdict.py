@@ -151,6 +151,8 @@ def _text(rows: Sequence[LimitResult], status: Outcome) -> str:
         words = f"{joined([row.text for row in by_status['fail']])}."
     elif status != "pass" and by_status["not enough"]:
         words = f"{'; '.join(row.text for row in by_status['not enough'])}."
+    elif status != "pass":
+        words = next(f"{row.text}." for row in by_status["not evaluated"] if row.name in NEEDED)
     elif by_status["pass"]:
         words = f"Within its limit: {joined([row.title for row in by_status['pass']])}."
     else:

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..bayes.inference import Posterior
-from ..bayes.results import predicted_deviation
+from ..bayes.results import length_deviation, predicted_deviation
 from ..data import (
+    CALIPER_DEVIATION,
     Measurement,
     Metrics,
     Pose,
@@ -54,9 +55,9 @@ def placement_errors(
         calibrated: That model.
         frames: Where each model has the instruments' frames, see :func:`frames_of`.
     """
-    predicted = actual = None
+    predicted = actual = length = None
     if posterior is not None and calibrated is not None:
-        predicted, actual = _deviations(calibrated, posterior, measured)
+        predicted, actual, length = _deviations(calibrated, posterior, measured)
     metrics = {
         name: evaluate(predict(measured), measured, (frames or {}).get(name))
         for name, predict in models.items()
@@ -74,19 +75,27 @@ def placement_errors(
         ball_refitted=metrics.get("ball_refitted"),
         predicted_deviation=predicted,
         found_deviation=actual,
+        distance_deviation=length if role == "test" else None,
     )
 
 
 def _deviations(
     calibrated: CalibratedRobot, posterior: Posterior, measured: Measurement
-) -> tuple[float, float]:
-    """Return the predicted and the found rms distance of samples from their socket's mean [m]."""
+) -> tuple[float, float, float | None]:
+    """Return the predicted and the found rms distance of samples from their socket's mean [m].
+
+    The last is the deviation of the distance error [m], where there is one.
+    """
     torques = calibrated.load.torques(calibrated.robot, measured)
     by_socket = [(measured.positions[rows], torques[rows]) for rows in measured.slices]
     points = calibrated.ball(measured.positions, measured.efforts)
     if measured.kind == "points" and posterior.measured_noise is not None:
         posterior = replace(posterior, noise=posterior.measured_noise)
-    return predicted_deviation(posterior, by_socket), found_deviation(points, measured)
+    length = None
+    if measured.has_distance:
+        known = measured.distance_deviation or CALIPER_DEVIATION
+        length = length_deviation(posterior, by_socket, known)
+    return predicted_deviation(posterior, by_socket), found_deviation(points, measured), length
 
 
 def summarise(placements: Sequence[PlacementErrors]) -> Summaries:

@@ -35,6 +35,8 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
     """Root mean square distance of samples from their socket's mean, as predicted [m]."""
     found_deviation: float | None = None
     """The same, as computed from the samples [m]."""
+    distance_deviation: float | None = None
+    """Standard deviation of the full model's distance error, where it was held out [m]."""
 
     @property
     def loaded(self) -> Metrics:

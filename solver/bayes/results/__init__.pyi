@@ -10,6 +10,7 @@ from .joint_offsets import with_joint_offsets as with_joint_offsets
 from .relative_pose import UNSEEN as UNSEEN
 from .relative_pose import RelativeBasePose as RelativeBasePose
 from .relative_pose import between as between
+from .uncertainty import length_deviation as length_deviation
 from .uncertainty import predicted_deviation as predicted_deviation
 from .uncertainty import scale as scale
 from .uncertainty import workspace_errors as workspace_errors

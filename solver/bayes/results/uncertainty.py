@@ -18,6 +18,9 @@ UNDECIDED = 0.5
 """The data did not decide a direction if its posterior is wider than this share of its prior."""
 STRONG = 0.9
 """Correlations of two unknowns beyond this are reported."""
+CORRELATED = 3
+"""Variance of a mean of samples, relative to that of independent ones: the errors of a sample and
+the next are correlated by about a half."""
 NEAR, NEARBY = 0.06, 60
 """Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
 
@@ -147,6 +150,32 @@ def predicted_deviation(
         total += float(noise) * (1 - 1 / len(q))
         count += len(q)
     return (total / count) ** 0.5
+
+
+def length_deviation(
+    posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]], measured: float
+) -> float:
+    """Return the standard deviation of a placement's distance error by the full model [m].
+
+    Args:
+        posterior: The calibration, which was not fitted to the placement.
+        by_socket: As for :func:`predicted_deviation`; the first two sockets count.
+        measured: Standard deviation of the distance as it was measured [m].
+    """
+    size = posterior.model.size
+    centres: list[np.ndarray] = []
+    slopes: list[np.ndarray] = []
+    noise = np.zeros((3, 3))
+    for q, torque in by_socket[:2]:
+        points, jacobian, by_joints = posterior.model.linearise(posterior.x, q, torque)
+        centres.append(points.mean(axis=0))
+        slopes.append(jacobian.mean(axis=0))
+        noise += CORRELATED * posterior.noise.as_gaussian(by_joints).sum(axis=0) / len(q) ** 2
+    offset = centres[1] - centres[0]
+    direction = offset / max(float(np.linalg.norm(offset)), 1e-12)
+    slope = direction @ (slopes[1] - slopes[0])
+    variance = slope @ posterior.covariance[:size, :size] @ slope + direction @ noise @ direction
+    return float(variance + measured**2) ** 0.5
 
 
 def scale(posterior: Posterior) -> tuple[float, float]:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.assessment import worst
+from mukca.solver.assessment import Verdict, worst
 from mukca.tools.cli import main
 
 KNOWN = "front:0-left:0="
@@ -40,6 +40,7 @@ def test_a_good_calibration_passes_as_far_as_it_was_evaluated(document, rows) ->
         "distance_error": "pass",
         "between_placements": "not evaluated",
         "data_checks": "pass",
+        "drift": "pass",
         "distortion": "pass",
         "distance_given": "pass",
         "scale": "pass",
@@ -72,7 +73,43 @@ def test_without_held_out_data_nothing_is_validated(document, rows) -> None:
     status, limits, text = rows(document)
     assert status == "incomplete"
     assert limits["mean_absolute_error"] == "not evaluated"
-    assert "held-out error (MAE)" in text
+    assert "Held-out error (MAE): no placement was held out" in text
+
+
+def moved(placement: Any, shift: float) -> Any:
+    """The same rows in another order, a bit off."""
+    rows = [
+        replace(s, position=tuple(q + shift for q in s.position)) for s in placement.samples[::-1]
+    ]
+    return replace(placement, name="session/again", samples=tuple(rows), files=())
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        (lambda p: (p, moved(p, 9e-4)), "session/again is a copy of session/front"),
+        (
+            lambda p: (
+                replace(p, samples=p.samples[::2]),
+                replace(p, name="session/half", samples=p.samples[1::2], files=()),
+            ),
+            "session/half is at the place of session/front, or a part of it (0 mm away)",
+        ),
+    ],
+)
+def test_what_was_trained_on_validates_nothing(panda, session, parts, words) -> None:
+    train, again = parts(mukca.read_placements(session / "front")[0])
+    elsewhere = mukca.read_placements(session / "left")[0]
+    alone = mukca.calibrate(panda, train, test=again, method="paper").verdict
+    rows = {row.name: row for row in alone.limits}
+    assert alone.status == "incomplete" and rows["mean_absolute_error"].status == "not evaluated"
+    assert words in rows["held_out"].text and "proves nothing" in rows["held_out"].text
+    both = mukca.calibrate(panda, train, test=[again, elsewhere], method="paper")
+    rows = {row.name: row for row in both.verdict.limits}
+    assert rows["held_out"].status == "warning"
+    assert rows["mean_absolute_error"].found == pytest.approx(
+        both.errors[2].calibrated.mean_absolute_error
+    )
 
 
 def test_the_error_alone_never_passes(document, rows) -> None:
@@ -414,3 +451,35 @@ def test_no_step_is_to_train_on_what_is_wrong(document, report) -> None:
     out = next(step for step in todo if step["text"] == "Leave out left")
     assert "left" not in out["command"] and out["before"] and out["after"]
     assert "the held-out error by Eq. (5) goes from" in out["expected"]
+
+
+def judged(verdict: Verdict) -> dict[str, str]:
+    return {row.name: row.status for row in verdict.limits}
+
+
+@pytest.mark.slow
+def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session) -> None:
+    """An arm that repeats to 1 mm knows the distance of two means far better."""
+    train, left = (mukca.read_placements(session / name)[0] for name in ("front", "left"))
+    for distance, expected in ((0.05, "pass"), (0.0503, "not enough")):
+        test = replace(left, distance=distance)
+        found = mukca.calibrate(panda, train, test=test, repeatability_mm=1.0).verdict
+        assert judged(found)["distance_error"] == "pass"
+        assert judged(found)["distance_deviations"] == expected
+    assert found.kind == "not_enough" and "moved between its sockets" in found.text
+
+
+def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session) -> None:
+    """It turns about the first joint, by 1 mm from the first sample to the last."""
+    train, left = (mukca.read_placements(session / name)[0] for name in ("front", "left"))
+    sound = mukca.calibrate(panda, train, test=left, method="paper").verdict
+    assert judged(sound)["drift"] == "pass" and "drift_held_out" not in judged(sound)
+    creeping = [
+        replace(s, position=(s.position[0] + 2e-3 * i / 24, *s.position[1:]))
+        for i, s in enumerate(train.samples)
+    ]
+    crept = replace(train, samples=tuple(creeping))
+    trained = mukca.calibrate(panda, crept, test=left, method="paper").verdict
+    assert judged(trained)["drift"] == "not enough" and trained.status != "pass"
+    held = mukca.calibrate(panda, left, test=crept, method="paper").verdict
+    assert (judged(held)["drift"], judged(held)["drift_held_out"]) == ("pass", "warning")
