@@ -11,6 +11,7 @@ against its scatter.
 
 import numpy as np
 
+from ..results import Role
 from .formatting import joined, mm
 from .limits import LimitResult, limit_row
 from .predictions import PlacementPrediction, Predictions
@@ -23,27 +24,26 @@ LEAST = 10
 
 def drift_rows(predictions: Predictions) -> list[LimitResult]:
     """Return whether the ball drifts in the sockets of any placement, trained on or held out."""
-    rows: list[LimitResult] = []
-    for role, status, name in (
-        ("train", "not enough", "drift"),
-        ("test", "warning", "drift_held_out"),
-    ):
-        placements = [p for p in predictions.of_role(role) if p.measured.kind == "sockets"]
-        found = [(p.name, *steady_drift(p)) for p in placements]
-        odd = [(place, length) for place, chi2, length in found if chi2 > STEADY]
-        title = "steady drift where it was trained" if role == "train" else "steady drift held out"
-        if not odd:
-            if role == "train" and found:
-                rows.append(limit_row(name, title, "pass", "none beyond the scatter"))
-            continue
-        places = joined([f"{place} by {mm(length)}" for place, length in odd])
-        text = f"the ball drifts in its sockets from the first sample to the last, at {places}"
-        if role == "train":
-            text += (
-                ": the data cannot tell a base, a table or a joint that moved meanwhile from an "
-                "error of the model; record it again, firmly screwed down"
-            )
-        rows.append(limit_row(name, title, status, text, text=text))
+    drifts: dict[Role, list[str]] = {"train": [], "test": []}
+    for placement in predictions.placements:
+        if placement.measured.kind == "sockets":
+            chi2, length = steady_drift(placement)
+            if chi2 > STEADY:
+                drifts[placement.role].append(f"{placement.name} by {mm(length)}")
+    title = "steady drift where it was trained"
+    start = "the ball drifts in its sockets from the first sample to the last, at"
+    rows = [limit_row("drift", title, "pass", "none beyond the scatter")]
+    if drifts["train"]:
+        text = (
+            f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "
+            "that moved meanwhile from an error of the model; record it again, firmly screwed down"
+        )
+        rows = [limit_row("drift", title, "not enough", text)]
+    if drifts["test"]:
+        text = f"{start} {joined(drifts['test'])}"
+        rows.append(
+            limit_row("drift_held_out", "steady drift held out", "warning", text, text=text)
+        )
     return rows
 
 
@@ -52,7 +52,7 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     measured = placement.measured
     sockets = measured.placement.sockets
     t = np.concatenate([np.flatnonzero(sockets == k) for k in measured.sockets]).astype(float)
-    e = placement.deviations.calibrated.copy()
+    e: np.ndarray = placement.deviations.calibrated.copy()
     weights = np.array([1.0 if s.weight is None else s.weight for s in placement.samples])
     span, freedom = float(np.ptp(t)), len(t) - len(measured.sockets) - 3
     for rows in measured.slices:
