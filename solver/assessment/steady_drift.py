@@ -65,5 +65,6 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     v = (weights * t) @ e / along
     left = e - np.outer(t, v)
     scatter = (weights[:, None] * left).T @ left / (weights.sum() - len(measured.sockets) - 1)
-    chi2 = along * float(v @ np.linalg.pinv(scatter) @ v)
+    inverse: np.ndarray = np.linalg.pinv(scatter)
+    chi2 = along * float(v @ inverse @ v)
     return chi2 * (freedom - 1) / (freedom + 3), span * float(np.linalg.norm(v))
