@@ -16,8 +16,8 @@ from .formatting import joined, mm
 from .limits import LimitResult, limit_row
 from .predictions import PlacementPrediction, Predictions
 
-STEADY = 13.0
-"""Chi-squared of three numbers that sound recordings hardly reach: 5 in 1000 by chance."""
+STEADY = 14.0
+"""Chi-squared of three numbers that sound recordings hardly reach: 3 in 1000 by chance."""
 LEAST = 10
 """Samples below which nothing is said."""
 
@@ -62,9 +62,11 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     along = float(weights @ t**2)
     if freedom < LEAST or along == 0:
         return 0.0, 0.0
-    v = (weights * t) @ e / along
+    v: np.ndarray = (weights * t) @ e / along
     left = e - np.outer(t, v)
-    scatter = (weights[:, None] * left).T @ left / (weights.sum() - len(measured.sockets) - 1)
-    inverse: np.ndarray = np.linalg.pinv(scatter)
-    chi2 = along * float(v @ inverse @ v)
+    scatter: np.ndarray = (
+        (weights[:, None] * left).T @ left / (weights.sum() - len(measured.sockets) - 1)
+    )
+    across: np.ndarray = np.linalg.lstsq(scatter, v, rcond=None)[0]
+    chi2 = along * float(v @ across)
     return chi2 * (freedom - 1) / (freedom + 3), span * float(np.linalg.norm(v))
