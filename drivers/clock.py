@@ -5,6 +5,7 @@ the place of the host's, as one on which minutes pass in milliseconds.
 """
 
 import select
+import selectors
 import threading
 import time
 from collections.abc import Callable, Generator, Sequence
@@ -32,7 +33,13 @@ class Clock:
 
     def wait(self, sources: Sequence[_Source], seconds: float) -> list[_Source]:
         """Do the work of :func:`wait`."""
-        return select.select(sources, [], [], seconds)[0]
+        try:
+            return select.select(sources, [], [], seconds)[0]
+        except ValueError:  # a closed source, or a descriptor beyond 1023, which select cannot take
+            with selectors.PollSelector() as selector:
+                keys = [selector.register(source, selectors.EVENT_READ) for source in sources]
+                ready = {key.fd for key, _ in selector.select(seconds)}
+            return [s for s, key in zip(sources, keys, strict=True) if key.fd in ready]
 
     def repeat(self, step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], None]:
         """Do the work of :func:`repeat`."""

@@ -10,12 +10,14 @@ from .dataset import placement_name as placement_name
 from .dataset import placements_in as placements_in
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
+from .disk import append_bytes as append_bytes
+from .disk import replace_file as replace_file
+from .disk import sync_folder as sync_folder
 from .metadata import METADATA as METADATA
 from .metadata import Metadata as Metadata
 from .metadata import read_keys as read_keys
 from .metadata import read_metadata as read_metadata
 from .metadata import set_distance as set_distance
-from .metadata import sync_folder as sync_folder
 from .metadata import write_metadata as write_metadata
 from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS

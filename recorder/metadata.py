@@ -12,6 +12,7 @@ from typing import Any, cast
 
 from .._version import __version__
 from .csv_files import RecordingError
+from .disk import replace_file
 from .placement import DEFAULT_DISTANCE, SOCKETS
 from .samples import SAMPLES
 
@@ -117,24 +118,8 @@ def read_keys(file: Path) -> PlacementKeys:
 
 
 def write_metadata(file: Path, metadata: dict[str, Any]) -> None:
-    """Replace the file in one step: a crash leaves the old one or the new one."""
-    temporary = file.with_name(f".{file.name}.tmp")
-    with temporary.open("w", encoding="utf-8") as stream:
-        json.dump(metadata, stream, indent=2)
-        stream.write("\n")
-        stream.flush()
-        os.fsync(stream.fileno())
-    temporary.replace(file)
-    sync_folder(file.parent)
-
-
-def sync_folder(folder: Path) -> None:
-    """Return once the names in a folder are on the disk."""
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    """Replace the file in one step; see :func:`.disk.replace_file`."""
+    replace_file(file, json.dumps(metadata, indent=2).encode() + b"\n")
 
 
 def set_distance(folder: Path, distance: float) -> float | None:

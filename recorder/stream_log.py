@@ -2,11 +2,12 @@
 
 A line of JSON holds the format, the joints' names, and the numbers' resolution. Then come blocks of
 up to :data:`BLOCK` states, each with its length in four bytes: columns of whole numbers as
-differences from state to state, their bytes sorted by weight and packed by zlib. A block that a
-crash tore off is not read. The resolution is just below the sensors' noise, which cannot be packed.
+differences from state to state, their bytes sorted by weight and packed by zlib. A block that is
+damaged costs itself alone. The resolution is just below the sensors' noise, which cannot be packed.
 """
 
 import json
+import os
 import struct
 import zlib
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..drivers import JointState
 from .csv_files import RecordingError
+from .disk import append_bytes
 
 FORMAT = "mukca-stream-2"
 FORMAT_1 = "mukca-stream-1"
@@ -25,6 +27,8 @@ FORMAT_1 = "mukca-stream-1"
 ENDING = ".stream"
 BLOCK = 1000
 """States in a block at most."""
+PACKED = b"\x78\x9c"
+"""Beginning of what zlib packed."""
 DIGITS = (1e-6, 1e-7, 1e-3)
 """Resolution of a stamp, a position and an effort: [s], [rad] or [m], [N m]."""
 DIGITS_1 = (1e-6, 1e-9, 1e-4)
@@ -44,6 +48,8 @@ class LoggedStates:
     """Shape (N, joints) [N m]; None where a state had none."""
     connections: NDArray[np.int64]
     """The number of the connection that each state came over, shape (N,)."""
+    remarks: tuple[str, ...] = ()
+    """Remarks on states that were lost, a line each."""
 
 
 class StreamLog:
@@ -63,10 +69,11 @@ class StreamLog:
         """Reason why no more is kept; None while all is well."""
         self._rows: list[list[int]] = []
         self._count = len(joints)
+        head = json.dumps({"format": FORMAT, "joints": list(joints), "digits": DIGITS})
         try:
-            self._stream = file.open("xb", buffering=0)
-            head = json.dumps({"format": FORMAT, "joints": list(joints), "digits": DIGITS})
-            self._stream.write(head.encode() + b"\n")
+            flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | os.O_CLOEXEC
+            self._fd = os.open(file, flags, 0o644)
+            append_bytes(self._fd, head.encode() + b"\n")
         except OSError as error:
             raise RecordingError(f"{file}: cannot be written: {error.strerror}") from None
 
@@ -91,9 +98,10 @@ class StreamLog:
 
     def close(self) -> None:
         """Write what is left; safe to call twice."""
-        if not self._stream.closed:
+        if self._fd >= 0:
             self._write()
-            self._stream.close()
+            os.close(self._fd)
+            self._fd = -1
 
     def _write(self) -> None:
         rows, self._rows = self._rows, []
@@ -101,9 +109,9 @@ class StreamLog:
             return
         packed = _pack(np.array(rows, dtype=np.int64))
         try:
-            self._stream.write(struct.pack("<I", len(packed)) + packed)
+            append_bytes(self._fd, struct.pack("<I", len(packed)) + packed, sync=False)
         except OSError as error:
-            self.trouble = f"{self.file}: the states were not kept to the end: {error.strerror}"
+            self.trouble = f"{self.file.name}: no more states are kept: {error.strerror}"
 
 
 def _pack(rows: NDArray[np.int64]) -> bytes:
@@ -114,7 +122,10 @@ def _pack(rows: NDArray[np.int64]) -> bytes:
 
 
 def _unpack(packed: bytes, columns: int) -> NDArray[np.int64]:
-    data = zlib.decompress(packed)
+    unpacker = zlib.decompressobj()
+    data = unpacker.decompress(packed)
+    if not unpacker.eof or unpacker.unused_data:
+        raise ValueError("a block of another length")
     (count,) = struct.unpack_from("<I", data)
     by_weight = np.frombuffer(data, np.uint8, offset=4).reshape(8, count * columns)
     zigzag = np.ascontiguousarray(by_weight.T).view("<u8").reshape(columns, count).T
@@ -140,22 +151,15 @@ def read_stream_log(file: Path) -> LoggedStates:
         data = file.read_bytes()
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
+    head, _, rest = data.partition(b"\n")
     try:
-        place = data.find(b"\n") + 1
-        described = json.loads(data[:place])
+        described = json.loads(head)
         joints = tuple(map(str, described["joints"]))
         given = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}[described["format"]]
         stamp, position, effort = map(float, given)
-        columns = 3 + 2 * len(joints)
-        blocks = [np.empty((0, columns), np.int64)]
-        while place + 4 <= len(data):
-            (length,) = struct.unpack_from("<I", data, place)
-            place += 4 + length
-            if place > len(data):
-                break  # torn off by a crash
-            blocks.append(_unpack(data[place - length : place], columns))
-    except (ValueError, KeyError, TypeError, zlib.error, struct.error):
-        raise RecordingError(f"{file}: not a whole stream of states ({FORMAT})") from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise RecordingError(f"{file}: not a stream of states ({FORMAT})") from None
+    blocks, gaps = _blocks(rest, 3 + 2 * len(joints))
     rows = np.concatenate(blocks)
     numbers = rows.astype(np.float64)
     m = len(joints)
@@ -165,4 +169,30 @@ def read_stream_log(file: Path) -> LoggedStates:
         numbers[:, 3 : 3 + m] * position,
         numbers[:, 3 + m :] * effort if len(rows) and rows[:, 2].all() else None,
         rows[:, 1],
+        tuple(_remark(file, blocks[:gap], blocks[gap:], stamp) for gap in gaps),
     )
+
+
+def _blocks(data: bytes, columns: int) -> tuple[list[NDArray[np.int64]], list[int]]:
+    """Return all whole blocks, and before which of them damaged ones are left out."""
+    blocks, gaps = [np.empty((0, columns), np.int64)], dict[int, None]()
+    place = 0
+    while place < len(data):
+        (length,) = struct.unpack_from("<I", data.ljust(place + 4, b"\0"), place)
+        end = place + 4 + length
+        try:
+            blocks.append(_unpack(data[place + 4 : end], columns))
+            place = end
+        except (ValueError, zlib.error, struct.error):
+            gaps[len(blocks)] = None
+            begin = data.find(PACKED, place + 5)  # a block somewhere behind, perhaps
+            place = begin - 4 if begin >= 0 else len(data)
+    return blocks, list(gaps)
+
+
+def _remark(
+    file: Path, before: list[NDArray[np.int64]], after: list[NDArray[np.int64]], second: float
+) -> str:
+    first = f"{before[-1][-1, 0] * second:.3f} s" if len(before[-1]) else "the beginning"
+    last = f"{after[0][0, 0] * second:.3f} s" if after else "the end"
+    return f"{file}: the states between {first} and {last} are damaged, and left out"

@@ -69,7 +69,8 @@ def _connect(
             raise DriverError(
                 Reason.PROTOCOL,
                 f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
-                f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here",
+                f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here, tried with libfranka "
+                "0.9 and 0.21. Look for a newer mukca, or read the arm by --driver ros",
             )
         clock.sleep(SETTLE_SECONDS)
         version, session = session, _try_version(endpoint, session, on_stranger)

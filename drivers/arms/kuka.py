@@ -64,7 +64,9 @@ class Kuka(ValidatingDriver):
             )
         if self._useless:
             raise DriverError(
-                Reason.PROTOCOL, f"what {self._where} sends to UDP port {port} is not FRI"
+                Reason.PROTOCOL,
+                f"what {self._where} sends to UDP port {port} is not FRI of a version known here: "
+                "1.11 to 1.16, 2.5 and 2.7 were tried",
             )
         raise DriverError(
             Reason.UNREACHABLE,

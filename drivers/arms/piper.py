@@ -29,6 +29,7 @@ JOINTS = 6
 IDENTIFIERS = (0x2A5, 0x2A6, 0x2A7)  # joints 1 and 2, 3 and 4, 5 and 6
 FIRST_STATE_SECONDS = 2.0
 PERIOD = 0.005  # s, about
+CLOCK_STEP = 1.0  # s: a larger difference means that somebody has set the computer's clock
 UNIT = math.radians(1e-3)  # thousandths of a degree
 LARGEST_COUNT = 360_000
 PAIR = struct.Struct(">ii")
@@ -57,6 +58,7 @@ class Piper(ValidatingDriver):
         """True while this turn is given up, as the one before the first frame of all is."""
         self._turn_began = 0.0
         self._stamp = ArrivalTimeFilter(PERIOD)
+        self._offset = math.nan
         self._bus = CanBus(bus, IDENTIFIERS)
         with self._closed_on_error():
             self._await_arm()
@@ -101,7 +103,14 @@ class Piper(ValidatingDriver):
         if len(self._angles) < JOINTS:
             return None
         position, self._angles = tuple(self._angles), []
-        return JointState(self._stamp(arrival), position)
+        return JointState(self._stamp(self._monotonic(arrival)), position)
+
+    def _monotonic(self, arrival: float) -> float:
+        """Return a time of arrival by the monotonic clock [s]; buses tell it by one that is set."""
+        now = clock.now()
+        if not abs(arrival + self._offset - now) < CLOCK_STEP:  # true for the first
+            self._offset = now - arrival
+        return arrival + self._offset
 
     def _is_late(self, arrival: float) -> bool:
         """Return whether a frame came too late to belong to the first frame of this turn."""

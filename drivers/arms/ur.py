@@ -29,6 +29,7 @@ from .rtde import (
 PORT = 30004
 JOINTS = 6
 E_SERIES = 5  # first major version of its software
+TRIED = "software 3.15, 5.11 and 10.7 was tried"
 SLOW, FAST = 125, 500  # Hz, of a CB3 and of an e-series controller
 
 
@@ -57,7 +58,9 @@ class Ur(ValidatingDriver):
     def _fastest(self) -> int:
         """Agree on the protocol; return the greatest rate of this controller [Hz]."""
         if self._ask(PROTOCOL_VERSION, struct.pack(">H", 2)) != b"\x01":
-            raise DriverError(Reason.PROTOCOL, f"{self._where} does not speak RTDE version 2")
+            raise DriverError(
+                Reason.PROTOCOL, f"{self._where} does not speak RTDE version 2: {TRIED}"
+            )
         version = self._ask(CONTROLLER_VERSION)
         if len(version) != 16:
             raise DriverError(Reason.PROTOCOL, f"{self._where} sends a malformed version")

@@ -7,7 +7,6 @@ killed in the middle of a line, the next one to open the recording moves that pa
 import fcntl
 import os
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,6 +17,7 @@ from .. import (
     RecordingError,
     Sample,
     SampleFile,
+    append_bytes,
     capture_line,
     header_line,
     is_placement,
@@ -25,6 +25,7 @@ from .. import (
     placements_in,
     read_metadata,
     read_samples,
+    replace_file,
     sync_folder,
     write_metadata,
 )
@@ -169,7 +170,7 @@ class Recording:
             os.ftruncate(self._fd, len(whole) + len(newline))
         if not whole:
             os.ftruncate(self._fd, 0)
-            _write(self._fd, header_line(joints))
+            append_bytes(self._fd, header_line(joints))
         os.fsync(self._fd)
         sync_folder(self.folder)
         content = read_samples(self.file)
@@ -184,12 +185,7 @@ class Recording:
         count = 1
         while (aside := self.folder / f"{SAMPLES}.torn-{count}").exists():
             count += 1
-        descriptor = os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
-        try:
-            _write(descriptor, torn)
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+        replace_file(aside, torn)
         self.remarks.append(
             f"the last line of {SAMPLES} was torn off by a crash; it is kept in {aside.name}"
         )
@@ -202,12 +198,8 @@ class Recording:
                 f"{self.file.name} was changed by another program; finish with q and start again"
             )
         try:
-            _write(self._fd, line)
-            os.fsync(self._fd)
+            append_bytes(self._fd, line)
         except OSError as error:
-            with suppress(OSError):
-                os.ftruncate(self._fd, self._size)
-                os.fsync(self._fd)
             raise RecordingError(
                 f"{self.file.name} cannot be written to: {error.strerror}; nothing was lost"
             ) from None
@@ -224,12 +216,6 @@ class Recording:
                 f"{self.file} was moved, renamed or replaced; finish with q and start again with "
                 "--out where it is now"
             )
-
-
-def _write(descriptor: int, data: bytes) -> None:
-    """Write all of it, or raise OSError."""
-    while data:
-        data = data[os.write(descriptor, data) :]
 
 
 def _make_folder(folder: Path) -> None:

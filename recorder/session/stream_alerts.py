@@ -16,6 +16,7 @@ class StreamAlerts:
         self._started = clock.now()
         self._silent_since: float | None = None
         self._alarmed = ""
+        self._log_alarmed = False
 
     def trouble(self, now: float) -> str | None:
         """Return the reason why the stream cannot be trusted now; None if it can."""
@@ -25,6 +26,9 @@ class StreamAlerts:
 
     def update(self, now: float) -> None:
         """Alert to changes."""
+        if self._stream.log and self._stream.log.trouble and not self._log_alarmed:
+            self._log_alarmed = True
+            self._actions.alarm(self._stream.log.trouble)
         silent = now - max(self._stream.arrival, self._started) > SILENT
         trouble = self.trouble(now)
         if not silent and self._silent_since is not None:

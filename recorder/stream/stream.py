@@ -2,12 +2,23 @@
 
 import math
 from collections import deque
-from collections.abc import Callable
+from typing import Protocol
 
 from ...drivers import Driver, DriverError, JointState, Reason, Reconnecting, clock
 
 PATIENCE = 0.1
 """Longest wait for a state before the thread checks for its end [s]."""
+
+
+class Log(Protocol):
+    """Something that keeps states."""
+
+    trouble: str | None
+    """Reason why it keeps no more; None while it does."""
+
+    def add(self, state: JointState, connection: int) -> None:
+        """Keep a state, and the number of the connection that it came over."""
+        ...
 
 
 class Stream:
@@ -29,8 +40,8 @@ class Stream:
         """States that nobody took in time."""
         self.trouble: str | None = None
         """Reason why no states come; None while they come."""
-        self.observer: Callable[[JointState, int], None] | None = None
-        """Called with every state that is taken, and the number of lost connections by then."""
+        self.log: Log | None = None
+        """Given every state that is taken, and the number of lost connections by then."""
         self.ended = False
         """True once the driver gave up for good; :attr:`trouble` says why."""
         self._stop = clock.repeat(self._step, driver.close)
@@ -64,9 +75,9 @@ class Stream:
         """
         waiting = self._waiting
         taken = [waiting.popleft() for _ in range(min(most, len(waiting)))]
-        if self.observer is not None:
+        if self.log is not None:
             for _, state, connection in taken:
-                self.observer(state, connection)
+                self.log.add(state, connection)
         return taken
 
     def close(self) -> None:

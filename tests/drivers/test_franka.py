@@ -34,7 +34,7 @@ def test_a_version_can_be_demanded(tmp_path):
 
 def test_a_later_version_is_refused_with_what_can_be_read():
     refusal = struct.pack("<IIIBH", 0, 0, 15, 1, 11)
-    told = "speaks version 11 of FCI and refused 5; versions 3 to 10 can be read here$"
+    told = "speaks version 11 of FCI and refused 5; versions 3 to 10 can be read here, tried with "
     with answering(refusal) as address, refused("PROTOCOL", match=told):
         open_driver("franka", address)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from full_disk import full_disk
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -88,6 +89,16 @@ def test_new_files_are_synced_before_their_folder_and_that_before_they_are_used(
     written = (folder / "placement.json").stat().st_size
     metadata = (folder / ".placement.json.tmp", written)  # as it was called until it was whole
     assert metadata in synced[: len(synced) - 1 - synced[::-1].index((folder, 0))]
+
+
+def test_a_full_disk_leaves_the_file_as_it_was_and_nothing_beside_it(tmp_path: Path) -> None:
+    with Recording(tmp_path, METADATA) as recording:
+        before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+        with full_disk(10), pytest.raises(MukcaError, match=r"placement\.json cannot be written"):
+            recording.set_socket(1)
+        with full_disk(10), pytest.raises(MukcaError, match=r"samples\.csv cannot be written"):
+            recording.capture(sample(1))
+        assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
 
 
 def test_joints_are_checked_even_without_metadata(tmp_path: Path) -> None:

@@ -20,7 +20,9 @@ def read(question: Question) -> Log:
         if len(kept.stamps):
             note = f"read {file.name}, {len(kept.stamps)} states"
             parts = kept.connections - kept.connections.min()
-            logs.append(Log(kept.stamps, kept.positions[:, columns], efforts, parts, (note,)))
+            logs.append(
+                Log(kept.stamps, kept.positions[:, columns], efforts, parts, (note, *kept.remarks))
+            )
     if not logs:
         empty = np.empty(0)
         return Log(empty, np.empty((0, len(question.joints))), None, empty.astype(int))

@@ -83,7 +83,7 @@ def open_log(
 ) -> Generator[None, None, None]:
     """Log every state to a file beside the samples."""
     log = StreamLog(next_log_file(options.out), robot.joint_names)
-    stream.observer = log.add
+    stream.log = log
     try:
         yield
     finally:

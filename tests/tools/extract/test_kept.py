@@ -29,4 +29,4 @@ def test_what_was_captured_can_be_looked_at_again(
     assert status == 2 and "it has panda_joint1" in err
     (out / "states_1.stream").write_bytes(b"something else\n")
     status, _, err = extract(out, "--robot", "panda")
-    assert status == 2 and "not a whole stream" in err and len(err.splitlines()) == 1
+    assert status == 2 and "not a stream of states" in err and len(err.splitlines()) == 1

@@ -3,6 +3,8 @@
 import base64
 
 import numpy as np
+import pytest
+from full_disk import full_disk
 
 from mukca.drivers import JointState
 from mukca.recorder import StreamLog, next_log_file, read_stream_log
@@ -51,14 +53,66 @@ def test_a_stream_of_the_older_format_is_read(tmp_path) -> None:
     assert np.abs(read.efforts - [1.2345, -30.0]).max() < 1e-12
 
 
-def test_what_a_crash_tore_off_is_not_read(tmp_path) -> None:
-    kept = StreamLog(tmp_path / "a.stream", ["a"])
-    for i in range(2500):
-        kept.add(JointState(1e-3 * i, (0.1,)), 0)
+def keep(file, states, first=0):
+    """Keep so many states, some 4 kB in each block of 1000."""
+    kept = StreamLog(file, ["a"])
+    rng = np.random.default_rng(3)
+    for i in range(first, first + states):
+        kept.add(JointState(1e-3 * i, (float(rng.normal()),)), 0)
     kept.close()
-    data = (tmp_path / "a.stream").read_bytes()
-    (tmp_path / "a.stream").write_bytes(data[:-3])
-    assert len(read_stream_log(tmp_path / "a.stream").stamps) == 2000
+    return kept
+
+
+def thousands(file):
+    """Return which blocks of 1000 states a file still gives, each of them whole."""
+    read = read_stream_log(file)
+    first = np.rint(1e3 * read.stamps[::1000]).astype(int)
+    expected = [np.arange(start, start + 1000) for start in first]
+    assert np.rint(1e3 * read.stamps).astype(int).tolist() == np.ravel(expected).tolist()
+    return (first // 1000).tolist(), read.remarks
+
+
+@pytest.mark.parametrize("room", [4, 3000])
+def test_a_full_disk_tears_no_block(tmp_path, room) -> None:
+    file = tmp_path / "a.stream"
+    keep(file, 2000)
+    whole = file.stat().st_size
+    file.unlink()
+    with full_disk(whole + room):
+        kept = keep(file, 5000)
+    assert kept.trouble == "a.stream: no more states are kept: File too large"
+    assert file.stat().st_size == whole
+    assert thousands(file) == ([0, 1], ())
+
+
+def test_a_block_that_is_damaged_costs_itself_alone(tmp_path) -> None:
+    """Wherever it is, and whether bytes changed, are missing, or too many."""
+    file = tmp_path / "a.stream"
+    keep(file, 5000)
+    data = file.read_bytes()
+    blocks = len(data) - data.index(b"\n") - 1
+    rng = np.random.default_rng(5)
+    for start in rng.integers(len(data) - blocks, len(data) - 40, 60).tolist():
+        for change in (b"\xff" * 40, b"", rng.bytes(200)):
+            file.write_bytes(data[:start] + change + data[start + 40 :])
+            found, remarks = thousands(file)
+            assert 3 <= len(found) < 5 and len(remarks) == 1
+            gap = next(n for n in range(5) if n not in found)
+            before = f"{gap - 0.001:.3f} s" if gap else "the beginning"
+            assert f"between {before} and " in remarks[0] and "left out" in remarks[0]
+
+
+def test_what_a_crash_tore_off_is_not_read(tmp_path) -> None:
+    file = tmp_path / "a.stream"
+    keep(file, 3000)
+    data = file.read_bytes()
+    for missing in (1, 3, 1000):
+        file.write_bytes(data[:-missing])
+        found, remarks = thousands(file)
+        assert found == [0, 1]
+        assert remarks == (
+            f"{file}: the states between 1.999 s and the end are damaged, and left out",
+        )
 
 
 def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path) -> None:

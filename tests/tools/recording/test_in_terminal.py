@@ -199,6 +199,16 @@ def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path,
     assert len(mukca.read_placements(out)[0].samples) == counted + 1
 
 
+def test_a_disk_that_is_full_of_states_is_told_at_once(hand: Path, tmp_path: Path) -> None:
+    out = tmp_path / "front"
+    words = command(hand, out, "--keep-stream", mock="&rate=1000")
+    with TerminalSession(words, columns=120, limit_file_size=8192) as terminal:
+        terminal.wait_for("! states_1.stream: no more states are kept: File too large")
+        capture(terminal, "a", "captured sample 1")
+        terminal.press("q")
+        assert terminal.wait() == 0
+
+
 @pytest.mark.parametrize("busy", ["loading ...", "connecting to slow"])
 def test_ctrl_c_ends_the_program_while_it_loads(
     hand: Path, tmp_path: Path, plugged: dict[str, str], busy: str

@@ -1,0 +1,53 @@
+"""Writing to disk: all of it, or the file stays as it was."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+
+def append_bytes(descriptor: int, data: bytes, *, sync: bool = True) -> None:
+    """Append to an open file, and wait until it is on the disk, or do not (``sync``).
+
+    Raises:
+        OSError: Not all could be written, as on a full disk; what was written is cut off again.
+    """
+    size = os.fstat(descriptor).st_size
+    try:
+        while data:
+            data = data[os.write(descriptor, data) :]
+        if sync:
+            os.fsync(descriptor)
+    except OSError:
+        with suppress(OSError):
+            os.ftruncate(descriptor, size)
+            os.fsync(descriptor)
+        raise
+
+
+def replace_file(file: Path, content: bytes) -> None:
+    """Write a file in one step: a crash leaves the old one, or the new one.
+
+    Raises:
+        OSError: It cannot be written; the old one is there, and nothing else.
+    """
+    temporary = file.with_name(f".{file.name}.tmp")
+    try:
+        with temporary.open("wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        temporary.replace(file)
+    except OSError:
+        with suppress(OSError):
+            temporary.unlink()
+        raise
+    sync_folder(file.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Return once the names in a folder are on the disk."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
