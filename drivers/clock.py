@@ -12,6 +12,9 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
+STOP_SECONDS = 1.5
+"""A thread that waits for a robot is left alone after so long [s]."""
+
 
 class _Readable(Protocol):
     def fileno(self) -> int: ...
@@ -55,7 +58,7 @@ class Clock:
 
         def stop() -> None:
             stopped.set()
-            thread.join(timeout=5.0)
+            thread.join(timeout=STOP_SECONDS)
 
         return stop
 
@@ -89,7 +92,7 @@ def repeat(step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], No
         end: Called once in the same thread, at the end.
 
     Returns:
-        A function that ends the thread and waits for it; safe to call twice.
+        A function that ends the thread, and waits for it for a moment; safe to call twice.
     """
     return _clock.repeat(step, end)
 

@@ -43,9 +43,10 @@ class Ur(ValidatingDriver):
         wanted_rate = endpoint.options.positive("rate", FAST)
         self._tcp = TcpStream(endpoint, "is the robot's controller started?")
         with self._closed_on_error():
-            rate = min(wanted_rate, self._fastest())
-            self._period = 1 / rate
-            self._recipe = self._start(rate, endpoint.options.get("effort"))
+            self.rate = min(wanted_rate, self._fastest())
+            """States per second."""
+            self._period = 1 / self.rate
+            self._recipe = self._start(self.rate, endpoint.options.get("effort"))
 
     def _receive(self, deadline: float) -> JointState:
         state = self._recipe.decode(self._next_package(DATA, deadline))

@@ -1,22 +1,21 @@
 """Universal Robots through the package ur-rtde, whose receive interface is polled.
 
 The interface keeps the latest state alone. A state that comes while nobody looks is lost; it is
-counted as missed. :mod:`mukca.drivers.arms.ur` reads the same stream and loses none.
+counted as missed. :mod:`mukca.drivers.arms.ur` reads the same stream and loses none. It goes first:
+ur-rtde waits for a controller that is mute for ever, and lets nothing else run meanwhile.
 
 Address: ``HOST[?rate=HZ]``. Efforts are None: these arms measure no torque in N m.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
-from ..transport import open_tcp, parse_endpoint
+from ..transport import parse_endpoint
 from .rtde import OUTPUTS, check_angles, status_text
-from .ur import FAST, JOINTS, PORT, SLOW
+from .ur import FAST, JOINTS, PORT, Ur
 
 POLL_SECONDS = 2e-4
-FIRST_STATES = 20  # whatever is lost of them, not all steps of 2 ms come out as multiples of 8 ms
-FIRST_STATE_SECONDS = 2.0
+FIRST_STATE_SECONDS = 1.0
 BY_CONTROLLER = -1.0  # Hz: 500 of an e-series, 125 of a CB3
 
 
@@ -38,7 +37,9 @@ class UrRtde(ValidatingDriver):
         super().__init__(f"the robot at {endpoint}")
         rate = endpoint.options.positive("rate", FAST) if "rate" in endpoint.options else None
         self._joint_names = match_joints(joint_names, JOINTS, "a UR arm")
-        open_tcp(endpoint, "is the robot's controller started?").close()  # ur-rtde waits for ever
+        with (reader := Ur(address)):
+            reader.read(FIRST_STATE_SECONDS)
+            self._period = 1 / reader.rate
         try:
             self._robot = RTDEReceiveInterface(endpoint.host, rate or BY_CONTROLLER, [*OUTPUTS])
         except RuntimeError as error:
@@ -46,8 +47,6 @@ class UrRtde(ValidatingDriver):
                 Reason.BUSY, f"{self._where} took the connection, but not ur-rtde: {error}"
             ) from None
         self._polled = 0.0
-        with self._closed_on_error():
-            self._period = 1 / (rate or self._measure_rate())
 
     def _receive(self, deadline: float) -> JointState:
         while True:
@@ -65,9 +64,3 @@ class UrRtde(ValidatingDriver):
 
     def _disconnect(self) -> None:
         self._robot.disconnect()
-
-    def _measure_rate(self) -> int:
-        """Return the rate at which this controller sends its state [Hz]."""
-        stamps = [self._await_first(FIRST_STATE_SECONDS).stamp for _ in range(FIRST_STATES)]
-        steps = [SLOW * (b - a) for a, b in pairwise(stamps)]
-        return SLOW if all(abs(step - round(step)) < 0.1 for step in steps) else FAST

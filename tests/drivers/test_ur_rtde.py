@@ -1,13 +1,16 @@
 """Universal Robots through ur-rtde: in real time, against an emulator in a program of its own."""
 
 import re
-import socket
+import signal
+import subprocess
 import sys
 from importlib.util import find_spec
+from subprocess import DEVNULL, PIPE
 from types import SimpleNamespace
 
 import pytest
-from emulator_programs import emulated_program, own_host
+from emulation import emulated
+from emulator_programs import emulated_program
 
 from mukca import MukcaError, open_driver
 
@@ -17,7 +20,7 @@ needs_ur_rtde = pytest.mark.skipif(
 )
 pytestmark = pytest.mark.slow
 REQUESTS = re.compile(
-    rb"(\x00\x05V\x00\x02|\x00\x03v|\x00.O.{8}timestamp,actual_q,robot_mode,safety_mode,|\x00\x03[SP])+",
+    rb"(\x00\x05V\x00\x02|\x00\x03v|\x00.O.{8}timestamp,actual_q,robot_mode,safety_mode,?|\x00\x03[SP])+",
     re.DOTALL,
 )
 
@@ -66,7 +69,28 @@ def test_a_silence_is_told(tmp_path):
     assert caught.value.reason.name == "SILENT"
 
 
-def test_stamp_and_angles_are_of_one_state(monkeypatch):
+@needs_ur_rtde
+@pytest.mark.waits
+def test_a_controller_that_freezes_freezes_nothing_else(tmp_path):
+    """Not while it streams, and not where it takes the connection and is mute."""
+    with emulated_program("ur", tmp_path) as emulation:
+        command = [sys.executable, "-m", "mukca", "stream", "--json", "--driver"]
+        words = [*command, f"ur-rtde:{emulation.host}"]
+        with subprocess.Popen(words, stdout=DEVNULL, stderr=PIPE, text=True) as program:
+            while not emulation.sent():
+                pass
+            emulation.running.process.send_signal(signal.SIGSTOP)
+            try:
+                while "took the connection but did not answer" not in program.stderr.readline():
+                    assert program.poll() is None
+                program.send_signal(signal.SIGINT)
+                assert program.wait(60) == 130
+            finally:
+                program.kill()
+                emulation.running.process.send_signal(signal.SIGCONT)
+
+
+def test_stamp_and_angles_are_of_one_state(monkeypatch, tmp_path):
     """The interface may take in a state between two questions."""
 
     class Robot:
@@ -95,8 +119,10 @@ def test_stamp_and_angles_are_of_one_state(monkeypatch):
             pass
 
     monkeypatch.setitem(sys.modules, "rtde_receive", SimpleNamespace(RTDEReceiveInterface=Robot))
-    host = own_host()
-    with socket.create_server((host, 30004)), open_driver("ur-rtde", host) as driver:
+    with (
+        emulated("ur", tmp_path) as emulation,
+        open_driver("ur-rtde", emulation.host) as driver,
+    ):
         for state in [driver.read(1.0) for _ in range(20)]:
             assert state.position == pytest.approx([state.stamp / 2] * 6)
 
