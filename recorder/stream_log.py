@@ -27,6 +27,7 @@ FORMAT_1 = "mukca-stream-1"
 ENDING = ".stream"
 BLOCK = 1000
 """States in a block at most."""
+Block = NDArray[np.int64]
 PACKED = b"\x78\x9c"
 """Beginning of what zlib packed."""
 DIGITS = (1e-6, 1e-7, 1e-3)
@@ -114,14 +115,14 @@ class StreamLog:
             self.trouble = f"{self.file.name}: no more states are kept: {error.strerror}"
 
 
-def _pack(rows: NDArray[np.int64]) -> bytes:
+def _pack(rows: Block) -> bytes:
     steps = np.diff(rows, axis=0, prepend=0)
     zigzag = (steps << 1) ^ (steps >> 63)  # so that small steps to either side have small numbers
     by_weight = zigzag.T.astype("<i8", order="C").view(np.uint8).reshape(rows.size, 8).T
     return zlib.compress(struct.pack("<I", len(rows)) + by_weight.tobytes(), 6)
 
 
-def _unpack(packed: bytes, columns: int) -> NDArray[np.int64]:
+def _unpack(packed: bytes, columns: int) -> Block:
     unpacker = zlib.decompressobj()
     data = unpacker.decompress(packed)
     if not unpacker.eof or unpacker.unused_data:
@@ -169,11 +170,11 @@ def read_stream_log(file: Path) -> LoggedStates:
         numbers[:, 3 : 3 + m] * position,
         numbers[:, 3 + m :] * effort if len(rows) and rows[:, 2].all() else None,
         rows[:, 1],
-        tuple(_remark(file, blocks[:gap], blocks[gap:], stamp) for gap in gaps),
+        tuple(_remark(file, blocks[gap - 1], blocks[gap:], stamp) for gap in gaps),
     )
 
 
-def _blocks(data: bytes, columns: int) -> tuple[list[NDArray[np.int64]], list[int]]:
+def _blocks(data: bytes, columns: int) -> tuple[list[Block], list[int]]:
     """Return all whole blocks, and before which of them damaged ones are left out."""
     blocks, gaps = [np.empty((0, columns), np.int64)], dict[int, None]()
     place = 0
@@ -190,9 +191,7 @@ def _blocks(data: bytes, columns: int) -> tuple[list[NDArray[np.int64]], list[in
     return blocks, list(gaps)
 
 
-def _remark(
-    file: Path, before: list[NDArray[np.int64]], after: list[NDArray[np.int64]], second: float
-) -> str:
-    first = f"{before[-1][-1, 0] * second:.3f} s" if len(before[-1]) else "the beginning"
+def _remark(file: Path, before: Block, after: list[Block], second: float) -> str:
+    first = f"{before[-1, 0] * second:.3f} s" if len(before) else "the beginning"
     last = f"{after[0][0, 0] * second:.3f} s" if after else "the end"
     return f"{file}: the states between {first} and {last} are damaged, and left out"

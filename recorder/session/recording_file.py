@@ -61,11 +61,10 @@ class Recording:
             self._metadata = metadata.added_to(earlier)
             write_metadata(folder / METADATA, self._metadata)
             self._size = os.fstat(self._fd).st_size
-        except OSError as error:
+        except BaseException as error:
             os.close(self._fd)
-            raise RecordingError(f"{folder}: cannot be written: {error.strerror}") from None
-        except BaseException:
-            os.close(self._fd)
+            if isinstance(error, OSError):
+                raise RecordingError(f"{folder}: cannot be written: {error.strerror}") from None
             raise
 
     def capture(self, sample: Sample) -> None:
@@ -192,8 +191,7 @@ class Recording:
 
     def _append(self, line: bytes) -> None:
         self._check_place()
-        status = os.fstat(self._fd)
-        if status.st_size != self._size:
+        if os.fstat(self._fd).st_size != self._size:
             raise RecordingError(
                 f"{self.file.name} was changed by another program; finish with q and start again"
             )

@@ -1,5 +1,6 @@
 """Kinova: angles without jumps, settings of the line, and kortex_api's absence and errors."""
 
+import logging
 import math
 import os
 import termios
@@ -167,3 +168,12 @@ def test_a_lost_bus_is_told(tmp_path):
         VirtualBus.network_is_down = True
         with driver, refused("UNREACHABLE", match="is lost: Network is down"):
             driver.read(1)
+
+
+def test_what_isotp_logs_stays_off_the_screen(tmp_path):
+    with (
+        emulated("kinova", tmp_path, "--version", "can") as emulation,
+        open_driver("kinova", emulation.address) as driver,
+    ):
+        driver.read(1)
+    assert logging.getLogger("isotp").handlers

@@ -1,9 +1,9 @@
 """Kills ``mukca record`` again and again, at random moments, while it captures.
 
 A program of its own, since it forks: ``python killed_sessions.py FOLDER ROUNDS``. Every round
-continues the same placement in a new pseudo-terminal and ends by SIGKILL. What the screen had
-counted by then must be in the file, and stay there. The recorder lives in virtual time, and so
-captures as fast as the computer can.
+continues the same placement in a new pseudo-terminal and ends by SIGKILL; every other one keeps
+its stream. What the screen had counted by then must be in the file, and stay there, and the streams
+be read but for a torn end. The recorder lives in virtual time, and so captures as fast as it can.
 """
 
 import os
@@ -20,6 +20,7 @@ from pathlib import Path
 from record_commands import configurations
 from virtual_time import VirtualTime
 
+from mukca.recorder import read_stream_log
 from mukca.tools.cli import main
 
 
@@ -28,8 +29,10 @@ def record(folder: Path, seed: int) -> None:
     hand, keys = folder.parent / "hand.csv", folder.parent / "keys.txt"
     hand.write_text("\n".join(",".join(map(repr, q)) for q in configurations(500, seed)))
     keys.write_text("a*500")
-    driver = f"mock:{hand}?rate=50&speed=20&hold=0.65&move=0.35"
+    rate = 1000 if seed % 2 else 50  # a block of the stream has 1000 states
+    driver = f"mock:{hand}?rate={rate}&speed=20&hold=0.65&move=0.35"
     words = ["record", "--robot", "panda", "--driver", driver, "--out", str(folder)]
+    words += ["--keep-stream"] * (seed % 2)
     with VirtualTime().running():
         main([*words, "--keys", str(keys), "--target", "10000"])
 
@@ -84,5 +87,7 @@ if __name__ == "__main__":
         saved = counted_in(folder)
         # one more may be on the disk than the screen had time to show
         assert before < shown <= saved, f"round {number}: {before}, {shown} shown, {saved} saved"
+        for log in folder.glob("*.stream"):
+            assert len(read_stream_log(log).stamps) % 1000 == 0  # whole blocks alone
     assert main(["info", str(folder)]) == 0
     print(f"{rounds} kills, {counted_in(folder)} samples, all there")

@@ -5,6 +5,7 @@ messages to a USB bridge at 115200 baud, 8 data bits, even parity and 2 stop bit
 it may differ. The ISO-TP transfer (ISO 15765-2) is what a serial-to-CAN gateway would carry.
 """
 
+import logging
 from typing import TYPE_CHECKING, Any
 
 import serial
@@ -68,6 +69,7 @@ class IsoTpLink:
     def __init__(self, bus: CanBus, transmit: int, receive: int) -> None:
         import isotp
 
+        logging.getLogger("isotp").addHandler(logging.NullHandler())  # else it is on the screen
         self._bus = bus
         self.close = bus.close
         address = isotp.Address(isotp.AddressingMode.Normal_11bits, txid=transmit, rxid=receive)
