@@ -13,7 +13,7 @@ from ...solver.assessment import judge_drift
 from ...solver.calibration import Calibration, calibrate
 from ...solver.data import measure
 from ...solver.robot import Robot, load_robot
-from ..report import report_files, report_of
+from ..report import report_of
 from .document import FleetArm, FleetChange, FleetDrift, FleetParameter, FleetSession
 from .folders import MODEL, ArmFolder, find_sessions
 
@@ -59,12 +59,10 @@ def _session(
     arm: ArmFolder, name: str, calibration: Calibration, drift: FleetDrift | None
 ) -> FleetSession:
     document = calibration.document
-    figures = report_of(calibration).figures
-    outputs: dict[str, str] = {}
+    report = report_of(calibration)
+    figures, outputs = report.figures, dict[str, str]()
     if not document.distorted:
-        outputs = calibration.save(
-            arm.out / name if name else arm.out, force=True, pages=report_files
-        )
+        outputs = calibration.save(arm.out / name, force=True, pages=lambda _: report.files)
     summary = document.summary.test or document.summary.train
     assert summary is not None  # something was trained on
     verdict = figures.verdict
