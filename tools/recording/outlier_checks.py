@@ -24,13 +24,10 @@ SLACK = 0.05
 """Tolerance of the joints' limits [rad]."""
 
 
-def gravity_of(
-    robot: Robot, load: Load | None = None
-) -> Callable[[Sequence[float]], Sequence[float]] | None:
+def gravity_of(robot: Robot, load: Load) -> Callable[[Sequence[float]], Sequence[float]] | None:
     """Return the gravity torque as a function of the joint positions; None without masses."""
     if not robot.bodies:
         return None
-    load = load or Load()
 
     def gravity(position: Sequence[float]) -> Sequence[float]:
         torques = gravity_torques(robot, np.array([position]), load.gravity, load.payload)
@@ -39,56 +36,43 @@ def gravity_of(
     return gravity
 
 
-class OutlierCheck:
-    """Check of the last of some samples by the nominal model.
+def outlier_check(
+    robot: Robot, distance: float, far: float = FAR
+) -> Callable[[Sequence[Sample]], str | None]:
+    """Return a check that says what is odd in the last of some samples by the nominal model.
 
     By it the ball's centres of one socket lie within a few millimetres up to some 20 mm, and those
     of the other socket as far away as the sockets are apart.
-
-    Args:
-        robot: The nominal robot.
-        distance: Between the sockets' centres [m].
-        far: An outlier among enough samples is this far from the others [m].
     """
+    model = BallModel(robot, [])
+    points: dict[int, np.ndarray] = {}
 
-    def __init__(self, robot: Robot, distance: float, far: float = FAR) -> None:
-        self._robot = robot
-        self._distance = distance
-        self._far = far
-        self._model = BallModel(robot, [])
-        self._points: dict[int, np.ndarray] = {}
+    def ball(sample: Sample) -> np.ndarray:
+        return model.points(np.zeros(0), np.array([sample.position]))[0]
 
-    def __call__(self, samples: Sequence[Sample]) -> str | None:
-        """Return its oddity, in words that follow its name; None if nothing is odd."""
-        last = samples[-1]
-        point = self._ball(last, last=True)
-        here = [self._ball(s, last=False) for s in samples[:-1] if s.socket == last.socket]
-        there = [self._ball(s, last=False) for s in samples[:-1] if s.socket != last.socket]
-        allowed = FIRST_FAR
+    def check(samples: Sequence[Sample]) -> str | None:
+        *earlier, last = samples
+        for sample in earlier:  # once for each: the stream must not wait
+            if sample.number not in points:
+                points[sample.number] = ball(sample)
+        here = [points[s.number] for s in earlier if s.socket == last.socket]
+        there = [points[s.number] for s in earlier if s.socket != last.socket]
+        if not earlier:
+            return None
+        allowed = FIRST_FAR if here else FIRST_FAR + distance
         if len(here) + 1 >= ENOUGH:
-            centre = np.median(here, axis=0)
-            usual = float(np.median(np.linalg.norm(np.array(here) - centre, axis=1)))
-            allowed = max(self._far, FAR_SHARE * usual)
-        from_where = f"the others of socket {last.socket}"
-        if not here and there:
-            from_where = "the other socket"
-            allowed += self._distance
-        if not here and not there:
+            away = np.linalg.norm(np.array(here) - np.median(here, axis=0), axis=1)
+            allowed = max(far, FAR_SHARE * float(np.median(away)))
+        off = float(np.linalg.norm(ball(last) - np.median(here or there, axis=0)))
+        if off <= allowed:
             return None
-        away = float(np.linalg.norm(point - np.median(here or there, axis=0)))
-        if away <= allowed:
-            return None
+        others = f"the others of socket {last.socket}" if here else "the other socket"
         return (
-            f"puts the ball {1e3 * away:.0f} mm from {from_where}: is it seated, and in socket "
+            f"puts the ball {1e3 * off:.0f} mm from {others}: is it seated, and in socket "
             f"{last.socket}?"
         )
 
-    def _ball(self, sample: Sample, last: bool) -> np.ndarray:
-        """Return the ball's centre [m], computed once for each sample: the stream must not wait."""
-        if last or sample.number not in self._points:
-            point = self._model.points(np.zeros(0), np.array([sample.position]))[0]
-            self._points[sample.number] = point
-        return self._points[sample.number]
+    return check
 
 
 def wrong_model_check(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:

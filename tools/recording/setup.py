@@ -14,7 +14,7 @@ from ...solver.robot import Robot
 from ..cli import Terminal
 from .guidance_process import BackgroundGuidance, goal_for
 from .options import SettledOptions
-from .outlier_checks import FIRST_FAR, OutlierCheck, gravity_of, similar_models
+from .outlier_checks import FIRST_FAR, gravity_of, outlier_check, similar_models
 from .page import PageProcess
 from .resources import connect, keys_of, open_log, open_recording
 
@@ -81,8 +81,8 @@ def record_session(
             keyboard=keyboard,
             script=script,
             contact=ContactDetector(joints, gravity_of(robot, options.load.validated().load)),
-            check=OutlierCheck(robot, options.distance),
-            plausible=OutlierCheck(robot, options.distance, far=FIRST_FAR),
+            check=outlier_check(robot, options.distance),
+            plausible=outlier_check(robot, options.distance, far=FIRST_FAR),
             keys=keys,
             hands_free=options.auto,
             moved=moved,
