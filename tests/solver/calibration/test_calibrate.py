@@ -166,6 +166,8 @@ def test_other_bad_arguments_are_told_in_one_line(calibration, recordings, tmp_p
         lambda: calibration.ball("home"),
         lambda: mukca.load_calibration(tmp_path / "none.json"),
         lambda: mukca.open_driver("nobody:1.2.3.4"),
+        lambda: mukca.export(calibration, "dh", tmp_path / "dh.json", lik="other.json"),
+        lambda: mukca.simulate_recordings(robot, 2, sed=1),
     ):
         with pytest.raises(mukca.MukcaError) as told:
             bad()
