@@ -4,6 +4,7 @@ Needs the extra ``step``; the Python binding is large, and nothing else here use
 """
 # The binding's classes are made at run time; its stubs do not come with all of its versions.
 
+import importlib
 import tempfile
 from functools import reduce
 from pathlib import Path
@@ -29,49 +30,54 @@ Shape = Any
 
 def step_bytes(name: str, solid: Solid) -> bytes:
     """Return a STEP file (AP214, millimetres) of a part."""
-    try:
-        from OCP import IFSelect, Interface, Message, STEPControl
-    except ImportError:
-        raise PrintableError(
-            "STEP needs Open CASCADE, which is not installed: pip install 'mukca[step]'"
-        ) from None
+    step, interface, message = _ocp("STEPControl"), _ocp("Interface"), _ocp("Message")
+    shape = to_shape(solid)
+    chatter = message.Message_PrinterOStream.get_type_descriptor_s()  # goes to standard output
+    message.Message.DefaultMessenger_s().RemovePrinters(chatter)
+    writer = step.STEPControl_Writer()
+    interface.Interface_Static.SetCVal_s("write.step.product.name", name)
+    interface.Interface_Static.SetCVal_s("write.step.unit", "MM")
+    writer.Transfer(shape, step.STEPControl_AsIs)
     with tempfile.TemporaryDirectory() as folder:
-        shape = to_shape(solid)
-        chatter = (
-            Message.Message_PrinterOStream.get_type_descriptor_s()
-        )  # it would go to standard output
-        Message.Message.DefaultMessenger_s().RemovePrinters(chatter)
-        writer = STEPControl.STEPControl_Writer()
-        Interface.Interface_Static.SetCVal_s("write.step.product.name", name)
-        Interface.Interface_Static.SetCVal_s("write.step.unit", "MM")
-        writer.Transfer(shape, STEPControl.STEPControl_AsIs)
         path = Path(folder) / f"{name}.step"
-        if writer.Write(str(path)) != IFSelect.IFSelect_RetDone:
+        if writer.Write(str(path)) != _ocp("IFSelect").IFSelect_RetDone:
             raise PrintableError(f"{name}: Open CASCADE could not write it as STEP")
         return path.read_bytes()
 
 
 def to_shape(solid: Solid) -> Shape:
     """Evaluate a solid's tree to a shape of one body with no superfluous edges."""
-    from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
-
-    unify = ShapeUpgrade_UnifySameDomain(_shape(solid), True, True, False)
+    unify = _ocp("ShapeUpgrade").ShapeUpgrade_UnifySameDomain(_shape(solid), True, True, False)
     unify.Build()
     return _single_body(unify.Shape())
 
 
-def _shape(solid: Solid) -> Shape:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+def _ocp(module: str) -> Any:
+    """Return a module of the binding."""
+    try:
+        importlib.import_module("OCP")
+        return importlib.import_module(f"OCP.{module}")
+    except ImportError:
+        raise PrintableError(
+            "STEP needs Open CASCADE, which is not installed: pip install 'mukca[step]'"
+        ) from None
 
+
+def _shape(solid: Solid) -> Shape:
+    primitives = _ocp("BRepPrimAPI")
     match solid:
         case Sphere(radius):
-            return BRepPrimAPI_MakeSphere(radius).Shape()
-        case Frustum():
-            return _frustum(solid)
+            return primitives.BRepPrimAPI_MakeSphere(radius).Shape()
+        case Frustum(height, low, high) if low == high:
+            return primitives.BRepPrimAPI_MakeCylinder(low, height).Shape()
+        case Frustum(height, low, high):
+            return primitives.BRepPrimAPI_MakeCone(low, high, height).Shape()
         case Prism():
             return _prism(solid)
         case Moved(inner, offset):
-            return _moved(_shape(inner), offset)
+            move = _ocp("gp").gp_Trsf()
+            move.SetTranslation(_ocp("gp").gp_Vec(*offset))
+            return _shape(inner).Moved(_ocp("TopLoc").TopLoc_Location(move))
         case Union(parts):
             return _boolean("Fuse", *map(_shape, parts))
         case Difference(body, Union(parts)):
@@ -84,14 +90,6 @@ def _shape(solid: Solid) -> Shape:
             raise TypeError(f"no such solid: {type(solid).__name__}")
 
 
-def _frustum(frustum: Frustum) -> Shape:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder
-
-    if frustum.low == frustum.high:
-        return BRepPrimAPI_MakeCylinder(frustum.low, frustum.height).Shape()
-    return BRepPrimAPI_MakeCone(frustum.low, frustum.high, frustum.height).Shape()
-
-
 def _prism(prism: Prism) -> Shape:
     """Extrude each outline that runs anticlockwise, then cut out those that run clockwise."""
     bodies, holes = (
@@ -102,41 +100,25 @@ def _prism(prism: Prism) -> Shape:
 
 
 def _extruded(outline: Outline, height: float) -> Shape:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Pnt, gp_Vec
-
-    polygon = BRepBuilderAPI_MakePolygon()
+    builder, points = _ocp("BRepBuilderAPI"), _ocp("gp")
+    polygon = builder.BRepBuilderAPI_MakePolygon()
     for x, y in outline:
-        polygon.Add(gp_Pnt(x, y, 0.0))
+        polygon.Add(points.gp_Pnt(x, y, 0.0))
     polygon.Close()
-    face = BRepBuilderAPI_MakeFace(polygon.Wire(), True).Face()
-    return BRepPrimAPI_MakePrism(face, gp_Vec(0.0, 0.0, height)).Shape()
-
-
-def _moved(shape: Shape, offset: tuple[float, float, float]) -> Shape:
-    from OCP.gp import gp_Trsf, gp_Vec
-    from OCP.TopLoc import TopLoc_Location
-
-    move = gp_Trsf()
-    move.SetTranslation(gp_Vec(*offset))
-    return shape.Moved(TopLoc_Location(move))
+    face = builder.BRepBuilderAPI_MakeFace(polygon.Wire(), True).Face()
+    up = points.gp_Vec(0.0, 0.0, height)
+    return _ocp("BRepPrimAPI").BRepPrimAPI_MakePrism(face, up).Shape()
 
 
 def _boolean(operation: str, body: Shape, *tools: Shape) -> Shape:
     """Combine a shape with others, one by one: ``Fuse``, ``Cut`` or ``Common``."""
-    import OCP.BRepAlgoAPI
-
-    combine = getattr(OCP.BRepAlgoAPI, f"BRepAlgoAPI_{operation}")
+    combine = getattr(_ocp("BRepAlgoAPI"), f"BRepAlgoAPI_{operation}")
     return reduce(lambda shape, tool: combine(shape, tool).Shape(), tools, body)
 
 
 def _single_body(shape: Shape) -> Shape:
     """Return the one solid in a shape."""
-    from OCP.TopAbs import TopAbs_SOLID
-    from OCP.TopExp import TopExp_Explorer
-
-    explorer = TopExp_Explorer(shape, TopAbs_SOLID)
+    explorer = _ocp("TopExp").TopExp_Explorer(shape, _ocp("TopAbs").TopAbs_SOLID)
     bodies: list[Shape] = []
     while explorer.More():
         bodies.append(explorer.Current())
