@@ -53,26 +53,20 @@ def record_session(
             stack.enter_context(open_log(stream, options, robot, terminal))
         live = script is None
         monitor = StreamMonitor(
-            joints,
-            window=options.window,
-            still=still,
-            live=live,
-            resolution=driver.resolution,
+            joints, window=options.window, still=still, live=live, resolution=driver.resolution
         )
         session = _session(options, robot, joints, recording)
-        page = (
-            stack.enter_context(closing(PageProcess(options, options.page_host)))
-            if options.page
-            else None
-        )
-        guided = keyboard is not None and live and not options.no_guide
+        page = PageProcess(options, options.page_host) if options.page else None
+        if page is not None:
+            stack.enter_context(closing(page))
+            session = _with_address(session, page.url, options.page_host)
         guidance: BackgroundGuidance | None = None
-        if guided:
+        if keyboard is not None and live and not options.no_guide:
             goal = goal_for(robot, options.goal_mm)
             guidance = BackgroundGuidance(options, options.distance, options.sockets, goal)
             stack.enter_context(closing(guidance))
         return Recorder(
-            session=_with_address(session, page.url, options.page_host) if page else session,
+            session=session,
             stream=stream,
             monitor=monitor,
             recording=recording,
