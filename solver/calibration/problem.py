@@ -33,6 +33,13 @@ class CalibrationProblem:
     inspected: Inspected | None
     """None where the recordings could not be checked."""
 
+    def findings(self, *, fitted: bool) -> tuple[Diagnostic, ...] | None:
+        """Return what was found; of servos a fit, which knows their play, judges the size."""
+        if self.inspected is None:
+            return None
+        judged = fitted and bool(self.options.zeros)
+        return tuple(f for f in self.inspected.findings if not (judged and f.code == "scale"))
+
 
 def prepare(
     robot: Robot,

@@ -62,7 +62,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         history=history(fit.iterates, problem.train, problem.test),
         settings={**problem.robot.loaded_with, **options.as_dict()},
         provenance=_provenance(problem.robot, (*problem.train, *problem.test)),
-        checks=None if problem.inspected is None else problem.inspected.findings,
+        checks=problem.findings(fitted=fit.posterior is not None),
         next_placement=None if problem.inspected is None else problem.inspected.next_placement,
         warnings=warnings,
         outputs={},

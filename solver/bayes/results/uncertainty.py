@@ -12,6 +12,7 @@ from ...data import IDENTITY, Load
 from ...robot import gravity_moments, workspace
 from ..inference import Posterior
 from ..model import PriorGroup
+from ..model.effects import JOINT_OFFSET
 from .projection_poses import poses_near
 
 UNDECIDED = 0.5
@@ -122,9 +123,17 @@ def distance_deviations(
     distances = np.linalg.norm(offset, axis=1)
     direction = offset / distances[:, None].clip(1e-12)
     slopes = np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
+    return distances, np.sqrt(np.sum(slopes @ _counted_once(posterior) * slopes, axis=1))
+
+
+def _counted_once(posterior: Posterior) -> np.ndarray:
+    """Return the covariance of the model's unknowns, shape (size, size), for lengths.
+
+    The play of servos moves the samples of a socket together, so that each counts for less.
+    """
     size = posterior.model.size
-    variances = np.sum(slopes @ posterior.covariance[:size, :size] * slopes, axis=1)
-    return distances, np.sqrt(variances)
+    servos = JOINT_OFFSET.name in posterior.model.extensions
+    return (CORRELATED if servos else 1) * posterior.covariance[:size, :size]
 
 
 def predicted_deviation(
@@ -162,7 +171,6 @@ def length_deviation(
         by_socket: As for :func:`predicted_deviation`; the first two sockets count.
         measured: Standard deviation of the distance as it was measured [m].
     """
-    size = posterior.model.size
     centres: list[np.ndarray] = []
     slopes: list[np.ndarray] = []
     noise = np.zeros((3, 3))
@@ -174,7 +182,7 @@ def length_deviation(
     offset = centres[1] - centres[0]
     direction = offset / max(float(np.linalg.norm(offset)), 1e-12)
     slope = direction @ (slopes[1] - slopes[0])
-    variance = slope @ posterior.covariance[:size, :size] @ slope + direction @ noise @ direction
+    variance = slope @ _counted_once(posterior) @ slope + direction @ noise @ direction
     return float(variance + measured**2) ** 0.5
 
 
@@ -185,8 +193,7 @@ def scale(posterior: Posterior) -> tuple[float, float]:
     model; one that came out beyond had most likely a wrong distance between its sockets.
     """
     by_scale = posterior.model.by_scale()
-    size = posterior.model.size
-    variance = float(by_scale @ posterior.covariance[:size, :size] @ by_scale)
+    variance = float(by_scale @ _counted_once(posterior) @ by_scale)
     return float(by_scale @ posterior.x), variance**0.5
 
 
