@@ -8,7 +8,6 @@ from .errors import PlacementReport as PlacementReport
 from .errors import Quantiles as Quantiles
 from .errors import RoleSummaries as RoleSummaries
 from .errors import SampleErrors as SampleErrors
-from .errors import as_point as as_point
 from .errors import quantiles as quantiles
 from .errors import sample_errors as sample_errors
 from .formatting import area as area

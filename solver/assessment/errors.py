@@ -6,6 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from ..data import as_point
 from ..results import Document, PlacementErrors, Role, Summary, fields_of
 from .formatting import short_where
 from .predictions import ByModel, ModelName, PlacementPrediction, Point, Predictions
@@ -209,10 +210,4 @@ def _deviations(index: int, placement: PlacementPrediction) -> Iterator[SampleEr
 def _rounded(vector: np.ndarray) -> Point:
     """Return a vector to hundredths of a micrometre."""
     x, y, z = (round(value, 8) for value in vector.tolist())
-    return x, y, z
-
-
-def as_point(vector: np.ndarray) -> Point:
-    """Return a vector of three as numbers."""
-    x, y, z = vector.tolist()
     return x, y, z

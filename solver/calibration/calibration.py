@@ -1,11 +1,9 @@
 """A calibration as people use it: print, predict, save, load again, validate."""
 
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any, overload
 
 import msgspec
 
@@ -17,20 +15,18 @@ from ..data import Measurement, measure
 from ..results import (
     CalibratedRobot,
     CalibrationDocument,
-    PlacementErrors,
     Result,
     Role,
-    Summaries,
     calibrated_robot,
     encode,
     read_calibration,
     refuse_existing,
     write_files,
 )
-from .error_table import errors_text
-from .errors import models_of, placement_errors, summarise
+from .error_table import Errors
+from .errors import models_of, placement_errors
 from .full_model import FullModel
-from .options import UsageError
+from .option import UsageError
 from .problem import as_list
 
 MOST_FINDINGS = 5
@@ -41,37 +37,6 @@ class DistortedError(MukcaError):
     """A model does not reproduce the distance of the sockets, so it is not to be used."""
 
     failed = True
-
-
-@dataclass(frozen=True, repr=False)
-class Errors(Sequence[PlacementErrors]):
-    """Errors of the models, placement by placement; prints as a table in mm."""
-
-    placements: tuple[PlacementErrors, ...]
-    summary: Summaries
-    """The means over the placements trained on, and over those held out."""
-
-    @overload
-    def __getitem__(self, index: int) -> PlacementErrors: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> tuple[PlacementErrors, ...]: ...
-
-    def __getitem__(self, index: int | slice) -> PlacementErrors | tuple[PlacementErrors, ...]:
-        return self.placements[index]
-
-    def __len__(self) -> int:
-        return len(self.placements)
-
-    def __iter__(self) -> Iterator[PlacementErrors]:
-        return iter(self.placements)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the errors by name, as the command line's JSON has them [m]."""
-        return msgspec.to_builtins({"placements": self.placements, "summary": self.summary})
-
-    def __repr__(self) -> str:
-        return errors_text(self.placements, self.summary)
 
 
 class Calibration(FullModel):
@@ -98,7 +63,7 @@ class Calibration(FullModel):
     @cached_property
     def errors(self) -> Errors:
         """Per placement: its role, and its errors by each model [m]."""
-        return Errors(self.document.placements, self.document.summary)
+        return Errors(self.document.placements)
 
     @property
     def result(self) -> Result:
@@ -198,15 +163,10 @@ class Calibration(FullModel):
 
     def errors_of(self, data: Sequence[Measurement]) -> Errors:
         """Return the errors of checked placements, those trained on first."""
-        roles: list[tuple[Role, Measurement]] = [
-            ("train" if self.was_trained_on(m) else "test", m) for m in data
-        ]
         models = models_of(self.calibrated)
-        rows = tuple(
-            placement_errors(models, role, m)
-            for role, m in sorted(roles, key=lambda row: row[0] == "test")
-        )
-        return Errors(rows, summarise(rows))
+        roles: list[Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
+        rows = [placement_errors(models, *row) for row in zip(roles, data, strict=True)]
+        return Errors(sorted(rows, key=lambda row: row.role == "test"))
 
     def was_trained_on(self, measured: Measurement) -> bool:
         """Tell whether the robot was fitted to these very samples, wherever they lie now."""

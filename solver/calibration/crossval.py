@@ -3,17 +3,17 @@
 What was left out shows how the calibration does at a new place (paper, Fig. 6).
 """
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...recorder import Sample
-from ..data import Measurement, Metrics, RobotRecordings, evaluate
+from ..data import Measurement, RobotRecordings
 from ..diagnostics import named
 from ..paper import NotConverged
-from ..results import CalibratedRobot
+from ..results import PlacementErrors
 from ..robot import Robot
+from .errors import models_of, placement_errors
 from .fit import fit_robots
 from .options import SolveOptions
 
@@ -49,54 +49,32 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     return [*(left_out if count > 1 else []), *alone, *again]
 
 
-@dataclass(frozen=True)
-class HeldOutErrors:
-    """Errors of a calibration at every placement."""
-
-    full: tuple[Metrics, ...]
-    """By the full model."""
-    loaded: tuple[Metrics, ...]
-    """By its URDF alone, which is what most programs load."""
-
-
-def run_job(plan: Plan, job: Job) -> HeldOutErrors | None:
+def run_job(plan: Plan, job: Job) -> list[PlacementErrors] | None:
     """Fit, and return the errors at every placement; None if the fit did not converge."""
-    try:
-        robot = _fit(plan, job)
-    except NotConverged:
-        return None
-    data = plan.measurements
-    return HeldOutErrors(
-        tuple(evaluate(robot.ball(m.positions, m.efforts), m) for m in data),
-        tuple(evaluate(robot.geometric_ball(m.positions), m) for m in data),
-    )
-
-
-def _fit(plan: Plan, job: Job) -> CalibratedRobot:
     train = [plan.measurements[i] for i in job.trained]
     if job.seed is not None:
         generator = np.random.default_rng(job.seed)
-        train = [resampled(measured, generator) for measured in train]
+        train = [_resampled(measured, generator) for measured in train]
     names = {measured.name for measured in train}
     known = named(plan.measurements, plan.options.distances)
     options = replace(plan.options, known=[k for k in known if {k.first[0], k.second[0]} <= names])
     recordings = RobotRecordings(plan.robot, train, options.load)
-    return fit_robots([recordings], options, require_scale=False)[0].calibrated
+    try:
+        fit = fit_robots([recordings], options, require_scale=False)[0]
+    except NotConverged:
+        return None
+    models = models_of(fit.calibrated)
+    return [
+        placement_errors(models, "train" if i in job.trained else "test", measured)
+        for i, measured in enumerate(plan.measurements)
+    ]
 
 
-def resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
-    """Return a placement with as many samples drawn at random from its own, with repetition.
-
-    This is the bootstrap: how results differ between such draws shows how certain they are.
-    """
+def _resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
+    """Return a placement with as many samples drawn from its own (the bootstrap)."""
     drawn: list[Sample] = []
     for socket in measured.sockets:
         samples = [s for s in measured.placement.samples if s.socket == socket]
         picks = generator.integers(len(samples), size=len(samples))
         drawn += [samples[i] for i in picks.tolist()]
     return replace(measured, placement=replace(measured.placement, samples=tuple(drawn)))
-
-
-def spread(values: Iterable[Sequence[float]]) -> list[float]:
-    """Return, for each placement, the standard deviation of a figure over several fits."""
-    return np.std(np.array(list(values)), axis=0, ddof=1).tolist()

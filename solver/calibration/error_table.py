@@ -1,72 +1,96 @@
-"""The errors of a calibration as a plain table in millimetres."""
+"""Errors of the models at each placement, their means, and both as a table in millimetres."""
 
 from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import msgspec
 
 from ..assessment import millimetres
-from ..data import Metrics, removed_share
-from ..results import PlacementErrors, Role, Summaries, Summary
+from ..data import Metrics, mean_metrics, removed_share
+from ..results import PlacementErrors, Summaries, Summary
 
 HEADS = ("placement", "samples", "MAE", "max", "distance")
 
 
-def error_rows(
-    placements: Sequence[PlacementErrors], summaries: Summaries
-) -> list[tuple[bool, list[str]]]:
-    """Return the rows of the table of errors, nominal > calibrated [mm]; True marks a summary.
+class Errors(tuple[PlacementErrors, ...]):
+    """Errors of the models, placement by placement; prints as a table in mm."""
 
-    Where the URDF is not the full model, a row of the full model's errors follows each.
-    """
-    rows: list[tuple[bool, list[str]]] = []
-    parts: tuple[tuple[Role, str, Summary | None], ...] = (
-        ("train", "trained on", summaries.train),
-        ("test", "held out", summaries.test),
-    )
-    for role, title, summary in parts:
-        for row in placements:
-            if row.role == role:
-                name = row.name if row.kind == "sockets" else f"{row.name} (true error)"
-                rows += _rows(row, False, name, "+".join(map(str, row.samples)))
-        if summary is not None:
-            removed = f"{100 * removed_share(summary.nominal, summary.loaded):.1f} % less"
-            rows += _rows(summary, True, f"= {title}", removed)
-    return rows
+    @property
+    def placements(self) -> tuple[PlacementErrors, ...]:
+        """The rows, without more."""
+        return tuple(self)
 
+    @cached_property
+    def summary(self) -> Summaries:
+        """The means over the placements trained on, and over those held out."""
+        train, test = ([row for row in self if row.role == role] for role in ("train", "test"))
+        return Summaries(train=_summary(train), test=_summary(test))
 
-def errors_title(placements: Sequence[PlacementErrors]) -> str:
-    """Return what the table of errors shows."""
-    if any(row.geometric is not None for row in placements):
-        return (
-            "errors in mm, nominal > calibrated.urdf; below, with joint positions corrected first"
+    def as_dict(self) -> dict[str, Any]:
+        """Return the errors by name, as the command line's JSON has them [m]."""
+        return msgspec.to_builtins({"placements": self.placements, "summary": self.summary})
+
+    @property
+    def title(self) -> str:
+        """Subject of the table."""
+        if any(row.geometric is not None for row in self):
+            return (
+                "errors in mm, nominal > calibrated.urdf; below, with joint positions corrected "
+                "first"
+            )
+        return "errors in mm, nominal > calibrated"
+
+    def table(self) -> list[tuple[bool, list[str]]]:
+        """Return the rows of the table, nominal > calibrated [mm]; True marks a summary.
+
+        Where the URDF is not the full model, a row of the full model's errors follows each.
+        """
+        rows: list[tuple[bool, list[str]]] = []
+        parts = (
+            (self.summary.train, "train", "trained on"),
+            (self.summary.test, "test", "held out"),
         )
-    return "errors in mm, nominal > calibrated"
+        for summary, role, title in parts:
+            for row in self:
+                if row.role == role:
+                    name = row.name if row.kind == "sockets" else f"{row.name} (true error)"
+                    rows += _rows(row, name, "+".join(map(str, row.samples)))
+            if summary is not None:
+                removed = f"{100 * removed_share(summary.nominal, summary.loaded):.1f} % less"
+                rows += _rows(summary, f"= {title}", removed)
+        return rows
+
+    def __repr__(self) -> str:
+        rows = [list(HEADS), *(cells for _, cells in self.table())]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = [self.title]
+        for first, *others in rows:
+            cells = [first.ljust(widths[0]), *map(str.rjust, others, widths[1:])]
+            lines.append("  ".join(cells).rstrip())
+        return "\n".join(lines)
 
 
-def errors_text(placements: Sequence[PlacementErrors], summaries: Summaries) -> str:
-    """Return the table of errors as lines of plain text."""
-    rows = [list(HEADS), *(cells for _, cells in error_rows(placements, summaries))]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = [
-        "  ".join(
-            cell.rjust(width) if i else cell.ljust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
-    return "\n".join([errors_title(placements), *lines])
-
-
-def _rows(
-    row: PlacementErrors | Summary, summed: bool, name: str, samples: str
-) -> list[tuple[bool, list[str]]]:
-    pairs = zip(_figures(row.nominal), _figures(row.loaded), strict=True)
-    cells = [f"{millimetres(before)} > {millimetres(after)}" for before, after in pairs]
-    rows = [(summed, [name, samples, *cells])]
+def _rows(row: PlacementErrors | Summary, name: str, samples: str) -> list[tuple[bool, list[str]]]:
+    nominal, loaded, full = map(_figures, (row.nominal, row.loaded, row.calibrated))
+    cells = [f"{before} > {after}" for before, after in zip(nominal, loaded, strict=True)]
+    rows = [(isinstance(row, Summary), [name, samples, *cells])]
     if row.geometric is not None:
-        full = [f"> {millimetres(value)}" for value in _figures(row.calibrated)]
-        rows.append((False, ["  with corrected joints", "", *full]))
+        rows.append((False, ["  with corrected joints", "", *(f"> {cell}" for cell in full)]))
     return rows
 
 
-def _figures(metrics: Metrics) -> tuple[float, float, float | None]:
-    """Return the figures of the columns [m]."""
-    return metrics.mean_absolute_error, metrics.max_error, metrics.distance_error
+def _figures(metrics: Metrics) -> list[str]:
+    """Return the figures of the columns [mm]."""
+    return list(map(millimetres, metrics.as_dict().values()))
+
+
+def _summary(rows: Sequence[PlacementErrors]) -> Summary | None:
+    """Return the means over some placements; None without any."""
+    if not rows:
+        return None
+    means: dict[str, Any] = {}
+    for name in ("nominal", "calibrated", "geometric", "ball_refitted"):
+        there = [metrics for row in rows if (metrics := getattr(row, name)) is not None]
+        means[name] = mean_metrics(there) if there else None
+    return Summary(**means, removed_error=removed_share(means["nominal"], means["calibrated"]))

@@ -7,7 +7,13 @@ import numpy as np
 from ..bayes.inference import Posterior
 from ..bayes.model import extend
 from ..bayes.results import (
-    uncertainty,
+    PredictedErrors,
+    correlations,
+    deviations,
+    effective_parameters,
+    errors_near,
+    observability_index,
+    scale,
     unobservable,
     weakly_identifiable_directions,
     workspace_errors,
@@ -18,7 +24,6 @@ from ..diagnostics import farthest_place
 from ..results import (
     CalibratedRobot,
     Coefficient,
-    Correlation,
     DistanceDeviation,
     Forecast,
     NoiseScale,
@@ -37,7 +42,7 @@ GUIDED, ADVISED = 10, 30
 NEARER = (1.0, 0.85, 0.7)
 """A place that the arm does not reach is tried nearer to its base, by these factors."""
 
-Samples = list[tuple[np.ndarray, np.ndarray]]
+BySocket = list[tuple[np.ndarray, np.ndarray]]
 """For each socket, joint positions and moments."""
 
 
@@ -45,35 +50,32 @@ def parameter_values(
     calibrated: CalibratedRobot, posterior: Posterior | None = None
 ) -> tuple[ParameterValue, ...]:
     """Return every calibrated number of the joint origins, with its deviation where known."""
-    values = calibrated.values
-    exported = values if calibrated.exported is None else calibrated.exported
-    deviations = None if posterior is None else uncertainty.deviations(posterior)
+    columns = (calibrated.model.nominal, calibrated.values, calibrated.geometry)
+    known = [None] * len(calibrated.values) if posterior is None else deviations(posterior).tolist()
+    rows = zip(calibrated.parameters, np.transpose(columns).tolist(), known, strict=False)
     return tuple(
         ParameterValue(
             name=p.name,
             joint=p.joint,
             component=p.component,
             unit=p.unit,
-            nominal=float(nominal),
-            calibrated=float(values[i]),
-            change=float(values[i] - nominal),
-            exported=float(exported[i]),
-            standard_deviation=None if deviations is None else float(deviations[i]),
+            nominal=nominal,
+            calibrated=value,
+            change=value - nominal,
+            exported=exported,
+            standard_deviation=deviation,
         )
-        for i, (p, nominal) in enumerate(
-            zip(calibrated.parameters, calibrated.model.nominal, strict=True)
-        )
+        for p, (nominal, value, exported), deviation in rows
     )
 
 
 def coefficient_values(posterior: Posterior) -> tuple[Coefficient, ...]:
     """Return the coefficients of the extensions, with their deviations."""
     model = posterior.model
-    deviations = uncertainty.deviations(posterior)
-    rows = list(zip(model.names, model.units, posterior.x, deviations, strict=True))
+    columns = (model.names, model.units, posterior.x.tolist(), deviations(posterior).tolist())
     return tuple(
-        Coefficient(name=name, unit=unit, value=float(value), standard_deviation=float(deviation))
-        for name, unit, value, deviation in rows[model.geometry :]
+        Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
+        for name, unit, value, deviation in list(zip(*columns, strict=True))[model.geometry :]
     )
 
 
@@ -85,7 +87,7 @@ def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:
             unit=group.unit,
             count=len(group.members),
             width=group.width,
-            effective=uncertainty.effective_parameters(posterior, group),
+            effective=effective_parameters(posterior, group),
             active=group.width > 0,
         )
         for group in posterior.groups
@@ -110,24 +112,20 @@ def uncertainty_of(
     """Return how well the calibration is known, here and there, and what the data cannot tell."""
     load, exported = calibrated.load, calibrated.exported
     places = [m.positions for m in recorded]
-    near = uncertainty.errors_near(posterior, load, places, exported)
+    near = errors_near(posterior, load, places, exported)
     anywhere = workspace_errors(posterior, load, exported)
     weak = tuple(weakly_identifiable_directions(posterior))
     return Uncertainty(
         weak_directions=weak,
-        correlations=tuple(
-            Correlation(a=a, b=b, value=r) for a, b, r in uncertainty.correlations(posterior)
-        ),
-        observability_index=uncertainty.observability_index(posterior),
+        correlations=correlations(posterior),
+        observability_index=observability_index(posterior),
         distance_deviation=_deviation(anywhere, exported),
         near=None if near is None else _deviation(near, exported),
         cannot_see=unobservable(posterior, weak),
     )
 
 
-def _deviation(
-    found: uncertainty.PredictedErrors, exported: np.ndarray | None
-) -> DistanceDeviation:
+def _deviation(found: PredictedErrors, exported: np.ndarray | None) -> DistanceDeviation:
     alone = None if exported is None else found.alone
     return DistanceDeviation(
         median=found.median, worst=found.worst, length=found.length, alone=alone
@@ -137,7 +135,7 @@ def _deviation(
 def scale_of(fit: Fit) -> Scale:
     """Return by how much the arm came out larger than its model."""
     if fit.posterior is not None:
-        value, deviation = uncertainty.scale(fit.posterior)
+        value, deviation = scale(fit.posterior)
         return Scale(value=value, deviation=deviation)
     calibrated = fit.calibrated
     by_scale = extend(calibrated.robot, calibrated.parameters).by_scale()
@@ -149,46 +147,33 @@ def scale_of(fit: Fit) -> Scale:
 
 def outlook_of(problem: CalibrationProblem, fit: Fit) -> Outlook | None:
     """Return what a calibration will be worth; None where nothing was trained on in sockets."""
-    load, calibrated = fit.calibrated.load, fit.calibrated
+    robot, calibrated, load = problem.robot, fit.calibrated, fit.calibrated.load
     train = [m for m in problem.train if m.kind == "sockets"]
     if not train:
         return None
-    recorded = [pair for m in train for pair in _samples(problem.robot, m, load)]
-    posterior = fit.posterior
-    if posterior is None:
-        model = extend(problem.robot, calibrated.parameters)
+    if fit.posterior is None:
+        model = extend(robot, calibrated.parameters)
         x = calibrated.values - calibrated.model.nominal
-        return Outlook(joints=joint_effects(model, x, workspace_samples(model, x, load), recorded))
+    else:
+        model, x = fit.posterior.model, fit.posterior.x
+    poses = workspace_samples(model, x, load)
+    recorded = [pair for m in train for pair in load.by_socket(robot, m)]
+    joints = joint_effects(model, x, poses, recorded)
+    if fit.posterior is None:
+        return Outlook(joints=joints)
     test = [m for m in problem.test if m.kind == "sockets"]
     centres = np.array([calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test])
-    forecasts = [
-        Forecast(
-            placement=m.name,
-            distance_deviation=_after(posterior, load, _samples(problem.robot, m, load)),
-        )
-        for m in test
-    ]
-    new = _imagined(problem.robot, farthest_place(centres), train[0].distance, load)
-    if new:
-        forecasts.append(Forecast(placement=None, distance_deviation=_after(posterior, load, new)))
-    poses = workspace_samples(posterior.model, posterior.x, load)
-    return Outlook(
-        joints=joint_effects(posterior.model, posterior.x, poses, recorded),
-        map=error_map(posterior, poses),
-        forecasts=tuple(forecasts),
+    new = _imagined(robot, farthest_place(centres), train[0].distance, load)
+    further = [*((m.name, load.by_socket(robot, m)) for m in test), (None, new)]
+    forecasts = tuple(
+        Forecast(placement=name, distance_deviation=workspace_errors(after, load).median)
+        for name, samples in further
+        if samples and (after := predicted_posterior(fit.posterior, samples))
     )
+    return Outlook(joints=joints, map=error_map(fit.posterior, poses), forecasts=forecasts)
 
 
-def _samples(robot: Robot, measured: Measurement, load: Load) -> Samples:
-    moments = load.torques(robot, measured)
-    return [(measured.positions[rows], moments[rows]) for rows in measured.slices]
-
-
-def _after(posterior: Posterior, load: Load, samples: Samples) -> float:
-    return workspace_errors(predicted_posterior(posterior, samples), load).median
-
-
-def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> Samples:
+def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> BySocket:
     """Return varied samples in both sockets of a base at a place; none where it is out of reach."""
     half = np.array([0.0, distance / 2, 0.0])
     for factor in NEARER:

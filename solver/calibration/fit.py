@@ -63,7 +63,7 @@ def fit_robots(
 
     Args:
         robots: The nominal robots, and the placements to fit.
-        options: Method and its options. Coordinates are those of sockets in the placements.
+        options: Method and its options; coordinates only of sockets in the placements.
         types: Elasticity of other arms of each robot's type; None for what the options say.
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
@@ -101,10 +101,7 @@ def fit_robots(
         progress=progress,
     )
     seconds = time.perf_counter() - begin
-    return [
-        _fit_of(one, free, chosen, i, seconds)
-        for i, (one, free) in enumerate(zip(robots, parameters, strict=True))
-    ]
+    return [_fit_of(one, chosen, i, seconds) for i, one in enumerate(robots)]
 
 
 def _fit_by_paper(
@@ -127,29 +124,16 @@ def _rigid(model: BallModel, x: np.ndarray, measured: Measurement) -> np.ndarray
     return model.points(x, measured.positions)
 
 
-def _fit_of(
-    arm: RobotRecordings, parameters: Sequence[Parameter], chosen: Selected, i: int, seconds: float
-) -> Fit:
+def _fit_of(arm: RobotRecordings, chosen: Selected, i: int, seconds: float) -> Fit:
     full = chosen.full.arms[i]
-    deflection, exported = full.deflection.without_joint_offsets, _exported(arm, full)
-    calibrated = CalibratedRobot(
-        arm.robot,
-        tuple(parameters),
-        with_joint_offsets(full) if deflection.extensions else exported,
-        deflection,
-        arm.load,
-        exported if deflection.extensions else None,
-    )
+    deflection, values = full.deflection.without_joint_offsets, _exported(arm, full)
+    exported = None
+    if deflection.extensions:
+        values, exported = with_joint_offsets(full), values
+    parameters = full.model.parameters
+    calibrated = CalibratedRobot(arm.robot, parameters, values, deflection, arm.load, exported)
     iterates = tuple(partial(_extended, full, arm.load, x) for x in full.iterates)
-    return Fit(
-        calibrated,
-        "gauss-newton",
-        seconds,
-        iterates,
-        full,
-        chosen.notes[i],
-        joint_posterior=chosen.full,
-    )
+    return Fit(calibrated, "gauss-newton", seconds, iterates, full, chosen.notes[i], chosen.full)
 
 
 def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:

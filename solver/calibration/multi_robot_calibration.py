@@ -10,12 +10,12 @@ import numpy as np
 
 from ..bayes.inference import JointPosterior
 from ..bayes.results import RelativeBasePose, between
-from ..data import IDENTITY, Pose
+from ..data import IDENTITY, Pose, as_point
 from ..results import ArmsDocument, BaseToBase, GivenArm, encode, refuse_existing, write_files
 from .calibration import Calibration, DistortedError
-from .errors import summarise
+from .error_table import Errors
 from .frames import frame_poses, postures, visited_sockets
-from .multi_robot_urdf import Placed, joined_urdf, rpy_of
+from .multi_robot_urdf import Placed, joined_urdf
 
 
 class MultiRobotCalibration(Mapping[str, Calibration]):
@@ -57,16 +57,12 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 
     def _given(self, name: str) -> GivenArm:
         document = self[name].document
-        train, test = (
-            tuple(row.folder for row in document.data if row.role == role)
-            for role in ("train", "test")
-        )
         return GivenArm(
             name=name,
             robot=document.robot,
             options=dict(self[name].robot.loaded_with),
-            train=train,
-            test=test,
+            train=tuple(row.folder for row in document.data if row.role == "train"),
+            test=tuple(row.folder for row in document.data if row.role == "test"),
             postures=postures(self._posterior, list(self).index(name)),
         )
 
@@ -87,14 +83,8 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         Args:
             folder: Where it will stand; relative mesh paths are rewritten. None leaves them.
         """
-        placed: list[Placed] = []
-        for name, calibration in self.items():
-            robot = calibration.calibrated
-            values = robot.values if robot.exported is None else robot.exported
-            origins = robot.model.origins(values)
-            text = robot.urdf(folder)
-            placed.append(Placed(name, robot.robot, origins, text, self.pose(name)))
-        return joined_urdf(placed)
+        placed = [Placed(name, one.calibrated, self.pose(name)) for name, one in self.items()]
+        return joined_urdf(placed, folder)
 
     def save(
         self,
@@ -127,15 +117,15 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         """Return everything by name, as the command line's JSON has it."""
         robots = {name: one.result.as_dict() for name, one in self.items()}
         rows = [{**row, "robot": name} for name, one in robots.items() for row in one["placements"]]
-        errors = [row for one in self.values() for row in one.document.placements]
+        errors = Errors(row for one in self.values() for row in one.document.placements)
         first = next(iter(robots.values()))
         same = ("method", "optimizer", "iterations", "converged", "solve_seconds")
-        common = msgspec.to_builtins(self.document)
+        common = self.document.as_dict()
         return {
             "robot": ", ".join(f"{name}={one['robot']}" for name, one in robots.items()),
             **{key: first[key] for key in same},
             "placements": rows,
-            "summary": msgspec.to_builtins(summarise(errors)),
+            "summary": errors.summary.as_dict(),
             "robots": robots,
             **common["between"],
             "frames": common["frames"],
@@ -148,25 +138,23 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 
 def _base_to_base(one: RelativeBasePose) -> BaseToBase:
     """Return numbers and words; the numbers only where they mean something."""
-    axis = one.unseen
-    known = axis is None
+    known, origin = one.unseen is None, one.pose.origin
     deviation = np.sqrt(np.diag(one.covariance).clip(min=0))
     return BaseToBase(
-        xyz=_three(one.pose.translation) if known else None,
-        rpy=rpy_of(one.pose.rotation) if known else None,
-        xyz_deviation=_three(deviation[3:]) if known else None,
-        turn_deviation=_three(deviation[:3]) if known else None,
+        xyz=origin.xyz if known else None,
+        rpy=origin.rpy if known else None,
+        xyz_deviation=as_point(deviation[3:]) if known else None,
+        turn_deviation=as_point(deviation[:3]) if known else None,
         tool_deviation=one.tools if known else None,
         shared_sockets=one.shared,
-        text=_words(one) if axis is None else _turned(one, axis),
+        text=_words(one, deviation) if one.unseen is None else _turned(one, one.unseen),
     )
 
 
-def _words(one: RelativeBasePose) -> str:
+def _words(one: RelativeBasePose, deviation: np.ndarray) -> str:
     first, second = one.names
-    deviation = np.sqrt(np.diag(one.covariance).clip(min=0))
-    place = " ".join(f"{1e3 * value:+.2f}" for value in one.pose.translation)
-    turned = " ".join(f"{np.degrees(value):+.3f}" for value in rpy_of(one.pose.rotation))
+    place = " ".join(f"{1e3 * value:+.2f}" for value in one.pose.origin.xyz)
+    turned = " ".join(f"{np.degrees(value):+.3f}" for value in one.pose.origin.rpy)
     frames = (
         f"{second}'s base stands at {place} mm (+- {1e3 * deviation[3:].max():.2f}), turned "
         f"{turned} deg (+- {np.degrees(deviation[:3].max()):.2f}) in {first}'s: no better, since "
@@ -194,8 +182,3 @@ def _turned(one: RelativeBasePose, axis: np.ndarray) -> str:
         f"{left} (along {along} in {first}'s base). Let both record one more placement, off that "
         "line: two placements cure it, three are better."
     )
-
-
-def _three(values: np.ndarray) -> tuple[float, float, float]:
-    x, y, z = values.tolist()
-    return x, y, z

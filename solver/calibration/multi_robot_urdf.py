@@ -3,11 +3,22 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from pathlib import Path
 
-import numpy as np
-
-from ..data import Pose
-from ..robot import ModelError, Origin, Robot, add_ball, rotation_rpy, scan, set_origins
+from ..data import IDENTITY, Pose
+from ..results import CalibratedRobot
+from ..robot import (
+    ModelError,
+    Origin,
+    Robot,
+    add_ball,
+    find_chain,
+    find_parents,
+    find_root,
+    scan,
+    set_origins,
+)
 
 WORLD = "world"
 
@@ -17,18 +28,18 @@ class Placed:
     """A calibrated robot, and where its base stands."""
 
     name: str
-    robot: Robot
-    """The nominal robot."""
-    origins: np.ndarray
-    """Calibrated origins of its joints, shape (joints, 6)."""
-    urdf: bytes
-    """The calibrated URDF."""
+    calibrated: CalibratedRobot
     pose: Pose
     """Of its base link in that of the first robot."""
 
+    @property
+    def robot(self) -> Robot:
+        """The nominal robot."""
+        return self.calibrated.robot
 
-def joined_urdf(robots: Sequence[Placed]) -> bytes:
-    """Return one URDF with all robots.
+
+def joined_urdf(robots: Sequence[Placed], folder: Path | None = None) -> bytes:
+    """Return one URDF with all robots, in which meshes are found from a folder.
 
     Robots of files of their own get their name before each of their links and joints, and stand on
     a link ``world``, which is the first one's base. Robots that are chains of one file stay there:
@@ -43,9 +54,9 @@ def joined_urdf(robots: Sequence[Placed]) -> bytes:
     root = ET.Element("robot", name="_".join(one.name for one in robots))
     ET.SubElement(root, "link", name=WORLD)
     for one in robots:
-        tree = _renamed(_tree(one.urdf), one.name)
-        root.extend(list(tree))
-        root.append(_stand(one))
+        urdf = one.calibrated.urdf(folder)
+        root.extend(list(_renamed(_tree(urdf), one.name)))
+        root.append(_stand(one, urdf))
     ET.indent(root)
     return b'<?xml version="1.0"?>\n' + ET.tostring(root) + b"\n"
 
@@ -83,47 +94,26 @@ def _renamed(tree: ET.Element, prefix: str) -> ET.Element:
     return tree
 
 
-def _stand(one: Placed) -> ET.Element:
+def _stand(one: Placed, urdf: bytes) -> ET.Element:
     """Return the joint from the world to a robot's root."""
-    root = _root(one.robot)
-    origin = _origin(_after(one.pose, _to_base(one, root).inverse()))
-    joint = ET.Element("joint", name=f"{WORLD}_to_{one.name}", type="fixed")
-    xyz, rpy = (" ".join(f"{value:.17g}" for value in part) for part in (origin.xyz, origin.rpy))
-    ET.SubElement(joint, "origin", xyz=xyz, rpy=rpy)
-    ET.SubElement(joint, "parent", link=WORLD)
-    ET.SubElement(joint, "child", link=f"{one.name}_{root}")
-    return joint
-
-
-def _root(robot: Robot) -> str:
-    """Return the model's root link."""
-    tree = _tree(robot.text.data)
-    children = {child.get("link") for child in tree.iterfind("joint/child")}
-    return next(link for link in robot.text.links if link not in children)
-
-
-def _to_base(one: Placed, root: str) -> Pose:
-    """Return the pose of a robot's base link in its model's root, all joints at zero."""
-    pose, link = Pose(np.eye(3), np.zeros(3)), one.robot.base
-    tree = _tree(one.urdf)
-    above = {_link(joint, "child"): joint for joint in tree.findall("joint")}
-    origins = scan(one.urdf, one.name).origins
-    while link != root:
-        joint = above[link]
-        if joint.get("type") != "fixed":
+    text = one.robot.text
+    parents = find_parents(text, one.name)
+    root = find_root(text, parents, one.name)
+    in_root, origins = IDENTITY, scan(urdf, one.name).origins
+    for joint in find_chain(text, parents, root, one.robot.base, one.name):
+        if joint.actuated:
             raise ModelError(
-                f"{one.name}: joint {joint.get('name')!r} moves the base link {one.robot.base!r}; "
+                f"{one.name}: joint {joint.name!r} moves the base link {one.robot.base!r}; "
                 "one URDF with all robots needs a base that stands"
             )
-        pose = _after(pose_of(origins[str(joint.get("name"))]), pose)
-        link = _link(joint, "parent")
-    return pose
-
-
-def _link(joint: ET.Element, end: str) -> str:
-    """Return the name of a joint's parent or child link."""
-    element = joint.find(end)
-    return "" if element is None else element.get("link", "")
+        in_root = in_root @ Pose.of(origins[joint.name])
+    origin = (one.pose @ in_root.inverse()).origin
+    stand = ET.Element("joint", name=f"{WORLD}_to_{one.name}", type="fixed")
+    xyz, rpy = (" ".join(f"{value:.17g}" for value in part) for part in (origin.xyz, origin.rpy))
+    ET.SubElement(stand, "origin", xyz=xyz, rpy=rpy)
+    ET.SubElement(stand, "parent", link=WORLD)
+    ET.SubElement(stand, "child", link=f"{one.name}_{root}")
+    return stand
 
 
 def _in_one_file(robots: Sequence[Placed]) -> bytes:
@@ -149,49 +139,10 @@ def _in_one_file(robots: Sequence[Placed]) -> bytes:
                     f"{one.name}; give the link behind it by --base"
                 )
             shared += 1
-        origins = one.origins.copy()
+        origins = [Origin.of(numbers) for numbers in one.calibrated.origins]
         if one.robot is not first:
-            before = _chain(one, shared)
-            moved = _after(_after(before.inverse(), one.pose), before)
-            own = _after(moved, pose_of(_origin_of(origins[shared])))
-            origins[shared] = (*own.translation, *rpy_of(own.rotation))
-        for joint, numbers in zip(one.robot.joints, origins, strict=True):
-            changed[joint.name] = _origin_of(numbers)
+            before = reduce(Pose.__matmul__, map(Pose.of, origins[:shared]), IDENTITY)
+            moved = before.inverse() @ one.pose @ before
+            origins[shared] = (moved @ Pose.of(origins[shared])).origin
+        changed |= {j.name: own for j, own in zip(one.robot.joints, origins, strict=True)}
     return set_origins(text, changed)
-
-
-def _chain(one: Placed, count: int) -> Pose:
-    """Return the pose after the first joints of a chain, none of which moves."""
-    pose = Pose(np.eye(3), np.zeros(3))
-    for numbers in one.origins[:count]:
-        pose = _after(pose, pose_of(_origin_of(numbers)))
-    return pose
-
-
-def pose_of(origin: Origin) -> Pose:
-    """Return a joint's origin as a pose."""
-    return Pose(np.array(rotation_rpy(origin.rpy).full()), np.array(origin.xyz))
-
-
-def _after(outer: Pose, inner: Pose) -> Pose:
-    """Return a pose in the outer frame that is given in the inner one."""
-    return Pose(outer.rotation @ inner.rotation, outer.apply(inner.translation[None])[0])
-
-
-def _origin(pose: Pose) -> Origin:
-    return _origin_of(np.array([*pose.translation, *rpy_of(pose.rotation)]))
-
-
-def _origin_of(numbers: np.ndarray) -> Origin:
-    x, y, z, roll, pitch, yaw = numbers.tolist()
-    return Origin((x, y, z), (roll, pitch, yaw))
-
-
-def rpy_of(rotation: np.ndarray) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw of a rotation Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
-    flat = float(np.hypot(rotation[0, 0], rotation[1, 0]))
-    pitch = float(np.arctan2(-rotation[2, 0], flat))
-    if flat < 1e-9:  # roll and yaw turn about one axis: all of it is called yaw
-        return 0.0, pitch, float(np.arctan2(-rotation[0, 1], rotation[1, 1]))
-    roll = float(np.arctan2(rotation[2, 1], rotation[2, 2]))
-    return roll, pitch, float(np.arctan2(rotation[1, 0], rotation[0, 0]))

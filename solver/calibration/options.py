@@ -5,50 +5,20 @@
 """
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-from ...errors import MukcaError
 from ..bayes.model.effects import EXTENSIONS
+from .option import Method, Option, UsageError
 
 if TYPE_CHECKING:
     from ..data import KnownDistance, Load, SocketAt
 else:  # the command line reads the types of the fields, and has words for these
     KnownDistance = SocketAt = str
 
-Method = Literal["auto", "paper"]
 Optimizer = Literal["gauss-newton", "ipopt"]
-
-
-class UsageError(MukcaError):
-    """Arguments that cannot be, or do not go together; in words that hold for Python, too."""
-
-
-@dataclass(frozen=True)
-class Option:
-    """Documentation of an option, for the command line, Python and the docs alike."""
-
-    text: str
-    """One sentence or two: the value, its unit, its default."""
-    metavar: str | tuple[str, ...] | None = None
-    """Placeholder of the value on the command line; as many as there must be values."""
-    method: Method | None = None
-    """The only method that knows the option."""
-    default: Any = None
-    """The value for which None, or an empty sequence, stands."""
-    choices: tuple[str, ...] = ()
-    unit: str = ""
-    """Of a number, in full: ``metres``."""
-    allowed: Callable[[Any], bool] | None = None
-    """Range check of a value."""
-
-    @property
-    def help(self) -> str:
-        """The text, with the default where there is one to name."""
-        named = isinstance(self.default, str | int | float) and not isinstance(self.default, bool)
-        return f"{self.text} (default: {self.default})" if named else self.text
 
 
 _NAMES = "joint names, JOINT.x .. JOINT.yaw, JOINT.xyz or JOINT.rpy; * stands for any text"
@@ -210,22 +180,20 @@ class SolveOptions:
             if value is None or (isinstance(value, Sequence) and not value):
                 filled[name] = value if option.default is None or not mine else option.default
             elif not mine:
-                raise UsageError(
-                    f"{_words(name)} belongs to --method {option.method}; this is "
-                    f"--method {self.method}"
-                )
+                words = f"--{name.replace('_', '-')} belongs to --method {option.method}"
+                raise UsageError(f"{words}; this is --method {self.method}")
             else:
-                _check(name, value, option)
+                option.check(name, value)
         return replace(self, **filled)._read()
 
     def _read(self) -> "SolveOptions":
         """Return the options with files of measured places replaced by their content."""
-        from .measured_places import read_coordinates, read_distances
+        from ..data import read_known
 
         return replace(
             self,
-            known=tuple(read_distances(self.known)),
-            sockets_at=tuple(read_coordinates(self.sockets_at)),
+            known=tuple(read_known(self.known)),
+            sockets_at=tuple(self.located),
             type_prior=tuple(map(str, self.type_prior)),
         )
 
@@ -249,9 +217,9 @@ class SolveOptions:
     @property
     def located(self) -> "list[SocketAt]":
         """Known coordinates of sockets."""
-        from .measured_places import read_coordinates
+        from ..data import read_sockets_at
 
-        return read_coordinates(self.sockets_at)
+        return read_sockets_at(self.sockets_at)
 
     @property
     def deviation(self) -> float:
@@ -284,24 +252,6 @@ def check_keywords(function: str, given: Collection[str], known: Collection[str]
         if name not in known:
             (near,) = get_close_matches(name, known, n=1, cutoff=0.0)
             raise UsageError(f"{function} has no option {name!r}; the nearest is {near!r}")
-
-
-def _words(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
-
-
-def _check(name: str, value: Any, option: Option) -> None:
-    try:
-        allowed = option.allowed is None or option.allowed(value)
-    except TypeError:  # text in place of a number
-        allowed = False
-    if not allowed:
-        numbers = cast("Sequence[Any]", value if isinstance(value, tuple | list) else [value])
-        words = " ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in numbers)
-        raise UsageError(f"{_words(name)} {words}: give {option.unit}")
-    unknown = [one for one in value if one not in option.choices] if option.choices else []
-    if unknown:
-        raise UsageError(f"{_words(name)} {unknown[0]}: choose among {', '.join(option.choices)}")
 
 
 def _plain(value: Any) -> Any:

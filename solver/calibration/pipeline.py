@@ -11,18 +11,16 @@ from typing import Any, ParamSpec, Protocol, cast, get_type_hints, overload
 import numpy as np
 
 from ...recorder import Placement
-from ..data import Measurement, RobotRecordings, in_placements
+from ..data import RobotRecordings, base_name, in_placements
 from ..paper import NotConverged
 from ..robot import Robot
 from .calibration import Calibration
 from .fit import Fit, fit_robots
 from .multi_robot_calibration import MultiRobotCalibration
-from .options import SolveOptions, UsageError, check_keywords, option_table
-from .problem import CalibrationProblem, as_list, prepare
+from .options import SolveOptions, check_keywords, option_table
+from .problem import CalibrationProblem, Recordings, problems_of
 from .results import document_of
 
-Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
-"""Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
 Progress = Callable[[str], None]
 """Called with a word for each model that is fitted."""
 Keywords = ParamSpec("Keywords")
@@ -125,94 +123,32 @@ def calibrate(
         NotConverged: The fit did not converge.
     """
     options = options.validated()
-    if not isinstance(robot, Mapping):
-        if isinstance(train, Mapping) or isinstance(test, Mapping):
-            raise UsageError("placements by the names of robots need robots by name, too")
-        ((calibration, _),) = _calibrate({"": robot}, {"": train}, {"": test}, options, progress)
-        return calibration
-    _check_robots(robot, options)
-    training, held_out = _by_robot(robot, train), _by_robot(robot, test)
-    empty = next((name for name, own in training.items() if not own), None)
-    if empty is not None:
-        raise UsageError(f"{empty}: no placement to train on; the robots are {', '.join(robot)}")
-    pairs = _calibrate(robot, training, held_out, options, progress)
-    posterior = pairs[0][1].joint_posterior
-    assert posterior is not None
-    calibrations = {name: one for name, (one, _) in zip(robot, pairs, strict=True)}
-    return MultiRobotCalibration(calibrations, posterior)
-
-
-def _calibrate(
-    robots: Mapping[str, Robot],
-    train: Mapping[str, Placement | Sequence[Placement]],
-    test: Mapping[str, Placement | Sequence[Placement]],
-    options: SolveOptions,
-    progress: Progress,
-) -> list[tuple[Calibration, Fit]]:
-    """Calibrate robots together; one robot is the case n = 1."""
-    problems = [prepare(robot, train[name], test[name], options) for name, robot in robots.items()]
-    alone = len(robots) == 1
-    trained, held_out = (
-        [_base_of(m, alone=alone) for problem in problems for m in part(problem)]
-        for part in (attrgetter("train"), attrgetter("test"))
-    )
-    located = in_placements(options.located, trained, held_out)
+    problems = problems_of(robot, train, test, options)
     recordings = [
         RobotRecordings(problem.robot, problem.train, options.load, name)
-        for name, problem in zip(robots, problems, strict=True)
+        for name, problem in problems.items()
     ]
+    bases = [
+        [base_name(m, len(problems)) for problem in problems.values() for m in part(problem)]
+        for part in (attrgetter("train"), attrgetter("test"))
+    ]
+    options = replace(options, sockets_at=in_placements(options.located, *bases))
     fits = _converged(
-        lambda: fit_robots(recordings, replace(options, sockets_at=located), progress=progress),
-        problems,
+        lambda: fit_robots(recordings, options, progress=progress), [*problems.values()]
     )
-    return [
-        (Calibration(document_of(problem, fit), fit.calibrated), fit)
-        for problem, fit in zip(problems, fits, strict=True)
-    ]
-
-
-def _base_of(measured: Measurement, *, alone: bool) -> str:
-    """Return the name of a base: of several robots, placements of one name share it."""
-    return measured.name if alone else measured.placement.place
-
-
-def _check_robots(robots: Mapping[str, Robot], options: SolveOptions) -> None:
-    """Refuse options that several robots cannot have."""
-    if options.method != "auto":
-        raise UsageError("several robots: --method paper knows one, --method auto knows both")
-    for one in options.located:
-        if one.frame == "base":
-            raise UsageError(
-                f"{one.where}: the base of which robot? Write {next(iter(robots))}:base"
-            )
-
-
-def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, list[Placement]]:
-    """Return each robot's placements: as given by name, or as each of them says."""
-    by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
-    named = ", ".join(robots)
-    if isinstance(placements, Mapping):
-        pairs = [(name, p) for name, own in placements.items() for p in as_list(own)]
-    else:
-        pairs = [(p.robot_name, p) for p in as_list(placements)]
-    for name, placement in pairs:
-        where = placement.path or placement.name
-        if name is None:
-            raise UsageError(f"{where}: whose is it? Write NAME:{where}; the robots are {named}")
-        if name not in by_robot:
-            raise UsageError(f"{where}: of robot {name!r}, but the robots are {named}")
-        if any(p.place == placement.place for p in by_robot[name]):
-            raise UsageError(
-                f"{where}: robot {name} has two placements called {placement.place!r}; rename a "
-                "folder, since placements of one name are one base for all robots"
-            )
-        by_robot[name].append(placement)
-    return by_robot
+    calibrations = {
+        name: Calibration(document_of(problem, fit), fit.calibrated)
+        for (name, problem), fit in zip(problems.items(), fits, strict=True)
+    }
+    if not isinstance(robot, Mapping):
+        return calibrations[""]
+    assert fits[0].joint_posterior is not None  # the paper's method knows one robot
+    return MultiRobotCalibration(calibrations, fits[0].joint_posterior)
 
 
 def _converged(fit: Callable[[], list[Fit]], problems: Sequence[CalibrationProblem]) -> list[Fit]:
     """Return fits that converged to finite numbers; else name an error in the recordings."""
-    findings = [f for p in problems if p.inspected is not None for f in p.inspected.findings]
+    findings = [finding for problem in problems for finding in problem.checks]
     wrong = next((finding for finding in findings if finding.level == "error"), None)
     try:
         fits = fit()

@@ -1,24 +1,20 @@
 """Recordings made ready for a fit: checked against the robot, and inspected."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import cast
 
 from ...recorder import Placement
 from ..data import Measurement, check_distinct, measure, spaced
-from ..diagnostics import Diagnostic, Survey, inspect_all, named, next_placement, split_at
-from ..results import NextPlacement
+from ..diagnostics import Diagnostic, inspect_all, named, next_placement, split_at
+from ..results import NextPlacement, Role
 from ..robot import Parameter, Robot, choose_parameters
-from .options import SolveOptions, UsageError
+from .option import UsageError
+from .options import SolveOptions
 
-
-@dataclass(frozen=True)
-class Inspected:
-    """Diagnostics of the recordings, from before the fit."""
-
-    findings: tuple[Diagnostic, ...]
-    next_placement: NextPlacement | None
-    """None where an instrument measured all samples."""
+Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
+"""Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
 
 
 @dataclass(frozen=True)
@@ -30,48 +26,80 @@ class CalibrationProblem:
     train: tuple[Measurement, ...]
     test: tuple[Measurement, ...]
     warnings: tuple[str, ...]
-    inspected: Inspected | None
-    """None where the recordings could not be checked."""
+    checks: tuple[Diagnostic, ...] = ()
+    """Diagnostics of the recordings, from before the fit."""
+    next_placement: NextPlacement | None = None
+    """None where an instrument measured all samples."""
 
-    def findings(self, *, fitted: bool) -> tuple[Diagnostic, ...] | None:
+    @property
+    def placements(self) -> list[tuple[Role, Measurement]]:
+        """All placements, those to train on first."""
+        return [*(("train", m) for m in self.train), *(("test", m) for m in self.test)]
+
+    def findings(self, *, fitted: bool) -> tuple[Diagnostic, ...]:
         """Return what was found; of servos a fit, which knows their play, judges the size."""
-        if self.inspected is None:
-            return None
         judged = fitted and bool(self.options.zeros)
-        return tuple(f for f in self.inspected.findings if not (judged and f.code == "scale"))
+        return tuple(f for f in self.checks if not (judged and f.code == "scale"))
 
 
-def prepare(
-    robot: Robot,
-    train: Placement | Sequence[Placement],
-    test: Placement | Sequence[Placement],
-    options: SolveOptions,
+def problems_of(
+    robot: Robot | Mapping[str, Robot], train: Recordings, test: Recordings, options: SolveOptions
+) -> dict[str, CalibrationProblem]:
+    """Return what there is to fit by the robots' names; one robot alone has none."""
+    if isinstance(robot, Mapping):
+        _check_robots(robot, options)
+        training, held_out = _by_robot(robot, train), _by_robot(robot, test)
+        if empty := [name for name, own in training.items() if not own]:
+            known = ", ".join(robot)
+            raise UsageError(f"{empty[0]}: no placement to train on; the robots are {known}")
+        return {n: _prepare(own, training[n], held_out[n], options) for n, own in robot.items()}
+    if isinstance(train, Mapping) or isinstance(test, Mapping):
+        raise UsageError("placements by the names of robots need robots by name, too")
+    return {"": _prepare(robot, as_list(train), as_list(test), options)}
+
+
+def _check_robots(robots: Mapping[str, Robot], options: SolveOptions) -> None:
+    """Refuse options that several robots cannot have."""
+    if options.method != "auto":
+        raise UsageError("several robots: --method paper knows one, --method auto knows both")
+    for one in options.located:
+        if one.frame == "base":
+            raise UsageError(
+                f"{one.where}: the base of which robot? Write {next(iter(robots))}:base"
+            )
+
+
+def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, list[Placement]]:
+    """Return each robot's placements: as given by name, or as each of them says."""
+    by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
+    named = ", ".join(robots)
+    if isinstance(placements, Mapping):
+        pairs = [(name, p) for name, own in placements.items() for p in as_list(own)]
+    else:
+        pairs = [(p.robot_name, p) for p in as_list(placements)]
+    for name, placement in pairs:
+        where = placement.path or placement.name
+        if name is None:
+            raise UsageError(f"{where}: whose is it? Write NAME:{where}; the robots are {named}")
+        if name not in by_robot:
+            raise UsageError(f"{where}: of robot {name!r}, but the robots are {named}")
+        if any(p.place == placement.place for p in by_robot[name]):
+            raise UsageError(
+                f"{where}: robot {name} has two placements called {placement.place!r}; rename a "
+                "folder, since placements of one name are one base for all robots"
+            )
+        by_robot[name].append(placement)
+    return by_robot
+
+
+def _prepare(
+    robot: Robot, train: list[Placement], test: list[Placement], options: SolveOptions
 ) -> CalibrationProblem:
-    """Return a robot's recordings, checked and looked at.
-
-    Args:
-        robot: The nominal robot.
-        train: The placements to fit.
-        test: Those held out.
-        options: Method, and its options.
-
-    Raises:
-        UsageError: Nothing to train on, or what the method does not know.
-        MeasurementError: A placement does not hold what is needed.
-    """
-    _check_robot(robot)
-    _check_zeros(robot, choose_parameters(robot, options.free, options.fix), options)
-    training, held_out, warnings = _measured(robot, train, test, options)
-    training, inspected = _inspected(robot, training, held_out, options)
-    return CalibrationProblem(
-        robot, options, tuple(training), tuple(held_out), tuple(warnings), inspected
-    )
-
-
-def _check_robot(robot: object) -> None:
-    """Refuse a robot's name or file, which is to be loaded first."""
-    if not isinstance(robot, Robot):
+    """Return a robot's recordings, checked, looked at, and split where a base moved."""
+    if not isinstance(robot, Robot):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise UsageError(f"{robot!r:.60}: no robot; load it by mukca.load_robot")
+    _check_zeros(robot, choose_parameters(robot, options.free, options.fix), options)
+    return _inspected(_measured(robot, train, test, options))
 
 
 def _check_zeros(robot: Robot, parameters: Sequence[Parameter], options: SolveOptions) -> None:
@@ -84,43 +112,35 @@ def _check_zeros(robot: Robot, parameters: Sequence[Parameter], options: SolveOp
 
 
 def _measured(
-    robot: Robot,
-    train: Placement | Sequence[Placement],
-    test: Placement | Sequence[Placement],
-    options: SolveOptions,
-) -> tuple[list[Measurement], list[Measurement], list[str]]:
+    robot: Robot, train: list[Placement], test: list[Placement], options: SolveOptions
+) -> CalibrationProblem:
     """Return the checked placements to train and to test on, and what to warn of."""
-    training, held_out = as_list(train), as_list(test)
-    if not training:
+    if not train:
         raise UsageError("no placement to train on; read some by mukca.read_placements")
-    trained = {p.path.resolve() for p in training if p.path is not None}
-    kept = [p for p in held_out if p.path is None or p.path.resolve() not in trained]
-    warnings = [f"{p.path}: trained on, so left out of the test" for p in held_out if p not in kept]
+    trained = {p.path.resolve() for p in train if p.path is not None}
+    kept = [p for p in test if p.path is None or p.path.resolve() not in trained]
+    warnings = [f"{p.path}: trained on, so left out of the test" for p in test if p not in kept]
     sockets = 1 if options.method == "auto" else 2
-    measured = [p for p in (*training, *held_out) if p.samples and p.samples[0].point is not None]
+    measured = [p for p in (*train, *test) if p.samples and p.samples[0].point is not None]
     if measured and options.method == "paper":
         raise UsageError(
             f"{measured[0].path or measured[0].name}: measured points; --method paper knows "
             "sockets only, --method auto knows both"
         )
-    fitted, validated = (
-        [
+    fitted, held_out = (
+        tuple(
             spaced(measure(p, robot, options.distance, sockets=sockets), p.name, options.located)
             for p in placements
-        ]
-        for placements in (training, kept)
+        )
+        for placements in (train, kept)
     )
-    check_distinct([*fitted, *validated])
-    warnings += [line for m in (*fitted, *validated) for line in m.warnings]
-    return fitted, validated, warnings
+    check_distinct([*fitted, *held_out])
+    warnings += [line for m in (*fitted, *held_out) for line in m.warnings]
+    return CalibrationProblem(robot, options, fitted, held_out, tuple(warnings))
 
 
 def as_list(placements: object) -> list[Placement]:
-    """Return placements as a list; one stands for itself.
-
-    Raises:
-        UsageError: Something else, a path for instance, which is to be read first.
-    """
+    """Return placements as a list; one stands for itself, and a path is refused."""
     several = isinstance(placements, Iterable) and not isinstance(placements, str)
     every: list[object] = list(cast("Iterable[object]", placements)) if several else [placements]
     read = [one for one in every if isinstance(one, Placement)]
@@ -130,32 +150,29 @@ def as_list(placements: object) -> list[Placement]:
     return read
 
 
-def _inspected(
-    robot: Robot, train: list[Measurement], test: list[Measurement], options: SolveOptions
-) -> tuple[list[Measurement], Inspected]:
-    """Look at all placements; what is held out is looked at here and never by the fit.
-
-    Returns:
-        The placements to train on, split where a base moved if asked for; and what was found.
-    """
-    points = [m for m in train if m.kind == "points"]
-    train, test = ([m for m in part if m.kind == "sockets"] for part in (train, test))
+def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
+    """Look at all placements; what is held out is looked at here and never by the fit."""
+    options = problem.options
+    train, test = (
+        [m for m in part if m.kind == "sockets"] for part in (problem.train, problem.test)
+    )
     if not train and not test:
-        return points, Inspected((), None)
-    known = named(train, options.distances)
-
-    def look(placements: Sequence[Measurement]) -> Survey:
-        return inspect_all(
-            robot,
-            placements,
-            known=known,
-            deviation=options.deviation,
-            zeros=bool(options.zeros),
-        )
-
+        return problem
+    look = partial(
+        inspect_all,
+        problem.robot,
+        known=named(train, options.distances),
+        deviation=options.deviation,
+        zeros=bool(options.zeros),
+    )
     survey = look([*train, *test])
     if options.split_moved:
         alone = look(train) if test else survey
         train = [split_at(one.measured, one.changes) for one in alone.placements]
-    hint = NextPlacement(text=next_placement(robot, survey))
-    return [*train, *points], Inspected(survey.diagnostics, hint)
+    points = [m for m in problem.train if m.kind == "points"]
+    return replace(
+        problem,
+        train=(*train, *points),
+        checks=survey.diagnostics,
+        next_placement=NextPlacement(text=next_placement(problem.robot, survey)),
+    )

@@ -2,8 +2,8 @@
 
 import hashlib
 import platform
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 from datetime import datetime, timezone
 from typing import Any
 
@@ -11,15 +11,14 @@ import casadi as ca
 import numpy as np
 
 from ..._version import __version__
+from ..bayes.inference import Posterior
 from ..data import Measurement, evaluate, is_distorted
-from ..paper import REGULARIZATION
 from ..results import (
     FORMAT,
     CalibrationDocument,
     CarriedLoad,
     FramePose,
     Model,
-    PlacementErrors,
     PlacementSamples,
     Provenance,
     RecordedSample,
@@ -27,7 +26,7 @@ from ..results import (
 )
 from ..robot import Robot
 from . import estimates
-from .errors import ball_refitted, frames_of, history, models_of, placement_errors, summarise
+from .errors import errors_of, history
 from .fit import Fit
 from .frames import frame_poses
 from .problem import CalibrationProblem
@@ -40,12 +39,11 @@ UNKNOWN = (
 
 def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
-    calibrated, options = fit.calibrated, problem.options
-    warnings = problem.warnings
-    if not _is_known(fit):
-        warnings = (*warnings, UNKNOWN)
-        fit = replace(fit, posterior=None)
-    placements = _errors(problem, fit)
+    calibrated, options, warnings = fit.calibrated, problem.options, problem.warnings
+    if fit.posterior is not None and not _is_known(fit.posterior):
+        fit, warnings = replace(fit, posterior=None), (*warnings, UNKNOWN)
+    errors, deflection = errors_of(problem, fit), calibrated.deflection
+    coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
     return CalibrationDocument(
         format=FORMAT,
         robot=problem.robot.source,
@@ -54,8 +52,8 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         iterations=fit.iterations,
         converged=True,
         solve_seconds=fit.seconds,
-        placements=placements,
-        summary=summarise(placements),
+        placements=errors.placements,
+        summary=errors.summary,
         distorted=_distorted(fit, problem.train),
         parameters=estimates.parameter_values(calibrated, fit.posterior),
         choices=fit.choices,
@@ -63,48 +61,22 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         settings={**problem.robot.loaded_with, **options.as_dict()},
         provenance=_provenance(problem.robot, (*problem.train, *problem.test)),
         checks=problem.findings(fitted=fit.posterior is not None),
-        next_placement=None if problem.inspected is None else problem.inspected.next_placement,
+        next_placement=problem.next_placement,
         warnings=warnings,
         outputs={},
         model=_model(problem.robot, calibrated.urdf().decode()),
-        deflection={
-            extension: tuple(values.tolist())
-            for extension, values in zip(
-                calibrated.deflection.extensions, calibrated.deflection.coefficients, strict=True
-            )
-        },
-        load=CarriedLoad(gravity=calibrated.load.gravity, payload=calibrated.load.payload),
-        data=_samples(problem, fit),
+        deflection={name: tuple(values.tolist()) for name, values in coefficients},
+        load=CarriedLoad(**asdict(calibrated.load)),
+        data=_samples(problem, fit.posterior),
         scale=estimates.scale_of(fit),
         outlook=estimates.outlook_of(problem, fit),
         **_known(problem, fit),
     )
 
 
-def _is_known(fit: Fit) -> bool:
-    """Tell whether a posterior, where there is one, has a covariance."""
-    if fit.posterior is None:
-        return True
-    covariance = fit.posterior.covariance
+def _is_known(posterior: Posterior) -> bool:
+    covariance = posterior.covariance
     return bool(np.isfinite(covariance).all() and (np.diag(covariance) >= 0).all())
-
-
-def _errors(problem: CalibrationProblem, fit: Fit) -> tuple[PlacementErrors, ...]:
-    robot, weight = problem.robot, problem.options.regularization or REGULARIZATION
-    models = {
-        **models_of(fit.calibrated),
-        **ball_refitted(robot, problem.train, weight),
-    }
-    frames = frames_of(models, problem.train)
-    roles: tuple[tuple[Role, Sequence[Measurement]], ...] = (
-        ("train", problem.train),
-        ("test", problem.test),
-    )
-    return tuple(
-        placement_errors(models, role, measured, fit.posterior, fit.calibrated, frames)
-        for role, placements in roles
-        for measured in placements
-    )
 
 
 def _known(problem: CalibrationProblem, fit: Fit) -> dict[str, Any]:
@@ -137,30 +109,26 @@ def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:
     return tuple(m.name for m, metrics in errors if is_distorted(metrics, m))
 
 
-def _samples(problem: CalibrationProblem, fit: Fit) -> tuple[PlacementSamples, ...]:
-    weights = _weights(problem.train, fit)
-    return (
-        *(_recorded(m, "train", weights.get(m.name)) for m in problem.train),
-        *(_recorded(m, "test") for m in problem.test),
-    )
-
-
-def _weights(train: Sequence[Measurement], fit: Fit) -> dict[str, list[float]]:
-    """Return each training placement's robust weights, in the order of its samples."""
-    weights: dict[str, list[float]] = {}
-    rest: list[float] = [] if fit.posterior is None else fit.posterior.weights.tolist()
-    for measured in train if rest else ():
-        queues: dict[int, Iterator[float]] = {}
-        for socket, count in zip(measured.sockets, measured.counts, strict=True):
-            queues[socket], rest = iter(rest[:count]), rest[count:]
-        weights[measured.name] = [next(queues[s.socket]) for s in measured.placement.samples]
-    return weights
+def _samples(
+    problem: CalibrationProblem, posterior: Posterior | None
+) -> tuple[PlacementSamples, ...]:
+    """Return all samples; those trained on have robust weights, which come socket by socket."""
+    weights: list[float] = [] if posterior is None else posterior.weights.tolist()
+    rows: list[PlacementSamples] = []
+    for role, measured in problem.placements:
+        count = len(measured.positions)
+        own, weights = weights[:count], weights[count:]
+        place: list[int] = np.argsort(
+            np.argsort(measured.placement.sockets, kind="stable")
+        ).tolist()
+        rows.append(_recorded(measured, role, [own[i] for i in place] if own else [None] * count))
+    return tuple(rows)
 
 
 def _recorded(
-    measured: Measurement, role: Role, weights: Sequence[float] | None = None
+    measured: Measurement, role: Role, weights: Sequence[float | None]
 ) -> PlacementSamples:
-    """Return a placement's samples, columns in chain order, with their robust weights."""
+    """Return a placement's samples, columns in chain order."""
     return PlacementSamples(
         name=measured.name,
         role=role,
@@ -174,9 +142,9 @@ def _recorded(
                 effort=sample.effort,
                 point=sample.point,
                 where=sample.where,
-                weight=None if weights is None else weights[i],
+                weight=weight,
             )
-            for i, sample in enumerate(measured.placement.samples)
+            for sample, weight in zip(measured.placement.samples, weights, strict=True)
         ),
     )
 

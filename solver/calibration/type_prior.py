@@ -9,6 +9,7 @@ from importlib.resources import files as resources
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 from ..bayes.model import Expected
 from ..bayes.model.effects import EFFECTS
@@ -23,7 +24,7 @@ from ..results import (
     read_calibration,
 )
 from ..robot import Robot
-from .options import UsageError
+from .option import UsageError
 
 _SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 SHIPPED = "shipped"
@@ -37,41 +38,35 @@ LEAST = 1e-9
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
     """Return what is known of the elasticity of each robot's type, by extension.
 
-    Where several files tell of one robot, a coefficient is their mean, weighted by its precision.
-
-    Args:
-        files: Each a ``calibration.json`` of another arm, or an ``elasticity.json`` of several;
-            or the word ``shipped``, for what was measured of the types of shipped robots; or
-            ``none``, for nothing.
-        robots: A file tells of those that have the same joints.
-
-    Raises:
-        UsageError: A file tells of none of the robots, or has no elasticity.
-        DocumentError: A file is missing, of another format, or damaged.
+    Each file is a ``calibration.json`` or ``elasticity.json``, ``shipped`` or ``none``; it tells of
+    robots that have the same joints. Where several do, a coefficient is their mean by precision.
     """
-    own = {tuple(robot.joint_names) for robot in robots}
+    own = [robot.joint_names for robot in robots]
     told: list[TypeElasticity] = []
     for file in [files] if isinstance(files, str) else files:
-        if file in ("none", SHIPPED):
-            told += _types(_SHIPPED) if file == SHIPPED else ()
-            continue
-        types = _types(Path(file))
-        if not own & {one.joint_names for one in types}:
-            known, others = (
-                "; ".join(", ".join(joints) for joints in each)
-                for each in (own, [one.joint_names for one in types])
-            )
-            raise UsageError(
-                f"--type-prior {file}: of an arm with the joints {others}, while this has {known}"
-            )
-        if not any(one.coefficients for one in types):
-            raise UsageError(
-                f"--type-prior {file}: no elasticity was found in that arm; give calibrations "
-                "that list `compliance` or `tilt` under `deflection`"
-            )
-        told += types
+        if file != "none":
+            types = _types(_SHIPPED if file == SHIPPED else Path(file))
+            told += types if file == SHIPPED else _useful(file, types, own)
     pooled = {one.joint_names: one for one in _pooled(told)}
-    return [_expected(pooled.get(tuple(robot.joint_names))) for robot in robots]
+    return [_expected(pooled.get(joints)) for joints in own]
+
+
+def _useful(
+    file: str | Path, types: Sequence[TypeElasticity], own: Sequence[tuple[str, ...]]
+) -> Sequence[TypeElasticity]:
+    """Return what a file tells; refuse one that tells nothing of these robots."""
+    joints = [one.joint_names for one in types]
+    if not set(own) & set(joints):
+        known, others = ("; ".join(map(", ".join, each)) for each in (dict.fromkeys(own), joints))
+        raise UsageError(
+            f"--type-prior {file}: of an arm with the joints {others}, while this has {known}"
+        )
+    if not any(one.coefficients for one in types):
+        raise UsageError(
+            f"--type-prior {file}: no elasticity was found in that arm; give calibrations "
+            "that list `compliance` or `tilt` under `deflection`"
+        )
+    return types
 
 
 def learn_types(files: Iterable[Path]) -> ElasticityDocument:
@@ -110,23 +105,16 @@ def _pooled(types: Sequence[TypeElasticity]) -> list[TypeElasticity]:
         by_name: dict[str, list[Coefficient]] = {}
         for coefficient in (c for one in own for c in one.coefficients):
             by_name.setdefault(coefficient.name, []).append(coefficient)
-        pooled.append(
-            TypeElasticity(
-                joint_names=joints,
-                arms=sum(one.arms for one in own),
-                coefficients=tuple(map(_mean, by_name.values())),
-            )
-        )
+        means = tuple(map(_mean, by_name.values()))
+        arms = sum(one.arms for one in own)
+        pooled.append(TypeElasticity(joint_names=joints, arms=arms, coefficients=means))
     return pooled
 
 
 def _mean(each: Sequence[Coefficient]) -> Coefficient:
     weights = np.array([max(one.standard_deviation, LEAST) for one in each]) ** -2
     mean = float(weights @ [one.value for one in each] / weights.sum())
-    deviation = float(weights.sum() ** -0.5)
-    return Coefficient(
-        name=each[0].name, unit=each[0].unit, value=mean, standard_deviation=deviation
-    )
+    return replace(each[0], value=mean, standard_deviation=float(weights.sum() ** -0.5))
 
 
 def _expected(known: TypeElasticity | None) -> dict[str, Expected]:

@@ -2,6 +2,7 @@ from .frames import IDENTITY as IDENTITY
 from .frames import FrameError as FrameError
 from .frames import FrameObservations as FrameObservations
 from .frames import Pose as Pose
+from .frames import as_point as as_point
 from .frames import check_base as check_base
 from .frames import fit_pose as fit_pose
 from .frames import kabsch as kabsch
@@ -18,6 +19,7 @@ from .known import SocketAt as SocketAt
 from .known import distance_covariance as distance_covariance
 from .known import find_socket as find_socket
 from .known import parse_known as parse_known
+from .known import read_known as read_known
 from .load import Load as Load
 from .measurements import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .measurements import Measurement as Measurement
@@ -38,6 +40,7 @@ from .metrics import targets as targets
 from .observations import MultiRobotObservations as MultiRobotObservations
 from .observations import Observations as Observations
 from .observations import RobotRecordings as RobotRecordings
+from .observations import base_name as base_name
 from .observations import observe_all as observe_all
 from .sockets_at import in_placements as in_placements
 from .sockets_at import parse_socket_at as parse_socket_at

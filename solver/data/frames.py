@@ -6,12 +6,14 @@ the other frames stand in it is unknown, six numbers each, and follows from what
 socket whose place is known in two of them, or a ball that an instrument measured.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...errors import MukcaError
+from ..robot import Origin, matrix_rpy
 
 MAX_ERROR = 0.25
 """A point cannot be this far from its place by the nominal model [m]: no arm deviates so, nor does
@@ -37,6 +39,25 @@ class Pose:
     """Shape (3, 3)."""
     translation: np.ndarray
     """Shape (3,) [m]."""
+
+    @staticmethod
+    def of(origin: Origin) -> "Pose":
+        """Return the pose that a joint's origin says."""
+        return Pose(matrix_rpy(origin.rpy), np.array(origin.xyz))
+
+    @property
+    def origin(self) -> Origin:
+        """The pose as a joint's origin, with R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        R = self.rotation
+        flat = math.hypot(R[0, 0], R[1, 0])
+        roll, yaw = math.atan2(R[2, 1], R[2, 2]), math.atan2(R[1, 0], R[0, 0])
+        if flat < 1e-9:  # roll and yaw turn about one axis: all of it is called yaw
+            roll, yaw = 0.0, math.atan2(-R[0, 1], R[1, 1])
+        return Origin.of([*self.translation, roll, math.atan2(0.0 - R[2, 0], flat), yaw])
+
+    def __matmul__(self, inner: "Pose") -> "Pose":
+        """Return a pose of the outer frame that is given in the inner one."""
+        return Pose(self.rotation @ inner.rotation, self.apply(inner.translation))
 
     def apply(self, points: np.ndarray) -> np.ndarray:
         """Return points of the inner frame in the outer one, shape (N, 3) [m]."""
@@ -66,6 +87,12 @@ class Pose:
         slopes[:, 2, 0], slopes[:, 2, 1] = y, -x
         slopes[:, :, 3:] = np.eye(3)
         return slopes
+
+
+def as_point(vector: np.ndarray) -> tuple[float, float, float]:
+    """Return a vector of three as numbers."""
+    x, y, z = vector.tolist()
+    return x, y, z
 
 
 IDENTITY = Pose(np.eye(3), np.zeros(3))

@@ -1,13 +1,15 @@
 """Known distances between sockets, and known coordinates of sockets in a frame.
 
-Each comes twice: with sockets by the names that a user gives (:class:`KnownDistance`,
-:class:`SocketAt`), and by their indices in a fit (:class:`Known`, :class:`Located`).
+A user names sockets and frames (:class:`KnownDistance`, :class:`SocketAt`); a fit has their indices
+among all of its own, as in ``Known[int]`` and ``Located[int, int]``.
 """
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -21,22 +23,32 @@ bolting it down bends it a little, and dust keeps the ball from its seat."""
 WORLD = -1
 """Stands for the world in place of a frame's index: the base of the first robot."""
 
+Label = tuple[str, int]
+"""Placement and number of a socket."""
+Socket = TypeVar("Socket")
+Frame = TypeVar("Frame")
+
 
 class KnownError(MukcaError):
     """A known distance that cannot be understood, or whose sockets are not there."""
 
 
 @dataclass(frozen=True)
-class KnownDistance:
-    """A measured distance between two sockets, which are named as a user names them."""
+class Known(Generic[Socket]):
+    """A measured distance between two sockets."""
 
-    first: tuple[str, int]
-    """Placement and socket."""
-    second: tuple[str, int]
+    first: Socket
+    second: Socket
     distance: float
     """[m]."""
     deviation: float = CALIPER_DEVIATION
     """Its standard deviation [m]."""
+    on_base: bool = False
+    """True for two sockets of one base, which may have been recorded at several places."""
+
+
+class KnownDistance(Known[Label]):
+    """A measured distance between two sockets, which are named as a user names them."""
 
     def __str__(self) -> str:
         """Return the words that :func:`parse_known` reads."""
@@ -45,27 +57,12 @@ class KnownDistance:
 
 
 @dataclass(frozen=True)
-class Known:
-    """A measured distance between two sockets, by their indices among all sockets of a fit."""
+class Located(Generic[Frame, Socket]):
+    """Measured coordinates of a socket in a frame."""
 
-    first: int
-    second: int
-    distance: float
-    """[m]."""
-    deviation: float
-    """Its standard deviation [m]."""
-    on_base: bool = False
-    """True for two sockets of one base, which may have been recorded at several places."""
-
-
-@dataclass(frozen=True)
-class SocketAt:
-    """Measured coordinates of a socket in a frame, which are named as a user names them."""
-
-    frame: str
-    """``base`` is the robot's own base, of several robots ``NAME:base``."""
-    socket: tuple[str, int]
-    """Placement and socket."""
+    frame: Frame
+    """:data:`WORLD` for the base of the first robot."""
+    socket: Socket
     coordinates: tuple[float, float, float]
     """In that frame [m]."""
     deviation: float
@@ -73,27 +70,20 @@ class SocketAt:
     where: str = ""
     """File and line, for messages."""
 
+
+class SocketAt(Located[str, Label]):
+    """Measured coordinates of a socket in a frame, which are named as a user names them.
+
+    The frame ``base`` is the robot's own base, of several robots ``NAME:base``.
+    """
+
     def __str__(self) -> str:
         """Return the words that :func:`.sockets_at.parse_socket_at` reads."""
         (name, socket), (x, y, z) = self.socket, self.coordinates
         return f"{self.frame}/{name}:{socket}={x!r},{y!r},{z!r}+-{self.deviation!r}"
 
 
-@dataclass(frozen=True)
-class Located:
-    """Measured coordinates of a socket, by indices among all sockets and frames of a fit."""
-
-    socket: int
-    frame: int
-    """:data:`WORLD` for the base of the first robot."""
-    coordinates: tuple[float, float, float]
-    """In that frame [m]."""
-    deviation: float
-    """Standard deviation of each coordinate [m]."""
-    where: str = ""
-
-
-def distance_covariance(known: Sequence[Known]) -> np.ndarray:
+def distance_covariance(known: Sequence[Known[int]]) -> np.ndarray:
     """Return the covariance of the errors of K known distances, shape (K, K) [m^2].
 
     A base that was measured once with a wrong result is wrong by the same amount wherever it
@@ -133,9 +123,19 @@ def parse_known(text: str) -> KnownDistance:
     return KnownDistance((match[1], int(match[2])), (match[3], int(match[4])), distance, deviation)
 
 
+def read_known(known: Sequence[str | Path | KnownDistance]) -> Iterator[str | KnownDistance]:
+    """Yield known distances, one by one; a word that is a file stands for its lines."""
+    for one in known:
+        if isinstance(one, KnownDistance) or not Path(one).is_file():
+            yield one if isinstance(one, KnownDistance) else str(one)
+        else:
+            lines = Path(one).read_text(encoding="utf-8").splitlines()
+            yield from (line for text in lines if (line := text.split("#")[0]).strip())
+
+
 def find_socket(
-    labels: Sequence[tuple[str, int]],
-    end: tuple[str, int],
+    labels: Sequence[Label],
+    end: Label,
     error: type[MukcaError] = KnownError,
     where: str = "",
 ) -> int:

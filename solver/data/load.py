@@ -21,6 +21,11 @@ class Load:
         """Return the moments that hold the joints in a placement's samples; see :meth:`moments`."""
         return self.moments(robot, measured.positions, measured.efforts)
 
+    def by_socket(self, robot: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return joint positions and :meth:`torques` of the samples in each socket."""
+        moments = self.torques(robot, measured)
+        return [(measured.positions[rows], moments[rows]) for rows in measured.slices]
+
     def moments(self, robot: Robot, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:
         """Return the moments that hold the joints of an arm.
 

@@ -10,7 +10,7 @@ of the points and judged on the tenth.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -39,11 +39,7 @@ class Metrics:
 
     def as_dict(self) -> dict[str, float | None]:
         """Return the figures by name [m]."""
-        return {
-            "mean_absolute_error": self.mean_absolute_error,
-            "max_error": self.max_error,
-            "distance_error": self.distance_error,
-        }
+        return asdict(self)
 
 
 def removed_share(before: Metrics, after: Metrics) -> float:

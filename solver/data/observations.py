@@ -7,6 +7,7 @@ is known or not, see :mod:`.frames`.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -42,9 +43,9 @@ class Observations:
     measured."""
     labels: tuple[tuple[str, int], ...]
     """For each socket, the name of its placement and its number there."""
-    known: tuple[Known, ...]
+    known: tuple[Known[int], ...]
     """The measured distances."""
-    located: tuple[Located, ...] = ()
+    located: tuple[Located[int, int], ...] = ()
     """The measured coordinates of sockets."""
     frames: tuple[str, ...] = ()
     """The names of the frames whose pose is unknown."""
@@ -129,6 +130,11 @@ class RobotRecordings:
     """Its name among several robots."""
 
 
+def base_name(measured: Measurement, robots: int) -> str:
+    """Return the name of a placement's base: of several robots, one place is one base."""
+    return measured.name if robots == 1 else measured.placement.place
+
+
 def observe_all(
     arms: Sequence[RobotRecordings],
     *,
@@ -150,10 +156,7 @@ def observe_all(
         KnownError: A known distance of a socket that is not there, or a socket without any.
         FrameError: Coordinates of a socket that is not there.
     """
-
-    def of(m: Measurement) -> str:
-        return m.name if len(arms) == 1 else m.placement.place
-
+    of = partial(base_name, robots=len(arms))
     every = [(of(m), m) for arm in arms for m in arm.measurements]
     seated = [row for row in every if row[1].kind == "sockets"]
     labels = list(dict.fromkeys((name, socket) for name, m in seated for socket in m.sockets))
@@ -164,8 +167,8 @@ def observe_all(
     frames = list(dict.fromkeys(names))
     located = tuple(
         Located(
-            find_socket(labels, one.socket, FrameError, f"{one.where}: "),
             WORLD if own.get(one.frame) == 0 else frames.index(one.frame),
+            find_socket(labels, one.socket, FrameError, f"{one.where}: "),
             one.coordinates,
             one.deviation,
             one.where,
@@ -193,8 +196,8 @@ def observe_all(
 def _check_scale(
     seated: Sequence[tuple[str, Measurement]],
     labels: Sequence[tuple[str, int]],
-    pairs: Sequence[Known],
-    located: Sequence[Located],
+    pairs: Sequence[Known[int]],
+    located: Sequence[Located[int, int]],
 ) -> None:
     """Refuse a placement none of whose sockets has a known distance or coordinates."""
     ends = {end for pair in pairs for end in (pair.first, pair.second)}
@@ -215,15 +218,12 @@ def _base_of(arm: RobotRecordings) -> str:
 def _pairs(
     seated: Sequence[tuple[str, Measurement]],
     labels: Sequence[tuple[str, int]],
-    located: Sequence[Located],
+    located: Sequence[Located[int, int]],
     deviation: float,
-) -> list[Known]:
-    """Return the distances between the first two sockets of each base.
-
-    A default distance is left out where both sockets have coordinates in one frame: those tell.
-    """
+) -> list[Known[int]]:
+    """Return the distances of the bases; coordinates in one frame tell better than a default."""
     frames = {one.socket: one.frame for one in located}
-    pairs: dict[tuple[int, int], Known] = {}
+    pairs: dict[tuple[int, int], Known[int]] = {}
     for name, m in seated:
         if not m.has_distance:
             continue
@@ -244,8 +244,8 @@ def _samples(
     arm: RobotRecordings,
     measurements: Sequence[tuple[str, Measurement]],
     labels: tuple[tuple[str, int], ...],
-    known: tuple[Known, ...],
-    located: tuple[Located, ...],
+    known: tuple[Known[int], ...],
+    located: tuple[Located[int, int], ...],
     frames: tuple[str, ...],
 ) -> Observations:
     """Return the samples of one robot, among the sockets and frames of all."""

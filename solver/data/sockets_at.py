@@ -22,6 +22,8 @@ from .frames import FrameError
 from .known import SocketAt
 from .measurements import Measurement
 
+Given = str | Path | SocketAt
+"""A file, words, or the coordinates themselves."""
 UNITS = {"m": 1.0, "mm": 1e-3}
 COLUMNS = ("frame", "socket", "x", "y", "z", "deviation")
 LARGEST_DEVIATION = 1.0
@@ -33,8 +35,10 @@ _WORDS = re.compile(r"([^=/]+)/(.+:\d+)=([^,]+),([^,]+),([^,]+?)\+-(.+)")
 _FRAME = re.compile(r"[\w.-]+(:base)?")
 
 
-def read_sockets_at(files: Iterable[str | Path]) -> list[SocketAt]:
-    """Return the coordinates in some files.
+def read_sockets_at(
+    given: str | Path | SocketAt | Iterable[str | Path | SocketAt],
+) -> list[SocketAt]:
+    """Return the coordinates that files, words, or they themselves give.
 
     Raises:
         FrameError: A file that cannot be read, a line that cannot be understood, or a frame that
@@ -42,16 +46,21 @@ def read_sockets_at(files: Iterable[str | Path]) -> list[SocketAt]:
     """
     sockets: list[SocketAt] = []
     owners: dict[str, Path] = {}
-    for file in map(Path, files):
-        rows = _rows(file)
-        for frame in dict.fromkeys(row.frame for row in rows):
-            if frame in owners:
-                raise FrameError(
-                    f"{file}: frame {frame!r} is named twice, here and in {owners[frame]}; give "
-                    "each frame a name of its own, or put its sockets into one file"
-                )
-            owners[frame] = file
-        sockets += rows
+    for one in [given] if isinstance(given, str | Path | SocketAt) else given:
+        if isinstance(one, SocketAt):
+            sockets.append(one)
+        elif "=" in str(one) and not Path(one).exists():
+            sockets.append(parse_socket_at(str(one)))
+        else:
+            rows = _rows(file := Path(one))
+            for frame in dict.fromkeys(row.frame for row in rows):
+                if frame in owners:
+                    raise FrameError(
+                        f"{file}: frame {frame!r} is named twice, here and in {owners[frame]}; "
+                        "give each frame a name of its own, or put its sockets into one file"
+                    )
+                owners[frame] = file
+            sockets += rows
     return sockets
 
 
@@ -135,41 +144,26 @@ def _socket_at(
 
 
 def in_placements(
-    sockets_at: Sequence[SocketAt],
-    train: Sequence[str],
-    test: Sequence[str],
+    sockets_at: Sequence[SocketAt], train: Sequence[str], test: Sequence[str]
 ) -> list[SocketAt]:
-    """Return the coordinates of sockets that are trained on.
-
-    Args:
-        sockets_at: Of all sockets.
-        train: Names of the placements trained on.
-        test: Names of those held out: the fit is not told of theirs.
+    """Return the coordinates of sockets in placements to train on; a fit is told of no others.
 
     Raises:
         FrameError: Coordinates of a socket of no placement.
     """
-    kept: list[SocketAt] = []
     for one in sockets_at:
-        if any(_is(name, one) for name in train):
-            kept.append(one)
-        elif not any(_is(name, one) for name in test):
-            names = ", ".join((*train, *test))
+        if not any(_is(name, one) for name in (*train, *test)):
             raise FrameError(
-                f"{one.where}: no placement is called {one.socket[0]!r}; there are: {names}"
+                f"{one.where}: no placement is called {one.socket[0]!r}; there are: "
+                f"{', '.join((*train, *test))}"
             )
-    return kept
+    return [one for one in sockets_at if any(_is(name, one) for name in train)]
 
 
 def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> Measurement:
-    """Return a placement whose sockets are as far apart as their coordinates say.
+    """Return a placement, called ``name``, whose sockets are as far apart as their coordinates say.
 
     Unless its distance was given otherwise, or the coordinates do not tell.
-
-    Args:
-        measured: The placement.
-        name: What it is called.
-        sockets_at: Coordinates of sockets.
     """
     if not measured.has_distance or measured.distance_source != "default":
         return measured

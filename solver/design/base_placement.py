@@ -32,19 +32,11 @@ class Site:
     @property
     def along(self) -> np.ndarray:
         """Unit vector from socket 0 to socket 1."""
-        offset = self.centres[1] - self.centres[0]
-        return offset / np.linalg.norm(offset).clip(1e-9)
+        return unit(self.centres[1] - self.centres[0])
 
 
 def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray) -> Site | None:
-    """Return a place for the base; None where too few poses reach it.
-
-    Args:
-        reach: Finds poses.
-        centre: Between the two sockets, shape (3,) [m].
-        distance: Between the sockets [m].
-        along: Unit vector from socket 0 to socket 1.
-    """
+    """Return a place for a base about a centre, along a unit vector; None where few poses reach."""
     centres = np.array([centre - 0.5 * distance * along, centre + 0.5 * distance * along])
     poses = [reach.poses(c, POSES) for c in centres]
     if min(map(len, poses)) < POSES // 4:
@@ -55,17 +47,18 @@ def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray
 def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site]:
     """Return places as far from the robot's axis, and as high, as one that is known."""
     radius = float(np.hypot(centre[0], centre[1]))
-    sites: list[Site] = []
+    sites: list[Site | None] = []
     for angle in ANGLES:
         away = np.array([np.cos(angle), np.sin(angle), 0.0])
-        across = np.array([-away[1], away[0], 0.0])
         place = radius * away + np.array([0.0, 0.0, centre[2]])
-        if np.linalg.norm(place - centre) < 0.3 * radius:
-            continue
-        site = site_at(reach, place, distance, across)
-        if site is not None:
-            sites.append(site)
-    return sites
+        if np.linalg.norm(place - centre) >= 0.3 * radius:
+            sites.append(site_at(reach, place, distance, np.array([-away[1], away[0], 0.0])))
+    return [site for site in sites if site is not None]
+
+
+def unit(offset: np.ndarray) -> np.ndarray:
+    """Return the unit vector along an offset."""
+    return offset / np.linalg.norm(offset).clip(1e-9)
 
 
 def with_site(
@@ -73,7 +66,7 @@ def with_site(
     site: Site,
     where: Workspace,
     samples: int,
-    before: Site | None = None,
+    before: np.ndarray | None = None,
 ) -> ParameterCovariance:
     """Return the covariance after recording at another site.
 
@@ -82,29 +75,33 @@ def with_site(
         site: The base's place.
         where: Distances to be known.
         samples: Number in each socket; they are chosen greedily among the site's poses.
-        before: An earlier site of the same base, whose sockets are the first two of ``known``; its
-            distance was measured there. None: it is measured here.
+        before: Direction of the same base at an earlier site, whose sockets are the first two of
+            ``known``; its distance was measured there. None: it is measured here.
     """
     first = known.sockets
     known = known.with_socket().with_socket()
-    u = site.along
-    ends = {first: -u, first + 1: u}
-    if before is None:
-        known = known.with_lengths(ends, CALIPER_DEVIATION)
-    else:  # as long as it was there
-        ends |= {0: before.along, 1: -before.along}
-        known = known.with_lengths(ends, 2**0.5 * SEAT_DEVIATION)
+    ends, deviation = {first: -site.along, first + 1: site.along}, CALIPER_DEVIATION
+    if before is not None:  # as long as it was there
+        ends, deviation = ends | {0: before, 1: -before}, 2**0.5 * SEAT_DEVIATION
+    known = known.with_lengths(ends, deviation)
     for i in range(2 * samples):
-        socket = i % 2
-        poses = site.poses[socket]
-        best = best_of(known, poses, first + socket, where)
-        known = known.with_samples(poses[best : best + 1], first + socket)
+        poses, socket = site.poses[i % 2], first + i % 2
+        best = int(np.argmax(known.variance_reduction(poses, socket, where.shape)))
+        known = known.with_samples(poses[best : best + 1], socket)
     return known
 
 
-def best_of(known: ParameterCovariance, poses: np.ndarray, socket: int, where: Workspace) -> int:
-    """Return the index of the pose that would teach most."""
-    return int(np.argmax(known.variance_reduction(poses, socket, where.shape)))
+def best_site(
+    known: ParameterCovariance,
+    sites: list[Site],
+    where: Workspace,
+    samples: int,
+    before: np.ndarray,
+) -> tuple[Site, ParameterCovariance]:
+    """Return the site that teaches most, and the covariance after it; see :func:`with_site`."""
+    after = [with_site(known, site, where, samples, before) for site in sites]
+    best = int(np.argmin([k.error(where) for k in after]))
+    return sites[best], after[best]
 
 
 def next_base_advice(
@@ -119,32 +116,22 @@ def next_base_advice(
         here: The centres of this placement's two sockets, shape (2, 3) [m].
         distance: Between them [m].
     """
-    now = known.error(where)
-    before = Site(here, (np.zeros((0, 0)), np.zeros((0, 0))))
     sites = sites_around(reach, here.mean(axis=0), distance)
     if not sites:
         return ()
-    after = [with_site(known, site, where, SAMPLES, before) for site in sites]
-    best = int(np.argmin([k.error(where) for k in after]))
-    site, then = sites[best], after[best]
-    x, y, z = site.centres.mean(axis=0)
-    offset = site.centres[0] - here[0]
-    u = offset / np.linalg.norm(offset).clip(1e-9)
+    site, then = best_site(known, sites, where, SAMPLES, unit(here[1] - here[0]))
+    centre, u = site.centres.mean(axis=0), unit(site.centres[0] - here[0])
     tied = then.with_lengths({0: -u, known.sockets: u}, KNOWN)
-    longer = site_at(reach, site.centres.mean(axis=0), LONG, site.along)
+    longer = site_at(reach, centre, LONG, site.along)
+    now, brings, with_tie = (f"{1e3 * one.error(where):.2f} mm" for one in (known, then, tied))
+    x, y, z = centre
     lines = [
-        f"Here distances in the workspace are known to {_mm(now)} mm. A second placement near "
-        f"x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m brings {_mm(then.error(where))} mm;",
-        f"with the distance between both bases measured to 0.1 mm {_mm(tied.error(where))} mm"
+        f"Here distances in the workspace are known to {now}. A second placement near "
+        f"x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m brings {brings};",
+        f"with the distance between both bases measured to 0.1 mm {with_tie}"
         + (";" if longer else "."),
     ]
     if longer:
-        with_longer = with_site(known, longer, where, SAMPLES)
-        lines.append(
-            f"with sockets {1e3 * LONG:g} mm apart there {_mm(with_longer.error(where))} mm."
-        )
+        error = with_site(known, longer, where, SAMPLES).error(where)
+        lines.append(f"with sockets {1e3 * LONG:g} mm apart there {1e3 * error:.2f} mm.")
     return tuple(lines)
-
-
-def _mm(metres: float) -> str:
-    return f"{1e3 * metres:.2f}"

@@ -23,7 +23,7 @@ from ..data import (
     observe_all,
 )
 from ..paper import NotConverged
-from ..robot import Robot, choose_parameters, gravity_moments, workspace
+from ..robot import Robot, choose_parameters, workspace
 from .information import from_fit
 
 POSES = 2000
@@ -47,28 +47,21 @@ def predicted_posterior(
     """
     known = from_fit(posterior)
     old, first = len(known.covariance), known.sockets
-    for _ in by_socket:
-        known = known.with_socket()
-    rows: list[np.ndarray] = []
     for k, (q, moments) in enumerate(by_socket):
-        A, C = known.sample_rows(q, first + k, moments)
-        whitened = np.linalg.inv(np.linalg.cholesky(C)) @ A
-        rows.append(whitened.reshape(-1, len(known.covariance)))
+        known = known.with_socket().with_samples(q, first + k, moments)
     before = next((known for known in posterior.data.known if known.on_base), None)
     if before is not None and len(by_socket) > 1:
         there = posterior.centres[before.second] - posterior.centres[before.first]
         zero, one = (posterior.model.linearise(posterior.x, *s)[0].mean(0) for s in by_socket[:2])
         u, v = (offset / np.linalg.norm(offset) for offset in (there, one - zero))
-        row = known.length_row({before.first: u, before.second: -u, first: -v, first + 1: v})
-        rows.append(row / (2**0.5 * SEAT_DEVIATION))
-    everything = np.concatenate(rows)
-    covariance = known.updated(everything, np.eye(len(everything))).covariance
-    return replace(posterior, covariance=covariance[:old, :old])
+        ends = {before.first: u, before.second: -u, first: -v, first + 1: v}
+        known = known.with_lengths(ends, 2**0.5 * SEAT_DEVIATION)
+    return replace(posterior, covariance=known.covariance[:old, :old])
 
 
 @dataclass(frozen=True)
 class WorkspaceSamples:
-    """The ball in random poses of the workspace."""
+    """Balls in random poses of the workspace."""
 
     points: np.ndarray
     """Ball centres, shape (N, 3) [m]."""
@@ -77,16 +70,9 @@ class WorkspaceSamples:
 
 
 def workspace_samples(model: ExtendedModel, x: np.ndarray, load: Load) -> WorkspaceSamples:
-    """Return the ball in random poses of the workspace.
-
-    Args:
-        model: The calibrated model.
-        x: Its unknowns, shape (size,).
-        load: Gravity and payload.
-    """
+    """Return the ball in random poses by a model with unknowns x, shape (size,)."""
     q = workspace(model.robot, POSES)
-    moments = gravity_moments(model.robot, q, load.gravity, load.payload)
-    return WorkspaceSamples(*model.linearise(x, q, moments)[:2])
+    return WorkspaceSamples(*model.linearise(x, q, load.moments(model.robot, q, None))[:2])
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ import numpy as np
 
 from ..bayes.inference import Posterior
 from ..bayes.model import ExtendedModel, Noise, PriorGroup, prior_groups
+from ..bayes.results import distance_slopes
 from ..data import Observations
 from ..robot import workspace
 
@@ -59,11 +60,7 @@ class Workspace:
 def workspace_of(model: ExtendedModel, x: np.ndarray, pairs: int = 200) -> Workspace:
     """Return random pairs of poses within the joints' limits."""
     q = workspace(model.robot, 2 * pairs)
-    points, by_unknowns, _ = model.linearise(x, q, np.zeros((len(q), 2 * q.shape[1])))
-    offset = points[1::2] - points[::2]
-    lengths: np.ndarray = np.linalg.norm(offset, axis=1).clip(1e-12)
-    direction = offset / lengths[:, None]
-    slopes = np.einsum("ni,nij->nj", direction, by_unknowns[1::2] - by_unknowns[::2])
+    lengths, slopes = distance_slopes(model, x, q, np.tile(0 * q, 2))
     return Workspace(slopes, lengths)
 
 
@@ -89,8 +86,7 @@ class ParameterCovariance:
 
     def deviations(self, where: Workspace) -> np.ndarray:
         """Return the predicted standard deviation of each distance, shape (K,) [m]."""
-        size = self.model.size
-        own = self.covariance[:size, :size]
+        own = self.covariance[: self.model.size, : self.model.size]
         return np.sqrt(np.einsum("ni,ij,nj->n", where.slopes, own, where.slopes))
 
     def with_socket(self) -> "ParameterCovariance":
@@ -104,20 +100,31 @@ class ParameterCovariance:
     def with_lengths(
         self, ends: Mapping[int, np.ndarray], deviation: float
     ) -> "ParameterCovariance":
-        """Return the same with a measured sum of lengths; see :meth:`length_row`.
+        """Return the same with a measured sum of lengths between sockets.
 
         Args:
-            ends: Derivatives of the sum by the sockets' centres.
+            ends: For each socket, the sum's derivative by its centre, shape (3,): for a distance
+                from socket 0 to 1 along a unit vector u, ``{0: -u, 1: u}``.
             deviation: Standard deviation of the measurement [m].
         """
-        return self.updated(self.length_row(ends), np.array([[deviation**2]]))
+        row = np.zeros((1, len(self.covariance)))
+        for socket, slope in ends.items():
+            row[0, self._centre(socket)] = slope
+        return self._updated(row / deviation)
 
-    def with_samples(self, q: np.ndarray, socket: int) -> "ParameterCovariance":
-        """Return the same with more samples in a socket, at configurations of shape (N, m)."""
-        known = self
-        for A, C in zip(*self.sample_rows(q, socket), strict=True):
-            known = known.updated(A, C)
-        return known
+    def with_samples(
+        self, q: np.ndarray, socket: int, moments: np.ndarray | None = None
+    ) -> "ParameterCovariance":
+        """Return the same with more samples in a socket (D1).
+
+        Args:
+            q: Their configurations, shape (N, m) [rad].
+            socket: The socket that the ball is in.
+            moments: Moments that hold the joints, shape (N, 3 m) [N m]; None for a rigid arm.
+        """
+        A, C = self._sample_rows(q, socket, moments)
+        whitened = np.linalg.inv(np.linalg.cholesky(C)) @ A
+        return self._updated(whitened.reshape(-1, len(self.covariance)))
 
     def variance_reduction(self, q: np.ndarray, socket: int, G: np.ndarray) -> np.ndarray:
         """Return the share by which each of some samples would lower the mean variance (D2).
@@ -130,67 +137,41 @@ class ParameterCovariance:
         Returns:
             Shape (N,).
         """
-        size, sigma = self.model.size, self.covariance
-        begin = size + 3 * socket
-        _, J, by_joints = self._linearised(q)
-        cross = J @ sigma[:size] - sigma[begin : begin + 3]  # A Sigma, shape (N, 3, n)
-        own = cross[:, :, :size]
-        S = (
-            own @ J.transpose(0, 2, 1)
-            - cross[:, :, begin : begin + 3]
-            + self.noise.as_gaussian(by_joints)
-        )
+        size = self.model.size
+        A, C = self._sample_rows(q, socket)
+        cross = A @ self.covariance
+        own, S = cross[:, :, :size], cross @ A.transpose(0, 2, 1) + C
         lowered = np.einsum("nij,nji->n", np.linalg.inv(S), own @ G @ own.transpose(0, 2, 1))
-        return lowered / float(np.trace(sigma[:size, :size] @ G))
+        return lowered / float(np.trace(self.covariance[:size, :size] @ G))
 
-    def length_row(self, ends: Mapping[int, np.ndarray]) -> np.ndarray:
-        """Return the derivatives of a sum of lengths between sockets, shape (1, n).
+    def _centre(self, socket: int) -> slice:
+        """Return where a socket's centre stands among the unknowns."""
+        begin = self.model.size + 3 * socket
+        return slice(begin, begin + 3)
 
-        Args:
-            ends: For each socket, the sum's derivative by its centre, shape (3,): for a distance
-                from socket 0 to 1 along a unit vector u, ``{0: -u, 1: u}``.
-        """
-        row = np.zeros((1, len(self.covariance)))
-        for socket, slope in ends.items():
-            begin = self.model.size + 3 * socket
-            row[0, begin : begin + 3] = slope
-        return row
-
-    def sample_rows(
+    def _sample_rows(
         self, q: np.ndarray, socket: int, moments: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return A of (D1), shape (N, 3, n), and C, shape (N, 3, 3), of samples in a socket.
-
-        Args:
-            q: Their configurations, shape (N, m) [rad].
-            socket: The socket that the ball is in.
-            moments: Moments that hold the joints, shape (N, 3 m) [N m]; None for a rigid arm.
-        """
-        _, J, by_joints = self._linearised(q, moments)
+        """Return A of (D1), shape (N, 3, n), and C, shape (N, 3, 3)."""
+        held = np.tile(0 * q, 2) if moments is None else moments
+        _, J, by_joints = self.model.linearise(self.x, q, held)
         rows = np.zeros((len(q), 3, len(self.covariance)))
-        begin = self.model.size + 3 * socket
         rows[:, :, : self.model.size] = J
-        rows[:, :, begin : begin + 3] = -np.eye(3)
+        rows[:, :, self._centre(socket)] = -np.eye(3)
         return rows, self.noise.as_gaussian(by_joints)
 
-    def updated(self, A: np.ndarray, C: np.ndarray) -> "ParameterCovariance":
-        """Return the same after a measurement with derivatives A and noise C (Kalman's update)."""
+    def _updated(self, A: np.ndarray) -> "ParameterCovariance":
+        """Return the same after measurements with derivatives A and noise 1 (Kalman's update)."""
         cross = A @ self.covariance
-        kept = self.covariance - cross.T @ np.linalg.solve(cross @ A.T + C, cross)
+        S = cross @ A.T + np.eye(len(A))
+        kept = self.covariance - cross.T @ np.linalg.solve(S, cross)
         return replace(self, covariance=0.5 * (kept + kept.T))
-
-    def _linearised(
-        self, q: np.ndarray, moments: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return balls at configurations, and their derivatives by unknowns and joints."""
-        none = np.zeros((len(q), 2 * q.shape[1]))
-        return self.model.linearise(self.x, q, none if moments is None else moments)
 
 
 def from_prior(
     model: ExtendedModel, groups: tuple[PriorGroup, ...], noise: Noise, sockets: int
 ) -> ParameterCovariance:
-    """Return the covariance before the first sample.
+    """Return the covariance before the first sample in so many sockets.
 
     Args:
         model: A rigid arm.
@@ -198,12 +179,13 @@ def from_prior(
         noise: Noise of a sample.
         sockets: Number of sockets.
     """
-    n = model.size
-    covariance = CENTRE**2 * np.eye(n + 3 * sockets)
-    covariance[:n] = 0.0
+    covariance = np.zeros((model.size, model.size))
     for group in groups:
         covariance[np.ix_(group.members, group.members)] = group.covariance(group.width)
-    return ParameterCovariance(model, np.zeros(n), noise, covariance)
+    known = ParameterCovariance(model, np.zeros(model.size), noise, covariance)
+    for _ in range(sockets):
+        known = known.with_socket()
+    return known
 
 
 def from_fit(posterior: Posterior) -> ParameterCovariance:

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from ..bayes.model import Noise, extend
+from ..data import as_point
 from ..robot import Robot, SimulationError, choose_parameters
-from .base_placement import Site, site_at, sites_around, with_site
-from .information import ParameterCovariance, Workspace, expected_groups, from_prior, workspace_of
+from .base_placement import Site, best_site, site_at, sites_around, with_site
+from .information import expected_groups, from_prior, workspace_of
 from .reachability import Reach
 
 RADII = (0.5, 0.4, 0.3, 0.6)
@@ -52,23 +53,17 @@ def plan(robot: Robot, distance: float, placements: int, samples: int) -> Plan:
     reach = Reach(robot)
     first = _first(robot, reach, distance)
     known = from_prior(model, expected_groups(model), NOISE, 0)
-    known = with_site(known, first, where, samples)
-    places, errors = [_middle(first)], [known.error(where)]
+    sites, after = [first], [with_site(known, first, where, samples)]
     left = sites_around(reach, first.centres.mean(axis=0), distance)
-    while left and len(places) < placements:
-        known, best = _best(known, left, where, samples, first)
-        places.append(_middle(left.pop(best)))
-        errors.append(known.error(where))
-    return Plan(distance, tuple(places), tuple(errors))
-
-
-def _best(
-    known: ParameterCovariance, sites: list[Site], where: Workspace, samples: int, first: Site
-) -> tuple[ParameterCovariance, int]:
-    """Return the covariance after the best of some sites, and its index."""
-    after = [with_site(known, site, where, samples, first) for site in sites]
-    best = int(np.argmin([k.error(where) for k in after]))
-    return after[best], best
+    while left and len(sites) < placements:
+        best, known = best_site(after[-1], left, where, samples, first.along)
+        left = [site for site in left if site is not best]
+        sites, after = [*sites, best], [*after, known]
+    return Plan(
+        distance,
+        tuple(as_point(site.centres.mean(axis=0).round(3)) for site in sites),
+        tuple(known.error(where) for known in after),
+    )
 
 
 def _first(robot: Robot, reach: Reach, distance: float) -> Site:
@@ -79,11 +74,6 @@ def _first(robot: Robot, reach: Reach, distance: float) -> Site:
         if site is not None:
             return site
     raise SimulationError(f"{robot.name}: found no place in front of it that it reaches well")
-
-
-def _middle(site: Site) -> tuple[float, float, float]:
-    x, y, z = site.centres.mean(axis=0).round(3).tolist()
-    return x, y, z
 
 
 def picture(robot: Robot, planned: Plan) -> str:

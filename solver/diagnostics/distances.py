@@ -166,9 +166,9 @@ def _rulers(
     bases: Sequence[Measurement],
     known: Sequence[KnownDistance],
     deviation: float,
-) -> list[Known]:
+) -> list[Known[int]]:
     """Return the distances of bases, then those known beside them, by the sockets' indices."""
-    rulers: list[Known] = []
+    rulers: list[Known[int]] = []
     for m in bases:
         a, b = (labels.index((m.name, socket)) for socket in m.sockets[:2])
         rulers.append(Known(a, b, m.distance, deviation, on_base=True))
@@ -198,7 +198,7 @@ def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:
     return [(m.name, socket) for m in measurements for socket in m.sockets]
 
 
-def _ratios(rulers: Sequence[Known], fit: RigidFit) -> _Ratios:
+def _ratios(rulers: Sequence[Known[int]], fit: RigidFit) -> _Ratios:
     first, second = (np.array([r.first for r in rulers]), np.array([r.second for r in rulers]))
     offsets = fit.centres[second] - fit.centres[first]
     expected = np.linalg.norm(offsets, axis=1).clip(1e-12)

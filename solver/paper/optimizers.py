@@ -45,20 +45,8 @@ def gauss_newton(
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Solution:
-    """Minimise |r(x)|^2 by Gauss-Newton steps, damped after Levenberg and Marquardt.
-
-    Damping makes steps shorter. It starts near zero and grows only when a step fails. Calibration
-    is nearly linear, so as a rule all steps are plain Gauss-Newton steps.
-
-    Args:
-        evaluate: Returns residuals, shape (r,), and their Jacobian, shape (r, n).
-        start: Where to begin, shape (n,).
-        tolerance: Relative change of the objective at which to stop.
-        max_iterations: Steps allowed.
-
-    Raises:
-        NotConverged: The steps are used up, or no step leads down.
-    """
+    """Minimise |r(x)|^2 by Gauss-Newton steps, damped after Levenberg and Marquardt."""
+    # Calibration is nearly linear: damping starts near zero, and grows only when a step fails.
     x = np.array(start, dtype=float)
     residuals, jacobian = evaluate(x)
     cost = float(residuals @ residuals)
@@ -104,17 +92,7 @@ def ipopt(
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Solution:
-    """Minimise a CasADi expression with IPOPT and its exact Hessian.
-
-    Args:
-        objective: Takes a symbolic vector and returns the scalar expression.
-        start: Where to begin, shape (n,).
-        tolerance: Relative change of the objective at which to stop.
-        max_iterations: Steps allowed.
-
-    Raises:
-        NotConverged: IPOPT stopped for any other reason.
-    """
+    """Minimise a CasADi expression with IPOPT and its exact Hessian."""
     x = ca.MX.sym("x", len(start))
     monitor = _Monitor(len(start), tolerance)
     solver = ca.nlpsol(

@@ -53,12 +53,7 @@ def deviations(points: Any) -> Any:
 
 
 def inconsistency(points: Any, total: int) -> Any:
-    """Return one socket's residuals, whose squares sum to N_k tr(S_k) / total. Linear.
-
-    Args:
-        points: Predicted ball centres in the socket, shape (3, N_k) [m].
-        total: Number of samples in all sockets of the placement, N0 + N1.
-    """
+    """Return one socket's residuals, whose squares sum to N_k tr(S_k) / total, N0 + N1. Linear."""
     return deviations(points) * (1.0 / total**0.5)
 
 
@@ -125,13 +120,7 @@ class Problem:
 def _placement_residuals(
     points: Sequence[np.ndarray], slopes: Sequence[np.ndarray], measured: Measurement
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the residuals of one placement, each with its Jacobian.
-
-    Args:
-        points: Ball centres in each socket, shape (3, N_k) [m].
-        slopes: Their derivatives by the n parameters, shape (n, 3, N_k).
-        measured: The placement.
-    """
+    """Return the residuals of one placement with their Jacobians; slopes are (n, 3, N_k)."""
     total = len(measured.positions)
     parts = [
         (

@@ -16,7 +16,6 @@ from .calibration import read_calibration as read_calibration
 from .estimates import ArmsDocument as ArmsDocument
 from .estimates import BaseToBase as BaseToBase
 from .estimates import Coefficient as Coefficient
-from .estimates import Correlation as Correlation
 from .estimates import DistanceDeviation as DistanceDeviation
 from .estimates import Forecast as Forecast
 from .estimates import FramePose as FramePose

@@ -74,6 +74,16 @@ class CalibratedRobot:
             row[0] = [column[i] for i in range(column.numel())]
         return ca.vertcat(*self.deflection.true_positions(rows[0], rows[1])[0])
 
+    @property
+    def geometry(self) -> np.ndarray:
+        """The best :attr:`values` for programs that do not correct joint positions, shape (n,)."""
+        return self.values if self.exported is None else self.exported
+
+    @property
+    def origins(self) -> np.ndarray:
+        """Origins of all joints in ``calibrated.urdf``, shape (joints, 6) [m, rad]."""
+        return self.model.origins(self.geometry)
+
     def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return the ball's centre in the base frame [m].
 
@@ -120,8 +130,7 @@ class CalibratedRobot:
 
         Shapes, units and errors are those of :meth:`ball`.
         """
-        values = self.values if self.exported is None else self.exported
-        return self._points(values, self.positions(q), q)
+        return self._points(self.geometry, self.positions(q), q)
 
     def nominal_ball(self, q: ArrayLike) -> np.ndarray:
         """Return the ball's centre by the nominal URDF.
@@ -171,16 +180,11 @@ class CalibratedRobot:
             compensated: Return the URDF for programs that correct the joint positions first,
                 instead of the best one for programs that do not.
         """
-        values = self.values if compensated or self.exported is None else self.exported
-        origins = self.model.origins(values)
-        changed = {joint.name: _origin(origins[i]) for i, joint in enumerate(self.robot.joints)}
+        origins = self.model.origins(self.values) if compensated else self.origins
+        joints = zip(self.robot.joints, origins.tolist(), strict=True)
+        changed = {joint.name: Origin.of(numbers) for joint, numbers in joints}
         text = set_origins(self.robot.text, changed)
         source = Path(self.robot.source)
         if folder is None or not source.is_file():
             return text
         return relocate_meshes(scan(text, self.robot.source), source.parent, folder)
-
-
-def _origin(numbers: np.ndarray) -> Origin:
-    x, y, z, roll, pitch, yaw = numbers.tolist()
-    return Origin((x, y, z), (roll, pitch, yaw))

@@ -5,7 +5,7 @@ Lengths are metres, angles radians.
 
 from typing import Any
 
-from ..bayes.results import UNSEEN, Direction
+from ..bayes.results import UNSEEN, Correlation, Direction
 from ..design import ErrorMap, JointEffect
 from .files import Document
 
@@ -69,14 +69,6 @@ class Scale(Document, kw_only=True, frozen=True):
     """0.01 stands for an arm 1 % longer than its model."""
     deviation: float | None = None
     """Its standard deviation; None where it could not be computed, and in older files."""
-
-
-class Correlation(Document, kw_only=True, frozen=True):
-    """Two parameters that the data decide only together."""
-
-    a: str
-    b: str
-    value: float
 
 
 class DistanceDeviation(Document, kw_only=True, frozen=True):

@@ -73,35 +73,24 @@ def read(file: Path, kind: type[Typed], format_: str) -> Typed:
     """
     name = format_.split("-")[1] + ".json"
     try:
-        data = file.read_bytes()
+        # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
+        value = json.loads(file.read_bytes(), parse_constant=_refuse, parse_float=_finite)
+        head = msgspec.convert(value, _Head)
     except OSError as error:
         raise DocumentError(f"{file}: {error.strerror}; expected a {name}") from None
-    return decode(data, kind, format_, str(file))
-
-
-def decode(data: bytes, kind: type[Typed], format_: str, source: str) -> Typed:
-    """Return the document in a file's bytes; see :func:`read`."""
-    name = format_.split("-")[1] + ".json"
-    # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
-    try:
-        value = json.loads(data, parse_constant=_refuse, parse_float=_finite)
-    except (ValueError, RecursionError) as error:
-        raise DocumentError(f"{source}: not a {name}: {error}") from None
-    try:
-        head = msgspec.convert(value, _Head)
-    except msgspec.ValidationError as error:
-        raise DocumentError(f"{source}: not a {name}: {error}") from None
+    except (ValueError, RecursionError, msgspec.ValidationError) as error:
+        raise DocumentError(f"{file}: not a {name}: {error}") from None
     if head.format != format_:
         kind_of, _, number = format_.rpartition("-")
         later = head.format.removeprefix(f"{kind_of}-")
         if later.isdecimal() and int(later) > int(number):
             reads = f"this one, {__version__}, reads {format_}; pip install --upgrade mukca"
-            raise DocumentError(f"{source}: written by a later mukca ({head.format}): {reads}")
-        raise DocumentError(f"{source}: not a {name} of this version ({format_})")
+            raise DocumentError(f"{file}: written by a later mukca ({head.format}): {reads}")
+        raise DocumentError(f"{file}: not a {name} of this version ({format_})")
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
-        raise DocumentError(f"{source}: damaged {name}: {error}") from None
+        raise DocumentError(f"{file}: damaged {name}: {error}") from None
 
 
 def format_of(file: Path) -> str:
@@ -139,12 +128,10 @@ def refuse_existing(folder: Path, names: Iterable[str] | None = None, *, force: 
     """
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: exists and is no folder; choose another --out")
-    if names is not None:
-        taken = [] if force else [folder / name for name in names if (folder / name).exists()]
-        if taken:
-            raise OutputError(f"{taken[0]}: exists; choose another --out, or --force to overwrite")
-    elif folder.exists() and not force:
-        raise OutputError(f"{folder}: exists; choose another --out, or --force to overwrite")
+    written = [folder] if names is None else [folder / name for name in names]
+    taken = [path for path in written if path.exists()]
+    if taken and not force:
+        raise OutputError(f"{taken[0]}: exists; choose another --out, or --force to overwrite")
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> dict[str, Path]:

@@ -101,11 +101,7 @@ def find_root(text: UrdfText, parents: Mapping[str, str], source: str) -> str:
 
 
 def require_link(text: UrdfText, link: str, source: str, hint: str = "") -> None:
-    """Refuse a name that is no link's.
-
-    Raises:
-        ModelError: No link has that name.
-    """
+    """Refuse a name that is no link's."""
     if link not in text.links:
         some = ", ".join(text.links[-6:]) or "none"
         raise ModelError(f"{source}: no link is called {link!r}{hint} (last links: {some})")
@@ -190,17 +186,7 @@ def _numbers(words: str, where: str, what: str) -> np.ndarray:
 def find_bodies(
     text: UrdfText, parents: Mapping[str, str], joints: Sequence[Joint], source: str
 ) -> tuple[Body, ...]:
-    """Return all masses that the chain moves; joints beside it, as of a gripper, are at zero.
-
-    Args:
-        text: The model's text.
-        parents: The joint above each link.
-        joints: The chain.
-        source: The file, for messages.
-
-    Raises:
-        ModelError: A mass or its place is not given in numbers.
-    """
+    """Return all masses that the chain moves; joints beside it, as of a gripper, are at zero."""
     index = {joint.child: i for i, joint in enumerate(joints)}
     bodies: list[Body] = []
     for link, inertial in text.inertials.items():
@@ -218,6 +204,13 @@ def find_bodies(
             x, y, z = centre.tolist()
             bodies.append(Body(index[name], mass, (x, y, z)))
     return tuple(bodies)
+
+
+def rpy_axes(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return the axes about which roll, pitch and yaw turn, in columns, shape (3, 3)."""
+    _, pitch, yaw = rpy
+    roll_axis, pitch_axis = matrix_rpy((0, pitch, yaw))[:, 0], matrix_rpy((0, 0, yaw))[:, 1]
+    return np.stack([roll_axis, pitch_axis, np.array([0, 0, 1])], axis=1)
 
 
 def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:

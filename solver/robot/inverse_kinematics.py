@@ -86,11 +86,7 @@ class InverseKinematics:
         missing: np.ndarray,
         generator: np.random.Generator,
     ) -> bool:
-        """Try a batch of random starts, and fill in what they reached; return whether any did.
-
-        The last few are followed first: where a point is reached, the other starts for it are left
-        alone.
-        """
+        """Follow a batch of random starts, the last few first; return True if any arrived."""
         starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
         necks = _random_necks(generator)
         rows = np.resize(missing, BATCH)

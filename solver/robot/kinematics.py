@@ -24,7 +24,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .chain import Joint, matrix_rpy
+from .chain import Joint, matrix_rpy, rpy_axes
 from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import Origin
@@ -74,11 +74,8 @@ def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any
 
 
 def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
-    """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`link_frames`.
-
-    It is where the last link begins. From there each joint, back to the base, carries it along: to
-    turn one point takes a third of what it takes to turn a frame.
-    """
+    """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`link_frames`."""
+    # Each joint carries it along, back to the base: one point takes a third of what a frame takes.
     p = ca.DM.zeros(3)
     for transform in reversed(_transforms(joints, origins, q)):
         p = transform(p)
@@ -120,10 +117,8 @@ def _transform(kind: str, axis: tuple[float, ...], angles: int) -> Any:
 
 
 def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the two axes about which a joint tilts, at right angles to its own and to each other.
-
-    For a joint about one of its frame's axes they are the two others, in the order x, y, z.
-    """
+    """Return the two axes about which a joint tilts, at right angles to it and each other."""
+    # For one of its frame's axes they are the two others, in the order x, y, z.
     first, second = (np.eye(3)[i] for i in sorted(np.argsort(np.abs(axis))[:2].tolist()))
     b = first - np.dot(first, axis) * np.array(axis)
     b /= np.linalg.norm(b)
@@ -189,13 +184,10 @@ class BallModel:
             Shape (3, n) [rad/rad].
         """
         axes, before = np.zeros((len(self.robot.joints), 6, 3)), np.eye(3)
-        for i, (joint, origin) in enumerate(
-            zip(self.robot.joints, self.origins(parameters), strict=True)
-        ):
-            _, pitch, yaw = origin[3:]
-            roll_axis, pitch_axis = matrix_rpy((0, pitch, yaw))[:, 0], matrix_rpy((0, 0, yaw))[:, 1]
-            axes[i, 3:] = [before @ axis for axis in (roll_axis, pitch_axis, np.eye(3)[2])]
-            before = before @ matrix_rpy(origin[3:])
+        origins = self.origins(parameters)
+        for i, joint in enumerate(self.robot.joints):
+            axes[i, 3:] = (before @ rpy_axes(origins[i, 3:])).T
+            before = before @ matrix_rpy(origins[i, 3:])
             if joint.actuated:
                 break
         return axes.reshape(-1, 3)[self.free].T
@@ -247,11 +239,7 @@ class BallModel:
 
 
 class _BallFunctions:
-    """The ball's position, its derivatives and its volume as functions of x and rows q.
-
-    All origins are given as well, those that x replaces too, so that arms whose joints are of the
-    same kinds share the functions.
-    """
+    """Functions of x and rows q, all origins given, so that arms of like joints share them."""
 
     def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int) -> None:
         given = ca.SX.sym("given", 6 * len(joints))

@@ -32,18 +32,7 @@ class RowFunction:
         self._mapped = lru_cache(maxsize=32)(self._map)
 
     def __call__(self, rows: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
-        """Return each output for each row.
-
-        Args:
-            rows: The last argument, shape (N, its length).
-            others: All arguments before it, one-dimensional.
-
-        Returns:
-            Shape (N, k) for an output of k numbers; those of a matrix come row by row.
-
-        Raises:
-            ValueError: An argument of another length.
-        """
+        """Return each output for each row, shape (N, k); the other arguments serve all rows."""
         arguments = [np.ascontiguousarray(values, dtype=float) for values in (*others, rows)]
         lengths = [values.shape[-1] for values in arguments]
         if lengths != self._lengths:  # CasADi would read beyond them

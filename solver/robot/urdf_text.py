@@ -7,7 +7,7 @@ blanks, quotes and the order of attributes in the rest of the file stay.
 import math
 import os
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -26,6 +26,12 @@ class Origin:
 
     xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @staticmethod
+    def of(numbers: Iterable[float]) -> "Origin":
+        """Return the origin of six numbers, x y z roll pitch yaw."""
+        x, y, z, roll, pitch, yaw = map(float, numbers)
+        return Origin((x, y, z), (roll, pitch, yaw))
 
 
 @dataclass
@@ -183,19 +189,12 @@ def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
             for key, new, before in (("xyz", origin.xyz, old.xyz), ("rpy", origin.rpy, old.rpy))
             if tuple(new) != before
         }
-        if changed and joint in text.origin_tags:
-            begin, end = text.origin_tags[joint]
-            edits.append((begin, end, with_attributes(text.data[begin:end], changed)))
-        elif changed:
-            edits.append(_new_origin(text, joint, changed))
+        if changed:
+            _, after = text.joint_tags[joint]  # where a joint without an origin gets its own
+            begin, end = text.origin_tags.get(joint, (after, after))
+            tag = text.data[begin:end] or b"<origin/>"
+            edits.append((begin, end, with_attributes(tag, changed)))
     return _apply(text.data, edits)
-
-
-def _new_origin(text: UrdfText, joint: str, values: Mapping[str, str]) -> tuple[int, int, bytes]:
-    """Put an ``<origin>`` first into a joint that has none."""
-    _, end = text.joint_tags[joint]
-    words = " ".join(f'{key}="{value}"' for key, value in values.items())
-    return (end, end, f"<origin {words}/>".encode())
 
 
 def with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:

@@ -130,7 +130,7 @@ class SampleRows:
         return len(self._first.frames)
 
     @property
-    def located(self) -> tuple[Located, ...]:
+    def located(self) -> tuple[Located[int, int], ...]:
         """The measured coordinates of sockets."""
         return self._first.located
 

@@ -10,7 +10,15 @@ from .joint_offsets import with_joint_offsets as with_joint_offsets
 from .relative_pose import UNSEEN as UNSEEN
 from .relative_pose import RelativeBasePose as RelativeBasePose
 from .relative_pose import between as between
+from .uncertainty import Correlation as Correlation
+from .uncertainty import PredictedErrors as PredictedErrors
+from .uncertainty import correlations as correlations
+from .uncertainty import deviations as deviations
+from .uncertainty import distance_slopes as distance_slopes
+from .uncertainty import effective_parameters as effective_parameters
+from .uncertainty import errors_near as errors_near
 from .uncertainty import length_deviation as length_deviation
+from .uncertainty import observability_index as observability_index
 from .uncertainty import predicted_deviation as predicted_deviation
 from .uncertainty import scale as scale
 from .uncertainty import workspace_errors as workspace_errors

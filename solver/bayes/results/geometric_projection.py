@@ -94,10 +94,7 @@ def _linear(ball: BallModel, values: np.ndarray, poses: Poses) -> tuple[np.ndarr
 
 
 def _doubt(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.ndarray:
-    """Return how uncertain the slope of the squared errors at simulated poses is, a covariance.
-
-    The full model is uncertain by its posterior, and which places are simulated is chance.
-    """
+    """Return the covariance of the squared errors' slope, by the model and by chance of places."""
     model, q = full.model, poses.positions
     errors, J = _linear(model.ball, start, poses)
     _, slopes, _ = model.linearise(full.x, q, load.moments(model.robot, q, None))
@@ -110,11 +107,8 @@ def _doubt(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.n
 
 
 def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> np.ndarray:
-    """Return the s that minimises s^T H s - 2 s^T g + 2 CONFIDENCE sqrt(s^T U s).
-
-    It solves (H + r U) s = g, where r is such that r sqrt(s^T U s) = CONFIDENCE. Where even a
-    large r leaves less than that, s is zero.
-    """
+    """Return the s that minimises s^T H s - 2 s^T g + 2 CONFIDENCE sqrt(s^T U s)."""
+    # (H + r U) s = g, with r such that r sqrt(s^T U s) = CONFIDENCE; zero if no r leaves so much.
     unit = 1 / np.sqrt(np.diag(hessian))
     root = np.linalg.inv(np.linalg.cholesky(hessian * unit[:, None] * unit)) * unit
     if doubt is None or not doubt.any():

@@ -8,11 +8,13 @@ nominal (see docs/model.md).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import pairwise
 
 import numpy as np
 
-from ...robot import Joint, Robot, matrix_rpy
+from ...data import IDENTITY, Pose
+from ...robot import Origin, Robot, matrix_rpy, rpy_axes
 from ..inference import Posterior
 from .uncertainty import UNDECIDED, prior_covariance
 
@@ -50,20 +52,16 @@ def weakly_identifiable_directions(posterior: Posterior) -> list[Direction]:
     """
     model = posterior.model
     n = model.geometry
-    prior = np.linalg.cholesky(
-        prior_covariance(posterior)[:n, :n]
-    )  # x = prior @ z, z standard normal
+    # x = prior @ z, z standard normal
+    prior = np.linalg.cholesky(prior_covariance(posterior)[:n, :n])
     whiten = np.linalg.inv(prior)
     whitened = whiten @ posterior.covariance[:n, :n] @ whiten.T
-    named = [
-        (text, whiten @ v / np.linalg.norm(whiten @ v))
-        for text, v in _structural(model.robot, posterior)
-    ]
+    named = [(text, _unit(whiten @ v)) for text, v in _structural(model.robot, posterior)]
     if posterior.data.anchored:
         named = _base_by_itself(named)
     by_scale = prior.T @ model.by_scale()[:n]
     if by_scale.any():
-        named.append((SCALE, by_scale / np.linalg.norm(by_scale)))
+        named.append((SCALE, _unit(by_scale)))
     directions = [Direction(text, float(u @ whitened @ u) ** 0.5) for text, u in named]
     basis = np.linalg.qr(np.array([u for _, u in named]).T)[0] if named else np.zeros((n, 0))
     rest = np.eye(n) - basis @ basis.T
@@ -72,9 +70,8 @@ def weakly_identifiable_directions(posterior: Posterior) -> list[Direction]:
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         if value < UNDECIDED**2:
             break
-        main: list[int] = np.argsort(-np.abs(prior @ vector) / np.linalg.norm(prior, axis=1))[
-            :2
-        ].tolist()
+        shares = np.abs(prior @ vector) / np.linalg.norm(prior, axis=1)
+        main: list[int] = np.argsort(-shares)[:2].tolist()
         text = " against ".join(names[i] for i in main)
         directions.append(Direction(f"mainly {text}", float(value) ** 0.5))
     merged: dict[str, Direction] = {}
@@ -85,15 +82,16 @@ def weakly_identifiable_directions(posterior: Posterior) -> list[Direction]:
 
 
 def _base_by_itself(named: list[tuple[str, np.ndarray]]) -> list[tuple[str, np.ndarray]]:
-    """Return the directions with those of the base frame orthogonal to all others.
-
-    A turn of the base about joint 1 is one thing with an offset of joint 1 against joint 2, which
-    no ball can show. What is left without it says where the base is.
-    """
+    """Return the directions with those of the base frame orthogonal to all others."""
+    # A turn of the base about joint 1 is one thing with joint 1's offset, which no ball can show.
     others = [u for text, u in named if text != BASE]
     basis = np.linalg.qr(np.array(others).T)[0] if others else np.zeros((len(named[0][1]), 0))
     cleared = [(text, u - basis @ (basis.T @ u) if text == BASE else u) for text, u in named]
-    return [(text, u / np.linalg.norm(u)) for text, u in cleared]
+    return [(text, _unit(u)) for text, u in cleared]
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
 
 
 def unobservable(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ...]:
@@ -110,14 +108,7 @@ def unobservable(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, 
 
 
 def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarray]]:
-    """Return changes of the free geometry that no ball can show, with their names.
-
-    The base frame may move as a whole, the ball may turn in place, and each joint may slide along
-    its axis or turn about it, if the next free joint undoes that.
-
-    Returns:
-        Pairs of a text and a change of the geometric unknowns, shape (geometry,).
-    """
+    """Return changes of the free geometry that no ball can show, with their names."""
     model = posterior.model
     place = {p.index: i for i, p in enumerate(model.parameters)}
     free = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
@@ -142,50 +133,24 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
         if not joint.actuated or any(j.actuated for j in robot.joints[one + 1 : other]):
             continue
         against = "the ball" if other == ball else robot.joints[other].name
-        R, p = _between(robot.joints, origins, one, other)
-        own, axis = _frame(origins[one])[0], np.array(joint.axis)
+        between = [Pose.of(Origin.of(origin)) for origin in origins[one + 1 : other]]
+        to_other = reduce(Pose.__matmul__, between, IDENTITY).inverse()
+        own, axis = matrix_rpy(origins[one, 3:]), np.array(joint.axis)
+        away = -to_other.rotation @ axis
         slide, back = np.zeros(6), np.zeros(6)
-        slide[:3], back[:3] = own @ axis, -R.T @ axis
+        slide[:3], back[:3] = own @ axis, away
         add(f"sliding along {joint.name}'s axis", {one: slide, other: back})
         if joint.type == "prismatic":
             continue
         turn = np.concatenate([np.zeros(3), _rates(origins[one], own @ axis)])
-        lever = origins[other, :3] + R.T @ p
-        back = np.concatenate([-np.cross(R.T @ axis, lever), _rates(origins[other], -R.T @ axis)])
+        lever = origins[other, :3] - to_other.translation
+        back = np.concatenate([np.cross(away, lever), _rates(origins[other], away)])
         add(f"{joint.name}'s offset against {against}", {one: turn, other: back})
     return named
 
 
-def _frame(origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return rotation and translation of an origin."""
-    return matrix_rpy(origin[3:]), origin[:3]
-
-
-def _between(
-    joints: Sequence[Joint], origins: np.ndarray, one: int, other: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return rotation and translation from one joint's child link to another's parent link."""
-    transform = np.eye(4)
-    for j in range(one + 1, other):
-        assert not joints[j].actuated
-        step = np.eye(4)
-        step[:3, :3], step[:3, 3] = _frame(origins[j])
-        transform = transform @ step
-    return transform[:3, :3], transform[:3, 3]
-
-
 def _rates(origin: np.ndarray, spin: np.ndarray) -> np.ndarray:
-    """Return how fast roll, pitch and yaw change while a frame spins about a vector.
-
-    Args:
-        origin: x y z roll pitch yaw of the frame, shape (6,) [m, rad].
-        spin: Angular velocity in the parent's frame, shape (3,) [rad/s].
-
-    With R = Rz(yaw) Ry(pitch) Rx(roll), the spin is the sum of the rates times the axes as they
-    stand: x after pitch and yaw, y after yaw, and z.
-    """
-    _, pitch, yaw = origin[3:]
-    roll_axis, pitch_axis = matrix_rpy([0, pitch, yaw])[:, 0], matrix_rpy([0, 0, yaw])[:, 1]
-    axes = np.stack([roll_axis, pitch_axis, np.array([0, 0, 1])], axis=1)
-    rates: np.ndarray = np.linalg.lstsq(axes, spin, rcond=None)[0].astype(np.float64)
-    return rates
+    """Return how fast roll, pitch and yaw change while a frame spins about a vector."""
+    # The spin is the sum of the rates times the axes: x after pitch and yaw, y after yaw, and z.
+    rates: np.ndarray = np.linalg.lstsq(rpy_axes(origin[3:]), spin, rcond=None)[0]
+    return rates.astype(np.float64)

@@ -42,11 +42,8 @@ class Poses:
 
 
 def simulated_poses(full: Posterior, load: Load) -> Poses:
-    """Return configurations like those recorded, with the ball at places near those recorded.
-
-    The nominal robot puts it there, which is near enough: what counts is what each model says of
-    one configuration. Those out of the joints' limits or of reach are left out.
-    """
+    """Return configurations like those recorded, with the ball at places near those recorded."""
+    # The nominal robot puts it there, which is near enough; what is out of limits or reach is left.
     robot = full.model.robot
     away = AWAY * float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
     q, places = poses_near(robot, full.data.positions, (PLACES, POSTURES), away)
@@ -97,11 +94,8 @@ def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
 
 
 def recorded_poses(full: Posterior) -> Poses:
-    """Return the samples, with the ball where the full model has the socket.
-
-    A ball that an instrument measured is at a place of its own, where the full model has it; what
-    it has in common with the others at that place is itself, so its weight makes up for that.
-    """
+    """Return the samples, with the ball where the full model has the socket."""
+    # A measured ball is all that its place has in common, so its weight makes up for COMMON.
     seated = full.data.sockets >= 0
     measured = np.flatnonzero(~seated)
     alone = Poses(

@@ -61,10 +61,7 @@ def between(world: JointPosterior, robot: int) -> RelativeBasePose:
 def _tool_deviation(
     world: JointPosterior, robot: int, frame: str, shared: list[int]
 ) -> float | None:
-    """Return the predicted error of one tool's place seen from the other [m].
-
-    For pairs of configurations at which the two tools meet, the error of their distance vector.
-    """
+    """Return the error of the distance vector of two tools that meet, as predicted [m]."""
     centres = world.arms[0].centres
     region = centres[shared] if shared else centres
     if not len(region):
@@ -110,10 +107,7 @@ def _inside(
 def _reach(
     world: JointPosterior, robot: int, pose: Pose, q: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return configurations near some others that bring the ball to places, and whether each does.
-
-    Gauss-Newton with the pseudo-inverse of the Jacobian.
-    """
+    """Return configurations that bring the ball to places (Gauss-Newton), and a mask of success."""
     for _ in range(STEPS):
         points, _, by_joints = _linear(world, robot, q)
         off = places - pose.apply(points)

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...data import IDENTITY, Load
-from ...robot import gravity_moments, workspace
+from ...robot import workspace
 from ..inference import Posterior
-from ..model import PriorGroup
+from ..model import ExtendedModel, PriorGroup
 from ..model.effects import JOINT_OFFSET
 from .projection_poses import poses_near
 
@@ -24,6 +24,15 @@ CORRELATED = 3
 the next are correlated by about a half."""
 NEAR, NEARBY = 0.06, 60
 """Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Two parameters that the data decide only together."""
+
+    a: str
+    b: str
+    value: float
 
 
 def deviations(posterior: Posterior) -> np.ndarray:
@@ -58,24 +67,17 @@ def prior_deviations(posterior: Posterior) -> np.ndarray:
     return np.sqrt(np.diag(prior_covariance(posterior)))
 
 
-def correlations(posterior: Posterior) -> list[tuple[str, str, float]]:
-    """Return pairs of unknowns that the data hardly tell apart, the closest pair first.
-
-    Returns:
-        The two names, and their correlation, beyond 0.9 or below -0.9.
-    """
+def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
+    """Return unknowns correlated beyond :data:`STRONG`, the closest pair first."""
     size = posterior.model.size
     deviation = deviations(posterior)
     known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior_deviations(posterior)))
     covariance = posterior.covariance[:size, :size][np.ix_(known, known)]
     matrix = covariance / np.outer(deviation[known], deviation[known])
     names = [posterior.model.names[i] for i in known.tolist()]
-    rows, columns = np.nonzero(np.triu(np.abs(matrix) > STRONG, k=1))
-    pairs = [
-        (names[i], names[j], float(matrix[i, j]))
-        for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
-    ]
-    return sorted(pairs, key=lambda pair: -abs(pair[2]))
+    pairs = np.argwhere(np.triu(np.abs(matrix) > STRONG, k=1)).tolist()
+    found = [Correlation(names[i], names[j], float(matrix[i, j])) for i, j in pairs]
+    return tuple(sorted(found, key=lambda pair: -abs(pair.value)))
 
 
 def observability_index(posterior: Posterior) -> float:
@@ -105,24 +107,32 @@ def observability_index(posterior: Posterior) -> float:
     return float(np.exp(np.mean(np.log(values))) / np.sqrt(len(data.positions)))
 
 
-def distance_deviations(
-    posterior: Posterior, q: np.ndarray, torque: np.ndarray
+def distance_slopes(
+    model: ExtendedModel, x: np.ndarray, q: np.ndarray, torque: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return distances between pairs of ball positions, and their standard deviations.
+    """Return distances between pairs of ball positions, and their derivatives by the unknowns.
 
     Args:
-        posterior: The calibration.
+        model: The model.
+        x: Its unknowns, shape (size,).
         q: Joint positions, shape (2 N, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs.
         torque: What holds their joints, shape (2 N, 3 m) [N m].
 
     Returns:
-        Each of shape (N,) [m].
+        Shapes (N,) [m] and (N, size).
     """
-    points, jacobian, _ = posterior.model.linearise(posterior.x, q, torque)
+    points, jacobian, _ = model.linearise(x, q, torque)
     offset = points[1::2] - points[::2]
-    distances = np.linalg.norm(offset, axis=1)
-    direction = offset / distances[:, None].clip(1e-12)
-    slopes = np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
+    distances: np.ndarray = np.linalg.norm(offset, axis=1).clip(1e-12)
+    direction = offset / distances[:, None]
+    return distances, np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
+
+
+def distance_deviations(
+    posterior: Posterior, q: np.ndarray, torque: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distances of :func:`distance_slopes`, and their standard deviations [m]."""
+    distances, slopes = distance_slopes(posterior.model, posterior.x, q, torque)
     return distances, np.sqrt(np.sum(slopes @ _counted_once(posterior) * slopes, axis=1))
 
 
@@ -221,7 +231,7 @@ def predicted_errors(
         q: Joint positions, shape (2 N, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs.
         exported: The free numbers of the geometry that is used by itself; None for the full model.
     """
-    torque = gravity_moments(posterior.model.robot, q, load.gravity, load.payload)
+    torque = load.moments(posterior.model.robot, q, None)
     distances, deviation = distance_deviations(posterior, q, torque)
     alone = deviation
     if exported is not None:

@@ -18,21 +18,14 @@ Refit = Callable[[JointPosterior, MultiRobotObservations], JointPosterior]
 def improvement(
     refit: Refit, geometric: JointPosterior, full: JointPosterior
 ) -> tuple[float, float]:
-    """Return the mean fall of the held-out errors by a full model, and its standard error [m].
-
-    Raises:
-        NotConverged: A fit does not settle without some placements.
-    """
+    """Return the mean fall of the held-out errors by a full model, and its standard error [m]."""
     fall = _held_out_errors(refit, geometric) - _held_out_errors(refit, full)
     fall = fall[np.isfinite(fall)]
     return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))
 
 
 def _held_out_errors(refit: Refit, whole: JointPosterior) -> np.ndarray:
-    """Return the error of a model in each placement, fitted to others, shape (P,) [m].
-
-    NaN where nothing ties a robot to the others without that placement.
-    """
+    """Return each placement's error by a fit to others [m]; NaN where a robot is not tied then."""
     names = whole.scene.placements
     errors = np.full(len(names), np.nan)
     for part in range(min(PARTS, len(names))):
@@ -45,11 +38,7 @@ def _held_out_errors(refit: Refit, whole: JointPosterior) -> np.ndarray:
 
 
 def _mean_error(found: JointPosterior, data: MultiRobotObservations, placement: str) -> float:
-    """Return the mean absolute error of a model in one placement [m].
-
-    Each robot's balls are compared with their mean in a socket, and those that an instrument
-    measured with the best place of its frame.
-    """
+    """Return the mean distance of balls from their socket's mean or measured place [m]."""
     distances: list[np.ndarray] = []
     for arm, own in zip(found.arms, data.arms, strict=True):
         for socket, (name, _) in enumerate(own.labels):

@@ -22,10 +22,7 @@ then expects it of the next in four cases of five."""
 
 
 def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
-    """Return the probability of each model by its evidence, shape (len(models),).
-
-    Before the data all are equally probable, but for those in which joints both twist and tilt.
-    """
+    """Return the probability of each model by its evidence and ALSO_TILTS, shape (len(models),)."""
     pair = {COMPLIANCE.name, TILT.name}
     both = [
         sum(pair <= {g.name for g in arm.groups if g.width} for arm in model.arms)
@@ -37,12 +34,7 @@ def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
 
 
 def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> JointPosterior:
-    """Return the mean of several results for the same robots and data.
-
-    Args:
-        results: The results, of models with different extensions.
-        probabilities: Weights of the results, shape (len(results),); they sum to 1.
-    """
+    """Return the mean of results of models with different extensions, weighted by probabilities."""
     best = results[int(np.argmax(probabilities))]
     robots = [[result.arms[i] for result in results] for i in range(len(best.arms))]
     models = MultiRobotModel(tuple(map(_union, robots)))

@@ -128,10 +128,7 @@ def _search(
     stages: list[tuple[str, int]],
     progress: Callable[[str], None],
 ) -> _Tried:
-    """Add extension after extension to the best model so far.
-
-    All are tried twice: what did not help at first may do so beside what was kept since.
-    """
+    """Add extension after extension to the best model; twice, since one may help beside another."""
     best, gains = geometric, dict[tuple[str, int], float | None]()
     models, tried, fits = {_active(best): best}, {_kept(best)}, list[JointPosterior]()
     for stage, robot in 2 * stages:

@@ -7,13 +7,14 @@ import pytest
 
 from mukca.solver.calibration.multi_robot_urdf import Placed, joined_urdf
 from mukca.solver.data import Pose, turn
+from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import BallModel, ModelError, Robot, parse_robot, scan
 
 HOME = Pose(np.eye(3), np.zeros(3))
 
 
 def placed(name: str, robot: Robot, pose: Pose) -> Placed:
-    return Placed(name, robot, robot.origins, robot.text.data, pose)
+    return Placed(name, CalibratedRobot(robot, (), np.empty(0)), pose)
 
 
 def ball(robot: Robot, q: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from statistics import stdev
 from typing import TYPE_CHECKING, Any
 
 from ....solver.calibration import SolveOptions, UsageError
@@ -20,8 +21,9 @@ from .. import (
 )
 
 if TYPE_CHECKING:
-    from ....solver.calibration import HeldOutErrors, Job
+    from ....solver.calibration import Job
     from ....solver.data import Metrics
+    from ....solver.results import PlacementErrors
 
 WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
@@ -81,18 +83,16 @@ def run(options: Options, terminal: Terminal) -> int:
 
 
 def summary(
-    names: list[str], work: "list[Job]", metrics: "list[HeldOutErrors | None]"
+    names: list[str], work: "list[Job]", metrics: "list[list[PlacementErrors] | None]"
 ) -> dict[str, Any]:
     """Errors with each placement left out, matrix, and spread; None where a fit did not settle."""
-    from ....solver.calibration import spread
-
-    by_kind: dict[str, list[HeldOutErrors | None]] = {}
+    by_kind: dict[str, list[list[PlacementErrors] | None]] = {}
     for job, row in zip(work, metrics, strict=True):
         by_kind.setdefault(job.kind, []).append(row)
     rows = by_kind["left_out"]
-    left_out = [row and row.full[i] for i, row in enumerate(rows)]
-    by_urdf = [row and row.loaded[i] for i, row in enumerate(rows)]
-    matrix = [row and [m.mean_absolute_error for m in row.full] for row in by_kind["alone"]]
+    left_out = [None if row is None else row[i].calibrated for i, row in enumerate(rows)]
+    by_urdf = [None if row is None else row[i].loaded for i, row in enumerate(rows)]
+    matrix = [row and _means(row) for row in by_kind["alone"]]
     result: dict[str, Any] = {
         "left_out": [
             {"name": name, **_figures(m), "loaded": _figures(loaded)}
@@ -103,12 +103,16 @@ def summary(
     }
     drawn = [row for row in by_kind.get("bootstrap", []) if row is not None]
     if len(drawn) > 1:
-        errors = [[m.mean_absolute_error for m in row.full] for row in drawn]
+        errors = zip(*map(_means, drawn), strict=True)
         result["bootstrap"] = [
-            {"name": name, "standard_deviation": s}
-            for name, s in zip(names, spread(errors), strict=True)
+            {"name": name, "standard_deviation": stdev(those)}
+            for name, those in zip(names, errors, strict=True)
         ]
     return result
+
+
+def _means(errors: "list[PlacementErrors]") -> list[float]:
+    return [row.calibrated.mean_absolute_error for row in errors]
 
 
 def _figures(metrics: "Metrics | None") -> Mapping[str, float | None]:

@@ -123,8 +123,7 @@ def show(terminal: Terminal, calibration: "Calibration") -> None:
     if calibration.document.scale is not None:
         words = scale_text(calibration.document.scale)
         terminal.say(f"Size: {words}.")
-    errors = calibration.errors
-    show_errors(errors.placements, errors.summary, terminal)
+    show_errors(calibration.errors, terminal)
     _show_parameters(calibration.result.parameters, terminal)
     terminal.say(*spoken(calibration))
 

@@ -10,7 +10,7 @@ from .. import JsonOption, Terminal, argument, measure_all, part, table
 from .report import metres
 
 if TYPE_CHECKING:
-    from ....solver.results import PlacementErrors, Summaries
+    from ....solver.calibration import Errors
 
 EXAMPLE = """example:
   mukca validate calibrated/calibration.json recordings/left recordings/right
@@ -37,7 +37,7 @@ def run(options: Options, terminal: Terminal) -> int:
     data = measure_all(options.data, calibration.robot, options.settings.distance, sockets=1)
     terminal.warn(*(line for measured in data for line in measured.warnings))
     errors = calibration.errors_of(data)
-    show_errors(errors.placements, errors.summary, terminal)
+    show_errors(errors, terminal)
     if errors.summary.train is not None:
         terminal.say("Placements with role `train` were fitted: their errors prove little.")
     limits = limits_of(
@@ -56,14 +56,11 @@ def run(options: Options, terminal: Terminal) -> int:
     return drift.verdict.exit_status
 
 
-def show_errors(
-    placements: "Sequence[PlacementErrors]", summaries: "Summaries", terminal: Terminal
-) -> None:
+def show_errors(errors: "Errors", terminal: Terminal) -> None:
     """Show the nominal and the calibrated errors of each placement, and the summaries."""
-    from ....solver.calibration import HEADS, error_rows, errors_title
+    from ....solver.calibration import HEADS
 
-    rows = error_rows(placements, summaries)
+    rows = errors.table()
     bold = [number for number, (summed, _) in enumerate(rows) if summed]
     cells = [cells for _, cells in rows]
-    title = errors_title(placements)
-    terminal.console.print(table(title, HEADS, cells, bold=bold, no_wrap=True))
+    terminal.console.print(table(errors.title, HEADS, cells, bold=bold, no_wrap=True))

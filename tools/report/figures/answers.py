@@ -12,13 +12,13 @@ from ....solver.assessment import (
     SampleErrors,
     Verdict,
     area,
-    as_point,
     brief_area,
     joined,
     mm,
     norms,
     short_names,
 )
+from ....solver.data import as_point
 from ....solver.diagnostics import Diagnostic, farthest_place, fitted_alone
 from ....solver.results import NextPlacement, Uncertainty
 from .answer_data import data_answer, farthest_held_out, placements_with_errors

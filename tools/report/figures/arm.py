@@ -5,8 +5,8 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from ....solver.assessment import Predictions, as_point, nice_above, norms
-from ....solver.data import Measurement
+from ....solver.assessment import Predictions, nice_above, norms
+from ....solver.data import Measurement, as_point
 from ....solver.results import CalibratedRobot
 from ....solver.robot import Joint, Robot, RowFunction, link_frames
 from .meshes import link_meshes

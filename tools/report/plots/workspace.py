@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....solver.assessment import joined, nice_above
-from ....solver.calibration import pose_of
 from ....solver.data import IDENTITY, Pose
 from ....solver.results import ArmsDocument
 from ....solver.robot import Origin
@@ -93,7 +92,7 @@ def _frames(arms: ArmsDocument) -> list[_Frame]:
         if one.sockets and one.name != "base" and one.turn_known
     ]
     known = [
-        _Frame(name, pose_of(Origin(one.xyz, one.rpy)), np.array(one.xyz_deviation))
+        _Frame(name, Pose.of(Origin(one.xyz, one.rpy)), np.array(one.xyz_deviation))
         for name, one in (*bases, *tables)
         if one.xyz is not None and one.rpy is not None and one.xyz_deviation is not None
     ]
