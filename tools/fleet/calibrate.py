@@ -13,7 +13,7 @@ from ...solver.assessment import judge_drift
 from ...solver.calibration import Calibration, calibrate
 from ...solver.data import measure
 from ...solver.robot import Robot, load_robot
-from ..report import report_of
+from ..report import build_report
 from .document import FleetArm, FleetChange, FleetDrift, FleetParameter, FleetSession
 from .folders import MODEL, ArmFolder, find_sessions
 
@@ -59,13 +59,13 @@ def _session(
     arm: ArmFolder, name: str, calibration: Calibration, drift: FleetDrift | None
 ) -> FleetSession:
     document = calibration.document
-    report = report_of(calibration)
-    figures, outputs = report.figures, dict[str, str]()
+    report = build_report(document, calibration.source)
+    outputs: dict[str, str] = {}
     if not document.distorted:
         outputs = calibration.save(arm.out / name, force=True, pages=lambda _: report.files)
     summary = document.summary.test or document.summary.train
     assert summary is not None  # something was trained on
-    verdict = figures.verdict
+    verdict = report.figures.verdict
     return FleetSession(
         name=name,
         placements=len(document.placements),
@@ -78,7 +78,7 @@ def _session(
         kind=verdict.kind,
         scope=verdict.scope,
         text=calibration.refusal(accept_distorted=False) or f"{verdict.title}: {verdict.text}",
-        todo=figures.todo[0] if figures.todo else None,
+        todo=report.figures.todo[0] if report.figures.todo else None,
         drift=drift,
         parameters=msgspec.convert(
             document.parameters, tuple[FleetChange, ...], from_attributes=True

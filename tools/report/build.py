@@ -8,11 +8,9 @@ import msgspec
 from ...solver.assessment import Options
 from ...solver.calibration import Calibration
 from ...solver.results import CalibrationDocument, OutputError, encode, write_files
-from .figures import ReportDocument, ReportPlot, report_figures
+from .figures import ReportDocument, report_figures
 from .page import report_page
 from .plots import plots_of
-
-_DEFAULTS = Options()
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class Report:
 
 
 def build_report(
-    document: CalibrationDocument, source: str, options: Options = _DEFAULTS
+    document: CalibrationDocument, source: str, options: Options | None = None
 ) -> Report:
     """Return the report of a calibration; the same calibration and options give the same bytes.
 
@@ -46,10 +44,10 @@ def build_report(
         MeasurementError: Its samples cannot be used.
         KnownError: A known distance names no socket of the calibration.
     """
-    figures = report_figures(document, source, options)
+    figures = report_figures(document, source, options or Options())
     plots = plots_of(figures)
     captions = tuple(
-        ReportPlot(id=plot.id, section=section, title=plot.title, sentence=plot.sentence)
+        msgspec.structs.replace(plot.caption, section=section)
         for section, group in plots.items()
         for plot in group
     )
@@ -57,14 +55,9 @@ def build_report(
     return Report(figures, report_page(figures, plots))
 
 
-def report_of(calibration: Calibration) -> Report:
-    """Return the report of a calibration, with the limits that fit the arm."""
-    return build_report(calibration.document, calibration.source)
-
-
 def report_files(calibration: Calibration) -> dict[str, bytes]:
-    """Return the report's files, by name, to be written with the calibration."""
-    return report_of(calibration).files
+    """Return the report's files, by name, with the limits that fit the arm."""
+    return build_report(calibration.document, calibration.source).files
 
 
 def write_report(

@@ -88,14 +88,10 @@ def write(folder: Path, result: "ComparisonDocument") -> Path:
     import msgspec
 
     from ....solver.results import encode
-    from ...report.figures import PlotCaption
     from ...report.page import comparison_page
     from ...report.plots import comparison_plots
 
-    plots = tuple(
-        PlotCaption(id=plot.id, title=plot.title, sentence=plot.sentence)
-        for plot in comparison_plots(result)
-    )
+    plots = tuple(plot.caption for plot in comparison_plots(result))
     figures = msgspec.structs.replace(result, plots=plots)
     contents = {
         "compare.html": comparison_page(figures).encode("utf-8", "replace"),

@@ -19,6 +19,5 @@ from .types import Answer as Answer
 from .types import CrossPlacement as CrossPlacement
 from .types import PlotCaption as PlotCaption
 from .types import ReportDocument as ReportDocument
-from .types import ReportPlot as ReportPlot
 from .types import Step as Step
 from .types import read_report as read_report

@@ -7,13 +7,11 @@ import numpy as np
 from ....solver.assessment import (
     PlacementReport,
     SampleErrors,
-    joined,
-    mm,
     norms,
-    plural,
     short_names,
 )
 from ....solver.diagnostics import EVERYWHERE, Diagnostic, standing_out
+from .texts import text
 from .types import DataAnswer, LoneFit, WorstSample
 
 FAR = 3.0
@@ -31,44 +29,23 @@ def data_answer(
     names = short_names([row.name for row in placements])
     rows = zip(names, placements, strict=True)
     alone = {name: floors[row.name] for name, row in rows if row.name in floors}
-    texts = [_checks_text(placements, checks)]
-    if alone:
-        words = _floors_text(list(alone), list(alone.values()))
-        texts.append(words if texts[0].endswith(":") else words[0].upper() + words[1:])
-    if any(row.ratio > FAR for row in worst):
-        first = worst[0]
-        texts.append(
-            f"Look at {first.where}: it is {mm(first.error)} from its socket, "
-            f"{first.ratio:.1f} times its placement's mean error."
-        )
-    return DataAnswer(
-        text=" ".join(texts),
-        worst=tuple(worst[:5]),
-        floors=tuple(
-            LoneFit(name=name, mean_absolute_error=floor) for name, floor in alone.items()
-        ),
-    )
-
-
-def _checks_text(placements: Sequence[PlacementReport], checks: Sequence[Diagnostic] | None) -> str:
-    if checks is None:
-        return (
-            "Not known: the recordings were not checked one by one, which mukca check does. What "
-            "the fits show:"
-        )
-    errors = sum(check.level == "error" for check in checks)
-    warnings = sum(check.level == "warning" for check in checks)
-    if not errors and not warnings:
-        return "Yes: the checks of the recordings found nothing wrong."
-    if not errors:
-        return f"Yes, but look at {plural(warnings, 'warning')} below."
-    text = f"No: {plural(errors, 'error')} below; mend or record anew, then calibrate again."
-    names = short_names([row.name for row in placements])
+    left = list(alone.values())
+    typical = standing_out(left) if len(left) > 1 else left
     wrong = placements_with_errors(placements, checks)
-    trained = [names[i] for i in wrong if placements[i].role == "train"]
-    if trained:
-        text += f" All figures here rest on {joined(trained)}, trained on."
-    return text
+    words = text(
+        "answers.txt.j2",
+        "data",
+        checked=checks is not None,
+        errors=sum(check.level == "error" for check in checks or ()),
+        warnings=sum(check.level == "warning" for check in checks or ()),
+        trained=[names[i] for i in wrong if placements[i].role == "train"],
+        floors=left,
+        odd=[name for name, usual in zip(alone, typical, strict=True) if usual is not None],
+        worst=worst[0],
+        far=FAR,
+    )
+    fits = [LoneFit(name=name, mean_absolute_error=floor) for name, floor in alone.items()]
+    return DataAnswer(text=words, worst=tuple(worst[:5]), floors=tuple(fits))
 
 
 def placements_with_errors(
@@ -95,16 +72,6 @@ def farthest_held_out(
     gaps = norms(positions[free][:, None] - positions[trained]).min(axis=1)
     best = int(np.argmax(gaps))
     return free[best], float(gaps[best])
-
-
-def _floors_text(names: Sequence[str], floors: Sequence[float]) -> str:
-    if len(floors) == 1:
-        return f"fitted alone it leaves {mm(floors[0], 3)}."
-    text = f"fitted alone, the placements leave {mm(min(floors), 3)} to {mm(max(floors), 3)}"
-    odd = [n for n, typical in zip(names, standing_out(floors), strict=True) if typical is not None]
-    if odd:
-        return f"{text}: {joined(odd)} stands out, so record it anew."
-    return f"{text}: none stands out."
 
 
 def worst_samples(

@@ -8,13 +8,8 @@ from ....solver.assessment import (
     Assessment,
     Coverage,
     PlacementReport,
-    RoleSummaries,
     SampleErrors,
-    Verdict,
-    area,
     brief_area,
-    joined,
-    mm,
     norms,
     short_names,
 )
@@ -22,13 +17,10 @@ from ....solver.data import as_point
 from ....solver.diagnostics import Diagnostic, farthest_place, fitted_alone
 from ....solver.results import NextPlacement, Uncertainty
 from .answer_data import data_answer, farthest_held_out, placements_with_errors
+from .texts import text
 from .types import Answer, Answers, NextAnswer, UseAnswer, UseAtPlacement
 
-_ANSWERS: dict[Answer, str] = {"yes": "yes", "mostly": "mostly (19 of 20 samples)", "no": "no"}
-_BUT = {
-    "fail": " But the verdict is FAIL, so mend that first.",
-    "incomplete": " But the verdict is open, so see first what it lacks.",
-}
+_TEXTS = "answers.txt.j2"
 SIDE = 0.05
 """A place nearer than this to the robot's x axis is neither left nor right [m]."""
 _CANNOT_SEE = (
@@ -66,17 +58,16 @@ def _use_answer(found: Assessment, uncertainty: Uncertainty | None, tolerance: f
         )
         for name, row in zip(names, placements, strict=True)
     )
+    distances = next(row for row in verdict.limits if row.name == "between_placements")
+    called = [row.called for row in rows]
+    answers: list[Answer] = [row.answer for row in rows]
+    between = text(_TEXTS, "between", found=distances.found, uncertainty=uncertainty)
     return UseAnswer(
         rows=rows,
-        text=use_text(
-            [row.called for row in rows],
-            [row.answer for row in rows],
-            f"{1e3 * tolerance:g}",
-            verdict.status,
-        ),
-        meaning=_meaning_text(found.limits.repeatability),
-        alone=_alone_text(found.summary),
-        between=_between_text(verdict, uncertainty),
+        text=use_text(called, answers, f"{1e3 * tolerance:g}", verdict.status),
+        meaning=text(_TEXTS, "meaning", repeatability=found.limits.repeatability),
+        alone=text(_TEXTS, "alone", judged=found.summary.judged[1]) or None,
+        between=between,
         cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
     )
 
@@ -93,17 +84,10 @@ def answer_at(row: PlacementReport, tolerance: float) -> Answer:
 
 def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str) -> str:
     """Return the answer in words, from the placements' names and the answer at each."""
-    at = {
-        answer: joined(
-            [name for name, given in zip(called, answers, strict=True) if given == answer]
-        )
-        for answer in _ANSWERS
-    }
-    parts = [f"{words} at {at[answer]}" for answer, words in _ANSWERS.items() if at[answer]]
-    if not parts:
-        return "Not known: no placement was held out, and errors on what was fitted prove nothing."
-    text = f"For a task that allows an error of {allowed} mm: {'; '.join(parts)}."
-    return text + _BUT.get(status, "")
+    given = list(zip(called, answers, strict=True))
+    words: tuple[Answer, ...] = ("yes", "mostly", "no")
+    at = {word: [name for name, answer in given if answer == word] for word in words}
+    return text(_TEXTS, "use", at=at, allowed=allowed, status=status)
 
 
 def _side(position: Sequence[float]) -> str:
@@ -111,50 +95,6 @@ def _side(position: Sequence[float]) -> str:
     if abs(position[1]) < SIDE:
         return ""
     return f" (to the robot's {'left' if position[1] > 0 else 'right'})"
-
-
-def _meaning_text(repeatability: float | None) -> str:
-    """Return the definition of the error, and that the repeatability bounds it below."""
-    text = (
-        "The error is the distance in space of the ball's centre: for a peg, enter half of what "
-        "its diameter leaves free. Tilt is not in it."
-    )
-    if repeatability is None:
-        return text
-    return f"{text} The arm itself repeats to {1e3 * repeatability:g} mm; nothing brings it below."
-
-
-def _alone_text(summary: RoleSummaries) -> str | None:
-    """Return the errors of the URDF and of the full model; None where they are one."""
-    _, judged = summary.judged
-    if judged.geometric is None:
-        return None
-    return (
-        f"The exported URDF alone stands at {mm(judged.geometric.mean_absolute_error, 3)} on "
-        "average, and that is what is answered for. With the joint positions corrected first, as "
-        f"mukca export --to c does it, it is {mm(judged.calibrated.mean_absolute_error, 3)}."
-    )
-
-
-def _between_text(verdict: Verdict, uncertainty: Uncertainty | None) -> str:
-    """Return the accuracy of points that were computed, as from a drawing, and not taught."""
-    row = next(row for row in verdict.limits if row.name == "between_placements")
-    start = (
-        "This is about a point taught at the place itself and reached again in another "
-        "configuration. A point computed from another place (a drawing, a pallet) also carries "
-        "the error of the distance between the two: "
-    )
-    if row.found is not None:
-        return f"{start}{mm(row.found)} on average here."
-    text = f"{start}not evaluated, since no such distance is known."
-    if uncertainty is None:
-        return text
-    known = uncertainty.distance_deviation
-    expected = known.median if known.alone is None else known.alone
-    return (
-        f"{text} The calibration itself expects {mm(expected)} (one "
-        "standard deviation, half of the distances in the workspace less)."
-    )
 
 
 def _next_answer(
@@ -170,29 +110,22 @@ def _next_answer(
     place = as_point(farthest_place(positions))
     joints = _hardly_moved(found.coverage)
     wrong = placements_with_errors(placements, checks)
-    texts = [f"First mend {joined([names[i] for i in wrong])}, see below."] if wrong else []
-    train_on: str | None = None
-    if advice is not None and advice.text:
-        texts.append(advice.text)
-    else:
-        farthest = farthest_held_out(placements, wrong)
-        if farthest is not None:
-            train_on = names[farthest[0]]
-            texts.append(
-                f"Train on {train_on} too: it is recorded already, and with {farthest[1]:.2f} m "
-                "the farthest from what was trained on; the two most distant placements serve best."
-            )
-        gap = float(norms(positions - place).min())
-        held_out = "" if any(row.role == "test" for row in placements) else ", to hold out,"
-        texts.append(
-            f"Record a new one{held_out} about {area(place)} as the robot sees it, "
-            f"{gap:.2f} m from the nearest so far, or as near to there as your table allows."
-        )
-    if joints:
-        texts.append(
-            f"Turn {joined(joints)} more: in some socket trained on, too little to learn from."
-        )
-    return NextAnswer(text=" ".join(texts), train_on=train_on, place=place, joints=tuple(joints))
+    advised = advice.text if advice else ""
+    farthest = None if advised else farthest_held_out(placements, wrong)
+    train_on = names[farthest[0]] if farthest else None
+    words = text(
+        _TEXTS,
+        "next",
+        wrong=[names[i] for i in wrong],
+        advice=advised,
+        train_on=train_on,
+        far=farthest and farthest[1],
+        held_out=any(row.role == "test" for row in placements),
+        place=place,
+        gap=float(norms(positions - place).min()),
+        joints=joints,
+    )
+    return NextAnswer(text=words, train_on=train_on, place=place, joints=tuple(joints))
 
 
 def _hardly_moved(coverage: Coverage) -> list[str]:

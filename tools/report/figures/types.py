@@ -174,12 +174,8 @@ class PlotCaption(Document, kw_only=True, frozen=True):
     id: str
     title: str
     sentence: str
-
-
-class ReportPlot(PlotCaption, kw_only=True, frozen=True):
-    """A plot of the report's page."""
-
-    section: str
+    section: str = ""
+    """Of the report's page."""
 
 
 class ReportProvenance(Provenance, kw_only=True, frozen=True):
@@ -218,7 +214,7 @@ class ReportDocument(FitResult, kw_only=True, frozen=True):
     """Steps to do next, the most useful first; empty where the verdict is PASS."""
     answers: Answers
     arm: ArmDrawing
-    plots: tuple[ReportPlot, ...]
+    plots: tuple[PlotCaption, ...]
 
 
 def read_report(file: Path) -> ReportDocument:

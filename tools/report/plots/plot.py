@@ -7,7 +7,7 @@ import numpy as np
 
 from ....solver.assessment import ModelName, short_names
 from ....solver.results import Role
-from ..figures import ReportDocument, lines
+from ..figures import PlotCaption, ReportDocument, lines
 from .figure import Panel
 
 MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
@@ -31,6 +31,11 @@ class Plot:
     """Name of a view that the page's script draws instead of panels."""
     controls: Mapping[str, object] = field(default_factory=dict[str, object])
     """Values that the template needs for the plot's controls."""
+
+    @property
+    def caption(self) -> PlotCaption:
+        """Its part of the page's JSON file."""
+        return PlotCaption(id=self.id, title=self.title, sentence=self.sentence)
 
 
 Maker = Callable[[ReportDocument], Plot | None]
