@@ -44,7 +44,7 @@ def fields_of(document: Document) -> dict[str, Any]:
     return {name: getattr(document, name) for name in document.__struct_fields__}
 
 
-def encode(document: Document, indent: int | None = None, *, compact: bool = False) -> bytes:
+def encode(document: object, indent: int | None = None, *, compact: bool = False) -> bytes:
     """Return a document as JSON.
 
     Args:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 def table(
     title: str,
     heads: Sequence[str],
-    rows: Iterable[Sequence[str]],
+    rows: Iterable[Sequence[str | Text]],
     *,
     left: Collection[int] = (0,),
     bold: Collection[int] = (),
@@ -21,7 +21,7 @@ def table(
     Args:
         title: Line above it; may be empty.
         heads: Of the columns.
-        rows: Cells, taken as they are.
+        rows: Cells: words taken as they are, or text with a style.
         left: Columns of words, which are folded where the terminal is narrow.
         bold: Rows that sum up others.
         no_wrap: Keep figures on one line.
@@ -40,5 +40,6 @@ def table(
         else:
             drawn.add_column(Text(head), justify="right", no_wrap=no_wrap)
     for number, cells in enumerate(rows):
-        drawn.add_row(*map(Text, cells), style="bold" if number in bold else None)
+        shown = [cell if isinstance(cell, Text) else Text(cell) for cell in cells]
+        drawn.add_row(*shown, style="bold" if number in bold else None)
     return drawn

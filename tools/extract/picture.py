@@ -1,17 +1,30 @@
 """A picture of a log: each joint over time, and the rests that were found in it."""
 
 from collections.abc import Sequence
-from xml.sax.saxutils import escape
 
 import numpy as np
 
+from ..report.plots import Axis, named_rows
 from .log import Log
 from .socket_assignment import Proposal
 
-WIDTH, LANE, LEFT, TOP = 1200, 48, 150, 40
 COLUMNS = 1000
-COLORS = ("#3b6fb6", "#d9822b", "#4f9a5b", "#8a5bb0")
-NONE = "#b8b8b8"
+"""A curve goes through the least and the largest value of each."""
+SOCKETS = 4
+"""Sockets with a colour of their own."""
+STYLE = """
+svg { background: white; font: 12px sans-serif; }
+.end { text-anchor: end; }
+.middle { text-anchor: middle; }
+.grid { stroke: #ddd; }
+.curve { fill: none; stroke: #222; }
+rect { fill-opacity: .35; }
+.none { fill: #999; }
+.socket-0 { fill: #3b6fb6; }
+.socket-1 { fill: #d9822b; }
+.socket-2 { fill: #4f9a5b; }
+.socket-3 { fill: #8a5bb0; }
+"""
 
 
 def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal]) -> bytes:
@@ -26,39 +39,28 @@ def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal])
         proposals: The rests, in order.
     """
     times = _one_behind_the_other(log)
-    scale = (WIDTH - LEFT - 10) / max(float(times[-1] - times[0]), 1e-9)
-
-    def x(moment: float) -> float:
-        return LEFT + (moment - float(times[0])) * scale
-
-    height = TOP + LANE * len(names) + 24
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{height}" '
-        'font-family="sans-serif" font-size="12">',
-        '<rect width="100%" height="100%" fill="white"/>',
-    ]
+    axis = Axis(0, max(float(times[-1]), 1e-9), "s")
+    panel = named_rows("rests of the arm", names, axis, pitch=48, width=1200)
     for number, proposal in enumerate(proposals, start=1):
         rest = proposal.timed
-        end = x(_moment(log, times, rest.end, rest.rest.position))
-        width = max(2.0, (rest.end - rest.begin) * scale)
-        socket = proposal.socket % len(COLORS)
-        color = NONE if proposal.placement is None else COLORS[socket]
-        parts.append(
-            f'<rect x="{end - width:.1f}" y="{TOP}" width="{width:.1f}" '
-            f'height="{LANE * len(names)}" fill="{color}" opacity="0.35"/>'
-            f'<text x="{end - width:.1f}" y="{TOP - 6}" fill="{color}">{number}</text>'
-        )
-    for lane, name in enumerate(names):
-        bottom = TOP + LANE * (lane + 1)
-        parts.append(f'<text x="8" y="{bottom - LANE / 2:.0f}">{escape(name)}</text>')
-        parts.append(_curve(times, log.positions[:, lane], x, bottom))
-    parts.append(f'<text x="{LEFT}" y="{height - 8}">{times[-1] - times[0]:.0f} s</text></svg>\n')
-    return "\n".join(parts).encode()
+        end = _moment(log, times, rest.end, rest.rest.position)
+        x = panel.x(end - (rest.end - rest.begin))
+        size = {"width": max(2.0, panel.x(end) - x), "height": panel.bottom - panel.top}
+        colour = "none" if proposal.placement is None else f"socket-{proposal.socket % SOCKETS}"
+        panel.add("rect", x=x, y=panel.top, **size, class_=colour)
+        panel.text(x, panel.top - 6, str(number), colour)
+    blocks = np.array_split(np.arange(len(times)), min(COLUMNS, len(times)))
+    for lane, values in enumerate(log.positions.T):
+        low, size = values.min(), max(np.ptp(values), 1e-9)
+        heights = lane + 0.42 - 0.84 * (values - low) / size
+        ends = [(b, end) for b in blocks for end in (heights[b].max(), heights[b].min())]
+        panel.line([(float(times[b[0]]), float(end)) for b, end in ends], "curve")
+    return panel.file(STYLE)
 
 
 def _one_behind_the_other(log: Log) -> np.ndarray:
-    """Return times that never go back: a second passes between two parts."""
-    times = log.stamps.copy()
+    """Return times from zero that never go back: a second passes between two parts."""
+    times = log.stamps - log.stamps[0]
     for i in np.flatnonzero(np.diff(log.parts)) + 1:
         times[i:] += times[i - 1] + 1.0 - times[i]
     return times
@@ -70,16 +72,3 @@ def _moment(log: Log, times: np.ndarray, stamp: float, position: Sequence[float]
     nearest = np.flatnonzero(off <= off.min() + 1e-9)
     there = np.abs(log.positions[nearest] - np.array(position)).max(axis=1)
     return float(times[nearest[np.argmin(there)]])
-
-
-def _curve(times: np.ndarray, values: np.ndarray, x: object, bottom: int) -> str:
-    """Return a line that goes through the least and largest value of each column of pixels."""
-    assert callable(x)
-    low, high = float(values.min()), float(values.max())
-    size = max(high - low, 1e-9)
-    points: list[str] = []
-    for block in np.array_split(np.arange(len(values)), min(COLUMNS, len(values))):
-        for value in (values[block].min(), values[block].max()):
-            y = bottom - 4 - (LANE - 8) * (float(value) - low) / size
-            points.append(f"{x(float(times[block[0]])):.1f},{y:.1f}")
-    return f'<polyline points="{" ".join(points)}" fill="none" stroke="#222" stroke-width="1"/>'

@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ...solver.assessment import mm, short_names
+from ..cli import table
 from .figures import ReportDocument
 
 if TYPE_CHECKING:
@@ -54,17 +55,16 @@ def show_verdict(
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
     stamp = verdict.stamp
     console.print(Text.assemble("Verdict: ", (stamp, style), verdict.title[len(stamp) :]))
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     two = any(row.full is not None for row in verdict.limits)
     heads = ["limit on", "", "URDF alone" if two else "found", "at most"]
-    for head in [*heads, "with corrected joints"] if two else heads:
-        table.add_column(head, justify="left" if head in heads[:2] else "right")
+    rows: list[list[str | Text]] = []
     for row in verdict.limits:
         status = Text(row.status, _STYLES.get(row.status, "yellow"))
         lengths = [row.found, row.limit, *([row.full] if two else [])]
         shown = ["-" if length is None else mm(length, 3) for length in lengths]
-        table.add_row(Text(row.title), status, *shown)
-    console.print(table)
+        rows.append([row.title, status, *shown])
+    heads += ["with corrected joints"] if two else []
+    console.print(table("", heads, rows, left=(0, 1)))
     for row in verdict.limits:
         if row.status in ("warning", "not enough", "not evaluated") or (
             row.found is None and row.status == "fail"
@@ -84,36 +84,31 @@ def show_verdict(
 
 def _placements(console: "Console", report: ReportDocument) -> Table:
     curves = console.is_terminal and (console.encoding or "").lower().startswith("utf")
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     within = f"within {1e3 * report.tolerance:g} mm?"
     heads = ["placement", "role", "MAE, mm", "95 %", "largest", within]
-    for head in heads if not curves else [*heads, "errors as recorded"]:
-        table.add_column(head, justify="right" if head in heads[2:5] else "left", no_wrap=True)
+    heads += ["errors as recorded"] if curves else []
     names = short_names([row.name for row in report.placements])
-    errors = [_errors(report, i) for i in range(len(names))]
+    errors = [
+        np.array([row.error("geometric") for row in report.samples if row.placement == i])
+        for i in range(len(names))
+    ]
     top = max(1e-9, *(float(each.max(initial=0.0)) for each in errors))
+    drawn = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for head in heads:
+        drawn.add_column(head, justify="right" if head in heads[2:5] else "left", no_wrap=True)
     for i, row in enumerate(report.placements):
         answer = report.answers.use.rows[i].answer
+        before, after = row.nominal.mean_absolute_error, row.loaded.mean_absolute_error
         cells: list[str | Text] = [
             Text(names[i]),
             "held out" if row.role == "test" else "trained on",
-            f"{1e3 * row.nominal.mean_absolute_error:.2f} > "
-            f"{1e3 * row.loaded.mean_absolute_error:.3f}",
+            f"{1e3 * before:.2f} > {1e3 * after:.3f}",
             f"{1e3 * row.quantiles.loaded.p95:.2f}",
             f"{1e3 * row.quantiles.loaded.max:.2f}",
             Text(answer, _STYLES.get(answer, "")),
         ]
-        if curves:
-            cells.append(sparkline(errors[i], top))
-        table.add_row(*cells)
-    return table
-
-
-def _errors(report: ReportDocument, placement: int) -> np.ndarray:
-    """Return the error of each sample of a placement by the URDF [m]."""
-    return np.array(
-        [row.error("geometric") for row in report.samples if row.placement == placement]
-    )
+        drawn.add_row(*cells, *([sparkline(errors[i], top)] if curves else []))
+    return drawn
 
 
 def sparkline(values: np.ndarray, top: float, width: int = 24) -> str:

@@ -76,4 +76,4 @@ def test_pictures_are_in_the_page(experiment: str) -> None:
 
 def test_a_file_is_called_by_its_name_and_escaped() -> None:
     page = simulation_page(result("drawing", "some/where/<b>.urdf"), {})
-    assert "the &lt;b&gt;.urdf model&#39;s" in page and "<b>" not in page
+    assert "the &lt;b&gt;.urdf model's" in page and "<b>" not in page

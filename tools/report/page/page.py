@@ -15,7 +15,7 @@ _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 
 
 def render(
-    template: str, document: Document, data: Mapping[str, Document] | None = None, **values: object
+    template: str, document: Document, data: Mapping[str, object] | None = None, **values: object
 ) -> str:
     """Return a page.
 
@@ -25,14 +25,13 @@ def render(
         data: More JSON for the page's script, by the element's id.
         values: Further variables of the template.
     """
-    embedded = {"figures": document, **(data or {})}
-    embedded = {name: _json(each) for name, each in embedded.items()}
+    embedded = {name: _json(each) for name, each in {"figures": document, **(data or {})}.items()}
     figure = partial(figure_value, document)
     html = environment().get_template(template).render(figure=figure, data=embedded, **values)
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", html)
 
 
-def _json(document: Document) -> Markup:
+def _json(document: object) -> Markup:
     """Return JSON in which nothing can end the script element around it."""
     text = encode(document, compact=True).decode()
     for sign in "<>&":

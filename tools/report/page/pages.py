@@ -5,8 +5,8 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ....solver.assessment import joined, mm, short_names
-from ...experiments import Drawing, Insertions, ModelTrials, SimulationDocument
+from ....solver.assessment import short_names
+from ...experiments import SimulationDocument
 from ..figures import ComparisonDocument, ReportDocument, comparison_sentence
 from ..plots import Plot, comparison_plots, shown_unit, simulation_plot
 from .page import render
@@ -52,9 +52,6 @@ def comparison_page(result: ComparisonDocument) -> str:
     )
 
 
-_PLACES = {"centre": "where it was taught", "cross": "on the X", "drawing": "drawing"}
-
-
 def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -> str:
     """Return a simulated experiment with two models side by side as HTML.
 
@@ -63,49 +60,22 @@ def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -
         pictures: The files' contents by name; none where they could not be made.
     """
     models = [*([] if result.beside is None else [("beside.", result.beside)]), ("", result)]
-    places = ["drawing"] if result.drawing is not None else list(_insertions(result))
+    names = [Path(model.model).name for _, model in models]
+    places = [
+        (place, name, f"{start}{place}.")
+        for place in ("centre", "cross", "drawing")
+        for name, (start, model) in zip(names, models, strict=True)
+        if getattr(model, place) is not None
+    ]
     return render(
         "simulation.html.j2",
         result,
         result=result,
-        sentence=_sentence(result, [model for _, model in models]),
-        places=[
-            (place, _PLACES[place], Path(model.model).name, f"{start}{place}.")
-            for place in places
-            for start, model in models
-        ],
+        models=[(name, model) for name, (_, model) in zip(names, models, strict=True)],
+        places=places,
         pictures={
             name: f"data:image/{name.rpartition('.')[2]};base64,{base64.b64encode(file).decode()}"
             for name, file in pictures.items()
         },
         plot=simulation_plot(result),
     )
-
-
-def _insertions(model: ModelTrials) -> dict[str, Insertions]:
-    """Return the trials by the place where pegs were inserted."""
-    places = {"centre": model.centre, "cross": model.cross}
-    return {place: trials for place, trials in places.items() if trials is not None}
-
-
-def _sentence(result: SimulationDocument, models: Sequence[ModelTrials]) -> str:
-    """Return the result in words."""
-    parts = [_drawn(m, m.drawing) if m.drawing else _inserted(m) for m in models]
-    where = f"Into a hole of {1e3 * result.hole:g} mm: " if result.hole else ""
-    text = f"{where}{'; '.join(parts)}. Gains, friction and starts are the same for both."
-    return text[0].upper() + text[1:]
-
-
-def _drawn(model: ModelTrials, lines: Drawing) -> str:
-    return (
-        f"the {Path(model.model).name} model's {lines.retracings} lines lie {mm(lines.spread)} "
-        f"apart on average and {mm(lines.max_spread)} at most"
-    )
-
-
-def _inserted(model: ModelTrials) -> str:
-    counts = [
-        f"{trials.inserted} of {trials.trials} {_PLACES[place]}"
-        for place, trials in _insertions(model).items()
-    ]
-    return f"with the {Path(model.model).name} model {joined(counts)}"

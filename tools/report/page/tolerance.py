@@ -27,16 +27,10 @@ class AnswersFrom(Document, kw_only=True, frozen=True):
     """The sentence below the map, likewise."""
 
 
-class AnswersByTolerance(Document, kw_only=True, frozen=True):
-    """All versions, by rising tolerance; the first is for the smallest."""
-
-    steps: tuple[AnswersFrom, ...]
-
-
-def answers_by_tolerance(report: ReportDocument) -> AnswersByTolerance:
-    """Return the answers for any error that the task may allow."""
+def answers_by_tolerance(report: ReportDocument) -> list[AnswersFrom]:
+    """Return the answers for any error that the task may allow, the first for the smallest."""
     changes = {0.0, *(change for row in report.placements for change in _changes(row))}
-    return AnswersByTolerance(steps=tuple(_step(report, allowed) for allowed in sorted(changes)))
+    return [_step(report, allowed) for allowed in sorted(changes)]
 
 
 def _changes(row: PlacementReport) -> Sequence[float]:

@@ -1,4 +1,6 @@
 from .comparison import comparison_plots as comparison_plots
+from .figure import Axis as Axis
+from .figure import named_rows as named_rows
 from .model import shown_unit as shown_unit
 from .plot import Plot as Plot
 from .sections import plots_of as plots_of

@@ -106,9 +106,16 @@ class Panel:
 
     def __html__(self) -> str:
         """Return the panel as SVG."""
+        return self._svg(role="img", aria_label=self.title, class_="panel")
+
+    def file(self, style: str) -> bytes:
+        """Return the panel as a file of its own, with a style sheet."""
+        self.parts.append(element("style", style))
+        return self._svg(xmlns="http://www.w3.org/2000/svg").encode()
+
+    def _svg(self, **attributes: object) -> Markup:
         box = f"0 0 {self.width:g} {self.height:g}"
-        words = {"role": "img", "aria_label": self.title, "class_": "panel"}
-        return element("svg", *self.parts, viewBox=box, **words)
+        return element("svg", *self.parts, viewBox=box, **attributes)
 
     def x(self, value: float) -> float:
         """Return the horizontal place of a value."""
@@ -215,12 +222,19 @@ def to_scale(title: str, points: np.ndarray, labels: tuple[str, str], *, room: f
 
 
 def named_rows(
-    title: str, names: Sequence[str], x: Axis, *, pitch: float = 24, bare: bool = False
+    title: str,
+    names: Sequence[str],
+    x: Axis,
+    *,
+    pitch: float = 24,
+    bare: bool = False,
+    width: float = WIDTH,
 ) -> Panel:
     """Return a panel with named rows from the top, row i at y = i; bare: no lines, no numbers."""
     count = len(names)
     left = min(24 + 6.6 * min(max(map(len, names), default=0), LONGEST), 150)
-    panel = Panel(title, x, Axis(count - 0.5, -0.5), height=TOP + BOTTOM + pitch * count, left=left)
+    height = TOP + BOTTOM + pitch * count
+    panel = Panel(title, x, Axis(count - 0.5, -0.5), width=width, height=height, left=left)
     panel.names = names
     if not bare:
         panel.grid(horizontal=False)

@@ -52,11 +52,11 @@ def plot(
 ) -> Plot:
     """Return a plot whose caption is a block of the captions, written with these values.
 
-    A caption is a title; a line ``- mark: words`` for each entry of the legend; and a sentence.
+    A caption is a title; lines of the legend, ``- mark: words; mark: words``; and a sentence.
     """
     title, *rest = lines("captions.txt.j2", name.replace("-", "_"), **values)
-    marks = [line[2:].partition(": ") for line in rest if line.startswith("- ")]
-    legend = tuple((mark, words) for mark, _, words in marks)
+    marks = [mark for line in rest if line.startswith("- ") for mark in line[2:].split("; ")]
+    legend = tuple((mark, words) for mark, _, words in (one.partition(": ") for one in marks))
     sentence = " ".join(line for line in rest if not line.startswith("- "))
     return Plot(name, title, sentence, legend, panels, layout, scene, controls or {})
 

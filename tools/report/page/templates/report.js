@@ -146,7 +146,7 @@ function toleranceControl() {
       .filter((row) => row.placement === i)
       .map((row) => Math.hypot(...(row.geometric ?? row.calibrated))),
   );
-  const { steps } = JSON.parse(document.getElementById("by-tolerance").textContent);
+  const steps = JSON.parse(document.getElementById("by-tolerance").textContent);
   const show = () => {
     const allowed = input.valueAsNumber / 1e3;
     if (!(allowed > 0)) return;
