@@ -50,10 +50,12 @@ class Cell:
         aside = START_ASIDE * generator.uniform([-1, -1, 0.5], [1, 1, 1.5])
         return reach(self.truth, q, pose_above(point + aside))
 
-    def perform(self, start: np.ndarray, goal: Pose, then: Sequence[Phase]) -> tuple[Log, float]:
-        """Return the log of a trial, and the elbow's angle at its start.
+    def perform(
+        self, start: np.ndarray, goal: Pose, then: Sequence[Phase], touching: Sequence[str]
+    ) -> tuple[Log, dict[str, float]]:
+        """Go from rest to a goal, let the compensator remove the offset, and go on without it.
 
-        From rest to a goal, where the compensator removes the offset; then on without it.
+        Returned are the log, and the fields of :class:`Motion`, forces from the touching phases.
         """
         self.scene.reset(start)
         phases = [
@@ -62,4 +64,9 @@ class Cell:
             *then,
         ]
         log = run(self.scene, ImpedanceController(self.model), phases)
-        return log, elbow_angle(self.truth, start)
+        forces = log.forces(*touching)
+        return log, {
+            "elbow": elbow_angle(self.truth, start),
+            "force": float(forces.mean()),
+            "peak_force": float(forces.max()),
+        }

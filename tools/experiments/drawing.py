@@ -5,7 +5,7 @@ model's own forward kinematics. Then the figure is retraced from other postures,
 apart by as much as the model contradicts itself.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from .cell import Cell, Trial
 from .controller import Pose
-from .motion import Log, Phase, move, smooth
+from .motion import Log, Phase, move, shifted, smooth
 from .postures import pose_above, reach, stratified
 from .results import Drawing, Retracing
 from .scene import TABLE
@@ -62,19 +62,15 @@ def retrace(cell: Cell, count: int, seed: int) -> Iterator[Trial[Retracing]]:
     generator = np.random.default_rng([seed, 3])
     shown = demonstrate(cell)
     up = upwards(shown)
-    path = [_shifted(pose, -PRESS * up) for pose in shown]
-    above = _shifted(shown[0], HOVER * up)
+    path = [shifted(pose, -PRESS * up) for pose in shown]
+    above = shifted(shown[0], HOVER * up)
     first = np.array([*figure(np.zeros(())), TABLE + HOVER])
     for fraction in stratified(count, generator):
         start = cell.start(first, float(fraction), generator)
         lower = move("lower", 2.0, above, path[0])
         draw = Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction)))
-        log, elbow = cell.perform(start, above, [lower, draw])
-        yield Trial(log, _retracing(log, elbow))
-
-
-def _shifted(pose: Pose, offset: np.ndarray) -> Pose:
-    return pin.SE3(pose.rotation, pose.translation + offset)
+        log, done = cell.perform(start, above, [lower, draw], ["draw"])
+        yield Trial(log, _retracing(log, done))
 
 
 def _along(path: Sequence[Pose], fraction: float) -> Pose:
@@ -84,17 +80,15 @@ def _along(path: Sequence[Pose], fraction: float) -> Pose:
     return pin.SE3.Interpolate(path[before], path[before + 1], place - before)
 
 
-def _retracing(log: Log, elbow: float) -> Retracing:
-    forces, path = log.forces("draw"), drawn(log)
+def _retracing(log: Log, done: Mapping[str, float]) -> Retracing:
+    path = drawn(log)
     shown = figure(np.linspace(0, 1, 2000))
     off = np.linalg.norm(path[::4, None] - shown, axis=2).min(axis=1)
     points: list[list[float]] = np.round(path[::LINE_EVERY], 6).tolist()
     return Retracing(
-        elbow=elbow,
-        force=float(forces.mean()),
-        peak_force=float(forces.max()),
+        **done,
         tracking_error=float(off.mean()),
-        touching=float((forces > 0).mean()),
+        touching=float((log.forces("draw") > 0).mean()),
         line=tuple((x, y) for x, y in points),
     )
 

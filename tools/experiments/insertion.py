@@ -13,7 +13,7 @@ import numpy as np
 
 from .cell import Cell, Trial
 from .controller import Pose
-from .motion import hold, move
+from .motion import hold, move, shifted
 from .postures import stratified
 from .results import Insertion, Insertions
 from .scene import HOLE_DEPTH, TABLE
@@ -45,14 +45,12 @@ class Taught:
 
     def moved(self, offset: np.ndarray) -> "Taught":
         """Return the same for a hole moved by an offset, shape (3,) [m]."""
-        goal = self.goal.copy()
-        goal.translation = goal.translation + offset
-        return Taught(goal, self.out)
+        return Taught(shifted(self.goal, offset), self.out)
 
     @property
     def hover(self) -> Pose:
         """The pose above the hole from which the peg goes in."""
-        return self.moved(HOVER * self.out).goal
+        return shifted(self.goal, HOVER * self.out)
 
 
 def tip_at(hole: np.ndarray, height: float = 0.0) -> np.ndarray:
@@ -109,20 +107,12 @@ def insert(
     start = cell.start(tip_at(hole, HOVER), fraction, generator)
     cell.scene.place_hole(hole)
     down = move("insert", 4.0, taught.hover, taught.goal)
-    log, elbow = cell.perform(start, taught.hover, [down, hold("rest", 1.0, taught.goal)])
+    then = [down, hold("rest", 1.0, taught.goal)]
+    log, done = cell.perform(start, taught.hover, then, ("insert", "rest"))
     depth = float(TABLE + HOLE_DEPTH - log.tip[-1, 2])
     x, y, z = (log.tip[log.during("compensate")[-1]] - tip_at(hole, HOVER)).tolist()
-    forces = log.forces("insert", "rest")
-    result = Insertion(
-        elbow=elbow,
-        force=float(forces.mean()),
-        peak_force=float(forces.max()),
-        hole=tuple(hole.tolist()),
-        inserted=depth > INSERTED_DEPTH,
-        depth=depth,
-        miss=(x, y, z),
-    )
-    return Trial(log, result)
+    inserted, at = depth > INSERTED_DEPTH, tuple(hole.tolist())
+    return Trial(log, Insertion(**done, hole=at, inserted=inserted, depth=depth, miss=(x, y, z)))
 
 
 def insertion_results(trials: Sequence[Trial[Insertion]]) -> Insertions:

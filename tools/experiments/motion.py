@@ -23,6 +23,11 @@ class Phase:
     """True while the offset compensator is on."""
 
 
+def shifted(pose: Pose, offset: np.ndarray) -> Pose:
+    """Return a pose moved by an offset, shape (3,) [m]."""
+    return pin.SE3(pose.rotation, pose.translation + offset)
+
+
 def smooth(fraction: float) -> float:
     """Return how far a motion of minimum jerk has come after a fraction of its time."""
     return fraction**3 * (10 - 15 * fraction + 6 * fraction**2)

@@ -6,36 +6,31 @@ import casadi as ca
 import numpy as np
 
 from ....solver.assessment import Predictions, nice_above, norms
-from ....solver.data import Measurement, as_point
-from ....solver.results import CalibratedRobot
+from ....solver.data import as_point
 from ....solver.robot import Joint, Robot, RowFunction, link_frames
 from .meshes import link_meshes
 from .types import ArmDrawing, Displacement
 
 CONFIGURATIONS = 400
-"""Configurations drawn at most."""
+"""Configurations drawn at most: of more, every second, third, ..."""
 SHOWN_SHIFT = 0.05
 """The view first enlarges the difference of the two models to this share of the arm's reach."""
 
 
 def arm_drawing(predictions: Predictions) -> ArmDrawing:
-    """Return the skeletons of both models, and meshes where there are any.
-
-    Where there are more than :data:`CONFIGURATIONS`, only every second, third, ... is drawn.
-    """
+    """Return the skeletons of both models, and meshes where there are any."""
     robot, calibration = predictions.robot, predictions.calibration
     placements = predictions.placements
+    measured = [each.measured for each in placements]
     owners = np.repeat(np.arange(len(placements)), [len(each.samples) for each in placements])
-    q = np.concatenate([each.measured.positions for each in placements])
-    corrected = np.concatenate(
-        [_corrected_positions(calibration, each.measured) for each in placements]
-    )
+    q = np.concatenate([m.positions for m in measured])
+    true = np.concatenate([calibration.true_positions(m.positions, m.efforts) for m in measured])
     apart = np.concatenate(
         [norms(each.points.nominal - each.points.calibrated) for each in placements]
     )
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
     nominal = _frames(robot, robot.origins, q[rows])
-    calibrated = _frames(robot, calibration.model.origins(calibration.values), corrected[rows])
+    calibrated = _frames(robot, calibration.model.origins(calibration.values), true[rows])
     places = calibrated[..., 3]
     reach = float(np.abs(places).max())
     meshes = link_meshes(predictions.document.model, robot)
@@ -53,15 +48,6 @@ def arm_drawing(predictions: Predictions) -> ArmDrawing:
         meshes=meshes,
         frames=shown if meshes else None,
     )
-
-
-def _corrected_positions(calibration: CalibratedRobot, measured: Measurement) -> np.ndarray:
-    """Return the joint positions that the calibrated geometry is applied to."""
-    if not calibration.deflection.extensions:
-        return measured.positions
-    torques = calibration.load.torques(calibration.robot, measured)
-    true = calibration.deflection.true_positions(measured.positions, torques)
-    return true[:, : measured.positions.shape[1]]  # a tilt is too small to be seen
 
 
 def _exaggeration(displacement: float, reach: float) -> float:
