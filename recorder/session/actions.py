@@ -89,7 +89,9 @@ class SessionActions:
 
     def implausible(self, rest: StationaryPose) -> str | None:
         """Return the reason why a rest is not captured without a key; None if it is."""
-        odd = self._plausible and self._plausible((*self.session.live, self._sample(rest)))
+        odd = self._plausible and self._plausible(
+            (*self.session.live, self.session.sample_at(rest, time.time()))
+        )
         return f"this pose {odd}" if odd else None
 
     def capture(self, rest: StationaryPose, contact: str | None = None) -> Sample | None:
@@ -99,7 +101,7 @@ class SessionActions:
             rest: Pose of the arm.
             contact: Evidence that the arm is being pushed.
         """
-        sample = self._sample(rest)
+        sample = self.session.sample_at(rest, time.time())
         try:
             self._recording.capture(sample)
         except RecordingError as error:
@@ -171,18 +173,6 @@ class SessionActions:
             self.alarm(f"socket {socket} is active, but {error}")
             return
         self.notify(f"socket {socket} is active: put the ball there")
-
-    def _sample(self, rest: StationaryPose) -> Sample:
-        return Sample(
-            position=rest.position,
-            socket=self.session.socket,
-            effort=rest.effort,
-            number=self.session.next_number,
-            time=time.time(),
-            stamp=rest.stamp,
-            states=rest.states,
-            spread=rest.spread,
-        )
 
     def _known(self, number: int) -> Sample | None:
         sample = self.session.sample(number)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from .. import SOCKETS, Sample
-from ..stream import JointLimits
+from ..stream import JointLimits, StationaryPose
 
 TARGET = 30
 """Default number of samples for each socket."""
@@ -86,6 +86,19 @@ class Session:
     def last(self) -> Sample | None:
         """The sample that undo takes back."""
         return self.live[-1] if self.live else None
+
+    def sample_at(self, rest: StationaryPose, time: float | None = None) -> Sample:
+        """Return what the next capture is, where the arm rests now; the time is the computer's."""
+        return Sample(
+            position=rest.position,
+            socket=self.socket,
+            effort=rest.effort,
+            number=self.next_number,
+            time=time,
+            stamp=rest.stamp,
+            states=rest.states,
+            spread=rest.spread,
+        )
 
     def captured(self, sample: Sample) -> "Session":
         """Return the session with one more sample."""

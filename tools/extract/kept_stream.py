@@ -3,27 +3,34 @@
 import numpy as np
 
 from ...recorder import read_stream_log
-from .log import Log, Question, columns_of, merged, unknown_joints
+from .log import Log, Question, columns_of, unknown_joints
 
 
 def read(question: Question) -> Log:
     """Return the states of a file, or of all files in a placement's folder, one part each."""
-    path = question.path
+    path, m = question.path, len(question.joints)
     files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
-    logs: list[Log] = []
+    stamps, positions, efforts = [np.empty(0)], [np.empty((0, m))], [np.empty((0, m))]
+    parts, notes = [np.empty(0, dtype=int)], list[str]()
     for file in files if path.is_dir() else [path]:
         kept = read_stream_log(file)
         columns = columns_of(kept.joints, question)
         if columns is None:
             raise unknown_joints(kept.joints, question)
-        efforts = None if kept.efforts is None else kept.efforts[:, columns]
-        if len(kept.stamps):
-            note = f"read {file.name}, {len(kept.stamps)} states"
-            parts = kept.connections - kept.connections.min()
-            logs.append(
-                Log(kept.stamps, kept.positions[:, columns], efforts, parts, (note, *kept.remarks))
-            )
-    if not logs:
-        empty = np.empty(0)
-        return Log(empty, np.empty((0, len(question.joints))), None, empty.astype(int))
-    return merged(logs)
+        if not len(kept.stamps):
+            continue
+        notes += [f"read {file.name}, {len(kept.stamps)} states", *kept.remarks]
+        stamps.append(kept.stamps)
+        positions.append(kept.positions[:, columns])
+        if kept.efforts is not None:
+            efforts.append(kept.efforts[:, columns])
+        first = parts[-1].max(initial=-1) + 1
+        parts.append(kept.connections - kept.connections.min() + first)
+    measured = len(efforts) == len(positions)
+    return Log(
+        np.concatenate(stamps),
+        np.concatenate(positions),
+        np.concatenate(efforts) if measured else None,
+        np.concatenate(parts),
+        tuple(notes),
+    )

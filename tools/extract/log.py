@@ -119,17 +119,3 @@ def unknown_joints(names: Sequence[str], question: Question, where: str = "") ->
         f"{question.path}: no state{where} has all of {wanted}; it has "
         f"{', '.join(names) or 'no joints'}; name them in chain order by --joints A,B,..."
     )
-
-
-def merged(logs: Sequence[Log]) -> Log:
-    """Return several logs as one, each a part of its own."""
-    shift = np.cumsum([0, *(int(log.parts.max()) + 1 for log in logs[:-1])])
-    efforts = [log.efforts for log in logs if log.efforts is not None]
-    return Log(
-        np.concatenate([log.stamps for log in logs]),
-        np.concatenate([log.positions for log in logs]),
-        np.concatenate(efforts) if len(efforts) == len(logs) else None,
-        np.concatenate([log.parts + by for log, by in zip(logs, shift, strict=True)]),
-        tuple(note for log in logs for note in log.notes),
-        max(log.resolution for log in logs),
-    )

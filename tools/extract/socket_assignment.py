@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...recorder import Placement, Sample, sample_files
+from ...recorder import Placement, sample_files
 from ...recorder.session import Session
 from ...recorder.stream import JointLimits
 from ...solver.calibration import UsageError
@@ -101,18 +101,16 @@ def _usable(proposals: list[Proposal], joints: Sequence[JointLimits]) -> list[Pr
     sessions: dict[str, Session] = {}
     kept: list[Proposal] = []
     for proposal in proposals:
-        if proposal.placement is None:
-            kept.append(replace(proposal, why=proposal.why or "not in a socket"))
+        name, rest = proposal.placement, proposal.timed.rest
+        if name is None:
+            kept.append(replace(proposal, why="not in a socket"))
             continue
-        before = sessions.get(proposal.placement, Session(tuple(joints), sockets=100))
+        before = sessions.get(name, Session(tuple(joints), sockets=100))
         session = before.switched(proposal.socket)
-        why = session.refusal(proposal.timed.rest.position)
-        if why:
-            kept.append(replace(proposal, placement=None, why=why))
-            continue
-        sample = _sample(proposal, session.next_number)
-        sessions[proposal.placement] = session.captured(sample)
-        kept.append(proposal)
+        why = session.refusal(rest.position)
+        kept.append(replace(proposal, placement=None, why=why) if why else proposal)
+        if not why:
+            sessions[name] = session.captured(session.sample_at(rest))
     return kept
 
 
@@ -151,27 +149,14 @@ def placements_of(
     proposals: Sequence[Proposal], joint_names: Sequence[str], distance: float
 ) -> dict[str, dict[str, bytes]]:
     """Return the files of each placement, by its name."""
-    samples: dict[str, list[Sample]] = {}
+    sessions: dict[str, Session] = {}
     for proposal in proposals:
         if proposal.placement is not None:
-            those = samples.setdefault(proposal.placement, [])
-            those.append(_sample(proposal, len(those) + 1))
+            session = sessions.get(proposal.placement, Session(())).switched(proposal.socket)
+            sample = session.sample_at(proposal.timed.rest)
+            sessions[proposal.placement] = session.captured(sample)
+    joints = tuple(joint_names)
     return {
-        name: sample_files(
-            Placement(name, tuple(those), joint_names=tuple(joint_names), distance=distance)
-        )
-        for name, those in samples.items()
+        name: sample_files(Placement(name, it.samples, joint_names=joints, distance=distance))
+        for name, it in sessions.items()
     }
-
-
-def _sample(proposal: Proposal, number: int) -> Sample:
-    rest = proposal.timed.rest
-    return Sample(
-        position=rest.position,
-        socket=proposal.socket,
-        effort=rest.effort,
-        number=number,
-        stamp=rest.stamp,
-        states=rest.states,
-        spread=rest.spread,
-    )

@@ -60,16 +60,12 @@ def recorded_by_both(
     Returns:
         For each arm, a placement for each base; those of one base have the same name.
     """
-    return [
-        [
-            record(arm, _seen_from(pose, base), generator, samples=samples, noise=noise)
-            for base in bases
+    recorded: list[list[Placement]] = []
+    for arm, pose in zip(arms, poses, strict=True):
+        centres = pose.inverse().apply(np.array([base.centre for base in bases]))
+        seen = [
+            replace(base, centre=centre, direction=pose.rotation.T @ base.direction)
+            for base, centre in zip(bases, centres, strict=True)
         ]
-        for arm, pose in zip(arms, poses, strict=True)
-    ]
-
-
-def _seen_from(pose: Pose, base: Base) -> Base:
-    """Return a base as it stands seen from an arm's own base."""
-    centre = pose.inverse().apply(base.centre[None])[0]
-    return replace(base, centre=centre, direction=pose.rotation.T @ base.direction)
+        recorded.append([record(arm, b, generator, samples=samples, noise=noise) for b in seen])
+    return recorded

@@ -173,7 +173,9 @@ def _placement(compared: _Compared) -> ComparedPlacement:
 
 def _pair(compared: Sequence[_Compared], fair: Sequence[int], a: int, b: int) -> ComparedPair:
     """Return by how much the error of model b exceeds that of model a, sample by sample."""
-    rows = tuple(_difference(placement.errors[b] - placement.errors[a]) for placement in compared)
+    # A placement's mean difference, and the noise that its samples leave in it.
+    apart = [placement.errors[b] - placement.errors[a] for placement in compared]
+    rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in apart)
     return ComparedPair(
         a=a,
         b=b,
@@ -181,12 +183,6 @@ def _pair(compared: Sequence[_Compared], fair: Sequence[int], a: int, b: int) ->
         summary=_mean_difference([rows[i] for i in fair]) if fair else None,
         apart=_apart(*(np.concatenate([each.points[k] for each in compared]) for k in (a, b))),
     )
-
-
-def _difference(differences: np.ndarray) -> Difference:
-    """Return a placement's mean difference, and the noise that its samples leave in it."""
-    noise = 2 * float(differences.std(ddof=1)) / len(differences) ** 0.5
-    return _beyond(float(differences.mean()), noise)
 
 
 def _mean_difference(rows: Sequence[Difference]) -> Difference:
@@ -198,18 +194,17 @@ def _mean_difference(rows: Sequence[Difference]) -> Difference:
         # is larger than the samples alone would give.
         factor = STUDENT[len(rows) - 2] if len(rows) - 2 < len(STUDENT) else MANY
         noise = max(noise, factor * float(means.std(ddof=1)) / len(rows) ** 0.5)
-    return _beyond(float(means.mean()), noise)
+    return _beyond(means.mean(), noise)
 
 
 def _beyond(mean: float, noise: float) -> Difference:
+    mean, noise = float(mean), float(noise)
     return Difference(mean=mean, noise=noise, beyond_noise=abs(mean) > noise)
 
 
 def _apart(A: np.ndarray, B: np.ndarray) -> Displacement:
-    """Return the distances between two models' balls, once B is moved rigidly onto A.
-
-    A ball in a socket does not show the base frame, so a rigid motion means nothing.
-    """
+    """Return the distances between two models' balls, once B is moved rigidly onto A."""
+    # A ball in a socket does not show the base frame, so a rigid motion means nothing.
     gaps = norms(kabsch(B, A).apply(B) - A)
     return Displacement(mean=float(gaps.mean()), max=float(gaps.max()))
 
