@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.table import Table
+    from rich.text import Text
 
 
 def table(
     title: str,
     heads: Sequence[str],
-    rows: Iterable[Sequence[str | Text]],
+    rows: "Iterable[Sequence[str | Text]]",
     *,
     left: Collection[int] = (0,),
     bold: Collection[int] = (),

@@ -80,25 +80,21 @@ def perturb(
         keep_size: Whether the arm is as large as the nominal one, as real arms are: their links
             are machined to better than 0.1 %, while such draws differ by up to 2 %.
     """
-    moved = [joint.actuated or joint is robot.ball_joint for joint in robot.joints]
+    origins = robot.origins
+    for row, joint in zip(origins, robot.joints, strict=True):
+        if joint.actuated or joint is robot.ball_joint:
+            row[:3] += generator.normal(0, translation, 3)
+            row[3:] += generator.normal(0, angle, 3)
+    if keep_size:
+        larger = _larger_than(robot)
+        turning = [joint.actuated for joint in robot.joints]
+        for _ in range(4):  # fixed joints keep their lengths, so the others take their part
+            origins[turning, :3] *= 1 - larger(origins)
     joints = tuple(
-        replace(joint, origin=_shifted(joint.origin, generator, translation, angle))
-        if free
-        else joint
-        for joint, free in zip(robot.joints, moved, strict=True)
+        replace(joint, origin=Origin((x, y, z), (roll, pitch, yaw)))
+        for joint, (x, y, z, roll, pitch, yaw) in zip(robot.joints, origins.tolist(), strict=True)
     )
-    arm = replace(robot, joints=joints)
-    if not keep_size:
-        return arm
-    larger = _larger_than(robot)
-    for _ in range(4):  # fixed joints keep their lengths, so the others take their part
-        ratio = 1 - larger(arm.origins)
-        joints = tuple(
-            replace(joint, origin=_scaled(joint.origin, ratio)) if joint.actuated else joint
-            for joint in arm.joints
-        )
-        arm = replace(arm, joints=joints)
-    return arm
+    return replace(robot, joints=joints)
 
 
 def _larger_than(robot: Robot) -> Callable[[np.ndarray], float]:
@@ -111,16 +107,3 @@ def _larger_than(robot: Robot) -> Callable[[np.ndarray], float]:
         return float(by_scale @ (origins.ravel()[index] - model.ball.nominal))
 
     return larger
-
-
-def _scaled(origin: Origin, ratio: float) -> Origin:
-    x, y, z = (np.array(origin.xyz) * ratio).tolist()
-    return Origin((x, y, z), origin.rpy)
-
-
-def _shifted(
-    origin: Origin, generator: np.random.Generator, translation: float, angle: float
-) -> Origin:
-    x, y, z = (np.array(origin.xyz) + generator.normal(0, translation, 3)).tolist()
-    roll, pitch, yaw = (np.array(origin.rpy) + generator.normal(0, angle, 3)).tolist()
-    return Origin((x, y, z), (roll, pitch, yaw))

@@ -16,12 +16,14 @@ FINE = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 def errors_in_3d(report: ReportDocument) -> Plot:
     """Every sample round its socket, nominal and calibrated side by side, to one scale."""
     largest = [float(lengths(report, m).max(initial=0.0)) for m in MODELS]
+    half = nice_above(max(*largest, 1e-6), FINE)
+    placements = [(i, row.name) for i, row in enumerate(report.placements)]
     return plot(
         "errors-3d",
         layout="scenes",
         scene="errors",
-        controls={"placements": [(i, row.name) for i, row in enumerate(report.placements)]},
-        width=2e3 * nice_above(max(*largest, 1e-6), FINE),
+        controls={"placements": placements, "half": half},
+        width=2e3 * half,
         count=len(report.samples),
         largest=largest,
         limit=report.limits.mean_absolute_error.value,

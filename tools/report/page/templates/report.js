@@ -10,13 +10,7 @@ function errorsScene() {
   const role = (sample) => figures.placements[sample.placement].role;
   const chosen = (sample) =>
     filter.value === "all" || filter.value === role(sample) || filter.value === `${sample.placement}`;
-  const size = (row, model) => Math.hypot(...row[model]);
-  const largest = Math.max(
-    1e-6,
-    ...figures.samples.flatMap((row) => [size(row, "nominal"), size(row, "calibrated")]),
-  );
-  const power = 10 ** Math.floor(Math.log10(largest));
-  const half = [1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10].map((k) => k * power).find((k) => k >= largest * (1 - 1e-9));
+  const half = +filter.dataset.half;
   const limit = figures.limits.mean_absolute_error.value;
 
   for (const canvas of document.querySelectorAll('canvas[data-scene="errors"]')) {
