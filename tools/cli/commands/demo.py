@@ -45,8 +45,9 @@ def run(options: Options, terminal: Terminal) -> int:
     brief = Terminal(json=terminal.json, brief=True)
     for name in names:
         driver = f"mock:{out / 'hand' / name}?rate=100&speed={SPEED}&hold=0.65&move=0.6"
-        words = ["record", "--robot", "panda", "--driver", driver, "--out", str(recordings / name)]
-        status = _run([*words, "--keys", str(out / KEYS)], brief)
+        words = ["record", "--robot", "panda", "--driver", driver, "--distance", "0.05"]
+        words += ["--out", str(recordings / name), "--keys", str(out / KEYS)]
+        status = _run(words, brief)
         if status != 0:
             return status
     front, *held_out = (str(recordings / name) for name in names)
