@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .csv_files import RecordingError
 from .samples import Sample
@@ -51,6 +51,47 @@ class Placement:
     def __post_init__(self) -> None:
         if not self.place:
             object.__setattr__(self, "place", self.name.split("/")[-1])
+
+    @classmethod
+    def of_arrays(
+        cls,
+        name: str,
+        positions: ArrayLike,
+        sockets: ArrayLike,
+        joint_names: Sequence[str] | None = None,
+        *,
+        efforts: ArrayLike | None = None,
+        distance: float | None = None,
+    ) -> "Placement":
+        """Return a placement of one's own arrays.
+
+        Args:
+            name: Of the placement.
+            positions: Joint positions, shape (samples, joints) [rad], [m] for a prismatic joint.
+            sockets: Number of each sample's socket, from 0, shape (samples,).
+            joint_names: Names of the joints, in the order of the columns; None for the robot's
+                order.
+            efforts: What the joints exert, shape (samples, joints) [N m]; None where not measured.
+            distance: Between the centres of sockets 0 and 1 [m]; None where it is not known.
+
+        Raises:
+            RecordingError: Arrays whose shapes do not fit each other.
+        """
+        q, seats = np.asarray(positions, dtype=float), np.asarray(sockets)
+        tau = 0 * q if efforts is None else np.asarray(efforts, dtype=float)
+        names = None if joint_names is None else tuple(joint_names)
+        fit = q.ndim == 2 and seats.shape == q.shape[:1] and tau.shape == q.shape
+        if not fit or (names is not None and len(names) != q.shape[1]):
+            raise RecordingError(
+                f"placement {name!r}: positions of shape {q.shape}, sockets of {seats.shape}, "
+                f"efforts of {tau.shape} and {len(names or ())} joint names do not fit: give "
+                "(samples, joints), (samples,), (samples, joints) and a name for each joint"
+            )
+        samples = tuple(
+            Sample(tuple(row), int(seat), None if efforts is None else tuple(effort))
+            for row, seat, effort in zip(q.tolist(), seats.tolist(), tau.tolist(), strict=True)
+        )
+        return cls(name, samples, names, distance)
 
     def __repr__(self) -> str:
         counts = np.bincount(self.sockets)

@@ -15,6 +15,7 @@ from ..data import Measurement, measure
 from ..results import (
     CalibratedRobot,
     CalibrationDocument,
+    ParameterValue,
     Result,
     Role,
     calibrated_robot,
@@ -66,6 +67,19 @@ class Calibration(FullModel):
         return Errors(self.document.placements)
 
     @property
+    def parameters(self) -> tuple[ParameterValue, ...]:
+        """Calibrated numbers of the geometry, with their nominal values and deviations."""
+        return self.document.parameters
+
+    def urdf(self, folder: Path | None = None) -> bytes:
+        """Return the text of ``calibrated.urdf``.
+
+        Args:
+            folder: Where it will stand; relative mesh paths are rewritten. None leaves them.
+        """
+        return self.calibrated.urdf(folder)
+
+    @property
     def result(self) -> Result:
         """Result of the calibration, without the samples and the models."""
         fields = Result.__struct_fields__
@@ -86,7 +100,7 @@ class Calibration(FullModel):
         if joints_wrong(self.document.checks):
             mend = "Mend first what the checks say of the joints"
         found = distortion_row(self.document).text
-        return f"refused: {found}. {mend}; --accept-distorted exports it"
+        return f"refused: {found}. {mend}; accept_distorted (--accept-distorted) writes it"
 
     @cached_property
     def assessment(self) -> Assessment:
@@ -188,7 +202,11 @@ class Calibration(FullModel):
 def load_calibration(file: str | Path) -> Calibration:
     """Read a ``calibration.json``.
 
+    Args:
+        file: The file, or the folder that holds it.
+
     Raises:
         DocumentError: Missing, of another format, or damaged; the line names the key.
     """
-    return Calibration(read_calibration(Path(file)), source=str(file))
+    path = Path(file) / "calibration.json" if Path(file).is_dir() else Path(file)
+    return Calibration(read_calibration(path), source=str(path))

@@ -2,19 +2,38 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, SupportsIndex, overload
 
 import msgspec
 
 from ..assessment import millimetres
 from ..data import Metrics, mean_metrics, removed_share
 from ..results import PlacementErrors, Summaries, Summary
+from .option import UsageError
 
 HEADS = ("placement", "samples", "MAE", "max", "distance")
 
 
 class Errors(tuple[PlacementErrors, ...]):
     """Errors of the models, placement by placement; prints as a table in mm."""
+
+    @overload
+    def __getitem__(self, index: SupportsIndex | str) -> PlacementErrors: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[PlacementErrors, ...]: ...
+
+    def __getitem__(
+        self, index: SupportsIndex | str | slice
+    ) -> PlacementErrors | tuple[PlacementErrors, ...]:
+        """Return errors by number, or by the placement's name or the last part of it."""
+        if not isinstance(index, str):
+            return super().__getitem__(index)
+        names = [one.name for one in self]
+        ends = [i for i, name in enumerate(names) if index in (name, name.split("/")[-1])]
+        if len(ends) != 1:
+            raise UsageError(f"no one placement is called {index!r}; there are: {', '.join(names)}")
+        return super().__getitem__(ends[0])
 
     @property
     def placements(self) -> tuple[PlacementErrors, ...]:

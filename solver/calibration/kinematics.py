@@ -1,5 +1,6 @@
 """Kinematics of a calibrated arm with its tool: where it stands, and how to bring it to a pose."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,8 @@ from .loaded_arm import LoadedArm, as_poses
 
 AT_LIMIT = 1e-9
 """A joint this near to its limit stands at it [rad, m]."""
+MARGIN = 1e-3
+"""Positions farther than this outside of the limits are said, since encoders err [rad, m]."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,16 @@ class Kinematics:
         """Return joint positions as checked rows, and the shape before the joints'."""
         array = np.asarray(q)
         rows = array.reshape(-1, array.shape[-1]) if array.ndim > 2 else q
-        return self.arm.calibrated.positions(rows), array.shape[:-1]
+        checked = self.arm.calibrated.positions(rows)
+        robot = self.arm.robot
+        outside = np.argwhere((checked < robot.lower - MARGIN) | (checked > robot.upper + MARGIN))
+        for row, i in outside[:1].tolist():
+            warnings.warn(
+                f"joint positions: row {row}, {robot.joint_names[i]!r} is {checked[row, i]:.4g}, "
+                f"outside its limits {robot.lower[i]:.4g} to {robot.upper[i]:.4g}",
+                stacklevel=4,
+            )
+        return checked, array.shape[:-1]
 
     def _flanges(self, rows: np.ndarray) -> np.ndarray:
         return self.arm.poses(rows)[0].reshape(-1, 4, 4)

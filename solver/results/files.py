@@ -127,11 +127,13 @@ def refuse_existing(folder: Path, names: Iterable[str] | None = None, *, force: 
             folder is none.
     """
     if folder.exists() and not folder.is_dir():
-        raise OutputError(f"{folder}: exists and is no folder; choose another --out")
-    written = [folder] if names is None else [folder / name for name in names]
-    taken = [path for path in written if path.exists()]
-    if taken and not force:
-        raise OutputError(f"{taken[0]}: exists; choose another --out, or --force to overwrite")
+        raise OutputError(f"{folder}: exists and is no folder; choose another")
+    files = [folder] if names is None else [folder / name for name in names]
+    taken = [] if force else [file for file in files if file.exists()]
+    if taken:
+        raise OutputError(
+            f"{taken[0]}: exists; choose another (--out), or overwrite it (--force, force=True)"
+        )
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> dict[str, Path]:

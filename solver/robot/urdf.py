@@ -4,6 +4,7 @@ import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -24,6 +25,8 @@ from .chain import (
 from .urdf_text import ModelError, UrdfText, add_ball, scan
 
 BALL_LINK = "ball_link"
+OWN_BALL = "printed_ball"
+"""Link of a ball that the user puts on a model that has one already."""
 
 
 @dataclass(frozen=True)
@@ -118,8 +121,9 @@ def load_robot(
         robot: Name of a shipped robot, such as ``panda``, or path of a URDF file.
         base: The base link; None for the model's root.
         tip: The link whose origin is the ball's centre.
-        flange: For a URDF without a ball: the link that carries it. A new link, with the name
-            ``tip``, is then fixed to that one.
+        flange: For a ball of one's own: the link that carries it. A new link, with the name
+            ``tip``, is then fixed to that one; where the model has a ``ball_link`` already, it is
+            called ``printed_ball``.
         ball: With ``flange``: the ball's centre in that link's frame, x y z [m].
 
     Raises:
@@ -134,13 +138,15 @@ def load_robot(
         data = file.read_bytes()
     except OSError as error:
         shipped = ", ".join(shipped_robots())
-        reason = error.strerror or "cannot be read"
+        near = get_close_matches(name.lower(), shipped_robots(), n=1)
+        reason = f"did you mean {near[0]!r}" if near else error.strerror or "cannot be read"
         raise ModelError(
             f"robot {name!r}: {reason}; give the path of a URDF file, or one of: {shipped}"
         ) from None
     text = scan(data, str(file))
     if flange is not None and ball is not None:
         require_link(text, flange, str(file))
+        tip = OWN_BALL if tip == BALL_LINK and tip in text.links else tip
         text = scan(add_ball(text, flange, _three_numbers(ball, "ball"), tip), str(file))
     loaded = parse_robot(text, source=name, base=base, tip=tip)
     place = None if ball is None else list(ball)

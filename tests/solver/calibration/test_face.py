@@ -1,0 +1,70 @@
+"""What a person tries first on a calibration, a robot and a placement works, or says what does."""
+
+import numpy as np
+import pytest
+
+import mukca
+
+
+@pytest.fixture(scope="module")
+def placements(session) -> list[mukca.Placement]:
+    return mukca.read_placements(session)
+
+
+@pytest.fixture(scope="module")
+def saved(panda, placements, tmp_path_factory):
+    """A calibration by the front placement, and the folder that it was saved to."""
+    folder = tmp_path_factory.mktemp("face") / "calibrated"
+    found = mukca.calibrate(panda, placements[0], test=placements[1:], method="paper")
+    found.save(folder)
+    return found, folder
+
+
+def test_a_calibration_is_loaded_by_its_folder_and_has_what_one_looks_for(saved) -> None:
+    found, folder = saved
+    again = mukca.load_calibration(folder)
+    q = [0.1, -0.3, 0.2, -1.8, 0.1, 1.5, 0.7]
+    assert np.array_equal(again.flange(q), found.flange(q))
+    assert again.urdf(folder) == (folder / "calibrated.urdf").read_bytes()
+    assert again.parameters == again.document.parameters
+    assert again.true_positions(q) == pytest.approx(q)
+    with pytest.raises(mukca.MukcaError, match=r"force=True") as stopped:
+        found.save(folder)
+    assert str(folder) in str(stopped.value)
+
+
+def test_errors_are_found_by_the_placements_name(saved) -> None:
+    errors = saved[0].errors
+    assert errors["left"] is errors[[e.name.split("/")[-1] for e in errors].index("left")]
+    with pytest.raises(mukca.MukcaError, match=r"there are: .*front"):
+        errors["nowhere"]
+
+
+def test_what_does_not_fit_is_said(saved) -> None:
+    found, q = saved[0], np.zeros((3, 7))
+    with pytest.raises(mukca.MukcaError, match="one effort for each position"):
+        found.ball(q, np.zeros(7))
+    with pytest.warns(UserWarning, match=r"'panda_joint4' is 0, outside its limits -3\.07"):
+        found.flange(q)
+
+
+def test_a_placement_is_made_of_arrays(panda, placements) -> None:
+    one = placements[0]
+    made = mukca.Placement.of_arrays(
+        "mine", one.positions, one.sockets, one.joint_names, distance=one.distance
+    )
+    by_both = [mukca.calibrate(panda, p, method="paper") for p in (one, made)]
+    assert by_both[0].parameters == by_both[1].parameters
+    with pytest.raises(mukca.MukcaError, match="do not fit"):
+        mukca.Placement.of_arrays("mine", one.positions, one.sockets[:-1])
+
+
+def test_a_robot_knows_its_limits_and_misspelt_ones_are_offered(panda) -> None:
+    assert panda.lower[3] == pytest.approx(-3.0718) and panda.upper.shape == (7,)
+    with pytest.raises(mukca.MukcaError, match="did you mean 'panda'"):
+        mukca.load_robot("Panda")
+
+
+def test_a_ball_of_ones_own_goes_onto_a_shipped_model(panda) -> None:
+    own = mukca.load_robot("panda", flange="panda_hand_tcp", ball=(0.0, 0.0, 0.03))
+    assert own.ball_joint.origin.xyz == (0.0, 0.0, 0.03) and own.tip != panda.tip
