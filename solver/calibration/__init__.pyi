@@ -12,6 +12,8 @@ from .full_model import FullModel as FullModel
 from .joint_path import CommandError as CommandError
 from .joint_path import JointPath as JointPath
 from .kinematics import Kinematics as Kinematics
+from .loaded_arm import pose_of_numbers as pose_of_numbers
+from .loaded_arm import quaternion_of as quaternion_of
 from .multi_robot_calibration import MultiRobotCalibration as MultiRobotCalibration
 from .option import Method as Method
 from .option import Option as Option

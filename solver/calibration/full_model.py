@@ -140,15 +140,15 @@ class FullModel:
     def command_path(
         self,
         poses: ArrayLike,
-        start: ArrayLike,
+        start: ArrayLike | None = None,
         prefer: ArrayLike | None = None,
         **setup: "Unpack[Setup]",
     ) -> JointPath:
         """Return the joint positions to command along poses, each near those before.
 
         Arguments are those of :meth:`command`, with ``start`` the joint positions before the first
-        pose. A redundant arm stays near ``prefer``, by default near ``start``, so that a closed
-        path of the tool is a closed one of the joints.
+        pose; None for any that reach it. A redundant arm stays near ``prefer``, by default near
+        ``start``, so that a closed path of the tool is a closed one of the joints.
 
         Returns:
             A table; its :meth:`.JointPath.checked` refuses poses that are not reached, and jumps.
@@ -158,3 +158,61 @@ class FullModel:
             JointsError: See :meth:`flange`.
         """
         return self.kinematics(**setup).command_path(poses, start, prefer)
+
+    def corrected_pose(
+        self,
+        pose: ArrayLike,
+        near: ArrayLike | None = None,
+        prefer: ArrayLike | None = None,
+        controller: Robot | None = None,
+        **setup: "Unpack[Setup]",
+    ) -> np.ndarray:
+        """Return the pose to send to a Cartesian controller, so that the true tool stands at one.
+
+        It is where the controller believes the tool to be at the positions of :meth:`command`. With
+        six joints that is all; a seventh is the controller's choice: read the joints back when it
+        has arrived, give them as ``near``, and send once more.
+
+        Args:
+            pose: See :meth:`command`,
+            near: and there,
+            prefer: and there.
+            controller: The model by which the controller computes; None for the nominal one. A
+                controller with a factory calibration has its own: load that URDF.
+            setup: Tool, payload and base, see :class:`Setup`.
+
+        Returns:
+            Shape (..., 4, 4), in the frame of the robot's base [m].
+
+        Raises:
+            CommandError: See :meth:`command`.
+        """
+        return self.kinematics(**setup).corrected_pose(pose, near, prefer, controller)
+
+    def corrected_line(
+        self,
+        ends: ArrayLike,
+        near: ArrayLike,
+        tolerance: float = 1e-4,
+        controller: Robot | None = None,
+        **setup: "Unpack[Setup]",
+    ) -> np.ndarray:
+        """Return the poses to send one after the other, so that the true tool goes straight.
+
+        Between two corrected poses a controller's straight line bows, since its error changes on
+        the way; each part is halved until it bows by less than the tolerance.
+
+        Args:
+            ends: The first and the last pose of the tool, shape (2, 4, 4) [m].
+            near: Joint positions at the beginning, shape (m,) [rad].
+            tolerance: Largest distance from the line half way between two poses sent [m].
+            controller: See :meth:`corrected_pose`.
+            setup: Tool, payload and base, see :class:`Setup`.
+
+        Returns:
+            Shape (N, 4, 4), in the frame of the robot's base [m].
+
+        Raises:
+            CommandError: A pose of the line is not reached, or the joints jump on the way.
+        """
+        return self.kinematics(**setup).corrected_line(ends, near, tolerance, controller)

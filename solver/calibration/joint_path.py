@@ -1,6 +1,6 @@
 """Joint positions along poses, and the words for what is wrong with them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,8 +46,11 @@ class JointPath:
     """Poses to which the joints cannot go straight from the pose before: the tool would leave the
     way."""
 
-    def checked(self) -> np.ndarray:
+    def checked(self, wheres: Sequence[str] | None = None) -> np.ndarray:
         """Return the positions, shape (N, m) [rad].
+
+        Args:
+            wheres: Name of each pose, for messages; None for its number.
 
         Raises:
             CommandError: A pose is not reached, or the joints jump between two.
@@ -55,11 +58,12 @@ class JointPath:
         wrong = [*np.flatnonzero(~self.reached).tolist(), *self.jumps]
         if wrong:
             row = min(wrong)
-            where, left, joint = f"pose {row}", self.left[row], self.at_limit[row]
+            where = f"pose {row}" if wheres is None else wheres[row]
+            left, joint = self.left[row], self.at_limit[row]
             words = not_reached(where, left, joint)
             if self.reached[row]:
                 words = (
-                    f"{where}: from pose {row - 1} the joints jump, and the tool would leave the "
+                    f"{where}: from the pose before the joints jump, and the tool would leave the "
                     "way; start in another posture, or give poses between them"
                 )
             raise CommandError(words, self.positions[row], left, joint)

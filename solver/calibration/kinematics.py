@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..results import JointsError
-from ..robot import Goal, Solutions
+from ..results import CalibratedRobot, JointsError
+from ..robot import Goal, Robot, Solutions
 from .joint_path import CommandError, JointPath, find_jumps, not_reached
-from .loaded_arm import LoadedArm, as_poses
+from .loaded_arm import LoadedArm, PoseError, as_poses, half_way
 
+MOST_HALVINGS = 8
+"""Times that parts of a line are halved at most."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit stands at it [rad, m]."""
 MARGIN = 1e-3
@@ -29,12 +31,12 @@ class Kinematics:
 
     def pose(self, q: ArrayLike) -> np.ndarray:
         """Return the tool's pose, shape (..., 4, 4), at joint positions of shape (..., m) [rad]."""
-        rows, leading = self._rows(q)
+        rows, leading = self._positions(q)
         return (self.base @ self._flanges(rows) @ self.tool).reshape(*leading, 4, 4)
 
     def jacobian(self, q: ArrayLike) -> np.ndarray:
         """Return the tool's geometric Jacobian, shape (..., 6, m): speed, then angular velocity."""
-        rows, leading = self._rows(q)
+        rows, leading = self._positions(q)
         J = self.arm.jacobians(rows, self.tool[:3, 3])[0].reshape(len(rows), 2, 3, -1)
         return (self.base[:3, :3] @ J).reshape(*leading, 6, rows.shape[1])
 
@@ -51,12 +53,49 @@ class Kinematics:
             raise CommandError(words, found.positions[row], found.left[row], joint)
         return found.positions.reshape(*leading, -1)
 
+    def corrected_pose(
+        self,
+        pose: ArrayLike,
+        near: ArrayLike | None = None,
+        prefer: ArrayLike | None = None,
+        controller: Robot | None = None,
+    ) -> np.ndarray:
+        """Return the poses to send to a controller; see :meth:`.Calibration.corrected_pose`."""
+        sent = controller or self.arm.robot
+        believed = LoadedArm(CalibratedRobot(sent, (), np.zeros(0)))
+        return Kinematics(believed, self.tool, np.eye(4)).pose(self.command(pose, near, prefer))
+
+    def corrected_line(
+        self,
+        ends: ArrayLike,
+        near: ArrayLike,
+        tolerance: float,
+        controller: Robot | None = None,
+    ) -> np.ndarray:
+        """Return via points of a straight line; see :meth:`.Calibration.corrected_line`."""
+        way, q = as_poses(ends, "ends"), self._start(near, 1)[0]
+        if way.shape != (2, 4, 4):
+            raise PoseError(f"ends of shape {np.shape(ends)}: give two poses, shape (2, 4, 4)")
+        for _ in range(MOST_HALVINGS):
+            q_way = self.command_path(way, q).checked()
+            sent = self.corrected_pose(way, q_way, q_way, controller)
+            middles = half_way(way[:-1], way[1:])
+            wanted = self.corrected_pose(middles, q_way[:-1], q_way[:-1], controller)
+            off = np.linalg.norm((half_way(sent[:-1], sent[1:]) - wanted)[:, :3, 3], axis=1)
+            bowed = np.flatnonzero(off > tolerance)
+            if not bowed.size:
+                return sent
+            way = np.insert(way, bowed + 1, middles[bowed], axis=0)
+        raise PoseError(f"ends: no via points keep the line within {1e3 * tolerance:.3g} mm")
+
     def command_path(
-        self, poses: ArrayLike, start: ArrayLike, prefer: ArrayLike | None = None
+        self, poses: ArrayLike, start: ArrayLike | None = None, prefer: ArrayLike | None = None
     ) -> JointPath:
         """Return joint positions along poses; see :meth:`.Calibration.command_path`."""
         targets, goal, _ = self._targets(poses)
         near = self._start(start, 1)
+        if start is None and len(targets):
+            near = self._search(targets[:1], goal, near, prefer).positions
         prefer = near if prefer is None else self._start(prefer, 1)
         rows: list[Solutions] = []
         for target in targets:
@@ -109,7 +148,11 @@ class Kinematics:
         """Return joint positions as checked rows, and the shape before the joints'."""
         array = np.asarray(q)
         rows = array.reshape(-1, array.shape[-1]) if array.ndim > 2 else q
-        checked = self.arm.calibrated.positions(rows)
+        return self.arm.calibrated.positions(rows), array.shape[:-1]
+
+    def _positions(self, q: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
+        """Return the same, and say where a joint is outside of its limits."""
+        checked, leading = self._rows(q)
         robot = self.arm.robot
         outside = np.argwhere((checked < robot.lower - MARGIN) | (checked > robot.upper + MARGIN))
         for row, i in outside[:1].tolist():
@@ -118,7 +161,7 @@ class Kinematics:
                 f"outside its limits {robot.lower[i]:.4g} to {robot.upper[i]:.4g}",
                 stacklevel=4,
             )
-        return checked, array.shape[:-1]
+        return checked, leading
 
     def _flanges(self, rows: np.ndarray) -> np.ndarray:
         return self.arm.poses(rows)[0].reshape(-1, 4, 4)

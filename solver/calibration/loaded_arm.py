@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ...errors import MukcaError
 from ..data import Load
 from ..results import CalibratedRobot
-from ..robot import Goal, PoseSolver, RowFunction, pose_on_flange
+from ..robot import Goal, PoseSolver, RowFunction, matrix_rpy, pose_on_flange
 
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
@@ -106,8 +106,7 @@ def as_poses(pose: ArrayLike, what: str) -> np.ndarray:
     if points:
         T[..., :3, 3] = given
         return T
-    U, _, Vt = np.linalg.svd(given[..., :3, :3])
-    R = U @ Vt
+    R = _nearest_rotation(given[..., :3, :3])
     off = max(
         float(np.abs(R - given[..., :3, :3]).max(initial=0)),
         float(np.abs(given[..., 3, :] - [0, 0, 0, 1]).max(initial=0)),
@@ -120,3 +119,58 @@ def as_poses(pose: ArrayLike, what: str) -> np.ndarray:
         )
     T[..., :3, :3], T[..., 3, :] = R, [0, 0, 0, 1]
     return T
+
+
+def half_way(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the poses half way between others, shape (..., 4, 4)."""
+    T = (one + other) / 2
+    T[..., :3, :3] = _nearest_rotation(T[..., :3, :3])
+    return T
+
+
+def _nearest_rotation(matrix: np.ndarray) -> np.ndarray:
+    U, _, Vt = np.linalg.svd(matrix)
+    return U @ Vt
+
+
+def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
+    """Return poses, shape (..., 4, 4), of x y z with roll pitch yaw, or with qx qy qz qw.
+
+    Raises:
+        PoseError: Another count of numbers, or a quaternion of length zero.
+    """
+    given = np.asarray(numbers, dtype=float)
+    if given.shape[-1:] not in ((6,), (7,)):
+        raise PoseError(f"{given.shape[-1]} numbers: give x y z, and roll pitch yaw or qx qy qz qw")
+    T = np.broadcast_to(np.eye(4), (*given.shape[:-1], 4, 4)).copy()
+    T[..., :3, 3], turns = given[..., :3], given[..., 3:]
+    if turns.shape[-1] == 3:
+        T[..., :3, :3] = np.array([matrix_rpy(row) for row in turns.reshape(-1, 3)]).reshape(
+            *turns.shape[:-1], 3, 3
+        )
+        return T
+    length = np.linalg.norm(turns, axis=-1, keepdims=True)
+    if not (abs(length - 1) < SKEWED).all():
+        raise PoseError("a quaternion qx qy qz qw needs length 1")
+    x, y, z, w = np.moveaxis(turns / length, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    T[..., :3, :3] = np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    return T
+
+
+def quaternion_of(rotations: np.ndarray) -> np.ndarray:
+    """Return unit quaternions qx qy qz qw, shape (N, 4), qw not negative, of rotations."""
+    found = np.empty((len(rotations), 4))
+    for row, R in zip(found, rotations, strict=True):
+        # the outer product of the quaternion with itself, times 4 (Bar-Itzhack 2000)
+        K = np.empty((4, 4))
+        K[:3, :3] = R + R.T + (1 - np.trace(R)) * np.eye(3)
+        K[:3, 3] = K[3, :3] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+        K[3, 3] = 1 + np.trace(R)
+        longest = K[:, int(np.argmax(np.diag(K)))]
+        row[:] = longest / np.linalg.norm(longest) * (1 if longest[3] >= 0 else -1)
+    return found

@@ -6,7 +6,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from .newton_step import MAX_STEP, Goal, NewtonStep, newton_step
+from .newton import MAX_STEP, Goal, NewtonStep, newton_step
 from .pose_model import PoseModel
 from .row_function import RowFunction
 

@@ -2,7 +2,8 @@
 
 Each function's body is what CasADi generates of the model's own expressions
 (:class:`~mukca.solver.robot.PoseModel`): straight arithmetic, no loop, no memory beyond the stack.
-The inverse, ``command``, is a short loop round one of them; it and the header are in ``templates``.
+The inverses, ``command`` and ``command_pose``, are short loops round one of them; they and the
+header are in ``templates``.
 """
 
 import json
@@ -13,10 +14,21 @@ from typing import Any
 import casadi as ca
 from jinja2 import Environment, FileSystemLoader
 
-from ...solver.robot import PoseModel, moments_function
+from ...solver.robot import (
+    NO_TOOL,
+    ROUNDS,
+    SETTLED,
+    TOLERANCE,
+    PoseModel,
+    Robot,
+    moments_function,
+    newton_step,
+)
 from .request import Exported, ExportError, Request
 
 _BODY = re.compile(r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S)
+FAR = 1e9
+"""A limit for joints without one [rad, m]."""
 _KEYWORDS = {"auto", "double", "float", "int", "long", "short", "static", "void", "const", "class"}
 
 
@@ -42,13 +54,17 @@ def write(request: Request) -> Exported:
         "gravity": moments[: len(calibrated.robot.actuated)],
     }
     sizes = {"ball": "3", "flange": "16", "jacobian": f"6 * {name.upper()}_JOINTS"}
-    functions = {word: (sizes.get(word), _body(model, value)) for word, value in values.items()}
+    q = {"q": model.q}
+    functions = {word: (sizes.get(word), _body(q, value)) for word, value in values.items()}
+    step = _body(*_step(model, place, calibrated.robot))
     source = _filled(
         "controller.c.j2",
         request,
         ["The header says what each function does."],
         names=", ".join(map(json.dumps, calibrated.robot.joint_names)),
-        squares=any("square(" in body for _, body in functions.values()),
+        step=step,
+        limits=[", ".join(f"{x:.17g}" for x in xs) for xs in _limits(calibrated.robot)],
+        squares=any("square(" in body for body in (step, *(b for _, b in functions.values()))),
         functions=functions,
     )
     header = _filled(
@@ -78,16 +94,35 @@ def _flange(request: Request) -> int:
     return links.index(request.flange)
 
 
-def _body(model: PoseModel, value: Any) -> str:
-    """Return the statements of C that compute an expression of ``q`` into ``out``."""
-    function = ca.Function("model", [model.q], [ca.densify(value)], {"cse": True})
+def _limits(robot: Robot) -> tuple[list[float], list[float]]:
+    """Return the limits of the joints as C can write them."""
+    return robot.lower.clip(min=-FAR).tolist(), robot.upper.clip(max=FAR).tolist()
+
+
+def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], Any]:
+    """Return the arguments and the value of one step of the inverse kinematics."""
+    step = newton_step(model, place, "pose")
+    value = ca.vertcat(step.left, step.change)
+    least, most = _limits(robot)
+    known = ((step.tool, NO_TOOL.tolist()), (step.lower, least), (step.upper, most))
+    for symbol, numbers in known:
+        value = ca.substitute(value, symbol, ca.DM(numbers))
+    return {"q": step.q, "target": step.target, "prefer": step.prefer}, value
+
+
+def _body(arguments: dict[str, Any], value: Any) -> str:
+    """Return the statements of C that compute an expression of named arguments into ``out``."""
+    function = ca.Function("model", [*arguments.values()], [ca.densify(value)], {"cse": True})
     generator = ca.CodeGenerator("model", {"casadi_int": "int"})
     generator.add(function)
     match = _BODY.search(generator.dump())
     assert match is not None
-    text = re.sub(r"arg\[0\]\? arg\[0\]\[(\d+)\] : 0", r"q[\1]", match[1])
+    text = match[1]
+    for i, name in enumerate(arguments):
+        text = re.sub(rf"arg\[{i}\]\? arg\[{i}\]\[(\d+)\] : 0", rf"{name}[\1]", text)
     text = re.sub(r"if \(res\[0\]!=0\) res\[0\]\[(\d+)\]=", r"out[\1]=", text)
     text = text.replace("casadi_real", "double").replace("casadi_sq(", "square(")
+    text = text.replace("casadi_fmin(", "fmin(").replace("casadi_fmax(", "fmax(")
     assert not re.search(r"casadi|\barg\b|\bres\b|\bw\[", text), "a construct of another kind"
     return text
 
@@ -101,6 +136,7 @@ def _filled(template: str, request: Request, about: list[str], **words: object) 
     name = request.file.stem
     lines = [_plain(line) for line in [*request.identity.lines(), *about]]
     names = {"arm": name, "ARM": name.upper()}
+    names |= {"rounds": str(ROUNDS), "tolerance": f"{TOLERANCE:g}", "settled": f"{SETTLED:g}"}
     return environment.get_template(template).render(about=lines, **names, **words).encode()
 
 

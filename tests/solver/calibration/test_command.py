@@ -7,6 +7,7 @@ import pytest
 
 import mukca
 from mukca.solver.calibration import CommandError, FullModel
+from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import workspace
 
 FLAWS = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}
@@ -89,7 +90,7 @@ def test_the_joint_at_its_limit_is_named(bent_panda) -> None:
     )
     narrow = FullModel(replace(bent_panda.calibrated, robot=replace(robot, joints=joints)))
     with pytest.raises(CommandError) as stopped:
-        narrow.command(narrow.flange(np.add(POSTURE, 0.2)), POSTURE)
+        narrow.command(bent_panda.flange(np.add(POSTURE, 0.2)), POSTURE)
     joint, positions = stopped.value.joint, stopped.value.positions
     assert abs(positions[robot.joint_names.index(joint)] - at[joint]) == pytest.approx(0.1)
     assert f"with {joint} at its limit" in str(stopped.value)
@@ -154,3 +155,36 @@ def test_what_is_no_pose_is_said(bent_panda, pose, setup, said) -> None:
     with pytest.raises(mukca.MukcaError, match=said) as stopped:
         bent_panda.command(pose, **setup)
     assert "\n" not in str(stopped.value)
+
+
+def nominal(model: FullModel) -> FullModel:
+    """A controller: what it believes the arm to be."""
+    return FullModel(CalibratedRobot(model.robot, (), np.zeros(0)))
+
+
+def test_a_controller_that_is_sent_corrected_poses_reaches_the_true_ones(bent_panda) -> None:
+    six = arm("ur5e")
+    start = np.array([0.0, -1.2, 1.6, -1.9, -1.57, 0.0])
+    T = six.flange(start)
+    sent = six.corrected_pose(T, start)
+    assert np.abs(six.flange(nominal(six).command(sent, start)) - T).max() < 1e-9
+    T, q = bent_panda.flange(POSTURE), np.array(POSTURE)
+    q[2] += 0.2  # the controller's own choice of the elbow
+    off: list[float] = []
+    for _ in range(3):
+        q = nominal(bent_panda).command(bent_panda.corrected_pose(T, q), q)
+        off.append(float(np.abs(bent_panda.flange(q) - T).max()))
+    assert off[-1] < 2e-6 and off[-1] < off[0]
+
+
+def test_via_points_keep_a_line_straight(bent_panda) -> None:
+    ends = np.tile(bent_panda.flange(POSTURE), (2, 1, 1))
+    ends[1, 1, 3] += 0.2
+    few, many = (bent_panda.corrected_line(ends, POSTURE, by) for by in (1e-2, 1e-5))
+    assert len(few) == 2 < len(many) < 60
+    controller, bows = nominal(bent_panda), []
+    for sent in (few, many):
+        middles = (sent[:-1] + sent[1:]) / 2
+        true = bent_panda.flange(controller.command(middles, POSTURE))[:, [0, 2], 3]
+        bows.append(np.abs(true - ends[0, [0, 2], 3]).max())
+    assert bows[1] < 2e-5 < bows[0]

@@ -98,6 +98,54 @@ def check_flange(model, robot, calibration, q: np.ndarray) -> None:
     assert np.abs(J[:, 3:] - spin).max() < 1e-8
 
 
+class Report(ctypes.Structure):
+    """What a command came to."""
+
+    _fields_ = (
+        ("distance", ctypes.c_double),
+        ("angle", ctypes.c_double),
+        ("rounds", ctypes.c_int),
+        ("joint_at_limit", ctypes.c_int),
+    )
+
+
+def command_pose(model: Model, T: np.ndarray, near: np.ndarray, prefer=None):
+    """The status, the joint positions and the report of one call."""
+    arrays = [
+        None if a is None else np.ascontiguousarray(a, dtype=float) for a in (T, near, prefer)
+    ]
+    found, report = np.empty(len(near)), Report()
+    places = [None if a is None else ctypes.c_void_p(a.ctypes.data) for a in (*arrays, found)]
+    call = getattr(model.compiled, f"{model.name}_command_pose")
+    return call(*places, ctypes.byref(report)), found, report
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("imagined", ["ur5e", "openarm"], indirect=True)
+def test_it_commands_poses_as_python_does(imagined, export, tmp_path) -> None:
+    file, calibration = imagined
+    assert export(file, "--to", "c", "--out", tmp_path / "arm.c")[0] == 0
+    model, robot = Model(tmp_path / "arm.c"), calibration.robot
+    compile_("c++", "-x", "c++", *STRICT, "-c", tmp_path / "arm.c", "-o", tmp_path / "arm.o")
+    q = np.clip(configurations(robot, 60), robot.lower + 0.1, robot.upper - 0.1)
+    near = np.clip(q + 0.1 * np.sin(np.arange(q.size)).reshape(q.shape), robot.lower, robot.upper)
+    solver, poses = calibration.kinematics().arm.solver("pose"), calibration.flange(q)
+    for prefer in (None, np.clip(near + 0.05, robot.lower, robot.upper)):
+        expected = solver.solve(poses[:, :3].reshape(-1, 12), near, prefer)
+        assert expected.reached.mean() > 0.9  # of one start alone
+        for i in np.flatnonzero(expected.reached):
+            wanted = None if prefer is None else prefer[i]
+            status, found, report = command_pose(model, poses[i], near[i], wanted)
+            assert status == 0 and report.rounds == expected.rounds[i]
+            assert np.abs(found - expected.positions[i]).max() < 1e-12
+    T = calibration.flange(q[0])
+    T[:3, 3] += 5.0
+    status, found, report = command_pose(model, T, near[0])
+    assert status == -1 and 3 < report.distance < 9
+    assert command_pose(model, np.full((4, 4), np.nan), near[0])[0] == -1
+    assert command_pose(model, T, np.full(q.shape[1], np.nan))[0] == -1
+
+
 @pytest.fixture(scope="module")
 def arm(calibrations: Path, tmp_path_factory: pytest.TempPathFactory) -> Model:
     """The C file of a Panda, called arm."""

@@ -34,6 +34,8 @@ VERBS: dict[str, str] = {
     "fleet": "calibrate many arms, and compare them on one page",
     "report": "write the report of a calibration, and say its verdict",
     "compare": "hold calibrations of one robot against each other on the same data",
+    "command": "say what to command, so that the true tool stands at poses",
+    "poses": "say where the true tool stands at joint positions",
     "export": "write a calibration as other programs read it",
     "simulate": "insert a peg, or draw, with the nominal and the calibrated model in simulation",
     "emulate": "run a controller that speaks a real robot's bytes, to try things without one",

@@ -1,0 +1,127 @@
+"""From poses to joint positions on every shipped arm: how many are reached, and what a pose costs.
+
+    python benchmarks/command.py [--robots panda ur5e] [--poses 1000]
+
+Arms are simulated with elasticity and transmission error. Each pose is that of random joint
+positions within the limits, so it can be reached; the start is off by up to so much in each joint,
+or the middle of the ranges. A solution counts where the pose is right to 1e-9 m and rad: from that
+start alone, and with new starts. Rounds are the 99th percentile where the Jacobian's smallest
+singular value is above 0.01. Times are CPU times of a batch, a pose; those of Pinocchio, where it
+is installed, are of its computeJointJacobians and of its own inverse kinematics (the damped loop of
+its documentation) on the same rigid chain.
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import time
+
+import numpy as np
+
+from mukca.solver.calibration import FullModel
+from mukca.solver.data import Load
+from mukca.solver.results import CalibratedRobot
+from mukca.solver.robot import PoseSolver, choose_parameters, load_robot, shipped_robots, workspace
+from mukca.tools.simulation import perturb, realistic_flaws
+
+STARTS = (0.02, 0.1, 0.5, None)
+"""How far a start is off in each joint [rad]; None for the middle of the ranges."""
+
+
+def simulated(name: str) -> FullModel:
+    robot, generator = load_robot(name), np.random.default_rng(0)
+    arm = perturb(robot, generator, 1e-3, 5e-3)
+    parameters = tuple(choose_parameters(robot))
+    values = arm.origins.ravel()[[p.index for p in parameters]]
+    flaws = realistic_flaws(robot, generator).deflection
+    return FullModel(CalibratedRobot(robot, parameters, values, flaws, Load()))
+
+
+def starts(model: FullModel, q: np.ndarray, off: float | None) -> np.ndarray:
+    robot, generator = model.robot, np.random.default_rng(1)
+    if off is not None:
+        return np.clip(q + generator.uniform(-off, off, q.shape), robot.lower, robot.upper)
+    middle = (np.maximum(robot.lower, -np.pi) + np.minimum(robot.upper, np.pi)) / 2
+    return np.tile(middle, (len(q), 1))
+
+
+def right(model: FullModel, found: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Return which joint positions put the flange at its pose, within the limits."""
+    inside = np.all((found >= model.robot.lower) & (found <= model.robot.upper), axis=1)
+    off = np.zeros(len(found))
+    off[inside] = np.abs(model.flange(found[inside]) - poses[inside]).max(axis=(1, 2))
+    return inside & (off < 1e-9)
+
+
+def measure(model: FullModel, q: np.ndarray) -> list[str]:
+    poses = model.flange(q)
+    targets = poses[:, :3].reshape(-1, 12)
+    regular = np.linalg.svd(model.jacobian(q), compute_uv=False)[:, -1] > 0.01
+    solver: PoseSolver = model.kinematics().arm.solver("pose")
+    solver.solve(targets[:2], q[:2])
+    words: list[str] = []
+    for off in STARTS:
+        near = starts(model, q, off)
+        begin = time.process_time()
+        alone = solver.solve(targets, near)
+        spent = (time.process_time() - begin) / len(q)
+        searched = solver.search(targets, near)
+        reached = right(model, alone.positions, poses)
+        rounds = np.percentile(alone.rounds[reached & regular], 99)
+        found = right(model, searched.positions, poses).sum()
+        words.append(f"{reached.sum():5d} {found:5d} {rounds:4.0f} {1e6 * spent:5.0f}")
+    return words
+
+
+def pinocchio(model: FullModel, q: np.ndarray) -> str:
+    """Return the time of its Jacobians, and how its own inverse kinematics does from 0.1 rad."""
+    try:
+        import pinocchio as pin
+    except ImportError:
+        return "  (pinocchio is not installed)"
+    arm = pin.buildModelFromXML(model.calibrated.urdf().decode())
+    data, flange = arm.createData(), model.robot.ball_joint.parent
+    if arm.nq != q.shape[1]:
+        return "  (pinocchio: joints without end, or beside the chain)"
+    begin = time.process_time()
+    for row in q:
+        pin.computeJointJacobians(arm, data, row)
+    jacobians = (time.process_time() - begin) / len(q)
+    frame, reached = arm.getFrameId(flange), 0
+    begin = time.process_time()
+    for row, start in zip(q, starts(model, q, 0.1), strict=True):
+        pin.framesForwardKinematics(arm, data, row)
+        goal, now = data.oMf[frame].copy(), start.copy()
+        for _ in range(100):
+            pin.framesForwardKinematics(arm, data, now)
+            error = pin.log(data.oMf[frame].actInv(goal)).vector
+            if np.abs(error).max() < 1e-9:
+                inside = (now >= arm.lowerPositionLimit) & (now <= arm.upperPositionLimit)
+                reached += bool(inside.all())
+                break
+            J = pin.computeFrameJacobian(arm, data, now, frame)
+            now = now + J.T @ np.linalg.solve(J @ J.T + 1e-12 * np.eye(6), error)
+    spent = (time.process_time() - begin) / len(q)
+    return f" {1e6 * jacobians:6.2f} {reached:5d} {1e6 * spent:6.0f}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--robots", nargs="+", default=list(shipped_robots()))
+    parser.add_argument("--poses", type=int, default=1000)
+    arguments = parser.parse_args()
+    heads = " |".join(
+        f"{'middle' if off is None else f'{off} rad':>11s} {'+new':>4s} rds    us" for off in STARTS
+    )
+    print(f"{'':10s}{heads} | J us  pinocchio's  us")
+    for name in arguments.robots:
+        model = simulated(name)
+        q = workspace(model.robot, arguments.poses, 1)
+        q = np.clip(q, model.robot.lower, model.robot.upper)
+        print(f"{name:10s}{' | '.join(measure(model, q))} |{pinocchio(model, q)}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,121 @@
+"""``mukca command``: joint positions at which the true tool stands at poses."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ....solver.calibration import UsageError
+from .. import NOT_NEGATIVE, Terminal, argument, option
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ....solver.calibration import Kinematics
+    from ....solver.robot import Robot
+
+EXAMPLE = """example:
+  mukca command calibrated poses.csv --out joints.csv --tool 0,0,0.12,0,0,0
+
+POSES.csv has a header: x,y,z for points, where the orientation is free; x,y,z,qx,qy,qz,qw; or
+x,y,z,roll,pitch,yaw; metres and radians, in the frame of the robot's base. The full model is used.
+A row that is not reached within the limits, or to which the joints would jump, ends the work with
+its line, and nothing is written. /dev/stdin is a file, too; without --out, rows go to standard
+output. mukca poses goes the other way."""
+FORMS = (
+    ("x", "y", "z"),
+    ("x", "y", "z", "qx", "qy", "qz", "qw"),
+    ("x", "y", "z", "roll", "pitch", "yaw"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathOptions:
+    """Options of what is on the arm, and of the file to write."""
+
+    tool: str | None = option(
+        "a link that stands still on the flange; or its place there in metres and turn in radians, "
+        "as in 0,0,0.12,0,0,1.57 (default: the flange)",
+        "TOOL",
+    )
+    payload: float | None = option(
+        "mass on the flange in kilograms, in place of what was on it while recording",
+        "KG",
+        between=NOT_NEGATIVE,
+    )
+    payload_at: tuple[float, float, float] = option(
+        "with --payload: its centre in the flange's frame, in metres", ("X", "Y", "Z"), (0, 0, 0)
+    )
+    out: Path | None = option("the CSV file to write (default: standard output)", "FILE")
+    force: bool = option("overwrite it", default=False)
+
+    def kinematics(self, file: Path) -> "tuple[Kinematics, Robot]":
+        """Return the kinematics of the tool, and the robot."""
+        from ....solver.calibration import load_calibration, pose_of_numbers
+
+        calibration = load_calibration(file)
+        tool = self.tool
+        if tool is not None and "," in tool:
+            try:
+                tool = pose_of_numbers([float(word) for word in tool.split(",")])
+            except ValueError:
+                raise UsageError(f"--tool {self.tool}: give x,y,z,roll,pitch,yaw") from None
+        payload = None if self.payload is None else (self.payload, self.payload_at)
+        return calibration.kinematics(tool=tool, payload=payload), calibration.robot
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(PathOptions):
+    """Options of ``mukca command``."""
+
+    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
+    poses: Path = argument("poses or points, one a line", "POSES.csv")
+    start: Sequence[float] | None = option(
+        "joint positions before the first pose (default: any that reach it)", "RAD"
+    )
+    prefer: Sequence[float] | None = option(
+        "posture to stay near where a pose leaves a choice (default: the start)", "RAD"
+    )
+
+
+def run(options: Options, terminal: Terminal) -> int:
+    """Write the joint positions, each row near the one before."""
+    from ....solver.calibration import pose_of_numbers
+
+    kinematics, robot = options.kinematics(options.calibration)
+    rows, wheres = read_rows(options.poses, FORMS)
+    poses = rows if rows.shape[1] == 3 else pose_of_numbers(rows)
+    path = kinematics.command_path(poses, options.start, options.prefer)
+    write_rows(options, terminal, robot.joint_names, path.checked(wheres))
+    return 0
+
+
+def read_rows(file: Path, forms: Sequence[Sequence[str]]) -> "tuple[np.ndarray, list[str]]":
+    """Return the numbers of a CSV file in the order of one of some headers, and their lines."""
+    import numpy as np
+
+    from ....recorder import read_table
+
+    table = read_table(file)
+    header = table.header or ()
+    form = next((form for form in forms if sorted(form) == sorted(header)), None)
+    if form is None:
+        known = "; or ".join(",".join(form) for form in forms)
+        raise UsageError(f"{file}: its header is {','.join(header) or 'missing'}; needed: {known}")
+    order = [header.index(name) for name in form]
+    return np.array(table.rows)[:, order], [f"{file}:{line}" for line in table.lines]
+
+
+def write_rows(
+    options: PathOptions, terminal: Terminal, header: Sequence[str], rows: "np.ndarray"
+) -> None:
+    """Write a CSV file, each number so that it reads back exactly."""
+    from ....solver.results import refuse_existing, write_files
+
+    lines = [",".join(header), *(",".join(map(repr, row)) for row in rows.tolist())]
+    if options.out is None:
+        terminal.say("\n".join(lines))
+        return
+    refuse_existing(options.out.parent, [options.out.name], force=options.force)
+    write_files(options.out.parent, {options.out.name: ("\n".join(lines) + "\n").encode()})
+    terminal.say(f"Wrote {len(rows)} rows to {options.out}")

@@ -1,0 +1,35 @@
+"""``mukca poses``: where the true tool stands at joint positions."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .. import Terminal, argument
+from .command import PathOptions, read_rows, write_rows
+
+EXAMPLE = """example:
+  mukca poses calibrated joints.csv --out poses.csv
+
+JOINTS.csv has a column for each joint [rad]; what is written, and the options, are those of
+mukca command, whose inverse this is."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(PathOptions):
+    """Options of ``mukca poses``."""
+
+    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
+    joints: Path = argument("joint positions, one configuration a line", "JOINTS.csv")
+
+
+def run(options: Options, terminal: Terminal) -> int:
+    """Write the pose of the tool for each row, as place and quaternion."""
+    from ....solver.calibration import quaternion_of
+
+    kinematics, robot = options.kinematics(options.calibration)
+    q, _ = read_rows(options.joints, [robot.joint_names])
+    T = kinematics.pose(q)
+    rows = np.hstack([T[:, :3, 3], quaternion_of(T[:, :3, :3])])
+    write_rows(options, terminal, ("x", "y", "z", "qx", "qy", "qz", "qw"), rows)
+    return 0
