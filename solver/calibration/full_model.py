@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..data import Load
 from ..results import CalibratedRobot
 from ..robot import Robot
 from .joint_path import JointPath
@@ -46,6 +47,11 @@ class FullModel:
         """The nominal robot."""
         return self.calibrated.robot
 
+    @property
+    def load(self) -> Load:
+        """Gravity [m/s^2] and payload at the ball [kg] that it was recorded with."""
+        return self.calibrated.load
+
     def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return where the calibrated robot has the ball's centre, in its base frame [m].
 
@@ -68,6 +74,24 @@ class FullModel:
         Args, shapes and errors are those of :meth:`ball`; shape (m,) or (N, m).
         """
         return self.calibrated.true_positions(q, effort)
+
+    def virtual_positions(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
+        """Return positions at which ``calibrated.urdf`` has its flange where the full model has it.
+
+        A program that knows the URDF alone is then exact, tilts of the joints included.
+
+        Args:
+            q: Joint positions as the encoders read them, shape (..., m) [rad].
+            setup: A payload, see :class:`Setup`.
+
+        Returns:
+            Of the same shape; some milliradians off q.
+
+        Raises:
+            CommandError: There are none nearby: the arm is singular, or has fewer than six joints.
+            JointsError: See :meth:`flange`.
+        """
+        return self.kinematics(**setup).virtual_positions(q)
 
     def kinematics(self, **setup: "Unpack[Setup]") -> Kinematics:
         """Return forward and inverse kinematics with a tool; the methods below are its own.

@@ -13,6 +13,8 @@ from .loaded_arm import LoadedArm, PoseError, as_poses, half_way
 
 MOST_HALVINGS = 8
 """Times that parts of a line are halved at most."""
+FARTHEST = 0.1
+"""Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit stands at it [rad, m]."""
 MARGIN = 1e-3
@@ -87,6 +89,23 @@ class Kinematics:
                 return sent
             way = np.insert(way, bowed + 1, middles[bowed], axis=0)
         raise PoseError(f"ends: no via points keep the line within {1e3 * tolerance:.3g} mm")
+
+    def virtual_positions(self, q: ArrayLike) -> np.ndarray:
+        """Return positions for ``calibrated.urdf``; see :meth:`.Calibration.virtual_positions`."""
+        rows, leading = self._rows(q)
+        found = self.arm.of_urdf.solve(self.arm.poses(rows)[0][:, :12], rows)
+        far = np.abs(found.positions - rows).max(axis=1, initial=0) > FARTHEST
+        for row in np.flatnonzero(far | ~found.reached)[:1].tolist():
+            raise CommandError(
+                f"row {row}: the URDF has no joint positions nearby that put its flange where the "
+                f"full model has it, {1e3 * found.left[row, 0]:.3g} mm and "
+                f"{1e3 * found.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
+                "fewer than six joints",
+                found.positions[row],
+                found.left[row],
+                "",
+            )
+        return found.positions.reshape(*leading, -1)
 
     def command_path(
         self, poses: ArrayLike, start: ArrayLike | None = None, prefer: ArrayLike | None = None

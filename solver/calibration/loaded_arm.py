@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
+from ..bayes.model import Deflection
 from ..data import Load
 from ..results import CalibratedRobot
 from ..robot import Goal, PoseSolver, RowFunction, matrix_rpy, pose_on_flange
@@ -44,6 +45,14 @@ class LoadedArm:
     def _solver(self, goal: Goal) -> PoseSolver:
         limits = self.robot.lower, self.robot.upper
         return PoseSolver(self.calibrated.pose_model, self.flange, limits, goal)
+
+    @cached_property
+    def of_urdf(self) -> PoseSolver:
+        """Inverse kinematics of ``calibrated.urdf``; encoders err at its limits, too."""
+        full, endless = self.calibrated, np.full(len(self.robot.actuated), np.inf)
+        values = full.values if full.exported is None else full.exported
+        rigid = replace(full, values=values, deflection=Deflection(), exported=None)
+        return PoseSolver(rigid.pose_model, self.flange, (-endless, endless))
 
     @cached_property
     def poses(self) -> RowFunction:

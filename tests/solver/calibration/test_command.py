@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.solver.bayes.model import Deflection
 from mukca.solver.calibration import CommandError, FullModel
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import workspace
@@ -188,3 +189,15 @@ def test_via_points_keep_a_line_straight(bent_panda) -> None:
         true = bent_panda.flange(controller.command(middles, POSTURE))[:, [0, 2], 3]
         bows.append(np.abs(true - ends[0, [0, 2], 3]).max())
     assert bows[1] < 2e-5 < bows[0]
+
+
+def test_virtual_positions_make_the_urdf_exact(bent_panda) -> None:
+    calibrated = replace(bent_panda.calibrated, exported=bent_panda.calibrated.values + 1e-4)
+    model = FullModel(calibrated)
+    rigid = FullModel(replace(calibrated, values=calibrated.exported, deflection=Deflection()))
+    q = np.add(POSTURE, 0.3 * np.sin(np.arange(70)).reshape(10, 7))
+    virtual = model.virtual_positions(q)
+    assert np.abs(rigid.flange(virtual) - model.flange(q)).max() < 1e-9
+    assert 1e-4 < np.abs(virtual - q).max() < 0.03
+    with pytest.raises(CommandError, match="fewer than six"):
+        arm("so101").virtual_positions(np.full(5, 0.3))
