@@ -139,7 +139,9 @@ def load_robot(
     except OSError as error:
         shipped = ", ".join(shipped_robots())
         near = get_close_matches(name.lower(), shipped_robots(), n=1)
-        reason = f"did you mean {near[0]!r}" if near else error.strerror or "cannot be read"
+        reason = (error.strerror or "cannot be read") + "".join(
+            f", did you mean {one!r}?" for one in near
+        )
         raise ModelError(
             f"robot {name!r}: {reason}; give the path of a URDF file, or one of: {shipped}"
         ) from None
