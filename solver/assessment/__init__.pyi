@@ -11,7 +11,6 @@ from .errors import SampleErrors as SampleErrors
 from .errors import quantiles as quantiles
 from .errors import sample_errors as sample_errors
 from .formatting import area as area
-from .formatting import brief_area as brief_area
 from .formatting import fixed as fixed
 from .formatting import joined as joined
 from .formatting import millimetres as millimetres

@@ -11,7 +11,7 @@ from .formatting import mm
 from .held_out import error_rows
 from .limits import Limits
 from .verdict import Verdict, judge
-from .verification import left_with, odds_of
+from .verification import NearestCause, nearest_cause
 
 EXPLAINS = 0.6
 """An offset explains a drift if it leaves less than this share of the error."""
@@ -22,23 +22,12 @@ _WORDS = {"pass": "valid", "fail": "invalid", "incomplete": "unknown"}
 
 
 @dataclass(frozen=True)
-class Cause:
-    """An offset of one joint, and the error that is left with it."""
-
-    joint: str
-    offset: float
-    """To be added to what the joint reads [rad], [m] for a prismatic joint."""
-    error: float
-    """Mean absolute error [m]."""
-
-
-@dataclass(frozen=True)
 class Drift:
     """A verdict on an old calibration by new recordings."""
 
     verdict: Verdict
     reason: str
-    cause: Cause | None = None
+    cause: NearestCause | None = None
     advice: str = ""
 
     @property
@@ -94,7 +83,7 @@ def judge_drift(
     if before is not None and mean <= WORSE * before:
         text = f"not valid ({figures}), and it was no better when it was made."
         return Drift(verdict, f"{text} Calibrate again with more placements.")
-    cause = _nearest_cause(calibrated, data, before or allowed)
+    cause = nearest_cause(calibrated, data, before or allowed)
     text = f"drifted: {figures}"
     if before is not None:
         text += f", {mm(before)} when it was made"
@@ -106,14 +95,3 @@ def judge_drift(
         how_much = f"{1e3 * cause.offset:+.2f} mm"
     text += f"; nearest cause {cause.joint}, off by {how_much}: with it {mm(cause.error)} are left"
     return Drift(verdict, f"{text}.", cause, "Calibrate again.")
-
-
-def _nearest_cause(
-    calibrated: CalibratedRobot, data: Sequence[Measurement], before: float
-) -> Cause | None:
-    """Return the likeliest joint to have shifted; None where another cause is likelier."""
-    odds = odds_of(calibrated, data, before)
-    if odds.joint is None:
-        return None
-    offset, error = left_with(calibrated, data, odds.joint, odds.offset)
-    return Cause(odds.joint, -offset, error)

@@ -46,28 +46,21 @@ def short_names(names: Sequence[str]) -> list[str]:
     return [name.rpartition("/")[2] for name in names]
 
 
-def area(position: Sequence[float]) -> str:
-    """Return where a point lies as the robot sees it: its x is ahead, its y to the left."""
-    x, y, z = position
-    parts = ((x, "ahead", "behind"), (y, "to its left", "to its right"), (z, "up", "below"))
+def area(position: Sequence[float], *, brief: bool = False) -> str:
+    """Return where a point lies as the robot sees it: its x is ahead, its y to the left.
+
+    Args:
+        position: In its base frame [m].
+        brief: In fewer words, for a table.
+    """
+    unit, own, below = ("", "", "down") if brief else (" m", "to its ", "below")
+    ways = (("ahead", "behind"), (f"{own}left", f"{own}right"), ("up", below))
     words = [
-        f"{abs(v):.2f} m {plus if v > 0 else minus}" for v, plus, minus in parts if _worth_saying(v)
+        f"{abs(v):.2f}{unit} {way[v < 0]}"
+        for v, way in zip(position, ways, strict=True)
+        if abs(v) >= 5e-3
     ]
-    return ", ".join(words) or "at its base"
-
-
-def brief_area(position: Sequence[float]) -> str:
-    """Return where a point lies, as :func:`area` does, in fewer words for a table [m]."""
-    x, y, z = position
-    parts = ((x, "ahead", "behind"), (y, "left", "right"), (z, "up", "down"))
-    words = [
-        f"{abs(v):.2f} {plus if v > 0 else minus}" for v, plus, minus in parts if _worth_saying(v)
-    ]
-    return ", ".join(words) or "at the base"
-
-
-def _worth_saying(metres: float) -> bool:
-    return abs(metres) >= 5e-3
+    return ", ".join(words) or ("at the base" if brief else "at its base")
 
 
 def short_where(where: str) -> str:

@@ -33,7 +33,9 @@ def distance_text(placements: Sequence[PlacementErrors]) -> str:
     points = [row.name for row in placements if row.role == "train" and row.kind == "points"]
     kinds: dict[tuple[str, str | None], list[str]] = {}
     for name, row in zip(short_names([row.name for row in trained]), trained, strict=True):
-        kinds.setdefault((_mm(row.distance or 0.0), row.distance_source), []).append(name)
+        kinds.setdefault((f"{1e3 * (row.distance or 0.0):.5g}", row.distance_source), []).append(
+            name
+        )
     parts: list[str] = []
     for (distance, source), names in kinds.items():
         place = f" at {joined(names)}" if len(kinds) > 1 else ""
@@ -67,8 +69,8 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
         if each.distance is None or source not in _TYPED:
             continue
         effect = STEP / each.distance
-        text = f"the sockets are {_mm(each.distance)} mm apart ({_TYPED[source]}; "
-        text += f"{_mm(STEP)} mm more is {100 * effect:.1g} % of every length)"
+        text = f"the sockets are {1e3 * each.distance:.5g} mm apart ({_TYPED[source]}; "
+        text += f"{1e3 * STEP:g} mm more is {100 * effect:.1g} % of every length)"
         one = Premise(name="distance", text=text, value=each.distance, source=source, effect=effect)
         premises += [one] if one not in premises else []
     if any(each.kind == "points" for each in trained):
@@ -88,8 +90,8 @@ def distance_row(assumed: Sequence[float]) -> LimitResult:
     if not assumed:
         return limit_row(name, title, "pass", "not assumed")
     text = (
-        f"the distance was not given: {_mm(assumed[0])} mm assumed; measure it with a caliper, and "
-        "give --distance MEASURED"
+        f"the distance was not given: {1e3 * assumed[0]:.5g} mm assumed; measure it with a "
+        "caliper, and give --distance MEASURED"
     )
     return limit_row(name, title, "not enough", text)
 
@@ -147,7 +149,3 @@ def scale_row(
             f"is {abs(100 * scale.value):.1f} % off: measure again and type what you read"
         )
     return limit_row("scale", "size of the arm", status, f"{text[0].upper()}{text[1:]}", text=text)
-
-
-def _mm(metres: float) -> str:
-    return f"{1e3 * metres:.2f}".rstrip("0").rstrip(".")

@@ -147,25 +147,32 @@ def odds_of(
     )
 
 
-def left_with(
-    calibrated: CalibratedRobot, data: Sequence[Measurement], joint: str, offset: float
-) -> tuple[float, float]:
-    """Return the offset of one joint that lowers the errors most, and their mean with it [m].
+@dataclass(frozen=True)
+class NearestCause:
+    """An offset of one joint, and the error that is left with it."""
 
-    Args:
-        calibrated: The calibrated robot.
-        data: New samples.
-        joint: Whose offset it is.
-        offset: Nearly that [rad], [m].
-    """
-    j = calibrated.robot.joint_names.index(joint)
+    joint: str
+    offset: float
+    """To be added to what the joint reads [rad], [m] for a prismatic joint."""
+    error: float
+    """Mean absolute error [m]."""
+
+
+def nearest_cause(
+    calibrated: CalibratedRobot, data: Sequence[Measurement], before: float
+) -> NearestCause | None:
+    """Return the likeliest joint to have shifted; None where another cause is likelier."""
+    odds = odds_of(calibrated, data, before)
+    if odds.joint is None:
+        return None
+    j, offset = calibrated.robot.joint_names.index(odds.joint), -odds.offset
     for _ in range(ROUNDS):
         e, beside = (
-            _errors(_balls(calibrated, data, j, step - offset), data) for step in (0.0, STEP)
+            _errors(_balls(calibrated, data, j, step + offset), data) for step in (0.0, STEP)
         )
         slope = (beside - e) / STEP
-        offset += float(slope @ e) / max(float(slope @ slope), 1e-300)
-    return offset, _mean(_balls(calibrated, data, j, -offset), data)
+        offset -= float(slope @ e) / max(float(slope @ slope), 1e-300)
+    return NearestCause(odds.joint, offset, _mean(_balls(calibrated, data, j, offset), data))
 
 
 @dataclass(frozen=True)

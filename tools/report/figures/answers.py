@@ -9,7 +9,7 @@ from ....solver.assessment import (
     Coverage,
     PlacementReport,
     SampleErrors,
-    brief_area,
+    area,
     norms,
     short_names,
 )
@@ -53,7 +53,7 @@ def _use_answer(found: Assessment, uncertainty: Uncertainty | None, tolerance: f
         UseAtPlacement(
             name=name,
             called=f"{name}{_side(row.position)}",
-            where=brief_area(row.position),
+            where=area(row.position, brief=True),
             answer=answer_at(row, tolerance),
         )
         for name, row in zip(names, placements, strict=True)
