@@ -4,9 +4,9 @@
 
 For each draw a robot is perturbed, bends and turns unevenly as real arms do (unless --rigid), is
 recorded at two placements with a noisy seat, calibrated by `auto`, and asked for intervals: of
-distances between far ball positions, of deviations of balls from their socket's mean at a third
-placement, and of parameters that the data decide. The caliper's error of the base is drawn too.
-Stated: 68 % and 95 %.
+distances between far ball positions and near the third placement, by the full model and by the
+URDF alone, of deviations of balls from their socket's mean there, and of parameters that the data decide.
+The caliper's error of the base is drawn too. Shares are means over arms. Stated: 68 % and 95 %.
 """
 
 import os
@@ -20,16 +20,23 @@ from functools import partial
 
 import numpy as np
 
-from mukca.solver.bayes.results.uncertainty import deviations, distance_deviations, prior_deviations
-from mukca.solver.bayes.selection import select_models
+from mukca.solver.bayes.results.projection_poses import poses_near
+from mukca.solver.bayes.results.uncertainty import (
+    NEAR,
+    NEARBY,
+    deviations,
+    distance_deviations,
+    prior_deviations,
+)
+from mukca.solver.calibration import SolveOptions
+from mukca.solver.calibration.fit import fit_robots
 from mukca.solver.data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
     RobotRecordings,
     measure,
-    observe_all,
 )
-from mukca.solver.robot import choose_parameters, gravity_moments, load_robot, workspace
+from mukca.solver.robot import gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, realistic_flaws, record
 
@@ -47,22 +54,26 @@ def draw(rigid: bool, seed: int) -> dict[str, list[float]]:
     flaws = Imperfection(noise=1e-4) if rigid else realistic_flaws(robot, generator)
     placements = [record(arm, base, generator, imperfection=flaws) for base in bases]
     measured = [measure(p, robot, stated) for p in placements]
-    parameters = choose_parameters(robot)
-    data = observe_all([RobotRecordings(robot, measured[:2])])
-    found = select_models([(robot, parameters)], data).full.arms[0]
+    (fit,) = fit_robots([RobotRecordings(robot, measured[:2])], SolveOptions(type_prior=("none",)))
+    found = fit.posterior
+    assert found is not None
     truth = arm.origins.ravel()[found.model.ball.free]
-
-    q = workspace(robot, 80, seed)
-    torque = gravity_moments(robot, q)
-    ball = found.predict(q, torque)
 
     def exactly(positions: np.ndarray) -> np.ndarray:
         bent = flaws.deflection.true_positions(positions, gravity_moments(arm, positions))
         return found.model.ball.points(truth, bent)
 
-    true = exactly(q)
-    lengths = [np.linalg.norm(p[1::2] - p[::2], axis=1) for p in (ball, true)]
-    distances = (lengths[0] - lengths[1]) / distance_deviations(found, q, torque)[1]
+    def distances(q: np.ndarray) -> tuple[list[float], list[float]]:
+        """By the full model, and by the URDF alone."""
+        q = q[: len(q) // 2 * 2]
+        full, deviation = distance_deviations(found, q, gravity_moments(robot, q))
+        balls = (exactly(q), fit.calibrated.geometric_ball(q))
+        true, alone = (np.linalg.norm(p[1::2] - p[::2], axis=1) for p in balls)
+        by_urdf = (alone - true) / np.hypot(deviation, alone - full)
+        return ((full - true) / deviation).tolist(), by_urdf.tolist()
+
+    near, _ = poses_near(robot, measured[2].positions, (NEARBY, 1), NEAR)
+    here, there = distances(near), distances(workspace(robot, 80, seed))
 
     size = found.model.size
     covariance = found.covariance[:size, :size]
@@ -82,7 +93,10 @@ def draw(rigid: bool, seed: int) -> dict[str, list[float]]:
     decided = (deviation > 0) & (deviation < 0.5 * prior_deviations(found)[:n])
     parameter = (found.values - truth)[decided] / deviation[decided]
     return {
-        "distances": distances.tolist(),
+        "workspace": there[0],
+        "its URDF": there[1],
+        "near": here[0],
+        "near, URDF": here[1],
         "deviations": scatter,
         "parameters": parameter.tolist(),
         "extended": [float(bool(found.model.extensions))],
@@ -101,11 +115,12 @@ def main() -> None:
     print(f"{draws} draws over {', '.join(ROBOTS)} in {time.perf_counter() - begin:.0f} s")
     kept = sum(bool(result["extended"][0]) for result in results)
     print(f"an extension was kept in {kept}")
-    for kind in ("distances", "deviations", "parameters"):
-        z = np.abs(np.concatenate([result[kind] for result in results]))
+    for kind in list(results[0])[:-1]:
+        arms = [np.abs(result[kind]) for result in results if result[kind]]
+        one, two = (100 * np.mean([np.mean(z < k) for z in arms]) for k in (1, 1.96))
         print(
-            f"{kind:11s} {len(z):6d} values: within 1 sigma {100 * np.mean(z < 1):.1f} % (68.3), "
-            f"within 1.96 sigma {100 * np.mean(z < 1.96):.1f} % (95.0)"
+            f"{kind:11s} {len(arms):4d} arms: within 1 sigma {one:.1f} % (68.3), "
+            f"within 1.96 sigma {two:.1f} % (95.0)"
         )
 
 
