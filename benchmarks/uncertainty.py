@@ -5,8 +5,9 @@
 For each draw a robot is perturbed, bends and turns unevenly as real arms do (unless --rigid), is
 recorded at two placements with a noisy seat, calibrated by `auto`, and asked for intervals: of
 distances between far ball positions and near the third placement, by the full model and by the
-URDF alone, of deviations of balls from their socket's mean there, and of parameters that the data decide.
-The caliper's error of the base is drawn too. Shares are means over arms. Stated: 68 % and 95 %.
+URDF alone, of deviations of balls from their socket's mean there, and of parameters that the data
+decide. The caliper's error of the base is drawn too. Shares are means over arms. Stated: 68 % and
+95 %.
 """
 
 import os
