@@ -12,6 +12,7 @@ import mukca
 
 COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SIZES = {"zero": 1, "compliance": 1, "tilt": 2, "play": 1, "harmonic_1": 2, "harmonic_2": 2}
+SIZES["curve"] = 360
 """Coefficients of each correction, for each joint."""
 
 

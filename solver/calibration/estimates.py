@@ -25,13 +25,16 @@ from ..results import (
     CalibratedRobot,
     Coefficient,
     DistanceDeviation,
+    ErrorCurves,
     Forecast,
+    JointCurve,
     NoiseScale,
     Outlook,
     ParameterValue,
     PriorWidth,
     Scale,
     Uncertainty,
+    sampled_ranges,
 )
 from ..robot import InverseKinematics, Robot, SimulationError
 from .fit import Fit
@@ -70,13 +73,48 @@ def parameter_values(
 
 
 def coefficient_values(posterior: Posterior) -> tuple[Coefficient, ...]:
-    """Return the coefficients of the extensions, with their deviations."""
+    """Return the coefficients of the extensions but the curves', with their deviations."""
     model = posterior.model
     columns = (model.names, model.units, posterior.x.tolist(), deviations(posterior).tolist())
     return tuple(
         Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
-        for name, unit, value, deviation in list(zip(*columns, strict=True))[model.geometry :]
+        for name, unit, value, deviation in list(zip(*columns, strict=True))[
+            model.geometry : model.scalars
+        ]
     )
+
+
+def error_curves(posterior: Posterior) -> ErrorCurves | None:
+    """Return the error curves of the joints that turn, with their deviations; None for none."""
+    curves = posterior.deflection.curves
+    if curves is None:
+        return None
+    model, group = posterior.model, posterior.groups[-1]
+    assert group.length is not None
+    (knots, m), own = curves.shape, model.slices[-1]
+    at_knots = sum(
+        w * np.roll(np.eye(knots), k, axis=1) for w, k in ((1 / 6, -1), (2 / 3, 0), (1 / 6, 1))
+    )
+    joints: list[JointCurve] = []
+    for k, joint in enumerate(model.robot.actuated):
+        if joint.type == "prismatic":
+            continue
+        sigma = posterior.covariance[own, own][k::m, k::m]
+        variances = np.sum((at_knots @ sigma) * at_knots, axis=1).clip(min=0)
+        joints.append(
+            JointCurve(
+                joint=joint.name,
+                values=_rounded(at_knots @ curves[:, k]),
+                deviations=_rounded(np.sqrt(variances)),
+                sampled=sampled_ranges(posterior.data.positions[:, k], group.length),
+            )
+        )
+    return ErrorCurves(amplitude=group.width, length=group.length, joints=tuple(joints))
+
+
+def _rounded(values: np.ndarray) -> tuple[float, ...]:
+    """Return angles to a nanoradian, so that a file is not full of digits."""
+    return tuple(np.round(values, 9).tolist())
 
 
 def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:

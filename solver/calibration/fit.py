@@ -16,8 +16,8 @@ from ..data import CALIPER_DEVIATION, Load, Measurement, RobotRecordings, observ
 from ..paper import NotConverged, build_problem, covariance, solve
 from ..results import CalibratedRobot
 from ..robot import BallModel, Parameter, choose_parameters
+from .earlier import Priors, priors_of
 from .options import SolveOptions
-from .type_prior import TypePriors, type_priors
 
 Predict = Callable[[Measurement], np.ndarray]
 """A model as a function: takes a placement, returns its N ball centres, shape (N, 3) [m]."""
@@ -55,7 +55,7 @@ def fit_robots(
     robots: Sequence[RobotRecordings],
     options: SolveOptions,
     *,
-    types: TypePriors | None = None,
+    types: Priors | None = None,
     require_scale: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:
@@ -64,7 +64,8 @@ def fit_robots(
     Args:
         robots: The nominal robots, and the placements to fit.
         options: Method and its options; coordinates only of sockets in the placements.
-        types: Elasticity of other arms of each robot's type; None for what the options say.
+        types: Elasticity of other arms of each robot's type, or what an earlier calibration left
+            known; None for what the options say.
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 
@@ -81,8 +82,7 @@ def fit_robots(
     if options.method == "paper":
         pairs = zip(robots, parameters, strict=True)
         return [_fit_by_paper(one, free, options) for one, free in pairs]
-    if types is None:
-        types = type_priors(options.type_prior, [one.robot for one in robots])
+    given = priors_of(options, robots) if types is None else types
     begin = time.perf_counter()
     data = observe_all(
         robots,
@@ -97,7 +97,7 @@ def fit_robots(
         stages=[name for name in EXTENSIONS if name not in options.without],
         joint_noise="joint-noise" not in options.without,
         zeros=bool(options.zeros),
-        types=types,
+        types=given,
         progress=progress,
     )
     seconds = time.perf_counter() - begin

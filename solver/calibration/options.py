@@ -120,6 +120,24 @@ class SolveOptions:
             default=("shipped",),
         ),
     ] = ()
+    prior: Annotated[
+        str | Path | None,
+        Option(
+            "an earlier calibration.json of this very arm: what it knows of geometry, elasticity "
+            "and error curves, and how well, is where this one begins",
+            metavar="CALIBRATION",
+            method="auto",
+        ),
+    ] = None
+    remounted: Annotated[
+        Sequence[str],
+        Option(
+            "what was taken off and put back since that calibration",
+            method="auto",
+            default=(),
+            choices=("tool", "base"),
+        ),
+    ] = ()
     payload: Annotated[
         float | None,
         Option(
@@ -184,6 +202,8 @@ class SolveOptions:
                 raise UsageError(f"{words}; this is --method {self.method}")
             else:
                 option.check(name, value)
+        if self.remounted and self.prior is None:
+            raise UsageError("--remounted: since which calibration? Name it by --prior")
         return replace(self, **filled)._read()
 
     def _read(self) -> "SolveOptions":
@@ -195,6 +215,7 @@ class SolveOptions:
             known=tuple(read_known(self.known)),
             sockets_at=tuple(self.located),
             type_prior=tuple(map(str, self.type_prior)),
+            prior=None if self.prior is None else str(self.prior),
         )
 
     @property

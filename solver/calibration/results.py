@@ -23,6 +23,7 @@ from ..results import (
     Provenance,
     RecordedSample,
     Role,
+    beyond_words,
 )
 from ..robot import Robot
 from . import estimates
@@ -44,6 +45,10 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         fit, warnings = replace(fit, posterior=None), (*warnings, UNKNOWN)
     errors, deflection = errors_of(problem, fit), calibrated.deflection
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
+    known, names = _known(problem, fit), problem.robot.joint_names
+    for m in problem.test:
+        beyond = beyond_words(known.get("curves"), names, m.positions, m.name)
+        warnings = (*warnings, *beyond)
     return CalibrationDocument(
         format=FORMAT,
         robot=problem.robot.source,
@@ -70,7 +75,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         data=_samples(problem, fit.posterior),
         scale=estimates.scale_of(fit),
         outlook=estimates.outlook_of(problem, fit),
-        **_known(problem, fit),
+        **known,
     )
 
 
@@ -85,6 +90,7 @@ def _known(problem: CalibrationProblem, fit: Fit) -> dict[str, Any]:
         return {}
     return {
         "coefficients": estimates.coefficient_values(fit.posterior),
+        "curves": estimates.error_curves(fit.posterior),
         "groups": estimates.prior_widths(fit.posterior),
         "noise": estimates.noise_scale(fit.posterior),
         "log_evidence": fit.posterior.log_evidence,

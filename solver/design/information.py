@@ -87,7 +87,7 @@ class ParameterCovariance:
     def deviations(self, where: Workspace) -> np.ndarray:
         """Return the predicted standard deviation of each distance, shape (K,) [m]."""
         own = self.covariance[: self.model.size, : self.model.size]
-        return np.sqrt(np.einsum("ni,ij,nj->n", where.slopes, own, where.slopes))
+        return np.sqrt(np.sum((where.slopes @ own) * where.slopes, axis=1))
 
     def with_socket(self) -> "ParameterCovariance":
         """Return the same with one more socket, whose centre is unknown."""

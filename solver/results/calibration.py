@@ -19,6 +19,7 @@ from .calibrated import CalibratedRobot
 from .estimates import (
     ArmsDocument,
     Coefficient,
+    ErrorCurves,
     FramePose,
     NoiseScale,
     Outlook,
@@ -59,6 +60,8 @@ class FitResult(Document, kw_only=True, frozen=True):
     iterations: int
     parameters: tuple[ParameterValue, ...]
     coefficients: tuple[Coefficient, ...] | None = None
+    curves: ErrorCurves | None = None
+    """None where the data support none, and in older files."""
     groups: tuple[PriorWidth, ...] | None = None
     noise: NoiseScale | None = None
     log_evidence: float | None = None

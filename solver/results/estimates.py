@@ -34,6 +34,28 @@ class Coefficient(Document, kw_only=True, frozen=True):
     standard_deviation: float
 
 
+class JointCurve(Document, kw_only=True, frozen=True):
+    """Error curve of one joint: true position less what its encoder reads."""
+
+    joint: str
+    values: tuple[float, ...]
+    """At 0, 1, .. 359 degrees [rad]; ``deflection.curve`` has its splines."""
+    deviations: tuple[float, ...]
+    """Standard deviation of each [rad]; where no angle was sampled, that of the process."""
+    sampled: tuple[tuple[float, float], ...]
+    """Ranges of angles within a length of a sample, from 0 to a turn [rad]."""
+
+
+class ErrorCurves(Document, kw_only=True, frozen=True):
+    """Error curves of all joints that turn: a Gaussian process (Matern 5/2, periodic in a turn)."""
+
+    amplitude: float
+    """Standard deviation of a curve before the data [rad]."""
+    length: float
+    """Angle over which it changes [rad]: its bumps are some four times as wide."""
+    joints: tuple[JointCurve, ...]
+
+
 class PriorWidth(Document, kw_only=True, frozen=True):
     """A group of parameters that share a prior, and how wide the data made that prior."""
 

@@ -8,12 +8,14 @@ header are in ``templates``.
 
 import json
 import re
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
 from jinja2 import Environment, FileSystemLoader
 
+from ...solver.results import CalibratedRobot
 from ...solver.robot import (
     NO_TOOL,
     ROUNDS,
@@ -42,25 +44,30 @@ def write(request: Request) -> Exported:
             f"--out {file}: its functions are named after it, so name it like one, as in panda.c"
         )
     calibrated = request.calibration.calibrated
-    model, load = calibrated.pose_model, calibrated.load
+    curved, load = _with_curves(calibrated), calibrated.load
+    model = curved.model
     moments = moments_function(calibrated.robot, load.gravity, load.payload)(model.q)
     place = _flange(request)
     flange = calibrated.robot.joints[place].child
     values = {
         "ball": model.ball,
         "flange": ca.vec(model.pose(place).T),  # row after row
-        "jacobian": ca.vec(model.jacobian(place).T),
+        "jacobian": ca.vec(curved.jacobian(place).T),
         "true_positions": model.true_positions,
         "gravity": moments[: len(calibrated.robot.actuated)],
     }
     sizes = {"ball": "3", "flange": "16", "jacobian": f"6 * {name.upper()}_JOINTS"}
-    q = {"q": model.q}
+    q = {"q": model.q, "d": curved.d, "dd": curved.dd}
     functions = {word: (sizes.get(word), _body(q, value)) for word, value in values.items()}
-    step = _body(*_step(model, place, calibrated.robot))
+    arguments, value = _step(model, place, calibrated.robot)
+    step = _body({**arguments, "d": curved.d}, value)
+    curves = calibrated.deflection.curves
     source = _filled(
         "controller.c.j2",
         request,
         ["The header says what each function does."],
+        curves=None if curves is None else curves.T.tolist(),
+        curved=[word for word, value in values.items() if ca.depends_on(value, curved.d)],
         names=", ".join(map(json.dumps, calibrated.robot.joint_names)),
         step=step,
         limits=[", ".join(f"{x:.17g}" for x in xs) for xs in _limits(calibrated.robot)],
@@ -80,6 +87,40 @@ def write(request: Request) -> Exported:
     )
     usage = f"Compile {name}.c with your program, include {name}.h; the flange is {flange}."
     return Exported({f"{name}.c": source, f"{name}.h": header}, (), (usage,))
+
+
+@dataclass(frozen=True)
+class _Curved:
+    """A robot's model in which a table says what the joints' error curves are."""
+
+    model: PoseModel
+    d: Any
+    """Values of the curves at q, shape (m,) [rad]."""
+    dd: Any
+    """Their slopes there, shape (m,)."""
+
+    def jacobian(self, joint: int) -> Any:
+        """Return :meth:`.PoseModel.jacobian`, by the curves, too."""
+        model = self.model
+        by_curves: Any = ca.jacobian(model.corrected, self.d) @ ca.diag(self.dd)
+        by_reading = ca.jacobian(model.corrected, model.q) + by_curves
+        return ca.densify(model.by_corrected(joint, model.frames[joint][1]) @ by_reading)
+
+
+def _with_curves(calibrated: CalibratedRobot) -> _Curved:
+    """Return the model, with symbols in place of its curves where it has any."""
+    m, deflection = len(calibrated.robot.actuated), calibrated.deflection
+    d, dd = ca.SX.sym("d", m), ca.SX.sym("dd", m)
+    if deflection.curves is None:
+        return _Curved(calibrated.pose_model, d, dd)
+    rest = replace(calibrated, deflection=deflection.without_curves).pose_model
+
+    def correct(q: Any) -> Any:
+        true = ca.substitute(rest.corrected, rest.q, q)
+        return ca.vertcat(true[:m] + d, true[m:])
+
+    origins = calibrated.model.origins(calibrated.values)
+    return _Curved(PoseModel.of(calibrated.robot, origins, correct), d, dd)
 
 
 def _flange(request: Request) -> int:

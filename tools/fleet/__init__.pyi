@@ -1,9 +1,11 @@
 # keep: FleetArm, FleetSession
 from .calibrate import calibrate_arm as calibrate_arm
+from .calibrate import compare_curves as compare_curves
 from .calibrate import compare_parameters as compare_parameters
 from .calibrate import last_sessions as last_sessions
 from .document import FORMAT as FORMAT
 from .document import FleetArm as FleetArm
+from .document import FleetCurves as FleetCurves
 from .document import FleetDocument as FleetDocument
 from .document import FleetSession as FleetSession
 from .folders import ArmFolder as ArmFolder

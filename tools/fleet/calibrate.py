@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from statistics import fmean, stdev
 
@@ -12,9 +13,17 @@ from ...recorder import Placement, read_placement
 from ...solver.assessment import judge_drift
 from ...solver.calibration import Calibration, calibrate
 from ...solver.data import measure
+from ...solver.results import agreement
 from ...solver.robot import Robot, load_robot
 from ..report import build_report
-from .document import FleetArm, FleetChange, FleetDrift, FleetParameter, FleetSession
+from .document import (
+    FleetArm,
+    FleetChange,
+    FleetCurves,
+    FleetDrift,
+    FleetParameter,
+    FleetSession,
+)
 from .folders import MODEL, ArmFolder, find_sessions
 
 
@@ -161,3 +170,14 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
             )
         )
     return tuple(compared)
+
+
+def compare_curves(arms: Sequence[FleetArm]) -> tuple[FleetCurves, ...]:
+    """Return how far the error curves of arms of one type agree, by their last calibrations."""
+    found = [(arm, one.curves) for arm in arms for one in last_sessions([arm]) if one.curves]
+    pairs = (
+        FleetCurves(robot=a.robot, a=a.name, b=b.name, joints=agreement(one, other))
+        for (a, one), (b, other) in combinations(found, 2)
+        if a.robot == b.robot
+    )
+    return tuple(pair for pair in pairs if pair.joints)

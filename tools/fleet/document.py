@@ -3,7 +3,7 @@
 from typing import Literal
 
 from ...solver.assessment import Kind, Outcome, Scope
-from ...solver.results import Document
+from ...solver.results import CurveAgreement, Document, ErrorCurves
 from ..report.figures import Step
 
 FORMAT = "mukca-fleet-1"
@@ -53,6 +53,8 @@ class FleetSession(Document, kw_only=True, frozen=True):
     todo: Step | None = None
     drift: FleetDrift | None = None
     parameters: tuple[FleetChange, ...] = ()
+    curves: ErrorCurves | None = None
+    """Error curves of its joints; None where the data support none."""
     outputs: dict[str, str]
 
 
@@ -95,9 +97,20 @@ class FleetParameter(Document, kw_only=True, frozen=True):
     """Its change from nominal."""
 
 
+class FleetCurves(Document, kw_only=True, frozen=True):
+    """Error curves of two arms of one type, joint by joint: are they alike?"""
+
+    robot: str
+    a: str
+    b: str
+    joints: tuple[CurveAgreement, ...]
+
+
 class FleetDocument(Document, kw_only=True, frozen=True):
     """All of ``fleet.json``."""
 
     format: str
     arms: tuple[FleetArm, ...]
     parameters: tuple[FleetParameter, ...]
+    curves: tuple[FleetCurves, ...] = ()
+    """Of all pairs of arms of one type that have them."""

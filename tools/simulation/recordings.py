@@ -13,7 +13,7 @@ import numpy as np
 
 from ...recorder import Placement, Sample
 from ...solver.bayes.model import Deflection
-from ...solver.bayes.model.effects import EFFECTS, TILT
+from ...solver.bayes.model.effects import CURVE, EFFECTS, TILT, random_curves
 from ...solver.calibration import UsageError, check_keywords
 from ...solver.data import check_distance
 from ...solver.results import CalibratedRobot
@@ -30,6 +30,8 @@ from .simulated_arms import Imperfection, perturb
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+CURVE_LENGTH = 0.07
+"""Length of error curves, as the joints of arms of Universal Robots have them [rad]."""
 FRICTION = 0.03
 """Under less torque than this a joint with play rests on either side [N m]."""
 
@@ -73,6 +75,9 @@ class SimulationOptions(TypedDict, total=False):
     """The same about the two axes across each joint's own (0); some 3e-5."""
     transmission: float
     """Standard deviation of each coefficient of the transmission error (0) [rad]; some 2e-4."""
+    curves: float
+    """Amplitude of each joint's error curve (0) [rad], with bumps every 15 degrees or so; some 3e-4
+    on arms that have them."""
     distance: float
     """Between the centres of the two sockets (0.05) [m]."""
 
@@ -86,6 +91,7 @@ DEFAULTS: SimulationOptions = {
     "compliance": 0.0,
     "tilt": 0.0,
     "transmission": 0.0,
+    "curves": 0.0,
     "distance": 0.05,
 }
 LEAST = {"placements": 1, "samples": 2}
@@ -142,6 +148,9 @@ def _deflection(
     drawn: list[np.ndarray] = []
     for effect in kept:
         count, size = len(effect.coefficient_names(robot.joint_names)), sizes[effect.extension]
+        if effect is CURVE:
+            drawn.append(size * random_curves(len(robot.joint_names), CURVE_LENGTH, generator))
+            continue
         draw = generator.random if effect.non_negative else generator.standard_normal
         drawn.append(size * draw(count))
     return Deflection(tuple(effect.name for effect in kept), tuple(drawn))

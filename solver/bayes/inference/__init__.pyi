@@ -1,3 +1,5 @@
+from .joint_curves import may_have_curves as may_have_curves
+from .joint_curves import with_joint_curves as with_joint_curves
 from .map_estimate import estimate as estimate
 from .posterior import JointPosterior as JointPosterior
 from .posterior import Posterior as Posterior

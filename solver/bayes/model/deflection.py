@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .effects import EFFECTS, JOINT_OFFSET, Effect
+from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect
 
 
 def design_matrix(
@@ -73,6 +73,20 @@ class Deflection:
             return self
         return Deflection(self.extensions[1:], self.coefficients[1:])
 
+    @property
+    def curves(self) -> np.ndarray | None:
+        """Coefficients of the joints' error curves, shape (KNOTS, m) [rad]; None without any."""
+        if CURVE.name not in self.extensions:
+            return None
+        return self.coefficients[-1].reshape(KNOTS, -1)
+
+    @property
+    def without_curves(self) -> "Deflection":
+        """The rest."""
+        if CURVE.name not in self.extensions:
+            return self
+        return Deflection(self.extensions[:-1], self.coefficients[:-1])
+
     def true_positions(self, q: np.ndarray, moments: np.ndarray) -> np.ndarray:
         """Return the true joint positions q', followed by the tilts where there are any.
 
@@ -83,6 +97,12 @@ class Deflection:
         Returns:
             Shape (N, m), or with tilts (N, 3 m) [rad].
         """
-        effects = [EFFECTS[name] for name in self.extensions]
-        coefficients = np.concatenate([np.zeros(0), *self.coefficients])
-        return deflected(q, *design_matrix(effects, q, moments), coefficients)
+        own = dict(zip(self.extensions, self.coefficients, strict=True))
+        effects = [EFFECTS[name] for name in own if EFFECTS[name].shift is None]
+        coefficients = np.concatenate([np.zeros(0), *(own[e.name] for e in effects)])
+        true = deflected(q, *design_matrix(effects, q, moments), coefficients)
+        for name, values in own.items():
+            shift = EFFECTS[name].shift
+            if shift is not None:
+                true[:, : q.shape[1]] += shift(q, values)
+        return true

@@ -15,7 +15,8 @@ import numpy as np
 
 from ...robot import BallModel, Parameter, Robot, workspace
 from .deflection import Deflection, deflected, design_matrix
-from .effects import EFFECTS, JOINT_OFFSET, Effect
+from .effects import CURVE, EFFECTS, JOINT_OFFSET, Effect
+from .given_prior import GivenPrior
 from .prior_group import Expected
 
 SCALE_SAMPLES = 200
@@ -34,6 +35,8 @@ class ExtendedModel:
     """Names of the effects, in the order of :data:`.EFFECTS`."""
     of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
     """The elasticity of other arms of the type, by extension; empty where none is known."""
+    given: GivenPrior | None = None
+    """What is known of some unknowns before the data, in place of the priors by group."""
 
     @property
     def geometry(self) -> int:
@@ -70,6 +73,11 @@ class ExtendedModel:
     def size(self) -> int:
         """Number of unknowns."""
         return len(self.names)
+
+    @property
+    def scalars(self) -> int:
+        """Number of unknowns that mean something alone; the coefficients of curves follow."""
+        return self.slices[-1].start if CURVE.name in self.extensions else self.size
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Return the free origin numbers for unknowns x, shape (geometry,) [m, rad]."""
@@ -140,7 +148,7 @@ class ExtendedModel:
         The scale is that of the cloud of ball positions over random poses, beside what another
         place of the ball on the flange, or a turn of the base, would do to it: the ball's place
         was only guessed, and says nothing of the arm. One arm can be described by many sets of
-        lengths, but its balls are the same in all of them. A zero moves the poses to which
+        lengths, but its balls are the same in all of them. A zero or curve moves the poses to which
         readings belong, and with them the cloud, but makes no link longer.
 
         Returns:
@@ -156,8 +164,9 @@ class ExtendedModel:
         others = np.concatenate([place - place.mean(axis=0), turns], axis=2).reshape(cloud.size, -1)
         radial = cloud.ravel() - others @ np.linalg.lstsq(others, cloud.ravel(), rcond=None)[0]
         by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
-        if JOINT_OFFSET in self.effects:
-            by_scale[self.slices[0]] = 0.0
+        for effect, own in zip(self.effects, self.slices, strict=True):
+            if effect in (JOINT_OFFSET, CURVE):
+                by_scale[own] = 0.0
         return by_scale
 
 

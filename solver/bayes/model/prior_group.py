@@ -46,6 +46,11 @@ class PriorGroup:
     For lengths it is how they change when the whole robot grows by 0.2 %. None: no such change."""
     expected: Expected | None = None
     """Means other than zero, as other arms of the type or the noise show them."""
+    shape: np.ndarray | None = None
+    """Prior covariance of the members for a width of 1, shape (members, members); None for a prior
+    in which they are independent."""
+    length: float | None = None
+    """Length of the Gaussian process that the members are of [rad]; None for no process."""
     optional: bool = False
     """True if the members are held at zero for good once their effect is negligible."""
     non_negative: bool = False
@@ -58,6 +63,8 @@ class PriorGroup:
 
         D is s_g^2 I, and with what other arms tell, the squares of its deviations added.
         """
+        if self.shape is not None:
+            return width**2 * self.shape
         D = np.diag(self._variances(width))
         return D if self.common is None else D + np.outer(self.common, self.common)
 
@@ -71,6 +78,10 @@ class PriorGroup:
             width: s, in the unit of the group.
             free: Which members count.
         """
+        if self.shape is not None:
+            some = self.shape[free][:, free]
+            unit = 1 / np.sqrt(np.diag(some))  # members of different units
+            return np.linalg.inv(some * unit[:, None] * unit) * unit[:, None] * unit / width**2
         inverse = 1 / self._variances(width)[free]
         if self.common is None:
             return np.diag(inverse)

@@ -13,6 +13,7 @@ import numpy as np
 from ...data import Observations
 from .effects import Effect
 from .extended_model import ExtendedModel
+from .given_prior import GivenPrior
 from .prior_group import Expected, PriorGroup
 
 BALL_WIDTH = 0.1
@@ -59,7 +60,30 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         members = np.arange(own.start, own.stop, dtype=np.int64)
         shifts = effect.derivatives(data.positions, data.torques)
         groups.append(_prior_of_effect(effect, members, shifts, of_type))
-    return tuple(groups)
+    return tuple(groups) if model.given is None else _with_given(model, model.given, groups)
+
+
+def _with_given(
+    model: ExtendedModel, given: GivenPrior, groups: list[PriorGroup]
+) -> tuple[PriorGroup, ...]:
+    """Return the groups, with what is given of some unknowns in place of their own priors."""
+    known = given.of(model.names)
+    place = {name: i for i, name in enumerate(model.names)}
+    members = np.array([place[name] for name in known.names], dtype=np.int64)
+    rest: list[PriorGroup] = []
+    for group in groups:
+        free = ~np.isin(group.members, members)
+        common = None if group.common is None else group.common[free]
+        expected = group.expected and (group.expected[0][free], group.expected[1][free])
+        if free.any():
+            own = group.members[free]
+            rest.append(replace(group, members=own, common=common, expected=expected))
+    if not len(members):
+        return tuple(rest)
+    expected = known.mean, 0 * known.mean
+    shape = known.covariance
+    own = PriorGroup("given", "", members, 1.0, learned=False, expected=expected, shape=shape)
+    return (*rest, own)
 
 
 def _prior_of_effect(

@@ -78,8 +78,10 @@ def _closest(full: Posterior, load: Load, simulated: Poses, alone: np.ndarray | 
         doubt = _doubt(full, load, simulated, alone)
     prior = np.zeros((n, n))
     for group in full.groups:
-        if group.members[0] < n:
-            prior[np.ix_(group.members, group.members)] = group.precision(group.width)
+        inside = group.members < n
+        if inside.any():
+            own = group.members[inside]
+            prior[np.ix_(own, own)] = group.precision(group.width, inside)
     errors, J = _linear(model.ball, start, joined(simulated, recorded))
     return start + _sure(J.T @ J + prior, -J.T @ errors - prior @ off_prior, doubt)
 

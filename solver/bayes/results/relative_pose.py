@@ -82,7 +82,7 @@ def _tool_deviation(
     slopes[:, :, own[0]] = -by_first
     slopes[:, :, own[robot]] = pose.rotation @ by_second
     slopes[:, :, begin : begin + 6] = pose.slopes(points)
-    squares: np.ndarray = np.einsum("nij,jk,nik->n", slopes, world.covariance, slopes)
+    squares: np.ndarray = np.sum((slopes @ world.covariance) * slopes, axis=(1, 2))
     return max(float(squares.mean()), 0.0) ** 0.5
 
 

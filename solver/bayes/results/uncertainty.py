@@ -24,6 +24,8 @@ CORRELATED = 3
 the next are correlated by about a half."""
 NEAR, NEARBY = 0.06, 60
 """Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
+BATCH = 500
+"""Samples whose derivatives by all unknowns are held at once."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,9 @@ def prior_deviations(posterior: Posterior) -> np.ndarray:
 
 def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     """Return unknowns correlated beyond :data:`STRONG`, the closest pair first."""
-    size = posterior.model.size
-    deviation = deviations(posterior)
-    known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior_deviations(posterior)))
+    size = posterior.model.scalars
+    deviation, prior = deviations(posterior)[:size], prior_deviations(posterior)[:size]
+    known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior))
     covariance = posterior.covariance[:size, :size][np.ix_(known, known)]
     matrix = covariance / np.outer(deviation[known], deviation[known])
     names = [posterior.model.names[i] for i in known.tolist()]
@@ -91,8 +93,10 @@ def observability_index(posterior: Posterior) -> float:
     (s > 1e-6 s_1). Larger is better: configurations that differ more show more.
     """
     model, data = posterior.model, posterior.data
-    points, jacobian, _ = model.linearise(posterior.x, data.positions, data.torques)
-    scaled = jacobian[:, :, : model.geometry] * prior_deviations(posterior)[: model.geometry]
+    true = posterior.deflection.true_positions(data.positions, data.torques)
+    linear = model.ball.linearise(posterior.values, true)
+    points = linear.points
+    scaled = linear.by_parameters * prior_deviations(posterior)[: model.geometry]
     parts = [scaled[data.sockets == k] for k in range(data.socket_count)]
     parts = [rows - rows.mean(axis=0) for rows in parts if len(rows)]
     measured = data.sockets if data.instrument is None else data.instrument.frames
@@ -162,11 +166,16 @@ def predicted_deviation(
     covariance = posterior.covariance[:size, :size]
     total, count = 0.0, 0
     for q, torque in by_socket:
-        _, jacobian, by_joints = posterior.model.linearise(posterior.x, q, torque)
-        centred = jacobian - jacobian.mean(axis=0)
-        total += float(np.einsum("nij,jk,nik->", centred, covariance, centred))
-        noise = np.trace(posterior.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum()
-        total += float(noise) * (1 - 1 / len(q))
+        sums, noise = np.zeros((3, size)), 0.0
+        for begin in range(0, len(q), BATCH):
+            some = slice(begin, begin + BATCH)
+            _, J, by_joints = posterior.model.linearise(posterior.x, q[some], torque[some])
+            rows = J.reshape(-1, size)
+            total += float(np.sum((rows @ covariance) * rows))
+            sums += J.sum(axis=0)
+            noise += float(np.trace(posterior.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
+        total -= float(np.sum((sums @ covariance) * sums)) / len(q)
+        total += noise * (1 - 1 / len(q))
         count += len(q)
     return (total / count) ** 0.5
 

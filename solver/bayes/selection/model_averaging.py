@@ -75,7 +75,7 @@ def _union(arms: Sequence[Posterior]) -> ExtendedModel:
     """Return the model with the extensions of all."""
     model = arms[0].model
     kept = {name for arm in arms for name in arm.model.extensions}
-    return extend(model.robot, model.parameters, tuple(kept))
+    return replace(extend(model.robot, model.parameters, tuple(kept)), given=model.given)
 
 
 def _rows(whole: ExtendedModel, part: ExtendedModel, begin: int = 0) -> list[int]:

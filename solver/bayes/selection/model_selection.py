@@ -12,9 +12,9 @@ from math import log
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
-from ..inference import JointPosterior, estimate
-from ..model import Expected, extend
-from ..model.effects import EFFECTS, EXTENSIONS, JOINT_OFFSET
+from ..inference import JointPosterior, estimate, may_have_curves, with_joint_curves
+from ..model import Expected, GivenPrior, extend
+from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
 from .leave_one_out import improvement
 from .model_averaging import averaged, model_probabilities
@@ -54,7 +54,7 @@ def select_models(
     stages: Sequence[str] = tuple(EXTENSIONS),
     joint_noise: bool = True,
     zeros: bool = False,
-    types: Sequence[Mapping[str, Expected]] = (),
+    types: Sequence[Mapping[str, Expected]] | GivenPrior = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selected:
     """Calibrate the geometry of one robot or several, then try extension after extension.
@@ -66,7 +66,9 @@ def select_models(
         joint_noise: Whether joint angles may be noisy.
         zeros: Whether joint offsets may be degrees, as in arms made of servos.
         types: For each robot, the elasticity of other arms of its type, see
-            :attr:`.ExtendedModel.of_type`; each model is then tried with that, too.
+            :attr:`.ExtendedModel.of_type`; each model is then tried with that, too. Or, of a single
+            robot, what an earlier calibration left known of its unknowns: the effects that it tells
+            of are not tried, they are there.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -76,17 +78,22 @@ def select_models(
     def fit(
         near: JointPosterior | None, effects: EffectNames, observed: MultiRobotObservations
     ) -> JointPosterior:
-        models = [extend(*free, own) for free, own in zip(robots, effects, strict=True)]
+        models = [
+            replace(extend(*free, own), given=given)
+            for free, own in zip(robots, effects, strict=True)
+        ]
         if near is not None:
             known = [arm.model.of_type for arm in near.arms]
             models = [replace(m, of_type=own) for m, own in zip(models, known, strict=True)]
         return estimate(models, observed, joint_noise=joint_noise, near=near)
 
     progress("geometry")
+    given, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
     first = (JOINT_OFFSET.name,) if zeros else ()
-    geometric = fit(None, [first] * len(robots), data)
+    geometric = fit(None, [(*first, *_effects_of(robot, given)) for robot, _ in robots], data)
     required = {name: {EFFECTS[e].requires for e in own} for name, own in EXTENSIONS.items()}
     names = [name for name in EXTENSIONS if name in stages and required[name] <= {"", *first}]
+    names = [name for name in names if name != CURVE.extension]
     order = [(name, i) for name in names for i in range(len(robots))]
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
@@ -103,10 +110,22 @@ def select_models(
             share = 100 * float(probabilities[by_type].sum())
             own.append(f"type prior: counts by {share:.0f} %")
     full = averaged(models, probabilities) if len(models) > 1 else models[0]
+    if CURVE.extension in stages and may_have_curves(full):
+        progress(CURVE.extension)
+        full, note = with_joint_curves(full)
+        for own in notes:
+            own.append(f"{CURVE.extension}: {note}")
     if zeros:
         for own, arm in zip(notes, full.arms, strict=True):
             own.append(joint_offsets_in_words(arm))
     return Selected(geometric, full, tuple(map(tuple, notes)))
+
+
+def _effects_of(robot: Robot, given: GivenPrior | None) -> tuple[str, ...]:
+    """Return the effects but curves that a prior tells of."""
+    told = {*(given.names if given is not None else ())}
+    effects = (e for e in EFFECTS.values() if e is not CURVE)
+    return tuple(e.name for e in effects if told & {*e.coefficient_names(robot.joint_names)})
 
 
 @dataclass(frozen=True)

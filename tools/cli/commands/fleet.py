@@ -36,11 +36,12 @@ def run(options: Options, terminal: Terminal) -> int:
     """Calibrate all arms, and write the page."""
     from ....solver.assessment import worst
     from ....solver.calibration import learn_types
-    from ....solver.results import encode
+    from ....solver.results import agreement_words, encode
     from ...fleet import (
         FORMAT,
         FleetDocument,
         calibrate_arm,
+        compare_curves,
         compare_parameters,
         find_arms,
         fleet_page,
@@ -51,7 +52,14 @@ def run(options: Options, terminal: Terminal) -> int:
     items = [_arm(options, folder) for folder in find_arms(options.folder)]
     with terminal.progress(len(items)) as progress:
         arms = options.workers.map(calibrate_arm, items, lambda i: progress(items[i].folder.name))
-    result = FleetDocument(format=FORMAT, arms=tuple(arms), parameters=compare_parameters(arms))
+    result = FleetDocument(
+        format=FORMAT,
+        arms=tuple(arms),
+        parameters=compare_parameters(arms),
+        curves=compare_curves(arms),
+    )
+    for pair in result.curves:
+        terminal.say(f"{pair.a} and {pair.b}: {agreement_words(pair.joints)}")
     page = fleet_page(result).encode("utf-8", "replace")
     files = {"fleet.html": page, "fleet.json": encode(result, indent=1)}
     learned = learn_types(Path(last.outputs["calibration"]) for last in last_sessions(arms))

@@ -31,11 +31,14 @@ def run(options: Options, terminal: Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
     from ....solver.assessment import Options, judge_drift, limits_of
     from ....solver.calibration import load_calibration
+    from ....solver.results import beyond_words
 
     repeatability = metres(options.settings.validated().repeatability_mm)
     calibration = load_calibration(options.calibration)
     data = measure_all(options.data, calibration.robot, options.settings.distance, sockets=1)
-    terminal.warn(*(line for measured in data for line in measured.warnings))
+    curves, names = calibration.document.curves, calibration.robot.joint_names
+    for m in data:
+        terminal.warn(*m.warnings, *beyond_words(curves, names, m.positions, m.name))
     errors = calibration.errors_of(data)
     show_errors(errors, terminal)
     if errors.summary.train is not None:

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 
+import msgspec
 import numpy as np
 
 from ....solver.assessment import Quantiles, calibrated_points, mm, norms, plural, quantiles
 from ....solver.data import Measurement, Metrics, evaluate, kabsch, mean_metrics, targets
-from ....solver.results import Document, fields_of
+from ....solver.results import CurveAgreement, Document, agreement, agreement_words, fields_of
 from .contenders import NOMINAL, Contender
 from .types import Displacement, PlotCaption
 
@@ -75,6 +76,8 @@ class ComparedPair(Document, kw_only=True, frozen=True):
     """Over the placements that none of the models was trained on; None where there are none."""
     apart: Displacement
     """Of the ball between the two, after a rigid motion of the base frame is taken out."""
+    curves: tuple[CurveAgreement, ...] = ()
+    """Of the joints' error curves, where both have them."""
 
 
 class ComparisonDocument(Document, kw_only=True, frozen=True):
@@ -134,6 +137,7 @@ def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> Com
         )
         for m in data
     ]
+    curves = [None, *(contender.document.curves for contender in contenders)]
     fair = [i for i, placement in enumerate(compared) if not any(placement.trained)]
     judged = [compared[i] for i in fair]
     return ComparisonDocument(
@@ -145,7 +149,13 @@ def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> Com
         ),
         placements=tuple(map(_placement, compared)),
         fair=tuple(fair),
-        pairs=tuple(_pair(compared, fair, a, b) for b in range(1, len(names)) for a in range(b)),
+        pairs=tuple(
+            msgspec.structs.replace(
+                _pair(compared, fair, a, b), curves=agreement(curves[a], curves[b])
+            )
+            for b in range(1, len(names))
+            for a in range(b)
+        ),
     )
 
 
@@ -211,6 +221,10 @@ def _apart(A: np.ndarray, B: np.ndarray) -> Displacement:
 
 def comparison_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
     """Return in words which of two models is better, where, and by how much beyond the noise."""
+    return f"{_errors_sentence(result, pair)} {agreement_words(pair.curves)}".strip()
+
+
+def _errors_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
     a, b = result.models[pair.a].name, result.models[pair.b].name
     summary = pair.summary
     if summary is None:

@@ -1,4 +1,13 @@
 from .compliance import COMPLIANCE as COMPLIANCE
+from .curve import CURVE as CURVE
+from .curve import KNOTS as KNOTS
+from .curve import SPACING as SPACING
+from .curve import circulant as circulant
+from .curve import curve_values as curve_values
+from .curve import kernel as kernel
+from .curve import random_curves as random_curves
+from .curve import spectrum as spectrum
+from .curve import splines as splines
 from .effect import Effect as Effect
 from .joint_offset import JOINT_OFFSET as JOINT_OFFSET
 from .table import EFFECTS as EFFECTS

@@ -40,6 +40,9 @@ class Effect:
     coefficients are then believed to be what the joints' noise shows. None for an even noise."""
     requires: str = ""
     """Another effect without which it is not tried."""
+    shift: "Callable[[np.ndarray, np.ndarray], np.ndarray] | None" = None
+    """Turn of the joints about their own axes, shape (N, m) [rad], from their positions and all
+    coefficients, where that is far less work than by the derivatives."""
     geometry_widths: Mapping[str, float] = field(default_factory=dict[str, float])
     """Typical widths of groups of the geometry beside this effect, by name [m, rad]."""
 

@@ -6,21 +6,21 @@ To add one:
    coefficient turns, the derivatives of that turn by the coefficients, and the typical size.
 2. Add it to the table below.
 
-Selection, priors, export, report and JSON ask the effect itself. A curve of each joint is an effect
-whose derivatives are basis functions of q, each scaled by its prior standard deviation. What turns
-no joint, as a base that drifts, needs an axis of its own beside those of :mod:`.effect`, and its
-column in :meth:`.ExtendedModel.linearise`.
+Selection, priors, export, report and JSON ask the effect itself. What turns no joint, as a base
+that drifts, needs an axis of its own beside those of :mod:`.effect`, and its column in
+:meth:`.ExtendedModel.linearise`.
 """
 
 from .backlash import BACKLASH
 from .compliance import COMPLIANCE
+from .curve import CURVE
 from .effect import Effect
 from .joint_offset import JOINT_OFFSET
 from .tilt import TILT
 from .transmission import HARMONICS
 
 EFFECTS: dict[str, Effect] = {
-    effect.name: effect for effect in (JOINT_OFFSET, COMPLIANCE, TILT, BACKLASH, *HARMONICS)
+    effect.name: effect for effect in (JOINT_OFFSET, COMPLIANCE, TILT, BACKLASH, *HARMONICS, CURVE)
 }
 """Every effect by its name; the first one alone can be held by the geometry."""
 EXTENSIONS: dict[str, tuple[str, ...]] = {

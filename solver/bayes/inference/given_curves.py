@@ -1,0 +1,79 @@
+"""Error curves of which a prior tells already, together with other unknowns of a robot.
+
+Given y, the changes of the unknowns beside the curves from a state x, the curves' coefficients are
+
+    c = mu_c + R (x + y - mu_x) + e        R = S_cx S_xx^-1        e ~ N(0, S_cc - R S_xc)     (A9)
+
+with mu and S the prior's mean and covariance. So only e is a Gaussian process of its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..model import ExtendedModel
+from ..model.effects import CURVE, KNOTS
+from .linear_samples import LinearSamples
+
+
+@dataclass(frozen=True)
+class GivenCurves:
+    """What a prior tells of one robot's curves; coefficients joint after joint."""
+
+    mean: np.ndarray
+    """mu_c at x = mu_x, shape (m KNOTS,) [rad]."""
+    known: np.ndarray
+    """mu_x, shape (size,)."""
+    by_unknowns: np.ndarray
+    """R, shape (m KNOTS, size); zero for what the prior does not tell of."""
+    covariance: np.ndarray
+    """Of e, shape (m KNOTS, m KNOTS)."""
+    scales: tuple[float, float]
+    """Amplitude and length of the process that the curves were of at first [rad]."""
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """Return the most probable curves beside other unknowns, shape (m, KNOTS) [rad]."""
+        return (self.mean + self.by_unknowns @ (x - self.known)).reshape(-1, KNOTS)
+
+    def relative(self, samples: LinearSamples, x: np.ndarray) -> LinearSamples:
+        """Return samples whose curves are e alone, around a state x of the other unknowns."""
+        by_rest = samples.by_rest.copy()
+        by_rest[:, :, : len(x)] += samples.basis @ self.by_unknowns
+        errors = samples.errors + samples.basis @ self.at(x).ravel()
+        return replace(samples, errors=errors, by_rest=by_rest, given=self.covariance)
+
+    def whole(self, covariance: np.ndarray) -> np.ndarray:
+        """Return the covariance of y and c from that of y and e."""
+        d, size = len(covariance) - len(self.mean), self.by_unknowns.shape[1]
+        turned = np.eye(len(covariance))
+        turned[d:, :size] = self.by_unknowns
+        return turned @ covariance @ turned.T
+
+
+def given_curves(models: Sequence[ExtendedModel]) -> GivenCurves | None:
+    """Return what the prior of a single robot tells of its curves; None for nothing."""
+    model = models[0]
+    if len(models) > 1 or model.given is None:
+        return None
+    joints = model.robot.joint_names
+    each = CURVE.coefficient_names(joints)
+    names = [each[k * len(joints) + j] for j in range(len(joints)) for k in range(KNOTS)]
+    if not {*names} & {*model.given.names}:
+        return None
+    own = model.given.of(names)
+    others = model.given.of(model.names)
+    both = model.given.of([*own.names, *others.names])
+    n, place = len(own.names), {name: i for i, name in enumerate(names)}
+    S = both.covariance
+    unit = 1 / np.sqrt(np.diag(S)[n:])
+    by_others = S[:n, n:] * unit @ np.linalg.inv(S[n:, n:] * unit[:, None] * unit) * unit
+    rows = [place[name] for name in own.names]
+    columns = [model.names.index(name) for name in others.names]
+    mean, known = np.zeros(len(names)), np.zeros(model.size)
+    mean[rows], known[columns] = own.mean, others.mean
+    by_unknowns = np.zeros((len(names), model.size))
+    by_unknowns[np.ix_(rows, columns)] = by_others
+    covariance = np.zeros((len(names), len(names)))
+    covariance[np.ix_(rows, rows)] = S[:n, :n] - by_others @ S[n:, :n]
+    return GivenCurves(mean, known, by_unknowns, covariance, model.given.curve_scales)

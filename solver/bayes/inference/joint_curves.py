@@ -1,0 +1,268 @@
+"""The fit of each joint's error curve together with everything else; docs/model.md introduces it.
+
+It begins at the result without curves, where the samples are as good as linear in all unknowns.
+Amplitude, length, noise and prior widths are those of highest evidence over all samples, or over so
+many of them drawn at random; curves are kept where they raise the evidence enough.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..model import ExtendedModel, MultiRobotModel, PriorGroup
+from ..model.effects import CURVE, KNOTS, circulant, spectrum
+from .curve_hyperparameters import CurvePrior, Marginalised, marginalised
+from .curve_posterior import covariance, solve, spline_coefficients
+from .given_curves import GivenCurves, given_curves
+from .linear_samples import LinearSamples, linear_samples, rest_of, resumed, with_curves
+from .objective import Objective, State, build_objective, linearise
+from .posterior import JointPosterior, Posterior
+
+LOG_EVIDENCE = 10.0
+"""Least rise of the logarithm of the evidence by which curves are kept. On arms without curves,
+sockets or points, it rose by 2.4 at most in 60 recordings."""
+GIVEN = "kept, as an earlier calibration has them and these data change them"
+MOST_SAMPLES = 300
+"""Of which the evidence is worked out, and with which the curves are fitted without any basis."""
+FIRST_SAMPLES, HINT = 150, 1.0
+"""Samples that are looked at first, and the rise by them below which curves are not sought on."""
+FIRST_LENGTH = 0.08
+"""Length at which the search begins [rad]."""
+ROUNDS = 8
+"""Times that the samples are made linear again."""
+STILL = 0.1
+"""Displacement of a ball, as a share of the noise, and change of a weight that end the rounds."""
+
+
+def may_have_curves(found: JointPosterior) -> bool:
+    """Tell whether curves can be told from the rest by such recordings.
+
+    In sockets it takes two placements: at one, geometry explains as much. Joints with play hide
+    them.
+    """
+    arms = found.scene.arms
+    measured = any(arm.instrument is not None for arm in arms)
+    plays = any(g.width for arm in found.arms for g in arm.groups if g.follows_noise)
+    told = given_curves([arm.model for arm in found.arms]) is not None
+    return told or ((measured or len(found.scene.placements) > 1) and not plays)
+
+
+def with_joint_curves(found: JointPosterior) -> tuple[JointPosterior, str]:
+    """Return a result with error curves of its joints where the data support them, and why.
+
+    Args:
+        found: The result without curves.
+    """
+    models = [arm.model for arm in found.arms]
+    readings, given = build_objective(models, found.scene), given_curves(models)
+    state = resumed(found, readings)
+    none = np.zeros(state.linear.by_joints.shape[::2])
+    samples = linear_samples(readings, state, none)
+    if given is not None:
+        rows = _drawn(len(none), MOST_SAMPLES)
+        few, prior = given.relative(samples.of(rows), state.x), CurvePrior(*given.scales)
+        fitted = marginalised(readings, state, few, prior, np.ones(len(rows)))
+        return _settled(found, readings, rows, replace(fitted, log_evidence=0.0), given), GIVEN
+    rows = _drawn(len(none), FIRST_SAMPLES)
+    few, all_alike = samples.of(rows), np.ones(len(rows))
+    plain = marginalised(readings, state, few, CurvePrior(0.0, 1.0), all_alike)
+    fitted = marginalised(readings, *_first(plain.state, few), plain.weights)
+    gain = fitted.log_evidence - plain.log_evidence
+    if gain > HINT and len(rows) < len(none):
+        rows = _drawn(len(none), MOST_SAMPLES)
+        few, all_alike = samples.of(rows), np.ones(len(rows))
+        plain = marginalised(readings, plain.state, few, plain.prior, all_alike)
+        fitted = marginalised(readings, fitted.state, few, fitted.prior, plain.weights)
+        gain = fitted.log_evidence - plain.log_evidence
+    evidence = f"(log evidence {gain:+.1f})"
+    if not gain > LOG_EVIDENCE:
+        return found, f"not supported by the data {evidence}"
+    fitted = replace(fitted, log_evidence=gain)
+    return _settled(found, readings, rows, fitted, None), f"kept {evidence}"
+
+
+def _drawn(count: int, most: int) -> np.ndarray:
+    """Return the samples of which the evidence is worked out."""
+    ranks: np.ndarray = np.random.default_rng(0).random(count).argsort().argsort()
+    return np.flatnonzero(ranks < most)
+
+
+def _first(state: State, samples: LinearSamples) -> tuple[State, LinearSamples, CurvePrior]:
+    """Return scales by which curves explain half of the errors, and noise the rest."""
+    square = float(np.median(np.sum(samples.errors**2, axis=1))) / 2.37  # of chi^2_3: per axis
+    reaches: np.ndarray = np.sum(samples.slopes**2, axis=(1, 2)) / 3
+    half = 0.5**0.5
+    noises = tuple(
+        replace(one, space=half * one.space, joint=half * one.joint) for one in state.noises
+    )
+    amplitude = half * (square / float(reaches.mean())) ** 0.5
+    return replace(state, noises=noises), samples, CurvePrior(amplitude, FIRST_LENGTH)
+
+
+def _settled(
+    found: JointPosterior,
+    readings: Objective,
+    rows: np.ndarray,
+    fitted: Marginalised,
+    given: GivenCurves | None,
+) -> JointPosterior:
+    """Return the result at the curves' scales, made linear again until nothing changes."""
+    state, prior = fitted.state, fitted.prior
+    n, _, m = state.linear.by_joints.shape
+    coefficients, weights = np.zeros((len(found.arms), m, KNOTS)), np.ones(n)
+    if given is not None:
+        coefficients[0] = given.at(state.x)
+    weights[rows] = fitted.weights
+    for _ in range(ROUNDS):
+        objective, shifts = with_curves(readings, coefficients)
+        state = replace(state, linear=linearise(objective, state.x, state.centres, state.frames))
+        samples, before = linear_samples(objective, state, shifts), weights
+        if given is not None:
+            samples = given.relative(samples, state.x)
+        if n <= MOST_SAMPLES:
+            exact = marginalised(objective, state, samples, prior, weights, learn=False)
+            coefficients = spline_coefficients(samples, prior, exact.pulls)
+            change, weights = exact.change, exact.weights
+        else:
+            rest = rest_of(objective, state)
+            change, coefficients, weights = solve(samples, state.noises, prior, rest, weights)
+        state = _moved(objective, state, change)
+        if given is not None:
+            coefficients = coefficients + given.at(state.x)
+        moved = np.abs(samples.by_rest @ change).max() / min(one.space for one in state.noises)
+        if max(moved, np.abs(weights - before).max()) < STILL:
+            break
+    objective, shifts = with_curves(readings, coefficients)
+    state = replace(state, linear=linearise(objective, state.x, state.centres, state.frames))
+    samples, rest = (
+        linear_samples(objective, state, shifts),
+        rest_of(objective, state, widened=True),
+    )
+    if given is not None:
+        samples = given.relative(samples, state.x)
+    by_splines = n > MOST_SAMPLES
+    whole = covariance(samples, state.noises, prior, rest, weights, by_splines=by_splines)
+    if given is not None:
+        whole = given.whole(whole)
+    weights = weights * samples.degrees(state.noises) / (samples.degrees(state.noises) + 3)
+    return _posterior(
+        found, objective, replace(fitted, state=state, weights=weights), coefficients, whole
+    )
+
+
+def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
+    """Return the state after a change of all unknowns but the curves, its errors left as before.
+
+    A joint that would give way against its load is held where it does not.
+    """
+    size, dense = objective.model.size, objective.dense
+    x, at_zero = state.x + change[:size], state.at_zero.copy()
+    for group in state.groups:
+        if group.non_negative:
+            below = group.members[x[group.members] < 0]
+            x[below], at_zero[below] = 0.0, True
+    turns = change[size:dense].reshape(-1, 6)
+    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
+    centres = state.centres + change[dense:].reshape(-1, 3)
+    return replace(state, x=x, at_zero=at_zero, frames=frames, centres=centres)
+
+
+def _posterior(
+    found: JointPosterior,
+    objective: Objective,
+    fitted: Marginalised,
+    coefficients: np.ndarray,
+    whole: np.ndarray,
+) -> JointPosterior:
+    """Return the result with the curves among the unknowns of each robot.
+
+    Args:
+        found: The result without curves.
+        objective: At the joint positions by the curves.
+        fitted: State, weights and scales of the result.
+        coefficients: Of the curves, shape (robots, m, KNOTS) [rad].
+        whole: Covariance of all other unknowns, then of the curves.
+    """
+    models = tuple(
+        replace(arm.model, extensions=(*arm.model.extensions, CURVE.name)) for arm in found.arms
+    )
+    world, state = MultiRobotModel(models), fitted.state
+    m, size = coefficients.shape[1], objective.model.size
+    order: list[np.ndarray] = []
+    for i, (own, model) in enumerate(zip(objective.model.own, models, strict=True)):
+        knots = objective.size + (i * m + np.arange(len(model.robot.joint_names))) * KNOTS
+        order += [np.arange(own.start, own.stop), (np.arange(KNOTS)[:, None] + knots).ravel()]
+    picked = np.concatenate([*order, np.arange(size, objective.size)])
+    whole = whole[np.ix_(picked, picked)]
+    arms = tuple(
+        _of_arm(found, objective, fitted, i, model, coefficients[i])
+        for i, model in enumerate(models)
+    )
+    centres = np.arange(len(picked) - 3 * objective.rows.socket_count, len(picked))
+    completed: list[Posterior] = []
+    for arm, own in zip(arms, world.own, strict=True):
+        rows = np.r_[own, centres]
+        sigma = whole[np.ix_(rows, rows)]
+        groups = (*arm.groups, _curve_group(arm.model, fitted.prior, sigma))
+        completed.append(replace(arm, covariance=sigma, groups=groups))
+    frames = dict(zip(found.frames, state.frames, strict=True))
+    evidence = completed[0].log_evidence
+    return JointPosterior(tuple(completed), world.own, found.scene, frames, whole, evidence)
+
+
+def _of_arm(
+    found: JointPosterior,
+    objective: Objective,
+    fitted: Marginalised,
+    robot: int,
+    model: ExtendedModel,
+    curves: np.ndarray,
+) -> Posterior:
+    """Return one of the robots, its covariance and its curves' prior still left out."""
+    arm, state, rows = found.arms[robot], fitted.state, objective.rows
+    own = objective.model.own[robot]
+    x = np.concatenate([state.x[own], curves[: len(model.robot.joint_names)].T.ravel()])
+    base, samples = rows.base(robot, state.frames), rows.own[robot]
+    noises = {
+        bool(rows.sockets[first] < 0): noise
+        for source, noise in zip(rows.sources, state.noises, strict=True)
+        if samples.start <= (first := int(np.arange(len(rows.sockets))[source][0])) < samples.stop
+    }
+    return replace(
+        arm,
+        model=model,
+        x=x,
+        centres=state.centres if base is None else base.inverse().apply(state.centres),
+        groups=tuple(
+            replace(g, members=g.members - own.start)
+            for g in state.groups
+            if own.start <= g.members[0] < own.stop
+        ),
+        noise=noises.get(False) or noises[True],
+        measured_noise=noises.get(True),
+        points=model.predict(x, arm.data.positions, arm.data.torques),
+        weights=fitted.weights[samples],
+        log_evidence=found.log_evidence + fitted.log_evidence,
+        iterates=(*(np.pad(one, (0, len(x) - len(one))) for one in arm.iterates), x),
+    )
+
+
+def _curve_group(model: ExtendedModel, prior: CurvePrior, sigma: np.ndarray) -> PriorGroup:
+    """Return the prior of a robot's curves."""
+    own = model.slices[-1]
+    members = np.arange(own.start, own.stop, dtype=np.int64)
+    turning = np.diag([float(joint.type != "prismatic") for joint in model.robot.actuated])
+    shape = np.kron(circulant(spectrum(prior.length)), turning)
+    precision = np.kron(circulant(1 / spectrum(prior.length)), turning) / prior.amplitude**2
+    there = int(turning.sum()) * KNOTS
+    effective = there - float(np.sum(precision * sigma[own, own]))
+    return PriorGroup(
+        CURVE.name,
+        CURVE.unit,
+        members,
+        prior.amplitude,
+        effective=effective,
+        shape=shape,
+        length=prior.length,
+        optional=True,
+    )

@@ -1,0 +1,132 @@
+"""Error curve: each joint errs by a smooth function of its own angle, q' = q + delta(q).
+
+delta is a Gaussian process: any smooth curve, zero on average, its size and the length of its bumps
+given. Of two angles a distance d apart, delta has the covariance
+
+    k(d) = s^2 (1 + r + r^2 / 3) exp(-r)        r = sqrt(5) 2 sin(d / 2) / l
+
+(Matern's with smoothness 5/2, periodic in a turn), s its amplitude [rad] and l its length [rad].
+The curve is written as periodic cubic B-splines with a knot every degree, the covariance of whose
+coefficients is such that the curve has this covariance at the knots. So a curve is a table of 360
+numbers, and a sample depends on four of them for each joint.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+from .effect import OWN, Effect
+
+if TYPE_CHECKING:
+    import numpy as np
+
+KNOTS = 360
+"""Number of knots in a turn."""
+SPACING = 2 * math.pi / KNOTS
+
+
+def splines(q: "np.ndarray") -> "tuple[np.ndarray, np.ndarray]":
+    """Return which coefficients a curve's value depends on, and its derivatives by them.
+
+    Args:
+        q: Angles, of any shape [rad].
+
+    Returns:
+        Indices among the coefficients of a joint, and the weights of these, each of shape
+        (*q.shape, 4).
+    """
+    import numpy as np  # the command line reads the names of effects without it
+
+    place = q / SPACING
+    cell = np.floor(place)
+    t = place - cell
+    s = 1 - t
+    weights = [s**3, 3 * t**3 - 6 * t**2 + 4, 3 * s**3 - 6 * s**2 + 4, t**3]
+    first = cell.astype(np.int64)[..., None] + np.arange(-1, 3)
+    return first % KNOTS, np.stack(weights, axis=-1) / 6
+
+
+def curve_values(q: "np.ndarray", coefficients: "np.ndarray") -> "np.ndarray":
+    """Return delta_i(q_i) of all joints, shape (N, m) [rad].
+
+    Args:
+        q: Joint positions as the encoders read them, shape (N, m) [rad].
+        coefficients: Of all joints' curves, knot after knot, shape (KNOTS m,) [rad].
+    """
+    import numpy as np
+
+    m = q.shape[1]
+    table = coefficients.reshape(KNOTS, m)
+    if q.dtype == object:  # symbols choose no entries of a table, so all splines are summed
+        apart = q[:, None] / SPACING - np.arange(KNOTS)[:, None]
+        apart = abs(apart - KNOTS * np.floor(apart / KNOTS + 0.5))
+        outer, inner = ((end - apart + abs(end - apart)) / 2 for end in (2.0, 1.0))
+        return (table * (outer**3 - 4 * inner**3)).sum(axis=1) / 6
+    index, weights = splines(q)
+    return (table[index, [[k] for k in range(m)]] * weights).sum(axis=2)
+
+
+def kernel(distance: "np.ndarray", length: float) -> "tuple[np.ndarray, np.ndarray]":
+    """Return the curve's covariance k for an amplitude of 1, and its derivative by log l.
+
+    Args:
+        distance: 2 sin(d / 2) of two angles, of any shape.
+        length: l [rad].
+    """
+    import numpy as np
+
+    r = 5**0.5 / length * np.abs(distance)
+    decay = np.exp(-r)
+    return (1 + r + r**2 / 3) * decay, r**2 * (1 + r) / 3 * decay
+
+
+def spectrum(length: float) -> "np.ndarray":
+    """Return the eigenvalues of the prior covariance of a joint's coefficients, shape (KNOTS,).
+
+    That covariance is circulant, for an amplitude of 1: its eigenvalues are the Fourier transform
+    of its first row. A curve at its knots is the coefficients filtered by (1, 4, 1) / 6.
+    """
+    import numpy as np
+
+    turn = SPACING * np.arange(KNOTS)
+    values = np.fft.fft(kernel(2 * np.sin(turn / 2), length)[0]).real
+    return (values / ((2 + np.cos(turn)) / 3) ** 2).clip(min=1e-9)
+
+
+def circulant(eigenvalues: "np.ndarray") -> "np.ndarray":
+    """Return the symmetric circulant matrix with such eigenvalues, shape (KNOTS, KNOTS)."""
+    import numpy as np
+
+    row, k = np.fft.ifft(eigenvalues).real, np.arange(KNOTS)
+    return row[k - k[:, None]]
+
+
+def random_curves(joints: int, length: float, generator: "np.random.Generator") -> "np.ndarray":
+    """Return coefficients of curves drawn at random, of amplitude 1, shape (KNOTS joints,)."""
+    import numpy as np
+
+    white = np.fft.fft(generator.standard_normal((KNOTS, joints)), axis=0)
+    drawn = np.fft.ifft(np.sqrt(spectrum(length))[:, None] * white, axis=0)
+    return np.array(drawn.real).ravel()
+
+
+def _derivatives(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
+    import numpy as np
+
+    del moments
+    (n, m), (index, weights) = q.shape, splines(q)
+    slopes = np.zeros((n, KNOTS, m))
+    rows = np.arange(n, dtype=np.int64)[:, None, None]
+    columns = np.arange(m, dtype=np.int64)[:, None]
+    slopes[rows, index, columns] = weights
+    return slopes.reshape(n, KNOTS * m)
+
+
+CURVE = Effect(
+    name="curve",
+    extension="curves",
+    unit="rad",
+    axes={f"curve{k}": OWN for k in range(KNOTS)},
+    derivatives=_derivatives,
+    typical_shift=3e-4,
+    shift=curve_values,
+)

@@ -1,0 +1,122 @@
+"""Error curves of joints: the angles they were fitted to, and how far two of them agree [rad]."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..bayes.model.effects import KNOTS, SPACING
+from .estimates import ErrorCurves
+from .files import Document
+
+
+class CurveAgreement(Document, kw_only=True, frozen=True):
+    """Agreement of two error curves of one joint, where both are known."""
+
+    joint: str
+    correlation: float
+    """Of their values, less constant and first harmonic, which geometry takes as well."""
+    difference: float
+    """Root mean square of their difference, likewise [rad]."""
+    expected: float
+    """Root mean square of what their own uncertainty would make it [rad]."""
+
+
+KNOWN = 0.7
+"""A curve is known where its deviation is less than this share of its amplitude."""
+LEAST_OVERLAP = 20
+"""Knots at which both curves are known, for a word on them."""
+
+
+def agreement(a: ErrorCurves | None, b: ErrorCurves | None) -> tuple[CurveAgreement, ...]:
+    """Return how far two calibrations' curves agree, for each joint that both know enough of."""
+    if a is None or b is None:
+        return ()
+    others = {curve.joint: curve for curve in b.joints}
+    turn = SPACING * np.arange(KNOTS)
+    gauge = np.stack([np.ones(KNOTS), np.sin(turn), np.cos(turn)], axis=1)
+    agreements: list[CurveAgreement] = []
+    for curve in a.joints:
+        other = others.get(curve.joint)
+        if other is None:
+            continue
+        deviations = np.array([curve.deviations, other.deviations])
+        known = (deviations < KNOWN * np.array([[a.amplitude], [b.amplitude]])).all(axis=0)
+        if known.sum() < LEAST_OVERLAP:
+            continue
+        values, shared = np.array([curve.values, other.values])[:, known].T, gauge[known]
+        values = values - shared @ np.linalg.lstsq(shared, values, rcond=None)[0]
+        lengths = np.linalg.norm(values, axis=0).clip(min=1e-12)
+        agreements.append(
+            CurveAgreement(
+                joint=curve.joint,
+                correlation=float(values[:, 0] @ values[:, 1] / lengths.prod()),
+                difference=float(np.mean((values[:, 0] - values[:, 1]) ** 2) ** 0.5),
+                expected=float(np.mean(2 * deviations[:, known] ** 2) ** 0.5),
+            )
+        )
+    return tuple(agreements)
+
+
+def agreement_words(each: Sequence[CurveAgreement]) -> str:
+    """Return for people how far curves agree; empty where none can be compared."""
+    if not each:
+        return ""
+    low, high = (end(one.correlation for one in each) for end in (min, max))
+    found, expected = (
+        1e3 * float(np.mean([getattr(one, name) ** 2 for one in each]) ** 0.5)
+        for name in ("difference", "expected")
+    )
+    same = "the same" if found < 2 * expected else "not the same"
+    return (
+        f"Error curves of {len(each)} joints: correlation {low:.2f} to {high:.2f}; they differ by "
+        f"{found:.3f} mrad, where their uncertainty alone makes {expected:.3f}: {same}."
+    )
+
+
+def sampled_ranges(angles: np.ndarray, reach: float) -> tuple[tuple[float, float], ...]:
+    """Return the ranges of a turn that are near some angles.
+
+    Args:
+        angles: Shape (N,) [rad].
+        reach: Distance that counts as near [rad].
+    """
+    knots = SPACING * np.arange(KNOTS)
+    apart = np.abs((knots[:, None] - angles + np.pi) % (2 * np.pi) - np.pi)
+    near = np.concatenate([[False], (apart <= reach).any(axis=1), [False]])
+    ends = np.flatnonzero(np.diff(near.astype(int))).reshape(-1, 2)
+    return tuple((float(SPACING * a), float(SPACING * (b - 1))) for a, b in ends.tolist())
+
+
+def beyond_curves(
+    curves: ErrorCurves | None, joint_names: Sequence[str], positions: np.ndarray
+) -> dict[str, float]:
+    """Return the joints that stood where no angle was sampled, each with the share of samples.
+
+    Args:
+        curves: Of the calibration; None for none.
+        joint_names: Names of the columns.
+        positions: Joint positions, shape (N, m) [rad].
+    """
+    shares: dict[str, float] = {}
+    for curve in () if curves is None else curves.joints:
+        angles = positions[:, joint_names.index(curve.joint)] % (2 * np.pi)
+        inside = np.zeros(len(angles), dtype=bool)
+        for low, high in curve.sampled:
+            inside |= (angles >= low - SPACING) & (angles <= high + SPACING)
+        if not inside.all():
+            shares[curve.joint] = float(np.mean(~inside))
+    return shares
+
+
+def beyond_words(
+    curves: ErrorCurves | None, joint_names: Sequence[str], positions: np.ndarray, where: str
+) -> list[str]:
+    """Return a line for people where samples are beyond what the curves were fitted to."""
+    beyond = beyond_curves(curves, joint_names, positions)
+    if not beyond:
+        return []
+    joints = ", ".join(f"{name} ({100 * share:.0f} %)" for name, share in beyond.items())
+    return [
+        f"{where}: samples at angles that the error curves were not fitted to: {joints}; there a "
+        "curve goes to zero, and predicted errors grow"
+    ]

@@ -1,0 +1,118 @@
+"""Joint error curves: found where they are and held out where nothing shows them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.solver.bayes.model.effects import CURVE, KNOTS, SPACING, curve_values, kernel, spectrum
+from mukca.solver.results import ErrorCurves, JointCurve, agreement, agreement_words
+
+_PARTS = ((0, 400, 4), (1, 400, 10), (2, 400, 4))
+UR10 = Path(__file__).parents[4] / "shared" / "tracker" / "ur10" / "points.csv"
+
+
+def held_out(calibration: mukca.Calibration) -> float:
+    """The mean error at what was held out [m]."""
+    summary = calibration.errors.summary.test
+    assert summary is not None
+    return summary.calibrated.mean_absolute_error
+
+
+def test_the_splines_have_the_covariance_of_the_process() -> None:
+    weights = np.array([1, 4, 1]) / 6
+    for length in (0.04, 0.07, 0.2):
+        row = np.fft.ifft(spectrum(length)).real
+        filtered = np.convolve(np.convolve(np.r_[row[-2:], row[:20]], weights), weights)[4:14]
+        turns = SPACING * np.arange(10)
+        assert np.allclose(filtered, kernel(2 * np.sin(turns / 2), length)[0], atol=1e-6)
+
+
+def test_a_curve_is_its_derivatives_times_its_coefficients() -> None:
+    generator = np.random.default_rng(0)
+    q, coefficients = generator.uniform(-9, 9, (20, 3)), generator.normal(size=3 * KNOTS)
+    by_coefficients = CURVE.derivatives(q, np.zeros((20, 9))) * coefficients
+    each = by_coefficients.reshape(20, KNOTS, 3).sum(axis=1)
+    assert np.allclose(curve_values(q, coefficients), each)
+    assert np.allclose(curve_values(q + 2 * np.pi, coefficients), each)
+
+
+@pytest.mark.slow
+def test_curves_are_found_in_sockets() -> None:
+    robot = mukca.load_robot("ur5e")
+    _, placements = mukca.simulate_recordings(robot, 3, seed=2, curves=5e-4)
+    train, test = placements[:2], placements[2:]
+    found = mukca.calibrate(robot, train, test=test)
+    without = mukca.calibrate(robot, train, test=test, without=("curves",))
+    assert "curve" in found.document.deflection
+    assert held_out(found) < 0.85 * held_out(without)
+    again = mukca.Calibration(found.document)
+    q = test[0].positions
+    assert np.abs(again.ball(q) - found.ball(q)).max() < 1e-12
+
+
+def test_curves_are_compared_where_both_are_known() -> None:
+    generator = np.random.default_rng(0)
+    a, b = np.fft.irfft(generator.normal(size=(2, 60)), KNOTS) * 2e-3
+    far = np.r_[np.full(180, 1e-5), np.full(180, 3e-4)]
+    turn = SPACING * np.arange(KNOTS)
+
+    def curves(values: np.ndarray) -> ErrorCurves:
+        one = JointCurve(
+            joint="j", values=tuple(values), deviations=tuple(far), sampled=((0.0, 3.0),)
+        )
+        return ErrorCurves(amplitude=3e-4, length=0.07, joints=(one,))
+
+    again = np.where(far < 1e-4, a + 1e-4 + 2e-4 * np.sin(turn), b)
+    (same,), (other,) = agreement(curves(a), curves(again)), agreement(curves(a), curves(b))
+    assert same.correlation > 0.999 and same.difference < same.expected
+    assert abs(other.correlation) < 0.5 and "not the same" in agreement_words([other])
+    assert agreement(curves(a), None) == ()
+
+
+@pytest.fixture
+def ur10(tmp_path: Path) -> mukca.Placement:
+    """Points of a UR10 that a laser tracker measured."""
+    if not UR10.is_file():
+        pytest.skip("needs the shared tracker recordings")
+    (tmp_path / "points.csv").write_bytes(UR10.read_bytes())
+    return mukca.read_placements(tmp_path)[0]
+
+
+def some(points: mukca.Placement, rows: slice) -> mukca.Placement:
+    return replace(points, name=str(rows), files=(), samples=points.samples[rows])
+
+
+@pytest.mark.slow
+def test_a_measured_ur10_has_curves(ur10: mukca.Placement) -> None:
+    train, test = some(ur10, slice(0, None, 4)), some(ur10, slice(1, None, 4))
+    found = mukca.calibrate(mukca.load_robot("ur10"), train, test=test)
+    assert held_out(found) < 0.18e-3
+    assert any(note.startswith("curves: kept") for note in found.document.choices or ())
+    curves = found.document.curves
+    assert curves is not None and 0.02 <= curves.length <= 0.2
+    for joint in curves.joints:
+        deviations = np.array(joint.deviations)
+        assert (
+            0.1 * curves.amplitude < deviations.min() < deviations.max() < 1.001 * curves.amplitude
+        )
+
+
+@pytest.mark.slow
+def test_an_earlier_calibration_is_where_the_next_one_begins(
+    ur10: mukca.Placement, tmp_path: Path
+) -> None:
+    robot = mukca.load_robot("ur10")
+    old, new, test = (some(ur10, slice(*ends, step)) for *ends, step in _PARTS)
+    mukca.calibrate(robot, old).save(tmp_path / "old")
+    prior = tmp_path / "old" / "calibration.json"
+    alone = mukca.calibrate(robot, new, test=test)
+    begun = mukca.calibrate(robot, new, test=test, prior=prior, remounted=("tool",))
+    assert held_out(begun) < 0.6 * held_out(alone)
+    with pytest.raises(mukca.MukcaError, match="of an arm with the joints shoulder_pan"):
+        _, (data,) = mukca.simulate_recordings(mukca.load_robot("panda"), 1, samples=8)
+        mukca.calibrate(mukca.load_robot("panda"), data, prior=prior)
+    with pytest.raises(mukca.MukcaError, match="Name it by --prior"):
+        mukca.calibrate(robot, new, remounted=("tool",))
