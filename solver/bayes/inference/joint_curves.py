@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model import ExtendedModel, MultiRobotModel, PriorGroup
+from ..model import SMALLEST, ExtendedModel, MultiRobotModel, PriorGroup
 from ..model.effects import CURVE, KNOTS, circulant, spectrum
 from .curve_hyperparameters import CurvePrior, Marginalised, marginalised
 from .curve_posterior import covariance, solve, spline_coefficients
@@ -26,6 +26,8 @@ MOST_SAMPLES = 300
 """Of which the evidence is worked out, and with which the curves are fitted without any basis."""
 FIRST_SAMPLES, HINT = 150, 1.0
 """Samples that are looked at first, and the rise by them below which curves are not sought on."""
+EXACT = 10.0
+"""Noise of less than so many times the least that there may be is that of exact data."""
 FIRST_LENGTH = 0.08
 """Length at which the search begins [rad]."""
 ROUNDS = 8
@@ -44,6 +46,8 @@ def may_have_curves(found: JointPosterior) -> bool:
     measured = any(arm.instrument is not None for arm in arms)
     plays = any(g.width for arm in found.arms for g in arm.groups if g.follows_noise)
     told = given_curves([arm.model for arm in found.arms]) is not None
+    if min(arm.noise.space for arm in found.arms) <= EXACT * SMALLEST:
+        return told
     return told or ((measured or len(found.scene.placements) > 1) and not plays)
 
 
@@ -53,6 +57,13 @@ def with_joint_curves(found: JointPosterior) -> tuple[JointPosterior, str]:
     Args:
         found: The result without curves.
     """
+    try:
+        return _with_joint_curves(found)
+    except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
+        return found, "not supported by the data (with them, the fit does not settle)"
+
+
+def _with_joint_curves(found: JointPosterior) -> tuple[JointPosterior, str]:
     models = [arm.model for arm in found.arms]
     readings, given = build_objective(models, found.scene), given_curves(models)
     state = resumed(found, readings)

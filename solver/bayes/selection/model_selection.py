@@ -9,10 +9,12 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import log
 
+import numpy as np
+
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
-from ..inference import JointPosterior, estimate, may_have_curves, with_joint_curves
+from ..inference import JointPosterior, Posterior, estimate, may_have_curves, with_joint_curves
 from ..model import Expected, GivenPrior, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
@@ -104,21 +106,34 @@ def select_models(
     for (stage, i), gain in tried.gains.items():
         there = [bool({*EXTENSIONS[stage]} & {*_active(model)[i]}) for model in models]
         notes[i].append(f"{stage}: {_note(gain, float(probabilities[there].sum()), words)}")
-    for i, own in enumerate(notes):
-        if any(types) and types[i]:
-            by_type = [bool(model.arms[i].model.of_type) for model in models]
-            share = 100 * float(probabilities[by_type].sum())
-            own.append(f"type prior: counts by {share:.0f} %")
+    for i, own in enumerate(notes if any(types) else ()):
+        if types[i]:
+            own.append(_type_note([model.arms[i] for model in models], probabilities))
     full = averaged(models, probabilities) if len(models) > 1 else models[0]
-    if CURVE.extension in stages and may_have_curves(full):
-        progress(CURVE.extension)
-        full, note = with_joint_curves(full)
-        for own in notes:
-            own.append(f"{CURVE.extension}: {note}")
+    if CURVE.extension in stages:
+        full = _with_curves(full, notes, progress)
     if zeros:
         for own, arm in zip(notes, full.arms, strict=True):
             own.append(joint_offsets_in_words(arm))
     return Selected(geometric, full, tuple(map(tuple, notes)))
+
+
+def _type_note(arms: Sequence[Posterior], probabilities: np.ndarray) -> str:
+    by_type = [bool(arm.model.of_type) for arm in arms]
+    return f"type prior: counts by {100 * float(probabilities[by_type].sum()):.0f} %"
+
+
+def _with_curves(
+    full: JointPosterior, notes: Sequence[list[str]], progress: Callable[[str], None]
+) -> JointPosterior:
+    """Return a result with error curves where the data support them, and note it."""
+    if not may_have_curves(full):
+        return full
+    progress(CURVE.extension)
+    full, note = with_joint_curves(full)
+    for own in notes:
+        own.append(f"{CURVE.extension}: {note}")
+    return full
 
 
 def _effects_of(robot: Robot, given: GivenPrior | None) -> tuple[str, ...]:
