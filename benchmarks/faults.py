@@ -3,14 +3,17 @@
 ::
 
     python benchmarks/faults.py [NAME ...] [--kills 1000] [--messages 1000000] [--disks 50]
+                                [--clocks 10]
 
 Each controller is an emulator, a program of its own, that is hung (stopped by a signal), silent, or
-stalled for some seconds, started again, or garbles and repeats messages. The driver reads all the
-while, and connects again by itself. A line of the table has the states read, those that were never
-sent (of polled arms: one joint's angle), those older than a second by the emulator's journal where
-the stamps are the host's, the seconds from the fault's end to the next state, and what was said
-last. ``--kills`` kills recording sessions, also with their stream kept; ``--messages`` gives spoilt
-messages to all decoders; ``--disks`` records on disks that are full after some bytes.
+stalled for some seconds, started again, or garbles and repeats messages; or this computer's clock
+is set forward and back by 5 s and by an hour. The driver reads all the while, and connects again by
+itself. A line of the table has the states read, those that were never sent (of polled arms: one
+joint's angle), those off by half a second by the emulator's journal where the stamps are the
+host's, the seconds from the fault's end to the next state (of the clock: the longest pause), and
+what was said last. ``--kills`` kills recording sessions, also with their stream kept;
+``--messages`` gives spoilt messages to all decoders; ``--disks`` records on disks that are full
+after some bytes; ``--clocks`` records while the clock is set.
 """
 
 import argparse
@@ -25,12 +28,20 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field
+from io import StringIO
+from itertools import pairwise
 from pathlib import Path
+
+import can
+import can.bus
+import numpy as np
 
 from mukca import MukcaError, read_placements
 from mukca.drivers import DriverError, JointState, Reconnecting, open_driver
 from mukca.recorder import read_stream_log
+from mukca.tools.cli import main as mukca
 
 HERE = Path(__file__).parent
 HOST = "127.77.0.1"
@@ -50,6 +61,7 @@ CONTROLLERS = {
     "kinova, serial": ("kinova", ""),
     "feetech": ("feetech", ""),
     "dynamixel": ("dynamixel", ""),
+    "ros": ("ros", "127.77.0.4:9090"),
 }
 ROUNDING = {"piper": 1e-5, "damiao": 2e-4, "feetech": 8e-4, "dynamixel": 8e-4}  # rad
 POLLED = ("damiao", "kinova", "feetech", "dynamixel")
@@ -67,13 +79,18 @@ class Run:
         """Read until a moment [s]."""
         while time.monotonic() < until:
             try:
-                self.states.append((time.monotonic(), driver.read(0.2)))
+                state = driver.read(0.2)
+                self.states.append((time.monotonic(), state))
             except DriverError as error:
                 self.said = str(error)
 
     def back_after(self, moment: float) -> float:
         """Return the time to the first state after a moment [s]."""
         return min((at for at, _ in self.states if at > moment), default=float("inf")) - moment
+
+    def longest_pause(self) -> float:
+        """Return the longest time between two states [s]."""
+        return max((b - a for (a, _), (b, _) in pairwise(self.states)), default=float("inf"))
 
 
 class Controller:
@@ -82,15 +99,18 @@ class Controller:
     def __init__(self, name: str, folder: Path, faults: tuple[str, ...]) -> None:
         kind, address, *options = CONTROLLERS[name]
         self.kind, self._folder, self._starts = kind, folder, 0
-        words = [kind, "--json", "--address", address, "--hold", "0.2", *options]
-        self._words = [*words, *(word for fault in faults for word in ("--fault", fault))]
+        self._words = ["-m", "mukca", "emulate", kind, "--json", "--hold", "0.2", *options]
+        if kind == "ros":
+            self._words = [str(HERE.parent / "tests/rosbridge.py")]
+        self._words += ["--address", address]
+        self._words += [word for fault in faults for word in ("--fault", fault)]
         self.start()
 
     def start(self) -> None:
         """Start the program, and wait for its address."""
         self._starts += 1
         journal = str(self._folder / f"journal{self._starts}.jsonl")
-        command = [sys.executable, "-m", "mukca", "emulate", *self._words, "--journal", journal]
+        command = [sys.executable, *self._words, "--journal", journal]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout
         self.driver = json.loads(self.process.stdout.readline())["driver"]
@@ -119,12 +139,30 @@ def hang(controller: Controller) -> None:
     controller.process.send_signal(signal.SIGCONT)
 
 
+def set_clock(_: object) -> None:
+    """Set what tells the wall's time here: Python, and the stamps of CAN frames."""
+    told, receive, ahead = time.time, can.BusABC.recv, 0.0
+
+    def receive_later(bus: can.BusABC, timeout: float | None = None) -> can.Message | None:
+        if frame := receive(bus, timeout):
+            frame.timestamp += ahead
+        return frame
+
+    time.time = can.bus.time = lambda: told() + ahead
+    can.BusABC.recv = receive_later
+    for ahead in (5.0, 0.0, 3600.0, 0.0):  # noqa: B007 - used above
+        time.sleep(LENGTH / 4)
+    time.time = can.bus.time = told
+    can.BusABC.recv = receive
+
+
 FAULTS: dict[str, tuple[tuple[str, ...], Callable[[Controller], None] | None]] = {
     "hung": ((), hang),
     "silent": ((f"silent@{START}+{LENGTH}",), None),
     "stalled": ((f"stall@{START}+{LENGTH}",), None),
     "restarted": ((), Controller.restart),
     "garbled": (GARBLED, None),
+    "clock set": ((), set_clock),
 }
 
 
@@ -148,49 +186,40 @@ def strike(name: str, fault: str) -> str:
         finally:
             controller.process.kill()
             controller.process.wait()
-        wrong, old = compare(run.states, controller)
+        by_host = controller.kind in POLLED or (controller.kind, fault) == ("piper", "clock set")
+        wrong, old = compare(run.states, controller, by_host)
         back = 0.0 if fault == "garbled" else run.back_after(begun + START + LENGTH + 0.05)
+        back = run.longest_pause() if fault == "clock set" else back
         return (
             f"| {name} | {fault} | {len(run.states)} | {wrong} | {old} | {back:.1f} | {run.said} |"
         )
 
 
 def compare(
-    states: list[tuple[float, JointState]], controller: Controller
+    states: list[tuple[float, JointState]], controller: Controller, by_host: bool
 ) -> tuple[int, int | str]:
     """Count the states that were never sent, and those that were older than their stamps."""
-    sent = controller.sent()
+    at = np.array([moment for moment, _ in controller.sent()])
+    truth = np.array([position for _, position in controller.sent()])
     step = ROUNDING.get(controller.kind, 1e-6)
-    polled = controller.kind in POLLED
-    places: dict[tuple[int, int], list[tuple[float, float]]] = {}
-    for at, position in sent:
-        for joint, angle in enumerate(position):
-            places.setdefault((joint, round(angle / step / 2)), []).append((at, angle))
     wrong = old = 0
     for _, state in states:
-        told = [
-            [
-                at
-                for place in (-1, 0, 1)
-                for at, truth in places.get((joint, round(angle / step / 2) + place), ())
-                if abs(truth - angle) <= step
-            ]
-            for joint, angle in enumerate(state.position)
-        ]
-        wrong += not all(told)
-        old += (
-            polled
-            and all(told)
-            and any(min(abs(at - state.stamp) for at in joint) > 0.5 for joint in told)
-        )
-    return wrong, old if polled else "-"
+        told = np.abs(truth - state.position) <= step
+        off = np.where(told, np.abs(at - state.stamp)[:, None], np.inf).min(axis=0).max()
+        wrong += np.isinf(off)
+        old += by_host and 0.5 < off < np.inf
+    return wrong, old if by_host else "-"
 
 
-def write_hand(file: Path) -> None:
-    """Write configurations that a simulated Panda goes through."""
-    source = random.Random(3)
+def recording(folder: Path) -> list[str]:
+    """Return the words that record a simulated Panda at twelve configurations."""
+    hand, keys, source = folder / "hand.csv", folder / "keys.txt", random.Random(3)
     poses = [[source.uniform(-0.6, 0.6) for _ in range(3)] for _ in range(60)]
-    file.write_text("\n".join(f"{a},{b},{c},-1.5,0.1,1.8,0.2" for a, b, c in poses))
+    hand.write_text("\n".join(f"{a},{b},{c},-1.5,0.1,1.8,0.2" for a, b, c in poses))
+    keys.write_text("a*12 q")
+    driver = f"mock:{hand}?rate=200&hold=0.7&move=0.3&speed=4"
+    words = ["record", "--robot", "panda", "--driver", driver, "--keys", str(keys)]
+    return [*words, "--keep-stream"]
 
 
 def fill_disks(count: int) -> str:
@@ -198,16 +227,12 @@ def fill_disks(count: int) -> str:
     source = random.Random(0)
     saved = states = 0
     with tempfile.TemporaryDirectory() as folder:
-        file, keys = Path(folder) / "hand.csv", Path(folder) / "keys.txt"
-        write_hand(file)
-        keys.write_text("a*12 q")
+        words = recording(Path(folder))
         for number in range(count):
             out = Path(folder) / f"front{number}"
-            driver = f"mock:{file}?rate=200&hold=0.7&move=0.3&speed=4"
-            words = ["record", "--robot", "panda", "--driver", driver, "--out", str(out)]
             limit = source.randrange(1500, 60_000)
             done = subprocess.run(
-                [sys.executable, "-m", "mukca", *words, "--keys", str(keys), "--keep-stream"],
+                [sys.executable, "-m", "mukca", *words, "--out", str(out)],
                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),  # noqa: B023
                 capture_output=True,
                 text=True,
@@ -227,12 +252,30 @@ def fill_disks(count: int) -> str:
     return f"{count} full disks: {saved} samples and {states} states kept, all whole"
 
 
+def set_clocks(count: int) -> str:
+    """Record while the clock is set forward and back; return what came of it."""
+    saved = 0
+    with tempfile.TemporaryDirectory() as folder:
+        words = recording(Path(folder))
+        for number in range(count):
+            threading.Timer(1.0, set_clock, (None,)).start()
+            out = Path(folder) / f"front{number}"
+            with redirect_stdout(StringIO()):
+                status = mukca([*words, "--out", str(out)])
+            log = read_stream_log(next(out.glob("*.stream")))
+            if status or log.remarks or (np.diff(log.stamps) <= 0).any():
+                raise SystemExit(f"clock set: status {status}, {log.remarks}")
+            saved += sum(len(placement.samples) for placement in read_placements(out))
+    return f"{count} sessions while the clock was set: {saved} of {12 * count} samples kept"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="begin of a controller's name")
     parser.add_argument("--kills", type=int, default=0)
     parser.add_argument("--messages", type=int, default=0)
     parser.add_argument("--disks", type=int, default=0)
+    parser.add_argument("--clocks", type=int, default=0)
     arguments = parser.parse_args()
     print("| controller | fault | states | never sent | old | back after [s] | said last |")
     print("|---|---|---|---|---|---|---|")
@@ -244,6 +287,8 @@ def main() -> None:
                     print(strike(name, fault), flush=True)
     if arguments.disks:
         print(fill_disks(arguments.disks))
+    if arguments.clocks:
+        print(set_clocks(arguments.clocks))
     if arguments.kills:
         program = HERE.parent / "tests/recorder/killed_sessions.py"
         environment = {

@@ -4,55 +4,57 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
+
+from mukca.tools.emulators.kuka import nested, numbers
 
 
 @contextmanager
-def answering(answer: bytes) -> Iterator[str]:
+def listening(serve: Callable[[socket.socket], None], clients: int = 1) -> Iterator[str]:
+    """Something at a port that serves so many clients, one after the other."""
+    server = socket.create_server(("127.0.0.1", 0))
+
+    def accept():
+        with suppress(OSError):
+            for _ in range(clients):
+                with server.accept()[0] as client:
+                    serve(client)
+
+    threading.Thread(target=accept, daemon=True).start()
+    yield f"127.0.0.1:{server.getsockname()[1]}"
+    with suppress(OSError):  # it may have ended
+        server.shutdown(socket.SHUT_RDWR)
+    server.close()
+
+
+def answering(answer: bytes) -> AbstractContextManager[str]:
     """Something at a port that answers whatever it is asked with the same bytes."""
-    server = socket.create_server(("127.0.0.1", 0))
 
-    def serve():
-        while True:
-            try:
-                client, _ = server.accept()
-            except OSError:
-                return
-            with client:
-                client.recv(4096)
-                client.sendall(answer)
-                time.sleep(3 if len(answer) < 15 else 0.2)
+    def serve(client: socket.socket) -> None:
+        with suppress(OSError):
+            client.recv(4096)
+            client.sendall(answer)
+            time.sleep(3 if len(answer) < 15 else 0.2)
 
-    thread = threading.Thread(target=serve, daemon=True)
-    thread.start()
-    yield f"127.0.0.1:{server.getsockname()[1]}"
-    server.shutdown(socket.SHUT_RDWR)
-    server.close()
+    return listening(serve, clients=1000)
 
 
-@contextmanager
-def saying(*texts: bytes, pause: float = 0.0) -> Iterator[str]:
+def saying(*texts: bytes, pause: float = 0.0) -> AbstractContextManager[str]:
     """A server that sends each text again and again, whatever it hears."""
-    server = socket.create_server(("127.0.0.1", 0))
 
-    def serve():
-        with suppress(OSError), server.accept()[0] as client:
-            while texts:
-                for text in texts:
-                    client.sendall(text)
-                    time.sleep(pause)
-            client.recv(1)  # until it leaves
+    def serve(client: socket.socket) -> None:
+        while texts:
+            for text in texts:
+                client.sendall(text)
+                time.sleep(pause)
+        client.recv(1)  # until it leaves
 
-    threading.Thread(target=serve, daemon=True).start()
-    yield f"127.0.0.1:{server.getsockname()[1]}"
-    server.close()
+    return listening(serve)
 
 
-@contextmanager
-def rtde_controller(*packages: bytes) -> Iterator[str]:
+def rtde_controller(*packages: bytes) -> AbstractContextManager[str]:
     """A CB3 controller (125 Hz) that sends these packages, all at once, when it is started."""
-    server = socket.create_server(("127.0.0.1", 0))
     replies = {
         b"V": b"\1",
         b"v": struct.pack(">4I", 3, 15, 0, 0),
@@ -60,26 +62,20 @@ def rtde_controller(*packages: bytes) -> Iterator[str]:
         b"S": b"\1",
     }
 
-    def serve():
-        with suppress(OSError), server.accept()[0] as client:
-            while request := client.recv(4096):
-                kind = request[2:3]
-                reply = rtde_package(kind, replies[kind])
-                client.sendall(reply + b"".join(packages if kind == b"S" else ()))
+    def serve(client: socket.socket) -> None:
+        while request := client.recv(4096):
+            kind = request[2:3]
+            reply = rtde_package(kind, replies[kind])
+            client.sendall(reply + b"".join(packages if kind == b"S" else ()))
 
-    threading.Thread(target=serve, daemon=True).start()
-    yield f"127.0.0.1:{server.getsockname()[1]}"
-    server.close()
+    return listening(serve)
 
 
-@contextmanager
-def fci_robot(*datagrams: bytes, version: int = 5) -> Iterator[str]:
+def fci_robot(*datagrams: bytes, version: int = 5) -> AbstractContextManager[str]:
     """A Franka that sends these datagrams once it is connected to."""
-    server = socket.create_server(("127.0.0.1", 0))
 
-    def serve():
-        udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        with suppress(OSError), udp, server.accept()[0] as client:
+    def serve(client: socket.socket) -> None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
             host = client.getpeername()[0]
             udp.bind(("127.0.0.1", 0))
             port = struct.unpack_from("<H", client.recv(16), 14)[0]
@@ -88,9 +84,7 @@ def fci_robot(*datagrams: bytes, version: int = 5) -> Iterator[str]:
                 udp.sendto(datagram, (host, port))
             client.recv(1)  # until it leaves
 
-    threading.Thread(target=serve, daemon=True).start()
-    yield f"127.0.0.1:{server.getsockname()[1]}"
-    server.close()
+    return listening(serve)
 
 
 def robot_state(number: int) -> bytes:
@@ -113,23 +107,7 @@ def fri_message(
 ) -> bytes:
     """A monitoring message of FRI 1.15, without torques."""
     values = b"".join(b"\x09" + struct.pack("<d", q) for q in joints)
-    stamp = _fields({1: milliseconds // 1000, 2: milliseconds % 1000 * 10**6})
-    body = _nested(1, _fields({1: 0x245142, 2: sequence, 3: 0}))
-    body += _nested(3, _nested(1, values) + _nested(15, stamp))
-    return body + _nested(4, _fields({1: session, 2: 3, 3: 5, 4: multiplier}))
-
-
-def _fields(numbers: dict[int, int]) -> bytes:
-    return b"".join(_varint(number << 3) + _varint(value) for number, value in numbers.items())
-
-
-def _nested(number: int, message: bytes) -> bytes:
-    return _varint(number << 3 | 2) + _varint(len(message)) + message
-
-
-def _varint(value: int) -> bytes:
-    head = bytearray()
-    while value >= 1 << 7:
-        head.append(1 << 7 | value & 127)
-        value >>= 7
-    return bytes([*head, value])
+    stamp = numbers({1: milliseconds // 1000, 2: milliseconds % 1000 * 10**6})
+    body = nested(1, numbers({1: 0x245142, 2: sequence, 3: 0}))
+    body += nested(3, nested(1, values) + nested(15, stamp))
+    return body + nested(4, numbers({1: session, 2: 3, 3: 5, 4: multiplier}))

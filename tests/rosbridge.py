@@ -1,17 +1,26 @@
-"""A peer that speaks rosbridge's JSON over a websocket, and publishes joint states."""
+"""A peer that speaks rosbridge's JSON over a websocket, and publishes joint states.
 
+As a program it takes the options of ``mukca emulate``: ``--address``, ``--fault``, ``--journal``.
+"""
+
+import argparse
 import itertools
 import json
 import math
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection, serve
+
+from mukca.drivers import JointState
+from mukca.drivers.arms import Fault
+from mukca.tools.emulators import KINDS, FaultInjector, Journal
 
 NAMES = ("gripper", "arm_2", "arm_1", "arm_3")  # an order of its own, and a joint too many
 ARM = ("arm_1", "arm_2", "arm_3")
@@ -29,6 +38,12 @@ class Rosbridge:
     first_messages: list[dict[str, Any]] = field(default_factory=list)
     """Sent before all states."""
     clients: list[ServerConnection] = field(default_factory=list)
+    faults: Sequence[Fault] = ()
+    """By the time since it began."""
+    journal: Journal = field(default_factory=lambda: Journal(None))
+    host: str = "127.0.0.1"
+    port: int = 0
+    begun: float = field(default_factory=time.monotonic)
 
     def handle(self, client: ServerConnection) -> None:
         self.clients.append(client)
@@ -41,11 +56,16 @@ class Rosbridge:
 
     def publish(self, client: ServerConnection) -> None:
         waiting = list(self.first_messages)
+        injector = FaultInjector(self.faults)
         with suppress(ConnectionClosed):
             for number in itertools.count():
-                for message in (*waiting, *self.odd_messages, joint_state(number)):
+                state = joint_state(number)
+                self.journal.sent(number, JointState(0, state["position"], state["effort"]))
+                for message in (*waiting, *self.odd_messages, state):
                     text = {"op": "publish", "topic": self.topic, "msg": message}
-                    client.send(json.dumps(text))
+                    whole = (0, json.dumps(text).encode())
+                    for _, part in injector.packets(whole, time.monotonic() - self.begun):
+                        client.send(part.decode(errors="replace"))
                 waiting.clear()
                 time.sleep(0.005)
 
@@ -74,7 +94,7 @@ def arm_state(number: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def rosbridge(**settings: Any) -> Iterator[Rosbridge]:
     """Run a rosbridge on a free port."""
     bridge = Rosbridge(**settings)
-    with serve(bridge.handle, "127.0.0.1", 0) as server:
+    with serve(bridge.handle, bridge.host, bridge.port) as server:
         host, port = server.socket.getsockname()
         bridge.address = f"{host}:{port}"
         thread = threading.Thread(target=server.serve_forever, daemon=True)
@@ -82,3 +102,18 @@ def rosbridge(**settings: Any) -> Iterator[Rosbridge]:
         yield bridge
         server.shutdown()
         thread.join(10)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--address", default="127.0.0.1:0")
+    parser.add_argument("--fault", action="append", default=[])
+    parser.add_argument("--journal", type=Path)
+    options = parser.parse_args()
+    host, _, port = options.address.partition(":")
+    faults = [Fault.parse(text, KINDS, math.inf) for text in options.fault]
+    with rosbridge(
+        faults=faults, journal=Journal(options.journal), host=host, port=int(port)
+    ) as bridge:
+        print(json.dumps({"driver": f"ros:{bridge.address}"}), flush=True)
+        threading.Event().wait()

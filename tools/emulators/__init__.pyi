@@ -1,5 +1,4 @@
-from .arm import replay_arm as replay_arm
-from .arm import wandering_arm as wandering_arm
+from .arm import emulated_arm as emulated_arm
 from .emulator import Emulator as Emulator
 from .emulator import Journal as Journal
 from .fault_injection import KINDS as KINDS

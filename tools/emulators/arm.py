@@ -15,44 +15,47 @@ ELBOW = -1.2  # rad: a middle that is not straight
 GREATEST_EFFORT = 30.0  # N m
 
 
-def replay_arm(
-    folder: Path, joints: int, rate: float, motion: tuple[float, float], noise: float
+def emulated_arm(
+    joints: int,
+    rate: float,
+    motion: tuple[float, float],
+    noise: float,
+    folder: Path | None = None,
 ) -> SimulatedArm:
-    """Return an arm that goes through the configurations of a placement's folder, then rests.
+    """Return an arm that goes through a placement's configurations, or again and again through 40.
+
+    The poses and the efforts that are no placement's are invented; the efforts are no arm's gravity
+    torque.
 
     Args:
-        folder: The placement.
         joints: Number of the robot's joints.
         rate: States per second.
         motion: Duration of each rest and each move [s].
         noise: Standard deviation of the encoder noise [rad].
+        folder: The placement; none for poses of its own.
 
     Raises:
         MukcaError: The placement cannot be read, or is another robot's.
     """
-    placement = read_placement(folder)
-    configurations = placement.positions.tolist()
-    if len(configurations[0]) != joints:
-        raise MukcaError(
-            f"{folder}: {len(configurations[0])} joints, but this controller's arm has {joints}"
-        )
-    efforts = None if placement.efforts is None else placement.efforts.tolist()
+    poses, efforts = _invented(joints) if folder is None else _recorded(folder, joints)
     hold, move = motion
-    path = Motion(configurations, hold=hold, move=move)
+    path = Motion(poses, hold=hold, move=move)
     return SimulatedArm(path, efforts=efforts, rate=rate, noise=noise)
 
 
-def wandering_arm(
-    joints: int, rate: float, motion: tuple[float, float], noise: float
-) -> SimulatedArm:
-    """Return an arm that goes through the same poses again and again.
+def _recorded(folder: Path, joints: int) -> tuple[list[list[float]], list[list[float]] | None]:
+    placement = read_placement(folder)
+    poses: list[list[float]] = placement.positions.tolist()
+    if len(poses[0]) != joints:
+        raise MukcaError(
+            f"{folder}: {len(poses[0])} joints, but this controller's arm has {joints}"
+        )
+    return poses, None if placement.efforts is None else placement.efforts.tolist()
 
-    The poses and the efforts there are invented; the efforts are no arm's gravity torque.
-    """
+
+def _invented(joints: int) -> tuple[list[list[float]], list[list[float]]]:
     source = random.Random(joints)  # noqa: S311 - poses, no secret
     middle = [ELBOW if joint % 2 else 0.0 for joint in range(joints)]
     poses = [[q + source.uniform(-SPREAD, SPREAD) for q in middle] for _ in range(POSES)]
     efforts = [[GREATEST_EFFORT * math.sin(q) for q in pose] for pose in poses]
-    hold, move = motion
-    path = Motion(poses * ROUNDS, hold=hold, move=move)
-    return SimulatedArm(path, efforts=efforts * ROUNDS, rate=rate, noise=noise)
+    return poses * ROUNDS, efforts * ROUNDS

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ....drivers.arms import Fault, SimulatedArm
 from ....errors import MukcaError
-from ...emulators import KINDS, Emulator, FaultInjector, Journal, replay_arm, wandering_arm
+from ...emulators import KINDS, Emulator, FaultInjector, Journal, emulated_arm
 from .. import NOT_NEGATIVE, POSITIVE, Terminal, argument, option
 
 EMULATORS = {
@@ -103,9 +103,7 @@ def _arm(options: Options, kind: type[Emulator], version: str) -> SimulatedArm:
     joints, usual_rate = kind.VERSIONS[version]
     rate = usual_rate if options.rate is None else options.rate
     motion = options.hold, options.move
-    if options.recording is None:
-        return wandering_arm(joints, rate, motion, options.noise)
-    return replay_arm(options.recording, joints, rate, motion, options.noise)
+    return emulated_arm(joints, rate, motion, options.noise, options.recording)
 
 
 def _tell(options: Options, emulator: Emulator, terminal: Terminal) -> None:
