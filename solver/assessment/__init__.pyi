@@ -27,6 +27,7 @@ from .limits import Limits as Limits
 from .limits import Options as Options
 from .limits import known_arm as known_arm
 from .limits import limits_of as limits_of
+from .limits import repeatability_of as repeatability_of
 from .limits import setting as setting
 from .predictions import ModelName as ModelName
 from .predictions import PlacementPrediction as PlacementPrediction

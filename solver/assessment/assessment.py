@@ -54,5 +54,5 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
         between_row(between, limits.between_placements),
         *rows_of_the_fit(predictions, covered, limits),
     ]
-    verdict = judge(rows, rests_on(document))
+    verdict = judge(rows, rests_on(document), document.hypotheses or ())
     return Assessment(predictions, limits, between, summary, placements, covered, verdict)

@@ -14,7 +14,7 @@ from typing import Literal
 
 from ..data import KnownDistance
 from ..results import CalibrationDocument, Document, misfit
-from ..robot import shipped_robots
+from ..robot import Robot, shipped_robots
 
 Status = Literal["pass", "warning", "fail", "not enough", "not evaluated"]
 """``warning``: look at it; ``not enough``: too little was recorded to say."""
@@ -118,6 +118,19 @@ def known_arm(names: list[str]) -> str | None:
         if len(whole) == 1:
             return whole[0] if whole[0] in ARMS else None
     return None
+
+
+def repeatability_of(robot: Robot, given: float | None) -> float | None:
+    """Return the repeatability of a robot [m]; None where nothing is known of it.
+
+    Args:
+        robot: The robot.
+        given: As the user says [mm]; None for the one that is known of this arm.
+    """
+    if given is not None:
+        return given / 1e3
+    name = known_arm([robot.name, Path(robot.source).stem])
+    return None if name is None else ARMS[name].repeatability
 
 
 def _is_named(robot: str, name: str) -> bool:

@@ -8,6 +8,7 @@ rows; what is shown of it, on a terminal, a page or in JSON, is the :class:`Verd
 from collections.abc import Iterable, Sequence
 from typing import Literal
 
+from ..diagnostics import Hypothesis, cause
 from ..results import Document
 from .formatting import joined, mm
 from .limits import LimitResult, Status
@@ -72,7 +73,9 @@ def worst(statuses: Iterable[int]) -> int:
     return next((status for status in (1, 3) if status in found), 0)
 
 
-def judge(rows: Sequence[LimitResult], rests_on: Sequence[Premise] = ()) -> Verdict:
+def judge(
+    rows: Sequence[LimitResult], rests_on: Sequence[Premise] = (), causes: Sequence[Hypothesis] = ()
+) -> Verdict:
     """Return the verdict that follows from rows.
 
     One row that fails is a FAIL. Where a row says that the data are not enough, or one of
@@ -83,6 +86,7 @@ def judge(rows: Sequence[LimitResult], rests_on: Sequence[Premise] = ()) -> Verd
     Args:
         rows: Each a limit, and whether it is kept.
         rests_on: What a PASS is to name beside them.
+        causes: Explanations of what is wrong, the most probable first, which no PASS needs.
     """
     status, kind = _outcome(rows, [row.status for row in rows])
     by_full, _ = _outcome(rows, [row.full_status or row.status for row in rows])
@@ -95,7 +99,7 @@ def judge(rows: Sequence[LimitResult], rests_on: Sequence[Premise] = ()) -> Verd
         kind=kind,
         scope=scope,
         title=_OPEN[kind] if kind else _title(rows, scope, by_full, rests_on),
-        text=_text(rows, status),
+        text=_caused(cause(causes), status) + _text(rows, status),
         limits=tuple(rows),
         rests_on=tuple(rests_on),
     )
@@ -140,6 +144,11 @@ def _both(row: LimitResult) -> str:
     """Return a row's value by the URDF alone, and by the full model where that is another."""
     found = mm(row.found or 0.0)
     return found if row.full is None else f"{found} ({mm(row.full)} with corrected joint positions)"
+
+
+def _caused(words: str, status: Outcome) -> str:
+    """Return the cause as the first sentence of a verdict that is no PASS."""
+    return f"{words[0].upper()}{words[1:]}. " if words and status != "pass" else ""
 
 
 def _text(rows: Sequence[LimitResult], status: Outcome) -> str:

@@ -6,8 +6,9 @@ from functools import partial
 from typing import cast
 
 from ...recorder import Placement
+from ..assessment import repeatability_of
 from ..data import Measurement, check_distinct, measure, spaced
-from ..diagnostics import Diagnostic, inspect_all, named, next_placement, split_at
+from ..diagnostics import Diagnostic, Hypothesis, inspect_all, named, next_placement, split_at
 from ..results import NextPlacement, Role
 from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
@@ -28,6 +29,8 @@ class CalibrationProblem:
     warnings: tuple[str, ...]
     checks: tuple[Diagnostic, ...] = ()
     """Diagnostics of the recordings, from before the fit."""
+    hypotheses: tuple[Hypothesis, ...] = ()
+    """Explanations of the recordings, the most probable first."""
     next_placement: NextPlacement | None = None
     """None where an instrument measured all samples."""
 
@@ -164,6 +167,8 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
         known=named(train, options.distances),
         deviation=options.deviation,
         zeros=bool(options.zeros),
+        repeatability=repeatability_of(problem.robot, options.repeatability_mm),
+        trained=[m.name for m in train],
     )
     survey = look([*train, *test])
     if options.split_moved:
@@ -174,5 +179,6 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
         problem,
         train=(*train, *points),
         checks=survey.diagnostics,
+        hypotheses=survey.hypotheses,
         next_placement=NextPlacement(text=next_placement(problem.robot, survey)),
     )

@@ -66,6 +66,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         settings={**problem.robot.loaded_with, **options.as_dict()},
         provenance=_provenance(problem.robot, (*problem.train, *problem.test)),
         checks=problem.findings(fitted=fit.posterior is not None),
+        hypotheses=problem.hypotheses,
         next_placement=problem.next_placement,
         warnings=warnings,
         outputs={},

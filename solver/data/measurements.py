@@ -218,6 +218,7 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
     upper = np.array([joint.upper for joint in robot.actuated])
     endless = np.isinf(lower) & np.isinf(upper)
     lower, upper = np.where(endless, -4 * np.pi, lower), np.where(endless, 4 * np.pi, upper)
+    positions = positions - _whole_turns(positions, lower, upper, robot)
     excess = np.maximum(lower - positions, positions - upper)
     row, column = np.unravel_index(int(np.argmax(excess)), excess.shape)
     joint = robot.actuated[int(column)]
@@ -238,6 +239,20 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
         )
     if excess[row, column] > _BARELY_OUTSIDE:
         warnings.append(text)
+
+
+def _whole_turns(
+    positions: np.ndarray, lower: np.ndarray, upper: np.ndarray, robot: Robot
+) -> np.ndarray:
+    """Return whole turns of joints without which all of a column is inside its limits [rad]."""
+    turns = np.zeros(len(lower))
+    for j, joint in enumerate(robot.actuated):
+        values, turn = positions[:, j], 2 * math.pi
+        away = turn * round(float(values.mean() - (lower[j] + upper[j]) / 2) / turn)
+        inside = np.all((lower[j] <= values - away) & (values - away <= upper[j]))
+        if joint.type != "prismatic" and abs(away) <= 2 * turn and inside:
+            turns[j] = away
+    return turns
 
 
 def _check_sockets(measured: Measurement, least: int) -> None:

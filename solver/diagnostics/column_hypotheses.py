@@ -59,9 +59,15 @@ class ColumnHypothesis:
         return next(iter(self.mistakes))
 
     @property
+    def name(self) -> str:
+        """Name of the explanation: an ``order`` is a swap of more than two."""
+        many = len(self.mistakes.get("swap", ())) > 2
+        return "order" if many and self.code == "swap" else self.code
+
+    @property
     def text(self) -> str:
         """The mistakes, and what mends them."""
-        mends = {"sign": "-q", "swap": "their columns exchanged", "zero": "that taken off"}
+        mends = {"sign": "-q", "swap": "their columns put right", "zero": "that taken off"}
         words = " and ".join(self._words(*one) for one in self.mistakes.items())
         return f"{words}: with {' and '.join(mends[kind] for kind in self.mistakes)}"
 
@@ -72,6 +78,9 @@ class ColumnHypothesis:
 
     def _words(self, kind: str, joints: Sequence[int]) -> str:
         how = {"sign": "sign-flipped", "swap": "swapped"}.get(kind)
+        if kind == "swap" and len(joints) > 2:
+            order = ", ".join(str(i + 1) for i in self.order.tolist())
+            return f"the columns look out of order: {order}"
         off = " and ".join(f"{np.rad2deg(self.offsets[j]):+.1f}" for j in joints)
         return f"{_names(self.robot, joints)} {how or f'off by {off} deg'}"
 
@@ -130,11 +139,11 @@ def several_offsets(
     def error(hypothesis: ColumnHypothesis) -> float:
         return model.nominal_error(hypothesis.apply(samples))
 
-    best = min((_with_offsets(model, samples, start, joints) for start in starts), key=error)
+    best = min((with_best_offsets(model, samples, start, joints) for start in starts), key=error)
     kept = list(joints)
     while kept:
         fewer = [
-            _with_offsets(
+            with_best_offsets(
                 model, samples, best.with_offset(joint, 0.0), [j for j in kept if j != joint]
             )
             for joint in kept
@@ -149,7 +158,7 @@ def several_offsets(
     return best if 0 < count <= MAX_MISTAKES else None
 
 
-def _with_offsets(
+def with_best_offsets(
     model: RigidModel, samples: Samples, start: ColumnHypothesis, joints: Sequence[int]
 ) -> ColumnHypothesis:
     """Return a hypothesis with the best offsets of some joints near those it has."""

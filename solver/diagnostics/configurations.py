@@ -5,8 +5,8 @@ from itertools import product
 import numpy as np
 
 from ..data import Measurement
+from ..robot import Robot
 from .diagnostic import Diagnostic, row_of, where_of
-from .evidence import Evidence
 
 NEAR = np.deg2rad(1.0)
 """Two configurations closer than this on every joint are nearly the same."""
@@ -16,7 +16,7 @@ STILL = np.deg2rad(5.0)
 """A joint that moved less than this in a placement tells hardly anything."""
 
 
-def duplicates(_: Evidence, measured: Measurement) -> list[Diagnostic]:
+def duplicates(_: Robot, measured: Measurement) -> list[Diagnostic]:
     """Return samples that are nearly the configuration of one before, in the same socket."""
     found: list[Diagnostic] = []
     for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
@@ -59,7 +59,7 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
     return nearest
 
 
-def motionless_joints(evidence: Evidence, measured: Measurement) -> list[Diagnostic]:
+def motionless_joints(robot: Robot, measured: Measurement) -> list[Diagnostic]:
     """Return joints that hardly moved in a placement."""
     travels = np.ptp(measured.positions, axis=0).tolist()
     return [
@@ -75,6 +75,6 @@ def motionless_joints(evidence: Evidence, measured: Measurement) -> list[Diagnos
             ),
             "its parameters stay near nominal: move every joint by 60 deg or more",
         )
-        for joint, travel in zip(evidence.robot.actuated, travels, strict=True)
+        for joint, travel in zip(robot.actuated, travels, strict=True)
         if travel < STILL
     ]

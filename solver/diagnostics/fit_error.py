@@ -1,4 +1,4 @@
-"""Check for placements that no model explains as it does the others, each fitted alone."""
+"""Errors that placements leave when each is fitted alone, and which of them stand out."""
 
 from collections.abc import Sequence
 
@@ -6,9 +6,6 @@ import numpy as np
 
 from ..data import Measurement
 from ..robot import Robot, choose_parameters
-from .change_points import find_segments
-from .columns import column_diagnostics
-from .diagnostic import Diagnostic, where_of
 from .robust_fit import UNEXPLAINED, RigidModel, samples_of
 
 BAD_RATIO = 2.5
@@ -22,10 +19,10 @@ def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str,
     """Return the error that each placement leaves when fitted alone, by its name [m].
 
     It is the mean distance of its samples from their socket, each by its weight, by a robust
-    rigid fit to nothing but them, segments apart where the base moved.
+    rigid fit to nothing but them.
     """
     model = RigidModel(robot, choose_parameters(robot))
-    return {m.name: find_segments(model, samples_of([m]))[0].error for m in measurements}
+    return {m.name: model.fit(samples_of([m])).error for m in measurements}
 
 
 def standing_out(floors: Sequence[float]) -> list[float | None]:
@@ -49,21 +46,3 @@ def _typical(others: Sequence[float]) -> float:
     if len(others) == 1:
         typical = max(typical, UNEXPLAINED / BAD_RATIO)
     return typical if typical < UNEXPLAINED else np.inf
-
-
-def unexplained(
-    model: RigidModel, measured: Measurement, floor: float, typical: float
-) -> list[Diagnostic]:
-    """Return the columns by which a placement leaves much more than the others, or just that."""
-    columns = [d for d in column_diagnostics(model, [measured]) if d.level == "error"]
-    if any(diagnostic.code != "model" for diagnostic in columns):
-        return columns
-    return [
-        Diagnostic(
-            "error",
-            "floor",
-            where_of([measured]),
-            f"fitted alone it leaves {1e3 * floor:.2f} mm, the others {1e3 * typical:.2f} mm",
-            "no model explains it: record it again, or leave it out",
-        )
-    ]

@@ -1,19 +1,35 @@
 """Inspection of recordings before they are fitted: each placement, and all of them together."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..data import CALIPER_DEVIATION, KnownDistance, Measurement
-from ..robot import Robot
+from ..robot import Robot, choose_parameters
 from .change_points import Change
-from .checks import FIT_CHECKS, RECORDING_CHECKS
-from .columns import column_behind_scale, column_diagnostics
-from .diagnostic import Diagnostic
-from .distances import DistanceVerdict, Scale, check_distances, named
-from .evidence import Evidence, gather
-from .robust_fit import UNEXPLAINED, RigidFit
+from .configurations import duplicates, motionless_joints
+from .diagnostic import Diagnostic, row_of, where_of
+from .distances import Scale, named, rulers, size_level
+from .explain import Finding, Hypothesis, explain, scene_of
+from .fit_error import fitted_alone
+from .robust_fit import RigidModel
+from .sample_count import few_samples
+
+SEATED = 0.03
+"""A ball that lies farther from its socket than this [m] is not just badly seated."""
+SMALLEST_MOVE = 7.5e-4
+"""A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
+MOST_DRIFT, PLAY = 3e-3, 0.015
+"""Drifts over a placement below this are no error where it is held out [m]; and what looks like one
+where gears have play."""
+LOOSE = 5e-4
+"""Noise that gears with play would make as well [m]."""
+NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
+"""Causes that play does not look like."""
+CHECKS = (few_samples, duplicates, motionless_joints)
+"""Checks of single placements that need nothing but the recording."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +60,8 @@ class Survey:
     """Diagnostics of all placements, or of the arm."""
     scale: Scale | None
     """The arm's size by known distances; None where none is known."""
+    hypotheses: tuple[Hypothesis, ...] = ()
+    """Explanations of all recordings, the most probable first."""
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -58,6 +76,8 @@ def inspect_all(
     known: Sequence[KnownDistance] = (),
     deviation: float = CALIPER_DEVIATION,
     zeros: bool = False,
+    repeatability: float | None = None,
+    trained: Collection[str] = (),
 ) -> Survey:
     """Inspect placements: each by itself, and all together.
 
@@ -68,6 +88,8 @@ def inspect_all(
         deviation: Standard deviation of the latter [m].
         zeros: The joints may have offsets of degrees, as on arms made of servos: then that is no
             mistake.
+        repeatability: Of the arm [m]; None where nothing is known of it.
+        trained: Names of the placements to fit, where a slow drift is an error.
 
     Raises:
         KnownError: A known distance names a socket that is not there.
@@ -76,55 +98,58 @@ def inspect_all(
     known = named(seated, known)
     if not seated:
         return Survey((), (), None)
-    evidence = gather(robot, seated, known=known, deviation=deviation, zeros=zeros)
-    columns = _check_columns(evidence)
-    # A mistake in all columns shows as anything: told first, and alone.
-    explained = any(diagnostic.level == "error" for diagnostic in columns)
-    distances = _check_distances(evidence, evidence.together)
-    if distances.doubts_scale and not explained:
-        behind = column_behind_scale(evidence.model, evidence.good)
-        if behind is not None:
-            columns = [*columns, behind[0]]
-            distances = _check_distances(evidence, behind[1])
-    inspections = tuple(
-        _inspect(evidence, m, None if explained else distances) for m in evidence.measurements
-    )
-    loose = any(evidence.explained_by_backlash(c) for m in evidence.good for c in evidence.moves(m))
-    # Backlash makes an arm seem longer or shorter: it is told first, and then what is left.
-    sizes = [d for d in distances.shared if not (loose and d.code == "scale")]
-    return Survey(inspections, (*columns, *([] if explained else sizes)), distances.scale)
+    model = RigidModel(robot, choose_parameters(robot), zeros=zeros)
+    floors = fitted_alone(robot, seated)
+    of_known = rulers(seated, known, deviation)
+    scene = scene_of(model, seated, of_known, repeatability, list(floors.values()))
+    found = explain(model, scene)
+    told = [(f, _diagnostic(f, seated, trained, zeros=zeros)) for f in found.findings]
+    shared = [d for f, d in told if "placement" not in f.hypothesis.parameters]
+    balls = model.ball.points(model.ball.nominal + scene.x, scene.q)
+    inspections: list[Inspection] = []
+    for m, rows in zip(seated, scene.places, strict=True):
+        own = [(f, d) for f, d in told if f.hypothesis.parameters.get("placement") == m.name]
+        changes = [_change(f) for f, d in own if f.code == "moved" and d.level == "error"]
+        diagnostics = [d for _, d in own] + [d for check in CHECKS for d in check(robot, m)]
+        inspections.append(
+            Inspection(
+                m,
+                floors[m.name],
+                tuple(sorted(changes, key=lambda c: (c.socket, c.sample))),
+                tuple(diagnostics),
+                np.median(balls[rows], axis=0),
+            )
+        )
+    return Survey(tuple(inspections), tuple(shared), found.scale, found.hypotheses)
 
 
-def _check_columns(evidence: Evidence) -> list[Diagnostic]:
-    """Return mistakes in the columns of all placements."""
-    fit = evidence.together
-    displaced = any(evidence.displacements(m) for m in evidence.good)
-    apart = fit.samples if displaced and fit.error < UNEXPLAINED else None
-    return column_diagnostics(evidence.model, evidence.good, apart)
+def _change(finding: Finding) -> Change:
+    p = dict[str, Any](finding.hypothesis.parameters)
+    return Change(p["socket"], p["sample"], p["size"])
 
 
-def _check_distances(evidence: Evidence, fit: RigidFit) -> DistanceVerdict:
-    """Compare the distances that are known with a fit's."""
-    good = evidence.good
-    names = {m.name for m in good}
-    moved = [m.name for m in good if evidence.moves(m)]
-    usable = [k for k in evidence.known if {k.first[0], k.second[0]} <= names]
-    return check_distances(good, fit, moved, usable, evidence.deviation)
-
-
-def _inspect(
-    evidence: Evidence, measured: Measurement, distances: DistanceVerdict | None
-) -> Inspection:
-    """Inspect one placement; without distances where wrong columns explain all that a fit shows."""
-    name = measured.name
-    found = list(evidence.bad[name])
-    changes: tuple[Change, ...] = ()
-    if distances is not None and not found:
-        changes = evidence.moves(measured)
-        found += [d for check in FIT_CHECKS for d in check(evidence, measured)]
-        found += [distances.single[name]] if name in distances.single else []
-    found += [d for check in RECORDING_CHECKS for d in check(evidence, measured)]
-    ball = evidence.model.ball
-    points = ball.points(ball.nominal + evidence.together.x, measured.positions)
-    centre = np.mean([np.median(points[rows], axis=0) for rows in measured.slices], axis=0)
-    return Inspection(measured, evidence.alone[name][0].error, changes, tuple(found), centre)
+def _diagnostic(
+    finding: Finding, measurements: Sequence[Measurement], trained: Collection[str], *, zeros: bool
+) -> Diagnostic:
+    """Return a finding as a diagnostic: its place, and whether it must be mended."""
+    told = finding.hypothesis
+    p = dict[str, Any](told.parameters)
+    where, level, code, advice = where_of(measurements), finding.level, finding.code, told.advice
+    where = f"--known {p['known']}" if "known" in p else where
+    if "placement" in p:
+        (measured,) = [m for m in measurements if m.name == p["placement"]]
+        single = "socket" in p and "sample" in p
+        where = row_of(measured, p["socket"], p["sample"]) if single else where_of([measured])
+    if told.name in ("drift", "base_moved") and (zeros or p["placement"] not in trained):
+        usual = (PLAY if zeros else MOST_DRIFT) if told.name == "drift" else SMALLEST_MOVE
+        level = "warning" if p["size"] < usual else level
+    if told.name == "distance":
+        level = "error" if size_level(p["share"], p["deviation"]) == "error" else "warning"
+    if told.name == "ball_sample":
+        elsewhere = p["size"] > SEATED
+        level, code = ("error", "elsewhere") if elsewhere else ("warning", code)
+        if elsewhere:
+            advice = "it was recorded elsewhere: another base position, or another arm; delete it"
+    if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
+        advice += "; or it is play: for an arm made of servos say --zeros, by --method auto"
+    return Diagnostic(level, code, where, told.text, advice)

@@ -3,15 +3,15 @@
 from collections.abc import Sequence
 
 from ..data import KnownDistance, Measurement
+from ..robot import Robot
 from .diagnostic import Diagnostic, where_of
 from .distances import named
-from .evidence import Evidence
 
 FEWEST, ADVISED = 10, 30
 """Samples in a socket below which it tells little, and that are advised."""
 
 
-def few_samples(_: Evidence, measured: Measurement) -> list[Diagnostic]:
+def few_samples(_: Robot, measured: Measurement) -> list[Diagnostic]:
     """Return sockets of a placement with too few samples."""
     return [
         Diagnostic(

@@ -13,7 +13,7 @@ from ...errors import MukcaError
 from ..bayes.model import Deflection
 from ..bayes.model.effects import EFFECTS
 from ..data import Load
-from ..diagnostics import Diagnostic
+from ..diagnostics import Diagnostic, Hypothesis
 from ..robot import all_parameters, parse_robot, scan
 from .calibrated import CalibratedRobot
 from .estimates import (
@@ -74,6 +74,8 @@ class FitResult(Document, kw_only=True, frozen=True):
     history: tuple[Iteration, ...]
     checks: tuple[Diagnostic, ...] | None = None
     """Diagnostics of the recordings; None where they could not be checked."""
+    hypotheses: tuple[Hypothesis, ...] | None = None
+    """Explanations of the recordings, the most probable first; None where they were not checked."""
     next_placement: NextPlacement | None = None
     warnings: tuple[str, ...]
     outlook: Outlook | None = None

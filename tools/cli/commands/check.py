@@ -31,16 +31,28 @@ class Options(RobotOptions, JsonOption):
 
     data: Sequence[Path] = argument("placements", "DATA")
     settings: SolveOptions = part(
-        SolveOptions, "distance", "known", "distance_deviation", "zeros", "payload", "gravity"
+        SolveOptions,
+        "distance",
+        "known",
+        "distance_deviation",
+        "zeros",
+        "payload",
+        "gravity",
+        "repeatability_mm",
     )
 
 
 def run(options: Options, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
-    from ....solver.assessment import checks_row, distance_row, judge
+    from ....solver.assessment import checks_row, distance_row, judge, repeatability_of
     from ....solver.data import check_distinct
     from ....solver.design import predicted_error
-    from ....solver.diagnostics import inspect_all, next_placement, single_socket_diagnostics
+    from ....solver.diagnostics import (
+        cause,
+        inspect_all,
+        next_placement,
+        single_socket_diagnostics,
+    )
 
     robot, settings = options.load_robot(), options.settings.validated()
     data = measure_all(options.data, robot, settings.distance, sockets=1)
@@ -49,7 +61,14 @@ def run(options: Options, terminal: Terminal) -> int:
     terminal.warn(*warnings)
     known, deviation = settings.distances, settings.deviation
     zeros = bool(settings.zeros)
-    survey = inspect_all(robot, data, known=known, deviation=deviation, zeros=zeros)
+    survey = inspect_all(
+        robot,
+        data,
+        known=known,
+        deviation=deviation,
+        zeros=zeros,
+        repeatability=repeatability_of(robot, settings.repeatability_mm),
+    )
     lone = single_socket_diagnostics(data, known)
     shared, findings = (*survey.shared, *lone), (*survey.diagnostics, *lone)
     broken = any(finding.level == "error" for finding in findings)
@@ -64,6 +83,8 @@ def run(options: Options, terminal: Terminal) -> int:
     ]
     terminal.say(*_seen(survey, shared), *points, _amount(data, predicted, broken=broken), hint)
     verdict = judge([checks_row(findings), distance_row(_assumed(data))])
+    if cause(survey.hypotheses):
+        terminal.say(f"Of all recordings, {cause(survey.hypotheses)}.")
     if verdict.status == "incomplete":
         terminal.say(f"{verdict.title}: {verdict.text}")
     elif not findings:
@@ -73,6 +94,7 @@ def run(options: Options, terminal: Terminal) -> int:
             "robot": options.robot,
             "findings": [finding.as_dict() for finding in shared],
             "placements": [_row(one) for one in survey.placements],
+            "hypotheses": [asdict(one) for one in survey.hypotheses],
             "scale": None if survey.scale is None else asdict(survey.scale),
             "predicted_distance_deviation": predicted,
             "next_placement": {"text": hint},

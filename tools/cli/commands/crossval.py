@@ -49,6 +49,7 @@ class Options(RobotOptions, WorkerOptions, JsonOption):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
+    from ....solver.assessment import repeatability_of
     from ....solver.calibration import Plan, jobs, run_job
     from ....solver.data import check_distinct
     from ....solver.diagnostics import inspect_all, named
@@ -62,7 +63,10 @@ def run(options: Options, terminal: Terminal) -> int:
         raise UsageError(f"--bootstrap {options.bootstrap}: a spread needs 2 fits or more")
     known, deviation = named(data, settings.distances), settings.deviation
     zeros = bool(settings.zeros)
-    survey = inspect_all(robot, data, known=known, deviation=deviation, zeros=zeros)
+    usual = repeatability_of(robot, settings.repeatability_mm)
+    survey = inspect_all(
+        robot, data, known=known, deviation=deviation, zeros=zeros, repeatability=usual
+    )
     terminal.warn(*map(str, survey.diagnostics))
     plan = Plan(robot, tuple(data), settings)
     work = jobs(len(data), options.bootstrap)

@@ -1,0 +1,9 @@
+from .compare import Candidate as Candidate
+from .compare import Comparison as Comparison
+from .compare import explained as explained
+from .compare import probabilities as probabilities
+from .distance import of_distance as of_distance
+from .evidence import LinearEvidence as LinearEvidence
+from .scene import ARMS as ARMS
+from .scene import Scene as Scene
+from .table import ONLY_SOUND as ONLY_SOUND

@@ -1,0 +1,126 @@
+"""Evidence of explanations of residuals that are linear in all unknowns, in closed form.
+
+Residuals r = B x + A u + e with x and u standard Gaussian and e of variance sigma^2 have, beside
+those without A, the likelihood
+
+    ln p(r | A) - ln p(r) = - ln det(I + A^T C^-1 A) / 2 + g^T (I + A^T C^-1 A)^-1 g / 2
+
+with C = sigma^2 I + B B^T and g = A^T C^-1 r. One eigendecomposition of B^T B gives it for any
+sigma. Errors of samples in poses alike are alike, so only a share of the residuals counts.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from .kinds import Block
+
+INDEPENDENT = 0.5
+"""Share of the errors that count as independent."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Products of the candidates of a block with the residuals and the nuisances."""
+
+    T: np.ndarray
+    """Nuisances times columns, and times the shift if any, shape (n, C, k or k + 1)."""
+    AA: np.ndarray
+    """Columns, and the shift, times themselves, shape (C, k + 1, k + 1)."""
+    Ar: np.ndarray
+    """Columns, and the shift, times residuals, shape (C, k + 1)."""
+
+
+class LinearEvidence:
+    """Residuals and nuisances.
+
+    Args:
+        r: The residuals, shape (R,) [m].
+        B: Their derivatives by the nuisances, each in units of its prior's width, shape (R, n).
+    """
+
+    def __init__(self, r: np.ndarray, B: np.ndarray) -> None:
+        share = INDEPENDENT**0.5
+        self.r, self.B = share * r, share * B
+        self.count = INDEPENDENT * len(r)
+        d2, self._V = np.linalg.eigh(self.B.T @ self.B)
+        self._d2 = d2.clip(min=0.0)
+        self._b = self._V.T @ (self.B.T @ self.r)
+        self._rr = float(self.r @ self.r)
+
+    def log_likelihood(self, sigma: np.ndarray) -> np.ndarray:
+        """Return ln p(r) without any further column for each noise, shape (L,)."""
+        s2 = sigma**2
+        ahead = self._d2 + s2[:, None]
+        left = self._rr - np.sum(self._b**2 / ahead, axis=1)
+        spread = np.sum(np.log(ahead / s2[:, None]), axis=1)
+        return -0.5 * (self.count * np.log(2 * np.pi * s2) + spread + left / s2)
+
+    def terms(self, block: Block) -> Terms:
+        """Return the products by which a block's evidence follows for any noise."""
+        share, rows = INDEPENDENT**0.5, block.rows
+        columns = block.columns
+        if block.shift is not None:
+            columns = np.concatenate([columns, block.shift[:, :, None]], axis=2)
+        C, R, k = columns.shape
+        flat = share * columns.transpose(1, 0, 2).reshape(R, C * k)
+        T = self._V.T @ (self.B[rows].T @ flat)
+        A = flat.reshape(R, C, k).transpose(1, 2, 0)
+        return Terms(T.reshape(len(T), C, k), A @ A.transpose(0, 2, 1), A @ self.r[rows])
+
+    def log_ratios(self, block: Block, terms: Terms, sigma: np.ndarray) -> np.ndarray:
+        """Return ln p(r | candidate) - ln p(r) by noise, width and candidate, shape (L, W, C)."""
+        k = block.columns.shape[2]
+        M, g, gain = self._reduced(terms, sigma, k)
+        found: list[np.ndarray] = []
+        for width in block.widths if k else ():
+            N = np.eye(k) + width**2 * M
+            if k == 1:
+                spread, fit = np.log(N[..., 0, 0]), (width * g[..., 0]) ** 2 / N[..., 0, 0]
+            else:
+                spread = np.linalg.slogdet(N)[1]
+                fit = width**2 * np.sum(g * np.linalg.solve(N, g[..., None])[..., 0], axis=-1)
+            found.append(0.5 * (fit - spread) + gain)
+        found = found or [gain]
+        return np.stack(found, axis=1) + block.bonus - np.log(len(found))
+
+    def posterior(self, block: Block, sigma: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean and covariance of the unknowns of a block's first candidate.
+
+        The prior is the widest of the block's.
+        """
+        k = block.columns.shape[2]
+        M, g, _ = self._reduced(self.terms(block), np.array([sigma]), k)
+        tight = 1 / max(block.widths) ** 2
+        precision: np.ndarray = tight * np.eye(k) + M[0, 0]
+        covariance: np.ndarray = np.linalg.inv(precision)
+        return covariance.dot(g[0, 0]), covariance
+
+    def _reduced(
+        self, terms: Terms, sigma: np.ndarray, k: int
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return A^T C^-1 A, A^T C^-1 r less the shift, and the gain by the shift, for each noise.
+
+        Shapes (L, C, k, k), (L, C, k) and (L, C).
+        """
+        n, C, all_of_them = terms.T.shape
+        s2 = sigma**2
+        f = 1 / (self._d2 + s2[:, None])
+        products = np.empty((len(sigma), C, all_of_them, all_of_them))
+        if C == 1:
+            T = terms.T[:, 0]
+            products[:, 0] = terms.AA[0] - np.array([T.T @ (own[:, None] * T) for own in f])
+        else:
+            for a, b in combinations_with_replacement(range(all_of_them), 2):
+                product = f @ (terms.T[:, :, a] * terms.T[:, :, b])
+                products[:, :, a, b] = products[:, :, b, a] = terms.AA[:, a, b] - product
+        along = ((f * self._b) @ terms.T.reshape(n, C * all_of_them)).reshape(
+            len(f), C, all_of_them
+        )
+        Ar = (terms.Ar - along) / s2[:, None, None]
+        AA = products / s2[:, None, None, None]
+        if all_of_them == k:
+            return AA, Ar, np.zeros((len(sigma), C))
+        gain = Ar[:, :, k] - 0.5 * AA[:, :, k, k]
+        return AA[:, :, :k, :k], Ar[:, :, :k] - AA[:, :, :k, k], gain

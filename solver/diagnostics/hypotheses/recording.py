@@ -1,0 +1,163 @@
+"""The readings themselves: copies, coarse steps, or an arm that the hand pushed."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from .ball import standing_out
+from .evidence import INDEPENDENT
+from .kinds import Block, Kind, NoisePrior, Parameters
+from .scene import Scene
+
+SAME, COPIED = 2e-3, 0.5
+"""Rows that differ by less on every joint are one [rad]; a larger share of them is a copy."""
+CHANCE = 30.0
+"""Logarithm of the odds at most that such a pattern is no chance."""
+EXACT = 1e-3
+"""Part of a step to which readings are multiples of it."""
+PUSHED = np.geomspace(2e-4, 5e-3, 8)
+"""Joint noise of arms that are pushed [rad]."""
+
+
+def _silent(scene: Scene, parameters: Parameters, bonus: float) -> Block:
+    return Block(slice(0, 0), np.zeros((1, 0, 0)), [parameters], bonus=bonus)
+
+
+def copies(scene: Scene) -> Iterable[Block]:
+    """Return blocks of sockets whose samples are those of an earlier one."""
+    q, ends = scene.q, scene.sockets
+    rows = [q[ends == k] for k in range(len(scene.centres))]
+    for k in range(1, len(rows)):
+        for earlier in range(k):
+            apart = np.abs(rows[k][:, None] - rows[earlier][None]).max(axis=2).min(axis=1)
+            if np.mean(apart < SAME) > COPIED:
+                (a, i), (b, j) = scene.labels[earlier], scene.labels[k]
+                names = {"placement": b, "socket": j, "of": a, "of_socket": i}
+                yield _silent(scene, names, CHANCE)
+                return
+
+
+def steps(scene: Scene) -> np.ndarray:
+    """Return the steps in which each joint reads, shape (m,) [rad]; 0 where there is none."""
+    found = np.zeros(scene.q.shape[1])
+    for j, column in enumerate(scene.q.T):
+        values: np.ndarray = np.unique(column.round(9))
+        gaps: np.ndarray = np.diff(values)
+        gaps = gaps[gaps > 1e-7]
+        if not len(gaps):
+            continue
+        step = float(gaps.min())
+        off = np.abs(column / step - (column / step).round())
+        found[j] = step if float(off.max()) < max(EXACT, 1e-6 / step) else 0.0
+    return found
+
+
+def quantised(scene: Scene) -> Iterable[Block]:
+    """Return the block of readings in coarse steps, which are noise of the joints."""
+    step = steps(scene)
+    size = _effect(scene, step)
+    if size > scene.noise:
+        gain = _gain(scene, step[None] / 12**0.5)
+        names = {"step": float(step.max()), "size": size}
+        yield _silent(scene, names, CHANCE / 3 + gain)
+
+
+def _effect(scene: Scene, step: np.ndarray) -> float:
+    """Return the noise of the ball per axis by steps of the joints [m]."""
+    return float(np.mean((scene.by_joints * step / 12**0.5) ** 2 * step.size)) ** 0.5
+
+
+def pushed(scene: Scene) -> Iterable[Block]:
+    """Return the block of arms whose joints the hand turned against their gears."""
+    if scene.zeros or any(standing_out(scene)):
+        return  # play does the same; and one placement that stands out is told by itself
+    usual = np.ones((1, scene.q.shape[1])) * PUSHED[:, None]
+    yield _silent(scene, {}, max(_gain(scene, usual), -CHANCE))
+
+
+def pushed_here(scene: Scene) -> Iterable[Block]:
+    """Return blocks of placements in which the joints were turned so, unlike in the others."""
+    for _, rows, parameters in standing_out(scene):
+        J = scene.by_joints[rows]
+        roots = np.linalg.cholesky(J @ J.transpose(0, 2, 1) + 1e-6 * np.eye(3))
+        count = len(roots)
+        columns = np.zeros((count, 3, count, 3))
+        columns[np.arange(count), :, np.arange(count)] = roots
+        names, widths = [parameters], (5e-4, 4e-3, 0.05)
+        yield Block(scene.rows(rows), columns.reshape(1, 3 * count, 3 * count), names, widths)
+
+
+def _gain(scene: Scene, widths: np.ndarray) -> float:
+    """Return how much likelier joint noise is than noise of the ball that is alike in space.
+
+    Args:
+        scene: The scene.
+        widths: Of the joints' noise, one row for each trial, shape (W, m) [rad].
+    """
+    e, J = scene.remaining, scene.by_joints
+    even = max(float(np.mean(e**2)), 1e-14)
+    alike = -1.5 * len(e) * (np.log(even) + 1)
+    best = -np.inf
+    for width in widths:
+        for share in (1.0, 0.5):
+            C: np.ndarray = np.einsum("nij,j,nkj->nik", J, width**2, J) + (
+                share * scene.noise
+            ) ** 2 * np.eye(3)
+            root: np.ndarray = np.linalg.cholesky(C)
+            white: np.ndarray = np.linalg.solve(root, e[:, :, None])
+            spread = 2 * float(np.log(np.diagonal(root, axis1=1, axis2=2)).sum())
+            best = max(best, -0.5 * (float(np.linalg.norm(white)) ** 2 + spread))
+    return INDEPENDENT * (best - alike)
+
+
+COPIES = Kind(
+    "copies",
+    0.03,
+    lambda p: (
+        f"the samples of socket {p['socket']} are those of socket {p['of_socket']} of "
+        f"{p['of']}, moved by next to nothing: a copy"
+    ),
+    "record it anew: a copy proves nothing",
+    "look where these files come from",
+    blocks=copies,
+    level="warning",
+)
+QUANTISED = Kind(
+    "quantised",
+    0.03,
+    lambda p: (
+        f"the joints read in steps of {p['step']:.3g} rad, which moves the ball by "
+        f"{1e3 * p['size']:.2f} mm"
+    ),
+    "write the angles with all digits that the driver gives",
+    "look at the digits of the file",
+    blocks=quantised,
+    noise=lambda scene: NoisePrior(
+        max(scene.noise, _effect(scene, steps(scene))), 0.5, below=False
+    ),
+    level="warning",
+)
+PUSHED_HERE = Kind(
+    "pushed",
+    0.02,
+    lambda p: (
+        f"the joints scatter as if the arm was pushed: {1e3 * p['noise_here']:.2f} mm at the "
+        f"ball, in the others {1e3 * p['noise']:.2f} mm"
+    ),
+    "record it again, with no hand on the arm, or leave it out",
+    "take some samples with no hand on the arm",
+    code="floor",
+    blocks=pushed_here,
+)
+PUSHED_ARM = Kind(
+    "pushed",
+    0.03,
+    lambda p: (
+        f"the joints scatter as if the arm was pushed ({1e3 * p['noise']:.2f} mm at the ball)"
+    ),
+    "let the arm hang by itself, with no hand on it, before each sample",
+    "take some samples with no hand on the arm",
+    blocks=pushed,
+    noise=lambda scene: NoisePrior(1.2e-3, 0.7, below=False),
+    level="warning",
+)

@@ -1,0 +1,255 @@
+"""Recordings as a linear model: residuals about a fit, and what a sound arm may be off by.
+
+Residuals are those of the samples from their socket's centre, then those of the known distances.
+Nuisances are the centres, the geometry, the effects beyond it, and the caliper; the geometry may
+grow as a whole by no more than arms do.
+"""
+
+import itertools
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...bayes.model import extend
+from ...bayes.model.effects import EFFECTS, Effect
+from ...data import SEAT_DEVIATION, Known, Load, Measurement
+from ...robot import Parameter, Robot
+
+TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
+"""Widths of the priors [m], [rad]: as far as arms are from their models."""
+ARMS = 0.002
+"""Standard deviation of the scale of real arms about their models."""
+CENTRE = 0.3
+"""Width of the prior of a socket's centre about the fit's [m]."""
+COARSE = 4e-4
+"""Arms that repeat worse than this have gears with play [m]."""
+DISTANCE_WEIGHT = 3.0
+"""A socket's centre is off by a third of a sample's noise, since errors of samples are alike."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Samples of all placements, socket after socket, and what is known of them."""
+
+    robot: Robot
+    parameters: tuple[Parameter, ...]
+    measurements: tuple[Measurement, ...]
+    rulers: tuple[Known[int], ...]
+    """Known distances, by indices of sockets."""
+    x: np.ndarray
+    """Change of the geometry at which all is linear, shape (n,)."""
+    centres: np.ndarray
+    """Of the sockets, shape (S, 3) [m]."""
+    noise: float
+    """Expected of a sound recording, per axis [m]."""
+    noise_width: float
+    """Of its logarithm, above that."""
+    floors: tuple[float, ...] = ()
+    """Error that each placement leaves when fitted alone [m]."""
+    zeros: bool = False
+    """True where joints have offsets of degrees, and gears have play."""
+    readings: np.ndarray | None = None
+    """Joint positions, shape (N, m), where they are not as recorded."""
+    kept: np.ndarray | None = None
+    """Number of each sample in its socket, where some were left out, shape (N,)."""
+    found: tuple[tuple[slice, np.ndarray, np.ndarray | None], ...] = field(default=())
+    """Rows, columns and shift of what was found already."""
+
+    @cached_property
+    def q(self) -> np.ndarray:
+        """Joint positions, shape (N, m)."""
+        if self.readings is not None:
+            return self.readings
+        return np.concatenate([m.positions for m in self.measurements])
+
+    @cached_property
+    def labels(self) -> tuple[tuple[str, int], ...]:
+        """Placement and number of each socket."""
+        return tuple((m.name, k) for m in self.measurements for k in m.sockets)
+
+    @cached_property
+    def sockets(self) -> np.ndarray:
+        """Index of each sample's socket, shape (N,)."""
+        counts = [n for m in self.measurements for n in m.counts]
+        return np.repeat(np.arange(len(counts)), counts)
+
+    @cached_property
+    def numbers(self) -> np.ndarray:
+        """Number of each sample in its socket, from 0, shape (N,)."""
+        if self.kept is not None:
+            return self.kept
+        return np.concatenate([np.arange(n) for m in self.measurements for n in m.counts])
+
+    @cached_property
+    def places(self) -> tuple[slice, ...]:
+        """Samples of each placement."""
+        ends = np.cumsum([0, *(sum(m.counts) for m in self.measurements)]).tolist()
+        return tuple(slice(a, b) for a, b in itertools.pairwise(ends))
+
+    @cached_property
+    def times(self) -> tuple[np.ndarray, ...]:
+        """Rank of each sample of each placement in the order of recording."""
+        ranks: list[np.ndarray] = []
+        for m in self.measurements:
+            recorded = np.argsort(m.placement.sockets, kind="stable")
+            ranks.append(recorded.astype(int))
+        return tuple(ranks)
+
+    @cached_property
+    def linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Ball centres, shape (N, 3), and derivatives by geometry and effects, and by joints."""
+        model = extend(self.robot, self.parameters, [e.name for e in self.effects])
+        x = np.zeros(model.size)
+        x[: len(self.x)] = self.x
+        return model.linearise(x, self.q, self.torques)
+
+    @cached_property
+    def torques(self) -> np.ndarray:
+        """Moments that hold the joints, shape (N, 3 m) [N m]."""
+        return np.concatenate([Load().torques(self.robot, m) for m in self.measurements])
+
+    @cached_property
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects beyond the geometry that a sound arm may have."""
+        return tuple(e for e in EFFECTS.values() if self.zeros or e.learned)
+
+    @cached_property
+    def widths(self) -> np.ndarray:
+        """Widths of the geometry's priors, shape (n,)."""
+        return np.array(
+            [
+                BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION
+                for p in self.parameters
+            ]
+        )
+
+    @cached_property
+    def by_geometry(self) -> np.ndarray:
+        """Derivatives of the residuals of samples by the geometry, shape (3 N, n)."""
+        n = len(self.parameters)
+        return -self.linear[1][:, :, :n].reshape(-1, n)
+
+    @cached_property
+    def by_joints(self) -> np.ndarray:
+        """Derivatives of the balls by the joints' readings, shape (N, 3, m)."""
+        return self.linear[2]
+
+    @cached_property
+    def residuals(self) -> np.ndarray:
+        """Residuals of samples, then of distances, shape (3 N + K,) [m]."""
+        of_samples = (self.linear[0] - self.centres[self.sockets]).ravel()
+        of_samples = of_samples + self.by_geometry @ self.x  # beside those at the nominal model
+        of_distances = [n - k.distance for n, k in zip(self.expected, self.rulers, strict=True)]
+        r = np.concatenate([of_samples, DISTANCE_WEIGHT * np.array(of_distances)])
+        for rows, _, shift in self.found:
+            if shift is not None:
+                r[rows] -= shift
+        return r
+
+    @cached_property
+    def expected(self) -> list[float]:
+        """Known distances as the fit has them [m]."""
+        pairs = [self.centres[k.second] - self.centres[k.first] for k in self.rulers]
+        return [max(float(np.linalg.norm(d)), 1e-12) for d in pairs]
+
+    @cached_property
+    def nuisances(self) -> np.ndarray:
+        """Derivatives of the residuals by what may be off, in its width, shape (3 N + K, n)."""
+        N, K = len(self.q), len(self.rulers)
+        parts = [self._of_centres(), self._of_geometry(), self._of_effects(), self._of_calipers()]
+        if self.zeros or self.noise > COARSE:
+            parts.append(self._of_play())
+        for rows, columns, _ in self.found:
+            full = np.zeros((3 * N + K, columns.shape[1]))
+            full[rows] = columns
+            parts.append(full)
+        return np.hstack(parts)
+
+    def _of_centres(self) -> np.ndarray:
+        N, S = len(self.q), len(self.centres)
+        found = np.zeros((3 * N + len(self.rulers), 3 * S))
+        for axis in range(3):
+            found[3 * np.arange(N) + axis, 3 * self.sockets + axis] = CENTRE
+        for i, k in enumerate(self.rulers):
+            away = self.centres[k.second] - self.centres[k.first]
+            unit = away / self.expected[i]
+            found[3 * N + i, 3 * k.first : 3 * k.first + 3] += DISTANCE_WEIGHT * CENTRE * unit
+            found[3 * N + i, 3 * k.second : 3 * k.second + 3] -= DISTANCE_WEIGHT * CENTRE * unit
+        return found
+
+    def _of_geometry(self) -> np.ndarray:
+        by_scale = extend(self.robot, self.parameters).by_scale()
+        precision = np.diag(1 / self.widths**2) + np.outer(by_scale, by_scale) / ARMS**2
+        root = np.linalg.cholesky(np.linalg.inv(precision))
+        return self._with_distances(self.by_geometry @ root)
+
+    def _of_effects(self) -> np.ndarray:
+        n = len(self.parameters)
+        columns = -self.linear[1][:, :, n:].reshape(3 * len(self.q), -1)
+        widths: list[np.ndarray] = []
+        for effect in self.effects:
+            turns: np.ndarray = effect.derivatives(self.q, self.torques)
+            usual = max(float(np.linalg.norm(turns)) / turns.size**0.5, 1e-6)
+            widths += [np.full(turns.shape[1], effect.typical_shift / usual)]
+        return self._with_distances(columns * np.concatenate(widths))
+
+    def _of_play(self) -> np.ndarray:
+        """Offsets of the joints in each socket: gears with play rest on one side there."""
+        lever = np.sqrt(np.mean(np.sum(self.by_joints**2, axis=1), axis=0)).clip(min=0.05)
+        turned = self.by_joints * (self.noise / lever)
+        S, m = len(self.centres), turned.shape[2]
+        found = np.zeros((len(turned), 3, S, m))
+        found[np.arange(len(turned)), :, self.sockets] = turned
+        return self._with_distances(found.reshape(3 * len(turned), S * m))
+
+    def _of_calipers(self) -> np.ndarray:
+        N, bases = len(self.q), sorted({k.distance for k in self.rulers if k.on_base})
+        found = np.zeros((3 * N + len(self.rulers), len(bases) + len(self.rulers)))
+        for i, k in enumerate(self.rulers):
+            own = SEAT_DEVIATION if k.on_base else k.deviation
+            found[3 * N + i, len(bases) + i] = DISTANCE_WEIGHT * own
+            if k.on_base:
+                found[3 * N + i, bases.index(k.distance)] = DISTANCE_WEIGHT * k.deviation
+        return found
+
+    def _with_distances(self, columns: np.ndarray) -> np.ndarray:
+        return np.vstack([columns, np.zeros((len(self.rulers), columns.shape[1]))])
+
+    def recentred(self, sigma: float) -> "Scene":
+        """Return the scene about the sockets' most probable centres, for a noise of sigma [m].
+
+        These are by the samples alone: a distance is not linear in centres that are far off.
+        """
+        rows = self.all_samples
+        B, r = self.nuisances[rows], self.residuals[rows]
+        x = np.linalg.solve(B.T @ B + sigma**2 * np.eye(B.shape[1]), B.T @ r)
+        moved = CENTRE * x[: self.centres.size].reshape(-1, 3)
+        return replace(self, centres=self.centres + moved)
+
+    @cached_property
+    def remaining(self) -> np.ndarray:
+        """Residuals of samples that nuisances leave, shape (N, 3) [m]."""
+        B, r = self.nuisances, self.residuals
+        A = B.T @ B + self.noise**2 * np.eye(B.shape[1])
+        return (r - B @ np.linalg.solve(A, B.T @ r))[self.all_samples].reshape(-1, 3)
+
+    def rows(self, samples: slice) -> slice:
+        """Return the rows of some samples' residuals."""
+        return slice(3 * samples.start, 3 * samples.stop)
+
+    @property
+    def all_samples(self) -> slice:
+        """The rows of all samples' residuals."""
+        return slice(0, 3 * len(self.q))
+
+    def sample(self, place: int, row: int) -> tuple[int, int]:
+        """Return socket and number of a sample of a placement, by its row."""
+        at = self.places[place].start + row
+        return self.labels[int(self.sockets[at])][1], int(self.numbers[at])
+
+    def first_from(self, place: int, rank: int) -> dict[str, object]:
+        """Return placement, socket and number of the first sample from a time on."""
+        row = int(np.argmin(np.where(self.times[place] >= rank, self.times[place], len(self.q))))
+        socket, number = self.sample(place, row)
+        return {"placement": self.measurements[place].name, "socket": socket, "sample": number}
