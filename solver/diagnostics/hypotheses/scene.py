@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ...bayes.model import extend
-from ...bayes.model.effects import EFFECTS, Effect
+from ...bayes.model.effects import CURVE, EFFECTS, Effect
 from ...data import SEAT_DEVIATION, Known, Load, Measurement
 from ...robot import Parameter, Robot
 
@@ -111,8 +111,8 @@ class Scene:
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
-        """Effects beyond the geometry that a sound arm may have."""
-        return tuple(e for e in EFFECTS.values() if self.zeros or e.learned)
+        """Effects beyond the geometry that a sound arm may have; curves need more than a recording."""
+        return tuple(e for e in EFFECTS.values() if (self.zeros or e.learned) and e is not CURVE)
 
     @cached_property
     def widths(self) -> np.ndarray:
