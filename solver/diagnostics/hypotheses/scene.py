@@ -111,7 +111,7 @@ class Scene:
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
-        """Effects beyond the geometry that a sound arm may have; curves need more than a recording."""
+        """Effects beyond the geometry that a sound arm may have; curves need more samples."""
         return tuple(e for e in EFFECTS.values() if (self.zeros or e.learned) and e is not CURVE)
 
     @cached_property
