@@ -136,7 +136,7 @@ def test_a_socket_that_is_a_copy_of_another_is_refused(session, panda, tmp_path)
 
 
 def test_where_a_distance_is_known_from_is_kept(session, panda) -> None:
-    read = read_placement(session / "front")
+    read = replace(read_placement(session / "front"), distance=None)
     assert measure(read, panda).distance_source == "default"
     assert measure(read, panda, 0.06).distance_source == "given"
     assert measure(replace(read, distance=0.12), panda).distance_source == "recording"
