@@ -5,7 +5,8 @@ import signal
 import subprocess
 import sys
 from importlib.util import find_spec
-from subprocess import DEVNULL, PIPE
+from subprocess import PIPE
+from threading import Timer
 from types import SimpleNamespace
 
 import pytest
@@ -76,16 +77,18 @@ def test_a_controller_that_freezes_freezes_nothing_else(tmp_path):
     with emulated_program("ur", tmp_path) as emulation:
         command = [sys.executable, "-m", "mukca", "stream", "--json", "--driver"]
         words = [*command, f"ur-rtde:{emulation.host}"]
-        with subprocess.Popen(words, stdout=DEVNULL, stderr=PIPE, text=True) as program:
-            while not emulation.sent():
-                pass
-            emulation.running.process.send_signal(signal.SIGSTOP)
+        with subprocess.Popen(words, stdout=PIPE, stderr=PIPE, text=True) as program:
+            watchdog = Timer(100, program.kill)
+            watchdog.start()
             try:
+                assert program.stdout.readline()  # the package streams
+                emulation.running.process.send_signal(signal.SIGSTOP)
                 while "took the connection but did not answer" not in program.stderr.readline():
                     assert program.poll() is None
                 program.send_signal(signal.SIGINT)
                 assert program.wait(60) == 130
             finally:
+                watchdog.cancel()
                 program.kill()
                 emulation.running.process.send_signal(signal.SIGCONT)
 
