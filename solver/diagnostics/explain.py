@@ -273,10 +273,9 @@ def _column(
 ) -> _Option:
     def finding(probability: float) -> Finding:
         before = dict[str, Any](likeliest.finding(1.0).hypothesis.parameters)["noise"]
-        text = (
-            f"{wrong.text} the error falls from {1e3 * before:.2g} to "
-            f"{1e3 * parameters['noise']:.2g} mm"
-        )
+        after = parameters["noise"]
+        gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
+        text = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
         tell = "read one pose at the arm, and compare it with its row"
         hypothesis = Hypothesis(wrong.name, probability, parameters, text, wrong.advice, tell)
         code = "swap" if wrong.name == "order" else wrong.name
