@@ -13,11 +13,6 @@ if TYPE_CHECKING:
     from ....solver.diagnostics import Diagnostic, Inspection, Survey
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
-EXAMPLE = """example:
-  mukca check recordings --robot panda --distance 0.0501
-
-Exit status 1 if something should be mended before training on it; 3 if a calibration on it alone
-could not be judged."""
 
 
 POINTS_HINT = (

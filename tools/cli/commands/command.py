@@ -14,14 +14,6 @@ if TYPE_CHECKING:
     from ....solver.calibration import Kinematics
     from ....solver.robot import Robot
 
-EXAMPLE = """example:
-  mukca command calibrated poses.csv --out joints.csv --tool 0,0,0.12,0,0,0
-
-POSES.csv has a header: x,y,z for points, where the orientation is free; x,y,z,qx,qy,qz,qw; or
-x,y,z,roll,pitch,yaw; metres and radians, in the frame of the robot's base. The full model is used.
-A row that is not reached within the limits, or to which the joints would jump, ends the work with
-its line, and nothing is written. /dev/stdin is a file, too; without --out, rows go to standard
-output. mukca poses goes the other way."""
 FORMS = (
     ("x", "y", "z"),
     ("x", "y", "z", "qx", "qy", "qz", "qw"),

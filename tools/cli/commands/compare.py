@@ -14,13 +14,6 @@ if TYPE_CHECKING:
 
     from ...report.figures import ComparisonDocument
 
-EXAMPLE = """example:
-  mukca compare paper/calibration.json auto/calibration.json
-  mukca compare june/calibration.json july/calibration.json --data recordings/july --out july
-
-Without --data, on all placements that the calibrations were trained or tested on. Differences
-are judged on placements that none of them was trained on."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options(OutputOptions):

@@ -16,12 +16,6 @@ from ....recorder import (
 from ....solver.results import OutputError, refuse_existing, write_files
 from .. import POSITIVE, Terminal, argument, option
 
-EXAMPLE = """example:
-  mukca convert data/front --to holes --out front_for_the_authors_program
-
-A folder of placements becomes a folder of placements. Samples that were taken back are left out;
-what placement.json says is kept."""
-
 FORMS = {"samples": sample_files, "holes": hole_files}
 
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
 _NOTHING = {"mean_absolute_error": None, "max_error": None, "distance_error": None}
-EXAMPLE = """example:
-  mukca crossval recordings --robot panda --distance 0.0501"""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,10 +9,6 @@ from ....solver.results import OutputError, refuse_existing
 from .. import Terminal, option
 from .main import build_parser, run_verb
 
-EXAMPLE = """example:
-  mukca demo --out demo
-
-The demo arm is a Panda whose true joint origins differ from its URDF by some 5 mm and 12 mrad."""
 NEXT = """
 Next, with an arm of your own (`mukca drivers` lists which): print the base and the ball, measure
 the distance of the sockets' centres in metres, record at two places or more, and solve as above.

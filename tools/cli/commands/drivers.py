@@ -3,11 +3,6 @@
 from ....drivers import DriverInfo, is_installed, list_drivers, try_plugin
 from .. import JsonOption, Terminal
 
-EXAMPLE = """example:
-  mukca drivers
-"""
-
-
 Options = JsonOption
 
 

@@ -24,15 +24,7 @@ EMULATORS = {
     "ur": "ur:UrEmulator",
     "xarm": "xarm:XArmEmulator",
 }
-_KINDS = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
-EXAMPLE = f"""example:
-  mukca emulate franka --version 10
-  mukca stream --driver franka:127.0.0.1        (in another terminal)
-
-faults are KIND[:SHARE][@START[+DURATION]], as in drop:0.05 or silent@3+0.5: a share of the
-messages, from a time after the first connection on, for so many seconds; the kinds are
-{_KINDS}
-"""
+LIST = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 
 
 @dataclass(frozen=True, kw_only=True)

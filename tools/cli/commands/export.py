@@ -9,14 +9,7 @@ from ....solver.calibration import UsageError
 from ...export import FORMATS
 from .. import JsonOption, Terminal, argument, option
 
-_FORMATS = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
-EXAMPLE = f"""example:
-  mukca export calibrated/calibration.json --to mdh --out panda_mdh.csv
-
-formats:
-{_FORMATS}
-
-What a format cannot say is named, with what that costs at the ball."""
+LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
 
 
 @dataclass(frozen=True, kw_only=True)

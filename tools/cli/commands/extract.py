@@ -15,16 +15,6 @@ from .. import DISTANCES, SPREADS, WINDOWS, OutputOptions, RobotOptions, Termina
 if TYPE_CHECKING:
     from ...extract import Proposal
 
-EXAMPLE = """example:
-  mukca extract session.mcap --robot panda
-  mukca extract session.mcap --robot panda --out recordings
-
-Reads ROS 1 and 2 bags, lerobot data sets, CSV logs with a column of time, and what
-mukca record --keep-stream kept. Without --out it shows what it found and writes nothing. Look at
-the table and at DIR/rests.svg: a rest is a sample only if the ball sat in a socket, which no log
-can tell. --assign says which:
-  --assign front:0=1-30 --assign front:1=31-60"""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options(RobotOptions, OutputOptions):

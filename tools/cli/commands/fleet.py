@@ -11,17 +11,6 @@ from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, argument, o
 if TYPE_CHECKING:
     from ...fleet import ArmFolder, FleetDocument
 
-EXAMPLE = """example:
-  mukca fleet fleet --robot panda --distance 0.0501 --out fleet-report
-  mukca fleet fleet --robot panda --out fleet-report --cluster tcp://10.0.0.7:8786
-
-A fleet is a folder with one folder an arm; in it are the arm's placements, or one folder of
-placements for each date, as in fleet/arm-7/2026-06-01/front. An arm's own robot.urdf, beside
-them, goes before --robot. The last placement of a session is held out of the fit. The workers of
-a cluster read DIR and write --out by the same paths.
-
-Exit status 1: an arm fails, or has drifted; 3: the data of one do not suffice to say."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options(RobotOptions, WorkerOptions, OutputOptions):

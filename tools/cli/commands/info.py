@@ -19,10 +19,6 @@ from ....recorder import (
 )
 from .. import JsonOption, Terminal, argument, option
 
-EXAMPLE = """example:
-  mukca info data
-  mukca info data/front --set-distance 0.0501"""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options(JsonOption):

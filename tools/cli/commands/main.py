@@ -7,46 +7,29 @@ Exit status: 0 done; 1 it ran and the result fails its limits; 2 bad usage or ba
 import argparse
 import importlib
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Protocol
 
 from ...._version import __version__
 from ....errors import MukcaError
 from .. import Terminal
 
-# The verb, and its line in `mukca --help`; its module is tools/commands/VERB.py.
-VERBS: dict[str, str] = {
-    "demo": "record, calibrate and validate a simulated arm, from start to end",
-    "print-parts": "write the socket base and the ball as files for a 3D printer",
-    "robots": "list the robot models that come with the package",
-    "drivers": "list the arms that can be read, and what each needs",
-    "stream": "show a robot's live joint angles, rate and gaps",
-    "plan": "say what bases, placements and samples would bring, before recording",
-    "record": "record at the robot, in the terminal",
-    "extract": "find the rests of an arm in a bag or log, and make a recording of them",
-    "info": "show what is in recordings",
-    "convert": "write recordings in the other form",
-    "check": "look at recordings before they are fitted",
-    "solve": "calibrate a robot from recordings",
-    "validate": "measure a calibration on other recordings",
-    "crossval": "leave each placement out once, and train on each alone",
-    "fleet": "calibrate many arms, and compare them on one page",
-    "report": "write the report of a calibration, and say its verdict",
-    "compare": "hold calibrations of one robot against each other on the same data",
-    "command": "say what to command, so that the true tool stands at poses",
-    "poses": "say where the true tool stands at joint positions",
-    "export": "write a calibration as other programs read it",
-    "simulate": "insert a peg, or draw, with the nominal and the calibrated model in simulation",
-    "emulate": "run a controller that speaks a real robot's bytes, to try things without one",
+_PAGES = Path(__file__).with_name("verbs.txt").read_text(encoding="utf-8")
+VERBS: dict[str, tuple[str, str]] = {
+    name: (line, text)
+    for name, line, text in re.findall(r"(?ms)^# ([\w-]+): (.*?)\n(.*?)(?=^# |\Z)", _PAGES)
 }
+"""Line of each verb in ``mukca --help``, and the text below its options; its module is VERB.py."""
 
 
 class Command(Protocol):
     """Module of a verb."""
 
-    EXAMPLE: str
-    """Text below the options."""
+    LIST: str
+    """In place of ``{list}`` in the text below the options, where that has it."""
     Options: type[Any] | Mapping[str, type[Any]]
     """Dataclass of the options, or one for each experiment."""
 
@@ -100,7 +83,7 @@ def build_parser(verb: str | None) -> argparse.ArgumentParser:
         help="show the version and exit",
     )
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for name, line in VERBS.items():
+    for name, (line, text) in VERBS.items():
         sub = verbs.add_parser(
             name,
             help=line,
@@ -111,7 +94,7 @@ def build_parser(verb: str | None) -> argparse.ArgumentParser:
             from .. import add_options
 
             command = _command(name)
-            sub.epilog = command.EXAMPLE
+            sub.epilog = text if "{list}" not in text else text.replace("{list}", command.LIST)
             add_options(sub, command.Options)
     return parser
 

@@ -11,14 +11,6 @@ from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option, tab
 if TYPE_CHECKING:
     from ....solver.design import Plan
 
-EXAMPLE = """example:
-  mukca plan --robot panda
-  mukca plan --robot ur5e --placements 4 --samples 10 --out plan.svg
-
-Predicted are errors of distances in the workspace, one standard deviation, median over random
-pairs of poses: for an arm as far from its model as calibrations expect, 0.1 mm of noise, a base
-measured with a caliper, and well chosen poses."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options(RobotOptions, WorkerOptions, OutputOptions):

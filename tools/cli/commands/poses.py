@@ -8,12 +8,6 @@ import numpy as np
 from .. import Terminal, argument
 from .command import PathOptions, read_rows, write_rows
 
-EXAMPLE = """example:
-  mukca poses calibrated joints.csv --out poses.csv
-
-JOINTS.csv has a column for each joint [rad]; what is written, and the options, are those of
-mukca command, whose inverse this is."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options(PathOptions):

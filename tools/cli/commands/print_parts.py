@@ -29,23 +29,6 @@ from ...printables import (
 )
 from .. import OutputOptions, Terminal, option
 
-EXAMPLE = """mounts:
-  franka-hand     a block between the fingers of the Franka hand
-  franka-flange   four M6 on the Franka arms' flange
-  iso-50-4-m6     any flange with the pattern ISO 9409-1-50-4-M6: UR, Kinova Gen3, ...
-  iiwa14          the KUKA iiwa's flange and media flanges, any four of their seven M6
-  xarm            six M5 on the flange of an xArm 5, 6 or 7
-  so101           a block with grooves for the jaws of an SO-101
-  interbotix      a block between the fingers of a ViperX or WidowX
-  gen3-lite       slotted holes for M3 to M5 on circles of 32 to 52 mm: measure your flange
-  none            the socket base alone
-
-examples:
-  mukca print-parts --out parts --mount franka-hand
-  mukca print-parts --out parts --mount iso-50-4-m6 --distance 0.12 --bought-ball
-  mukca print-parts --out parts --bolt-circle-mm 31.5 --bolts 4 --screw M5
-  mukca print-parts --out parts --mount so101 --anchor so101 --plate-mm 80 45
-"""
 _base = partial(option, group="socket base")
 _ball = partial(option, group="ball")
 _own = partial(option, group="a mount of your own")

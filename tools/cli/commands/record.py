@@ -25,27 +25,6 @@ LEAST_POSES = 5
 """Poses below which a quick session says nothing."""
 NOT_ENOUGH = 3
 """Exit status where the data do not suffice to say."""
-EXAMPLE = """example:
-  mukca record --robot panda --driver franka:172.16.0.2 --distance 0.0501 --out data/front
-  mukca record --robot panda --driver franka:172.16.0.2 --out data/front --auto --page
-  mukca record --robot panda --driver franka:172.16.0.2 --out quick/today --quick
-
-keys:
-  space or a  capture         s       next socket      q  finish
-  d or u      undo            0 to 9  that socket      ?  help
-  r           redo            x, l    delete, or give another socket to, a sample by its number
-
-A key script (--keys FILE, or piped standard input) has words between blanks:
-  a           wait until the arm rests at a new place, and has rested for a whole window; capture
-  !a          capture at once, whatever the arm does
-  d u r s 0 1 ? q, or several as in sa   the keys
-  delete=12, relabel=12:1   a sample by its number, and the socket it was in
-  a*30        the word thirty times
-  wait=2.5    wait until the robot's clock has gone on by 2.5 s
-  # ...       a comment, up to the end of the line
-as in:  echo 'a*30 s a*30 q' | mukca record ...
-Its end finishes the session. The status is then 1 if a capture was refused, or if the arm came to
-no new rest within 30 s. A session ended by a signal returns 129, 130, 131 or 143; all is saved."""
 
 Options = RecordOptions
 

@@ -12,12 +12,6 @@ from .. import MILLIMETRES, OutputOptions, Terminal, argument, option
 if TYPE_CHECKING:
     from ....solver.assessment import Options as ReportOptions
 
-EXAMPLE = """example:
-  mukca report calibrated/calibration.json --open
-  mukca report calibrated/calibration.json --known left:0-right:0=0.350+-0.0001 --force
-
-The page needs no other file and no network. Exit status 1: some limit is not
-kept; 3: the data do not suffice to say."""
 LIMITS = "limits (default: by the arm's repeatability)"
 _limit = partial(option, metavar="MM", between=MILLIMETRES, group=LIMITS)
 

@@ -9,12 +9,6 @@ from ....solver.assessment import ARMS
 from ....solver.robot import BallModel, Robot, link_frames, load_robot, shipped_robots, workspace
 from .. import JsonOption, Terminal
 
-EXAMPLE = """example:
-  mukca robots
-
-The reach is how far the ball comes from the second joint, about. Without a repeatability the report
-asks for it: --repeatability-mm, from the arm's data sheet.
-"""
 DRIVERS = {
     **dict.fromkeys(("panda", "fr3"), "franka:HOST"),
     "iiwa14": "kuka:HOST",

@@ -15,15 +15,6 @@ from .. import JsonOption, Terminal, option
 if TYPE_CHECKING:
     from ...experiments import Drawing, ExperimentRun, Insertions, ModelTrials, SimulationDocument
 
-EXAMPLE = """example:
-  mukca simulate insertion --model nominal --hole-mm 16
-  mukca simulate insertion --model calibrated --hole-mm 10.4 --cross 24
-  mukca simulate drawing --out drawing
-
-The arm moves by its true kinematics; its controller, Cartesian impedance control, knows only the
-model that it is given: nominal, calibrated (from four placements recorded with this arm, made
-now), true, or the file of a calibrated URDF of this arm. Goals are taught once, elbow up; each
-trial starts with the elbow elsewhere. Needs the extra: pip install 'mukca[simulation]'"""
 SEEDS = (0, 2**63)
 REPORT, RESULT, PICTURE, ANIMATION = FILES = (
     "report.html",

@@ -15,15 +15,6 @@ if TYPE_CHECKING:
     from ....solver.calibration import Calibration, MultiRobotCalibration
     from ....solver.results import FramePose, ParameterValue
 
-EXAMPLE = """example:
-  mukca solve recordings/front --test recordings --robot panda --distance 0.0501 --out calibrated
-
-A placement is a folder with a recording, or with hole_0.csv and hole_1.csv; a folder of
-placements stands for all of them. Two arms that recorded at the same bases:
-  mukca solve left:session/left right:session/right --robot left=panda --robot right=fr3
-
-Exit status 1: FAIL; 3: NOT ENOUGH DATA, or NOT VALIDATED."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options(RobotsOptions, OutputOptions):

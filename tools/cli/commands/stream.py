@@ -22,11 +22,6 @@ READ_SECONDS = 0.2
 WAITED_SECONDS = 5e-5  # a read that took less found its state waiting
 SCREEN_SECONDS = 0.1
 LINE_SECONDS = 1.0
-EXAMPLE = """examples:
-  mukca stream --driver franka:172.16.0.2
-  mukca stream --driver 'kinova:serial:///dev/ttyUSB0?baud=115200'
-  mukca stream --driver ur:192.168.1.10 --json --count 1000 > states.jsonl
-"""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,11 +12,6 @@ from .report import metres
 if TYPE_CHECKING:
     from ....solver.calibration import Errors
 
-EXAMPLE = """example:
-  mukca validate calibrated/calibration.json recordings/left recordings/right
-
-Exit status 1: the calibration does not hold there; 3: the data do not suffice to say."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options(JsonOption):
