@@ -12,7 +12,7 @@ from ...errors import MukcaError
 from ..bayes.model import Deflection
 from ..data import Load
 from ..results import CalibratedRobot
-from ..robot import Goal, PoseSolver, RowFunction, matrix_rpy, pose_on_flange
+from ..robot import ColumnFunction, Goal, PoseSolver, matrix_rpy, pose_on_flange
 
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
@@ -55,18 +55,18 @@ class LoadedArm:
         return PoseSolver(rigid.pose_model, self.flange, (-endless, endless))
 
     @cached_property
-    def poses(self) -> RowFunction:
+    def poses(self) -> ColumnFunction:
         """Pose of the flange, 16 numbers."""
         model = self.calibrated.pose_model
-        return RowFunction("flange", [model.q], [model.pose(self.flange)])
+        return ColumnFunction("flange", [model.q], [model.pose(self.flange)])
 
     @cached_property
-    def jacobians(self) -> RowFunction:
+    def jacobians(self) -> ColumnFunction:
         """Jacobian of a point of the flange, 6 m numbers."""
         model, point = self.calibrated.pose_model, ca.SX.sym("point", 3)
         R, p = model.frames[self.flange]
         J = model.jacobian(self.flange, p + R @ point)
-        return RowFunction("jacobian", [point, model.q], [J])
+        return ColumnFunction("jacobian", [point, model.q], [J])
 
     def tool(self, tool: str | ArrayLike | None) -> np.ndarray:
         """Return the pose of a tool on the flange, shape (4, 4).

@@ -28,6 +28,7 @@ from .pose_solver import SETTLED as SETTLED
 from .pose_solver import TOLERANCE as TOLERANCE
 from .pose_solver import PoseSolver as PoseSolver
 from .pose_solver import Solutions as Solutions
+from .row_function import ColumnFunction as ColumnFunction
 from .row_function import RowFunction as RowFunction
 from .urdf import BALL_LINK as BALL_LINK
 from .urdf import Robot as Robot

@@ -8,7 +8,7 @@ import numpy as np
 
 from .newton import MAX_STEP, Goal, NewtonStep, newton_step
 from .pose_model import PoseModel
-from .row_function import RowFunction
+from .row_function import ColumnFunction
 
 TOLERANCE = 1e-10
 """A pose is reached where no more is left [m, rad]."""
@@ -158,15 +158,15 @@ class PoseSolver:
         return left, change
 
     @cached_property
-    def _free(self) -> RowFunction:
+    def _free(self) -> ColumnFunction:
         step = newton_step(self._model, self._joint, self._goal, limited=False)
-        return RowFunction("step", [step.tool, _row(step)], [step.left, step.change])
+        return ColumnFunction("step", [step.tool, _row(step)], [step.left, step.change])
 
     @cached_property
-    def _limited(self) -> RowFunction:
+    def _limited(self) -> ColumnFunction:
         step = newton_step(self._model, self._joint, self._goal)
         inputs = [step.tool, step.lower, step.upper, _row(step)]
-        return RowFunction("limited_step", inputs, [step.change])
+        return ColumnFunction("limited_step", inputs, [step.change])
 
 
 def _row(step: NewtonStep) -> object:
