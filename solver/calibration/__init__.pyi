@@ -9,11 +9,9 @@ from .error_table import HEADS as HEADS
 from .error_table import Errors as Errors
 from .fit import fit_robots as fit_robots
 from .full_model import FullModel as FullModel
+from .full_model import Setup as Setup
 from .joint_path import CommandError as CommandError
 from .joint_path import JointPath as JointPath
-from .kinematics import Kinematics as Kinematics
-from .loaded_arm import pose_of_numbers as pose_of_numbers
-from .loaded_arm import quaternion_of as quaternion_of
 from .multi_robot_calibration import MultiRobotCalibration as MultiRobotCalibration
 from .option import Method as Method
 from .option import Option as Option
@@ -23,4 +21,6 @@ from .options import SolveOptions as SolveOptions
 from .options import check_keywords as check_keywords
 from .options import option_table as option_table
 from .pipeline import calibrate as calibrate
+from .poses import pose_of_numbers as pose_of_numbers
+from .poses import quaternion_of as quaternion_of
 from .type_prior import learn_types as learn_types

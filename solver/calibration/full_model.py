@@ -8,13 +8,18 @@ from numpy.typing import ArrayLike
 
 from ..data import Load
 from ..results import CalibratedRobot
-from ..robot import Robot
-from .joint_path import JointPath
-from .kinematics import Kinematics
-from .loaded_arm import LoadedArm, Payload, one_pose
+from ..robot import Robot, Solutions, pose_on_flange
+from .joint_path import CommandError, JointPath, find_jumps, not_reached
+from .kinematics import Kinematics, LoadedArm, Payload
+from .poses import PoseError, as_poses, half_way, one_pose
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
+
+MOST_HALVINGS = 8
+"""Times that parts of a line are halved at most."""
+FARTHEST = 0.1
+"""Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
 
 
 class Setup(TypedDict, total=False):
@@ -55,16 +60,7 @@ class FullModel:
     def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return where the calibrated robot has the ball's centre, in its base frame [m].
 
-        Args:
-            q: Joint positions in chain order, shape (m,) or (N, m) [rad].
-            effort: What the joints exert to hold the arm, of the same shape [N m]; None for the
-                gravity torques of the model's masses.
-
-        Returns:
-            Shape (3,) or (N, 3).
-
-        Raises:
-            JointsError: Another number of joints than the robot's, or a number that is no position.
+        Args and errors are those of :meth:`.CalibratedRobot.ball`.
         """
         return self.calibrated.ball(q, effort)
 
@@ -91,10 +87,24 @@ class FullModel:
             CommandError: There are none nearby: the arm is singular, or has fewer than six joints.
             JointsError: See :meth:`flange`.
         """
-        return self.kinematics(**setup).virtual_positions(q)
+        on = self.kinematics(**setup)
+        rows, leading = on.rows(q)
+        found = on.arm.of_urdf.solve(on.arm.poses(rows)[0][:, :12], rows)
+        far = np.abs(found.positions - rows).max(axis=1, initial=0) > FARTHEST
+        for row in np.flatnonzero(far | ~found.reached)[:1].tolist():
+            raise CommandError(
+                f"row {row}: the URDF has no joint positions nearby that put its flange where the "
+                f"full model has it, {1e3 * found.left[row, 0]:.3g} mm and "
+                f"{1e3 * found.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
+                "fewer than six joints",
+                found.positions[row],
+                found.left[row],
+                "",
+            )
+        return found.positions.reshape(*leading, -1)
 
     def kinematics(self, **setup: "Unpack[Setup]") -> Kinematics:
-        """Return forward and inverse kinematics with a tool; the methods below are its own.
+        """Return the kinematics of a tool, by which the methods below compute.
 
         Args:
             setup: Tool, payload and base, see :class:`Setup`.
@@ -103,10 +113,17 @@ class FullModel:
             PoseError: A pose is none.
             ModelError: No such link, or no such mass.
         """
-        payload, base = setup.get("payload"), setup.get("base")
-        arm = self._loaded(payload and (float(payload[0]), tuple(map(float, payload[1]))))
-        where = np.eye(4) if base is None else one_pose(base, "base")
-        return Kinematics(arm, arm.tool(setup.get("tool")), where)
+        tool, payload, base = (setup.get(word) for word in ("tool", "payload", "base"))
+        if isinstance(tool, str):
+            calibrated = self.calibrated
+            origins = calibrated.model.origins(calibrated.values)
+            tool = pose_on_flange(self.robot, tool, origins)
+        where, there = (
+            np.eye(4) if pose is None else one_pose(pose, word)
+            for pose, word in ((tool, "tool"), (base, "base"))
+        )
+        loaded = payload and (float(payload[0]), tuple(map(float, payload[1])))
+        return Kinematics(self._loaded(loaded), where, there)
 
     def flange(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
         """Return the pose of the flange, or of a tool on it, shape (..., 4, 4) [m].
@@ -159,7 +176,15 @@ class FullModel:
             PoseError: Numbers that are no pose.
             JointsError: See :meth:`flange`.
         """
-        return self.kinematics(**setup).command(pose, near, prefer)
+        on = self.kinematics(**setup)
+        targets, goal, leading = on.targets(pose)
+        found = on.search(targets, goal, near, prefer)
+        if not found.reached.all():
+            row = int(np.flatnonzero(~found.reached)[0])
+            joint, where = on.stopped(found.positions[row]), f"pose {row}" if leading else "pose"
+            words = not_reached(where, found.left[row], joint)
+            raise CommandError(words, found.positions[row], found.left[row], joint)
+        return found.positions.reshape(*leading, -1)
 
     def command_path(
         self,
@@ -181,7 +206,31 @@ class FullModel:
             PoseError: Numbers that are no pose.
             JointsError: See :meth:`flange`.
         """
-        return self.kinematics(**setup).command_path(poses, start, prefer)
+        on = self.kinematics(**setup)
+        targets, goal, _ = on.targets(poses)
+        near = on.start(start, 1)
+        if start is None and len(targets):
+            near = on.search(targets[:1], goal, near, prefer).positions
+        prefer = near if prefer is None else on.start(prefer, 1)
+        rows: list[Solutions] = []
+        for target in targets:
+            found = on.search(target[None], goal, near, prefer)
+            near = found.positions if found.reached.all() else near
+            rows.append(found)
+        positions, left = (
+            np.concatenate([getattr(one, name) for one in rows]) for name in ("positions", "left")
+        )
+        J = on.jacobian(positions)[:, : 3 if goal == "point" else 6]
+        return JointPath(
+            joint_names=on.arm.robot.joint_names,
+            positions=positions,
+            reached=np.concatenate([one.reached for one in rows]),
+            left=left,
+            rounds=np.concatenate([one.rounds for one in rows]),
+            at_limit=tuple(map(on.stopped, positions)),
+            singular_value=np.linalg.svd(J, compute_uv=False).min(axis=1),
+            jumps=tuple(find_jumps(positions, on.pose, goal == "pose")),
+        )
 
     def corrected_pose(
         self,
@@ -211,7 +260,11 @@ class FullModel:
         Raises:
             CommandError: See :meth:`command`.
         """
-        return self.kinematics(**setup).corrected_pose(pose, near, prefer, controller)
+        on = self.kinematics(**setup)
+        sent = controller or on.arm.robot
+        believed = LoadedArm(CalibratedRobot(sent, (), np.zeros(0)))
+        q = self.command(pose, near, prefer, **setup)
+        return Kinematics(believed, on.tool, np.eye(4)).pose(q)
 
     def corrected_line(
         self,
@@ -239,4 +292,17 @@ class FullModel:
         Raises:
             CommandError: A pose of the line is not reached, or the joints jump on the way.
         """
-        return self.kinematics(**setup).corrected_line(ends, near, tolerance, controller)
+        way, q = as_poses(ends, "ends"), near
+        if way.shape != (2, 4, 4):
+            raise PoseError(f"ends of shape {np.shape(ends)}: give two poses, shape (2, 4, 4)")
+        for _ in range(MOST_HALVINGS):
+            q_way = self.command_path(way, q, **setup).checked()
+            sent = self.corrected_pose(way, q_way, q_way, controller, **setup)
+            middles = half_way(way[:-1], way[1:])
+            wanted = self.corrected_pose(middles, q_way[:-1], None, controller, **setup)
+            off = np.linalg.norm((half_way(sent[:-1], sent[1:]) - wanted)[:, :3, 3], axis=1)
+            bowed = np.flatnonzero(off > tolerance)
+            if not bowed.size:
+                return sent
+            way = np.insert(way, bowed + 1, middles[bowed], axis=0)
+        raise PoseError(f"ends: no via points keep the line within {1e3 * tolerance:.3g} mm")

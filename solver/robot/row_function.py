@@ -101,19 +101,20 @@ class ColumnFunction(RowFunction):
         inputs: list[Any] = []
         outputs: list[Any] = []
         for k in range(f.n_instructions()):
-            kind, into, of = f.instruction_id(k), f.instruction_output(k), f.instruction_input(k)
-            if kind == ca.OP_CONST:
+            name = _NAMES.get(f.instruction_id(k))
+            into, of = f.instruction_output(k), f.instruction_input(k)
+            if name == "CONST":
                 column[into[0]] = np.array(f.instruction_constant(k))
-            elif kind == ca.OP_INPUT:
+            elif name == "INPUT":
                 column[into[0]] = np.ones(BLOCK)  # its own, since all are filled at the beginning
                 inputs.append((column[into[0]], *of))
-            elif kind == ca.OP_OUTPUT:
+            elif name == "OUTPUT":
                 outputs.append((np.empty(BLOCK), *into))
                 program.append((np.copyto, (outputs[-1][0], column[of[0]])))
-            elif kind in _UFUNCS:
+            elif name is not None:
                 values = [column[i] for i in of]
                 column[into[0]] = work[into[0]]
-                program.append((_UFUNCS[kind], (*values, column[into[0]])))
+                program.append((_INSTRUCTIONS[name], (*values, column[into[0]])))
             else:
                 return None
         return program, inputs, outputs
@@ -127,27 +128,30 @@ def _twice(value: np.ndarray, out: np.ndarray) -> None:
     np.add(value, value, out)
 
 
-_UFUNCS: dict[int, Any] = {
-    ca.OP_ADD: np.add,
-    ca.OP_SUB: np.subtract,
-    ca.OP_MUL: np.multiply,
-    ca.OP_DIV: np.divide,
-    ca.OP_NEG: np.negative,
-    ca.OP_SQ: np.square,
-    ca.OP_TWICE: _twice,
-    ca.OP_INV: np.reciprocal,
-    ca.OP_SQRT: np.sqrt,
-    ca.OP_SIN: np.sin,
-    ca.OP_COS: np.cos,
-    ca.OP_ATAN2: np.arctan2,
-    ca.OP_FMIN: np.fmin,
-    ca.OP_FMAX: np.fmax,
-    ca.OP_FABS: np.abs,
-    ca.OP_FLOOR: np.floor,
-    ca.OP_LT: np.less,
-    ca.OP_LE: np.less_equal,
-    ca.OP_EQ: np.equal,
-    ca.OP_NE: np.not_equal,
-    ca.OP_NOT: np.logical_not,
-    ca.OP_IF_ELSE_ZERO: _chosen,
+_INSTRUCTIONS: dict[str, Any] = {
+    **dict.fromkeys(("CONST", "INPUT", "OUTPUT")),
+    "ADD": np.add,
+    "SUB": np.subtract,
+    "MUL": np.multiply,
+    "DIV": np.divide,
+    "NEG": np.negative,
+    "SQ": np.square,
+    "TWICE": _twice,
+    "INV": np.reciprocal,
+    "SQRT": np.sqrt,
+    "SIN": np.sin,
+    "COS": np.cos,
+    "ATAN2": np.arctan2,
+    "FMIN": np.fmin,
+    "FMAX": np.fmax,
+    "FABS": np.abs,
+    "FLOOR": np.floor,
+    "LT": np.less,
+    "LE": np.less_equal,
+    "EQ": np.equal,
+    "NE": np.not_equal,
+    "NOT": np.logical_not,
+    "IF_ELSE_ZERO": _chosen,
 }
+"""What CasADi's instructions do, by their names."""
+_NAMES = {int(getattr(ca, f"OP_{name}")): name for name in _INSTRUCTIONS}

@@ -11,8 +11,7 @@ from .. import NOT_NEGATIVE, Terminal, argument, option
 if TYPE_CHECKING:
     import numpy as np
 
-    from ....solver.calibration import Kinematics
-    from ....solver.robot import Robot
+    from ....solver.calibration import Setup
 
 FORMS = (
     ("x", "y", "z"),
@@ -41,11 +40,10 @@ class PathOptions:
     out: Path | None = option("the CSV file to write (default: standard output)", "FILE")
     force: bool = option("overwrite it", default=False)
 
-    def kinematics(self, file: Path) -> "tuple[Kinematics, Robot]":
-        """Return the kinematics of the tool, and the robot."""
-        from ....solver.calibration import load_calibration, pose_of_numbers
+    def setup(self) -> "Setup":
+        """Return what is on the arm."""
+        from ....solver.calibration import pose_of_numbers
 
-        calibration = load_calibration(file)
         tool = self.tool
         if tool is not None and "," in tool:
             try:
@@ -53,7 +51,7 @@ class PathOptions:
             except ValueError:
                 raise UsageError(f"--tool {self.tool}: give x,y,z,roll,pitch,yaw") from None
         payload = None if self.payload is None else (self.payload, self.payload_at)
-        return calibration.kinematics(tool=tool, payload=payload), calibration.robot
+        return {"tool": tool, "payload": payload}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,13 +70,13 @@ class Options(PathOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Write the joint positions, each row near the one before."""
-    from ....solver.calibration import pose_of_numbers
+    from ....solver.calibration import load_calibration, pose_of_numbers
 
-    kinematics, robot = options.kinematics(options.calibration)
+    calibration, setup = load_calibration(options.calibration), options.setup()
     rows, wheres = read_rows(options.poses, FORMS)
     poses = rows if rows.shape[1] == 3 else pose_of_numbers(rows)
-    path = kinematics.command_path(poses, options.start, options.prefer)
-    write_rows(options, terminal, robot.joint_names, path.checked(wheres))
+    path = calibration.command_path(poses, options.start, options.prefer, **setup)
+    write_rows(options, terminal, path.joint_names, path.checked(wheres))
     return 0
 
 

@@ -19,11 +19,11 @@ class Options(PathOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Write the pose of the tool for each row, as place and quaternion."""
-    from ....solver.calibration import quaternion_of
+    from ....solver.calibration import load_calibration, quaternion_of
 
-    kinematics, robot = options.kinematics(options.calibration)
-    q, _ = read_rows(options.joints, [robot.joint_names])
-    T = kinematics.pose(q)
+    calibration, setup = load_calibration(options.calibration), options.setup()
+    q, _ = read_rows(options.joints, [calibration.robot.joint_names])
+    T = calibration.flange(q, **setup)
     rows = np.hstack([T[:, :3, 3], quaternion_of(T[:, :3, :3])])
     write_rows(options, terminal, ("x", "y", "z", "qx", "qy", "qz", "qw"), rows)
     return 0

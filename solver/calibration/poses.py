@@ -1,87 +1,17 @@
-"""A calibrated arm and what is on it: its payload, its tool, and where its base stands."""
+"""Poses as 4 x 4 matrices: checked, and from and to numbers."""
 
-from collections.abc import Sequence
-from dataclasses import replace
-from functools import cached_property, lru_cache
-
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
-from ..bayes.model import Deflection
-from ..data import Load
-from ..results import CalibratedRobot
-from ..robot import ColumnFunction, Goal, PoseSolver, matrix_rpy, pose_on_flange
+from ..robot import matrix_rpy
 
-Payload = tuple[float, Sequence[float]]
-"""Mass [kg], and its centre in the flange's frame [m]."""
 SKEWED = 1e-3
 """Largest error of a rotation matrix that was only rounded."""
 
 
 class PoseError(MukcaError):
     """Numbers that are no pose."""
-
-
-class LoadedArm:
-    """The full model of an arm that carries a payload, as functions of rows of joint positions.
-
-    Args:
-        calibrated: The calibrated robot.
-        payload: What it carries in place of what it was calibrated with; None for that.
-    """
-
-    def __init__(self, calibrated: CalibratedRobot, payload: Payload | None = None) -> None:
-        if payload is not None:
-            robot = calibrated.robot.carrying(*payload)
-            calibrated = replace(calibrated, robot=robot, load=Load(calibrated.load.gravity))
-        self.calibrated, self.robot = calibrated, calibrated.robot
-        self.flange = len(self.robot.joints) - 2
-        """Index of the chain's joint whose child link carries the ball."""
-        self.solver = lru_cache(maxsize=2)(self._solver)
-        """Inverse kinematics for a goal."""
-
-    def _solver(self, goal: Goal) -> PoseSolver:
-        limits = self.robot.lower, self.robot.upper
-        return PoseSolver(self.calibrated.pose_model, self.flange, limits, goal)
-
-    @cached_property
-    def of_urdf(self) -> PoseSolver:
-        """Inverse kinematics of ``calibrated.urdf``; encoders err at its limits, too."""
-        full, endless = self.calibrated, np.full(len(self.robot.actuated), np.inf)
-        values = full.values if full.exported is None else full.exported
-        rigid = replace(full, values=values, deflection=Deflection(), exported=None)
-        return PoseSolver(rigid.pose_model, self.flange, (-endless, endless))
-
-    @cached_property
-    def poses(self) -> ColumnFunction:
-        """Pose of the flange, 16 numbers."""
-        model = self.calibrated.pose_model
-        return ColumnFunction("flange", [model.q], [model.pose(self.flange)])
-
-    @cached_property
-    def jacobians(self) -> ColumnFunction:
-        """Jacobian of a point of the flange, 6 m numbers."""
-        model, point = self.calibrated.pose_model, ca.SX.sym("point", 3)
-        R, p = model.frames[self.flange]
-        J = model.jacobian(self.flange, p + R @ point)
-        return ColumnFunction("jacobian", [point, model.q], [J])
-
-    def tool(self, tool: str | ArrayLike | None) -> np.ndarray:
-        """Return the pose of a tool on the flange, shape (4, 4).
-
-        Args:
-            tool: Its pose; or a link that stands still on the flange; None for the flange.
-
-        Raises:
-            PoseError: No pose.
-            ModelError: No such link, or one that moves.
-        """
-        if isinstance(tool, str):
-            calibrated = self.calibrated
-            return pose_on_flange(self.robot, tool, calibrated.model.origins(calibrated.values))
-        return np.eye(4) if tool is None else one_pose(tool, "tool")
 
 
 def one_pose(pose: ArrayLike, what: str) -> np.ndarray:
