@@ -47,7 +47,7 @@ def read_table(file: Path, *, units: bool = False) -> Table:
             or a cell is no finite number. The message names file and line.
     """
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        text = _uncommented(file.read_text(encoding="utf-8-sig"))
         records = _records(text)
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
@@ -66,6 +66,25 @@ def read_table(file: Path, *, units: bool = False) -> Table:
     width = len(header or records[0][1])
     rows = tuple(_numbers(file, line, row, width) for line, row in records)
     return Table(file, header, tuple(line for line, _ in records), rows, named)
+
+
+def comment_line(file: Path) -> str:
+    """Return the text of a first line that is a comment; empty without one."""
+    with file.open(encoding="utf-8-sig", errors="replace") as lines:
+        first = next(lines, "")
+    return first.lstrip("# ").strip() if first.startswith("#") else ""
+
+
+def _uncommented(text: str) -> str:
+    """Return a text whose comment lines are blank; ``# a,b`` before two numbers is a header."""
+    lines = text.splitlines()
+    comments = [i for i, line in enumerate(lines) if line.startswith("#")]
+    data = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    for i in comments:
+        words = lines[i].lstrip("# ")
+        alike = all(words.count(d) == data.count(d) for d in ",;\t") and not data[:1].isalpha()
+        lines[i] = words if alike and i == comments[-1] and any(d in data for d in ",;\t") else ""
+    return "\n".join(lines) + "\n" if comments else text
 
 
 def _records(text: str) -> list[tuple[int, list[str]]]:

@@ -2,11 +2,10 @@
 
 A *placement* is one position of the socket base, and the folder with the samples taken there; a
 *sample* is one configuration of the arm with the ball in a socket. The folder holds ``samples.csv``
-(by ``mukca record``), ``hole_0.csv`` and ``hole_1.csv`` (of the paper's authors), or ``points.csv``
-(by an instrument), and beside it ``placement.json``. docs/recording.md has their columns and keys.
+(by ``mukca record``), ``hole_0.csv`` and ``hole_1.csv`` (of the paper's authors), ``points.csv`` or
+``poses.csv`` (by an instrument), and beside it ``placement.json``; see docs/recording.md.
 """
 
-import math
 import re
 from collections.abc import Iterable
 from dataclasses import replace
@@ -15,11 +14,10 @@ from pathlib import Path
 from .csv_files import RecordingError, read_table
 from .metadata import METADATA, read_keys
 from .placement import Placement
+from .points import POINTS, POSES, read_points
 from .samples import SAMPLES, Sample, read_samples
 
-POINTS = "points.csv"
-_AXES = ("x", "y", "z")
-_COLUMN = re.compile(r"(.+?)\s*(?:\[([a-zA-Z]+)\])?")
+_FILES = (SAMPLES, POINTS, POSES)
 _HOLE = re.compile(r"hole_(\d+)\.csv")
 
 
@@ -37,7 +35,7 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
     """
     folders: list[Path] = []
     for path in paths:
-        if path.name == POINTS and path.is_file():
+        if path.name in (POINTS, POSES) and path.is_file():
             folders.append(path.parent)
             continue
         if not path.exists():
@@ -53,7 +51,7 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
         if not inside:
             raise RecordingError(
                 f"{path}: no recording in this folder; expected {SAMPLES}, or hole_0.csv and "
-                f"hole_1.csv, or {POINTS}, or folders that hold them"
+                f"hole_1.csv, or {POINTS}, or {POSES}, or folders that hold them"
             )
         folders.extend(inside)
     return folders
@@ -66,7 +64,7 @@ def placements_in(folder: Path) -> list[Path]:
 
 def is_placement(folder: Path) -> bool:
     """Return whether a folder holds a recording."""
-    return any((folder / name).exists() for name in (SAMPLES, POINTS)) or bool(_holes(folder))
+    return any((folder / name).exists() for name in _FILES) or bool(_holes(folder))
 
 
 def read_placements(*paths: str | Path) -> list[Placement]:
@@ -103,14 +101,14 @@ def read_placement(folder: Path) -> Placement:
         RecordingError: A missing, empty or malformed file; the message names file and line.
     """
     holes = _holes(folder)
-    files = [folder / name for name in (SAMPLES, POINTS) if (folder / name).exists()]
+    files = [folder / name for name in _FILES if (folder / name).exists()]
     files += [file for _, file in holes[:1]]
     if len(files) > 1:
         raise RecordingError(
             f"{folder}: holds both {files[0].name} and {files[1].name}; keep one of them there"
         )
-    if files and files[0].name == POINTS:
-        placement = _read_points(folder)
+    if files and files[0].name in (POINTS, POSES):
+        placement = read_points(files[0], placement_name(folder))
     elif files and files[0].name == SAMPLES:
         placement = _read_recorded(folder)
     else:
@@ -121,6 +119,7 @@ def read_placement(folder: Path) -> Placement:
         distance=None if placement.samples[0].point else keys.distance,
         distance_assumed=keys.distance_assumed,
         frame=keys.frame,
+        poses_of=keys.poses_of or placement.poses_of,
         robot_name=keys.robot_name,
         place=keys.place or placement.place,
     )
@@ -174,47 +173,6 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         joint_names=first.header,
         files=tuple(file for _, file in holes),
     )
-
-
-def _read_points(folder: Path) -> Placement:
-    file = folder / POINTS
-    table = read_table(file)
-    columns = [_COLUMN.fullmatch(cell.strip()) for cell in table.header or ()]
-    names = [None if column is None else column[1] for column in columns]
-    joints = [i for i, name in enumerate(names) if name not in _AXES]
-    if None in names or len(names) != len(joints) + 3 or not joints or set(_AXES) - set(names):
-        raise RecordingError(
-            f"{file}:1: expected a header of the joints' names in chain order, then x,y,z"
-        )
-    scales = [_scale(file, column) for column in columns if column is not None]
-    axes = [names.index(axis) for axis in _AXES]
-    rows = [[a * b for a, b in zip(row, scales, strict=True)] for row in table.rows]
-    return Placement(
-        name=placement_name(folder),
-        samples=tuple(
-            Sample(
-                position=tuple(row[i] for i in joints),
-                socket=0,
-                where=f"{file}:{line}",
-                point=(row[axes[0]], row[axes[1]], row[axes[2]]),
-            )
-            for line, row in zip(table.lines, rows, strict=True)
-        ),
-        joint_names=tuple(str(names[i]) for i in joints),
-        files=(file,),
-    )
-
-
-def _scale(file: Path, column: re.Match[str]) -> float:
-    """Return the unit of a column of ``points.csv`` in metres or radians; 1 where none is named."""
-    name, unit = column[1], column[2] or ""
-    fit = {"": 1.0, "m": 1.0, "mm": 1e-3}
-    if name not in _AXES:
-        fit |= {"rad": 1.0, "deg": math.pi / 180}
-    if unit not in fit:
-        known = ", ".join(f"[{word}]" for word in fit if word)
-        raise RecordingError(f"{file}:1: column {name} has unit {unit!r}; known are {known}")
-    return fit[unit]
 
 
 def placement_name(folder: Path) -> str:

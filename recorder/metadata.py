@@ -34,6 +34,8 @@ class PlacementKeys:
     """Name of the robot among several."""
     place: str | None = None
     """Name of the socket base's position."""
+    poses_of: str | None = None
+    """Content of ``poses.csv``, see :attr:`.Placement.poses_of`."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ def read_keys(file: Path) -> PlacementKeys:
     number = isinstance(distance, int | float) and not isinstance(distance, bool)
     if distance is not None and not (number and 0 < distance < float("inf")):
         raise RecordingError(f"{file}: distance {distance!r}: expected a positive number of metres")
-    names = {key: metadata.get(key) for key in ("frame", "robot_name", "place")}
+    names = {key: metadata.get(key) for key in ("frame", "robot_name", "place", "poses_of")}
     for key, name in names.items():
         if name is not None and not (isinstance(name, str) and _NAME.fullmatch(name)):
             raise RecordingError(f"{file}: {key} {name!r} is no name: letters, digits, and . _ -")

@@ -44,6 +44,9 @@ class Placement:
     """The name of the instrument's frame, where one measured; None where the files give none."""
     robot_name: str | None = None
     """Name of the recorded robot, where there are several."""
+    poses_of: str | None = None
+    """Meaning of orientations: ``flange`` for poses that an instrument measured of what the flange
+    carries; ``camera`` or ``commands``; None where the recording does not tell."""
     place: str = ""
     """Name of the base's position: two robots that visited one base recorded the same place. The
     folder's own name, if ``placement.json`` gives none."""

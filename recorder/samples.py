@@ -48,6 +48,9 @@ class Sample:
     prismatic joint."""
     point: tuple[float, float, float] | None = None
     """Ball's position by an instrument, in its frame [m]; None for a ball in a socket."""
+    orientation: tuple[float, float, float, float] | None = None
+    """Orientation of the ball's link by an instrument, as a unit quaternion x, y, z, w; None where
+    it was not measured."""
 
     def __repr__(self) -> str:
         position = ", ".join(f"{value:.4f}" for value in self.position)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...recorder import Placement, Sample
 from ..bayes.model import GivenPrior
 from ..data import Load, RobotRecordings, measure, spaced
 from ..results import CalibrationDocument, calibrated_robot, read_calibration
@@ -86,16 +85,7 @@ def _posterior(document: CalibrationDocument, source: str) -> "Posterior":
     known = {name: value for name, value in document.settings.items() if name in option_table()}
     options = replace(SolveOptions(**known), accept_distorted=True).validated()
     placements = [
-        Placement(
-            name=data.name,
-            samples=tuple(
-                Sample(s.position, socket=s.socket, effort=s.effort, point=s.point, where=s.where)
-                for s in data.samples
-            ),
-            joint_names=robot.joint_names,
-            distance=data.distance,
-            frame=data.frame,
-        )
+        replace(data.placement(robot.joint_names), files=())
         for data in document.data
         if data.role == "train"
     ]

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
+from ..data import rotation_matrices
 from ..robot import matrix_rpy
 
 SKEWED = 1e-3
@@ -91,13 +92,7 @@ def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
     length = np.linalg.norm(turns, axis=-1, keepdims=True)
     if not (abs(length - 1) < SKEWED).all():
         raise PoseError("a quaternion qx qy qz qw needs length 1")
-    x, y, z, w = np.moveaxis(turns / length, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    T[..., :3, :3] = np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    T[..., :3, :3] = rotation_matrices(turns / length)
     return T
 
 

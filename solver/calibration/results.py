@@ -148,6 +148,7 @@ def _recorded(
                 position=sample.position,
                 effort=sample.effort,
                 point=sample.point,
+                orientation=sample.orientation,
                 where=sample.where,
                 weight=weight,
             )

@@ -21,6 +21,11 @@ from .known import find_socket as find_socket
 from .known import parse_known as parse_known
 from .known import read_known as read_known
 from .load import Load as Load
+from .measured_poses import HandEye as HandEye
+from .measured_poses import check_orientations as check_orientations
+from .measured_poses import hand_eye as hand_eye
+from .measured_poses import rotation_matrices as rotation_matrices
+from .measured_poses import rotation_vectors as rotation_vectors
 from .measurements import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .measurements import Measurement as Measurement
 from .measurements import check_distance as check_distance

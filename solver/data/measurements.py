@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import MukcaError
 from ...recorder import DEFAULT_DISTANCE, Placement
 from ..robot import Robot
+from .measured_poses import rotation_matrices
 
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
@@ -64,6 +65,21 @@ class Measurement:
         """The measured balls in the instrument's frame, shape (N, 3) [m]."""
         return np.array([sample.point for sample in self.placement.samples], dtype=float)
 
+    @property
+    def has_orientations(self) -> bool:
+        """True where the instrument measured orientations, too."""
+        return self.placement.samples[0].orientation is not None
+
+    @cached_property
+    def rotations(self) -> np.ndarray:
+        """The measured orientations in the instrument's frame, shape (N, 3, 3)."""
+        return rotation_matrices(self.quaternions)
+
+    @cached_property
+    def quaternions(self) -> np.ndarray:
+        """The same as unit quaternions x, y, z, w, shape (N, 4)."""
+        return np.array([sample.orientation for sample in self.placement.samples], dtype=float)
+
     @cached_property
     def sockets(self) -> tuple[int, ...]:
         """The numbers of the sockets that have samples."""
@@ -106,7 +122,12 @@ class Measurement:
 
 
 def measure(
-    placement: Placement, robot: Robot, distance: float | None = None, *, sockets: int = 2
+    placement: Placement,
+    robot: Robot,
+    distance: float | None = None,
+    *,
+    sockets: int = 2,
+    poses_of: str = "flange",
 ) -> Measurement:
     """Check a placement against the robot, and put its joints into chain order.
 
@@ -116,6 +137,7 @@ def measure(
         distance: Between the sockets' centres [m]; None for what its ``placement.json`` says, or
             :data:`DEFAULT_DISTANCE` where that says nothing.
         sockets: Number of sockets that must have samples.
+        poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
 
     Raises:
         RecordingError: The columns are not the chain's joints.
@@ -151,6 +173,7 @@ def measure(
         raise MeasurementError(f"{placement.path or placement.name}: {error}") from None
     measured = Measurement(ordered, chosen, source, warnings=tuple(warnings))
     _check_sockets(measured, sockets)
+    _check_poses(measured, poses_of)
     return measured
 
 
@@ -253,6 +276,20 @@ def _whole_turns(
         if joint.type != "prismatic" and abs(away) <= 2 * turn and inside:
             turns[j] = away
     return turns
+
+
+def _check_poses(measured: Measurement, meaning: str) -> None:
+    """Refuse orientations of something else."""
+    placement = measured.placement
+    if measured.has_orientations and placement.poses_of != meaning:
+        where = placement.files[0] if placement.files else measured.name
+        told = "does not tell what its poses are"
+        if placement.poses_of is not None:
+            told = f"holds poses of another kind: {placement.poses_of}"
+        raise MeasurementError(
+            f"{where}: {told}; where an instrument measured what the flange carries, let the first "
+            'line be "# measured flange poses", or write {"poses_of": "flange"} into placement.json'
+        )
 
 
 def _check_sockets(measured: Measurement, least: int) -> None:

@@ -91,6 +91,8 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     """Joint efforts [N m]; None where they were not measured."""
     point: tuple[float, float, float] | None = None
     """Position of the ball in the frame of an instrument [m]; None for a ball in a socket."""
+    orientation: tuple[float, float, float, float] | None = None
+    """Measured orientation of its link in that frame, as a unit quaternion x, y, z, w."""
     where: str = ""
     """File and line."""
     weight: float | None = None
@@ -118,12 +120,21 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
         return Placement(
             name=self.name,
             samples=tuple(
-                Sample(s.position, s.socket, s.effort, s.where, point=s.point) for s in self.samples
+                Sample(
+                    s.position,
+                    s.socket,
+                    s.effort,
+                    s.where,
+                    point=s.point,
+                    orientation=s.orientation,
+                )
+                for s in self.samples
             ),
             joint_names=joint_names,
             distance=self.distance,
             files=tuple(map(Path, self.files)),
             frame=self.frame,
+            poses_of="flange",
         )
 
 

@@ -10,11 +10,11 @@ from .gravity import gravity_torques as gravity_torques
 from .gravity import moments_function as moments_function
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError
+from .inverse_kinematics import workspace as workspace
 from .kinematics import BallModel as BallModel
 from .kinematics import link_frames as link_frames
 from .kinematics import rotation as rotation
 from .kinematics import rotation_rpy as rotation_rpy
-from .kinematics import workspace as workspace
 from .newton import Goal as Goal
 from .newton import newton_step as newton_step
 from .parameters import COMPONENTS as COMPONENTS

@@ -169,3 +169,13 @@ def _random_necks(generator: np.random.Generator) -> np.ndarray:
     angle = generator.uniform(-np.pi, np.pi, BATCH)
     radius = np.sqrt(1 - height**2)
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), -height], axis=1)
+
+
+def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
+    """Return random joint positions within the joints' limits, shape (count, m) [rad].
+
+    Joints that turn farther stay within -180 to 180 degrees.
+    """
+    lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
+    upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
+    return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))

@@ -98,11 +98,7 @@ def _transforms(joints: Sequence[Joint], origins: Any, q: Any) -> list[Callable[
 
 @lru_cache(maxsize=64)
 def _transform(kind: str, axis: tuple[float, ...], angles: int) -> Any:
-    """Return T(i-1, i) of a kind of joint, as a CasADi function.
-
-    Its arguments are the joint's origin; its position and, where there are three angles, its
-    tilts; and a point of the link after it. It returns where that is in the link before.
-    """
+    """Return T(i-1, i): of origin, position (and tilts), and a point of the link after it."""
     origin, own, point = ca.SX.sym("origin", 6), ca.SX.sym("own", angles), ca.SX.sym("p", 3)
     p = point
     for k in range(angles - 1, 0, -1):
@@ -173,15 +169,9 @@ class BallModel:
         return origins.reshape(-1, 6)
 
     def turns(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the turn of the whole robot about the base's axes by each free number.
+        """Return the turn of the whole robot about the base's axes, shape (3, n) [rad/rad].
 
         Only the angles of origins up to the first joint that moves turn it.
-
-        Args:
-            parameters: Values of the free numbers, shape (n,).
-
-        Returns:
-            Shape (3, n) [rad/rad].
         """
         axes, before = np.zeros((len(self.robot.joints), 6, 3)), np.eye(3)
         origins = self.origins(parameters)
@@ -209,6 +199,17 @@ class BallModel:
         points, by_x, by_q = self._of(positions).linear(positions, self._given, parameters)
         (N, m), n = positions.shape, len(self.free)
         return Linearisation(points, by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
+
+    def rotations(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
+        """Return the rotation of the ball's link instead of its place; arguments as before.
+
+        Returns:
+            In place of the points the rotations in the base frame, shape (N, 3, 3); derivatives are
+            turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
+        """
+        R, by_x, by_q = self._of(positions).rotations(positions, self._given, parameters)
+        (N, m), n = positions.shape, len(self.free)
+        return Linearisation(R.reshape(N, 3, 3), by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
 
     def log_volume(
         self, parameters: np.ndarray, positions: np.ndarray
@@ -245,9 +246,9 @@ class _BallFunctions:
         given = ca.SX.sym("given", 6 * len(joints))
         self._x, self._q = ca.SX.sym("x", len(free)), ca.SX.sym("q", columns)
         self._inputs = [given, self._x, self._q]
-        origins = ca.SX(given)
-        origins[list(free)] = self._x
-        self._p = ca.densify(ball_position(joints, origins, self._q))
+        self._joints, self._origins = joints, ca.SX(given)
+        self._origins[list(free)] = self._x
+        self._p = ca.densify(ball_position(joints, self._origins, self._q))
 
     @cached_property
     def points(self) -> RowFunction:
@@ -258,6 +259,19 @@ class _BallFunctions:
         n = self._x.numel()
         slopes = ca.jacobian(self._p, ca.vertcat(self._x, self._q))
         return RowFunction("linear", self._inputs, [self._p, slopes[:, :n], slopes[:, n:]])
+
+    @cached_property
+    def rotations(self) -> RowFunction:
+        R, n = link_frames(self._joints, self._origins, self._q)[-1][0], self._x.numel()
+        # a turn w changes each column r by w x r, and the sum of r x (w x r) over three is 2 w
+        turns: Any = ca.DM.zeros(3, n + self._q.numel())
+        for r in (ca.densify(R[:, k]) for k in range(3)):
+            J = ca.jacobian(r, ca.vertcat(self._x, self._q))
+            turns += ca.vertcat(
+                *(r[i - 2] * J[i - 1, :] - r[i - 1] * J[i - 2, :] for i in range(3))
+            )
+        turns = turns / 2
+        return RowFunction("rotations", self._inputs, [R, turns[:, :n], turns[:, n:]])
 
     @cached_property
     def volume(self) -> RowFunction:
@@ -272,20 +286,10 @@ class _BallFunctions:
 def _ball_functions(
     joints: tuple[Joint, ...], free: tuple[int, ...], columns: int
 ) -> _BallFunctions:
-    """Return the functions of a chain; to build them takes longer than most of their calls."""
+    """The functions of a chain; to build them takes longer than most of their calls."""
     return _BallFunctions(joints, free, columns)
 
 
 def _kind(joint: Joint) -> Joint:
     """Return a joint of the same type and axis, and of nothing else."""
     return Joint("", joint.type, "", "", Origin(), joint.axis)
-
-
-def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
-    """Return random joint positions within the joints' limits, shape (count, m) [rad].
-
-    Joints that turn farther stay within -180 to 180 degrees.
-    """
-    lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
-    upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
-    return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))

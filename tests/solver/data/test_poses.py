@@ -1,0 +1,122 @@
+"""Poses that an instrument measured: the file, and where its frame and the tool are."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.solver.data import (
+    check_orientations,
+    hand_eye,
+    measure,
+    rotation_vectors,
+    turn,
+)
+from mukca.solver.robot import BallModel, workspace
+
+HEADER = "a,b,x,y,z,qx,qy,qz,qw"
+ROW = "0.1,-1.5,1,2,3,0,0,0.6,0.8"
+TOLD = "# measured flange poses"
+
+
+def read(folder: Path, *lines: str) -> mukca.Placement:
+    (folder / "poses.csv").write_text("\n".join(lines) + "\n")
+    return mukca.read_placements(folder)[0]
+
+
+@pytest.mark.parametrize("comment", [TOLD, "", "# camera: pose of the board in its frame"])
+def test_poses_are_read_with_what_they_are(tmp_path: Path, comment: str) -> None:
+    found = read(tmp_path, *filter(None, [comment, HEADER, ROW]))
+    (sample,) = found.samples
+    assert sample.point == (1, 2, 3) and sample.orientation == pytest.approx((0, 0, 0.6, 0.8))
+    assert found.poses_of == {TOLD: "flange", "": None}.get(comment, "camera")
+    (tmp_path / "placement.json").write_text('{"poses_of": "flange"}')
+    assert mukca.read_placements(tmp_path)[0].poses_of == "flange"
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "words"),
+    [
+        (HEADER, "0,0,0,0,0,0,0,1,1", r"poses.csv:3: the quaternion qx,qy,qz,qw has length 1.414"),
+        (HEADER, "0,0,0,0,0,0,0,1", "poses.csv:3: 8 columns where 9 are expected"),
+        ("a,b,x,y,z,qx,qy,qz", "0,0,0,0,0,0,0,1", r"poses.csv:1: expected .* x,y,z,qx,qy,qz,qw"),
+        ("x,y,z,qx,qy,qz,qw", "0,0,0,0,0,0,1", "poses.csv:1: expected a header of the joints"),
+        ("a,b,x,y,z,qx,qy,qz,qw [deg]", "0,0,0,0,0,0,0,0,1", "qw has unit 'deg'; it has none"),
+    ],
+)
+def test_malformed_poses_are_refused_by_line(
+    tmp_path: Path, header: str, row: str, words: str
+) -> None:
+    with pytest.raises(mukca.MukcaError, match=words):
+        read(tmp_path, TOLD, header, row)
+
+
+def test_poses_of_something_else_are_not_measured_ones(tmp_path: Path, panda: mukca.Robot) -> None:
+    header = ",".join([*panda.joint_names, "x,y,z,qx,qy,qz,qw"])
+    rows = [",".join(map(str, [*q, 0, 0, 0, 0, 0, 0, 1])) for q in workspace(panda, 5)]
+    for comment in ("# commands", "# of my arm"):
+        with pytest.raises(mukca.MukcaError, match='let the first line be "# measured flange'):
+            measure(read(tmp_path, comment, header, *rows), panda)
+    measured = measure(read(tmp_path, TOLD, header, *rows), panda)
+    assert np.allclose(measured.rotations, np.eye(3)) and measured.kind == "points"
+
+
+def poses(panda: mukca.Robot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joint positions, and rotations and places of the ball's link there."""
+    q, model = workspace(panda, 30), BallModel(panda, [])
+    none = np.zeros(0)
+    return q, model.rotations(none, q).points, model.points(none, q)
+
+
+def test_the_tool_and_the_frame_are_found_from_anywhere(panda: mukca.Robot) -> None:
+    _, R, p = poses(panda)
+    generator = np.random.default_rng(0)
+    F, X = (turn(generator.uniform(-3, 3, 3)) for _ in range(2))
+    f, x = generator.uniform(-3, 3, (2, 3))
+    M, t = F.T @ R @ X, (p + R @ x - f) @ F
+    t[3] += 0.5
+    M[5] = M[5] @ turn(np.array([0.4, 0, 0]))
+    found = hand_eye(R, p, M, t)
+    assert np.allclose(found.frame.rotation, F, atol=1e-6)
+    assert np.allclose(found.tool.rotation, X, atol=1e-6)
+    assert np.allclose(found.tool.translation, x, atol=1e-6)
+    assert found.distances[3] == pytest.approx(0.75**0.5, rel=0.01)
+    assert found.angles[5] == pytest.approx(0.4, rel=0.01)
+    with pytest.raises(mukca.MukcaError, match="turns about one axis only"):
+        hand_eye(
+            R[0] @ np.array([turn(np.array([0, 0, a])) for a in range(9)]), p[:9], M[:9], t[:9]
+        )
+
+
+def test_wrong_columns_of_quaternions_are_named(panda: mukca.Robot) -> None:
+    from mukca.solver.calibration import quaternion_of
+
+    _, R, _ = poses(panda)
+    X = turn(np.array([0.3, -2, 1]))
+    given = quaternion_of(X.T @ R)
+    check_orientations(R, given * np.where(np.arange(30) % 2, 1, -1)[:, None], "file")
+    for order, sign, words in (
+        ((1, 2, 3, 0), (1, 1, 1, 1), "fit with .*qw first"),
+        ((1, 0, 2, 3), (1, 1, 1, 1), "fit with .*qx and qy swapped"),
+        ((0, 1, 2, 3), (-1, -1, -1, 1), "fit with .*the inverse"),
+        ((0, 1, 2, 3), (1, 1, -1, 1), "fit with .*qz with the other sign"),
+    ):
+        wrong = np.zeros_like(given)
+        wrong[:, order] = given * sign
+        with pytest.raises(mukca.MukcaError, match=words):
+            check_orientations(R, wrong, "file")
+
+
+def test_the_turns_of_the_link_are_its_derivatives(panda: mukca.Robot) -> None:
+    q, _, _ = poses(panda)
+    model = BallModel(panda, list(range(6, 20)))
+    linear = model.rotations(model.nominal, q[:3])
+    for k, step in enumerate(1e-6 * np.eye(14)):
+        turned = model.rotations(model.nominal + step, q[:3]).points @ linear.points.swapaxes(1, 2)
+        assert np.allclose(
+            rotation_vectors(turned), 1e-6 * linear.by_parameters[:, :, k], atol=1e-11
+        )
+    for k, step in enumerate(1e-6 * np.eye(7)):
+        turned = model.rotations(model.nominal, q[:3] + step).points @ linear.points.swapaxes(1, 2)
+        assert np.allclose(rotation_vectors(turned), 1e-6 * linear.by_joints[:, :, k], atol=1e-11)
