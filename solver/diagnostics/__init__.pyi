@@ -6,10 +6,10 @@ from .diagnostic import OF_JOINTS as OF_JOINTS
 from .diagnostic import Diagnostic as Diagnostic
 from .distances import named as named
 from .distances import size_level as size_level
-from .explain import Hypothesis as Hypothesis
-from .explain import cause as cause
 from .fit_error import fitted_alone as fitted_alone
 from .fit_error import standing_out as standing_out
+from .hypothesis import Hypothesis as Hypothesis
+from .hypothesis import cause as cause
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey
 from .inspection import inspect_all as inspect_all

@@ -5,6 +5,8 @@ to the best of each kind then have their evidence compared with all other explan
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +18,14 @@ from .column_hypotheses import (
     unchanged,
     with_best_offsets,
 )
-from .robust_fit import RigidModel, Samples
+from .hypotheses import ONLY_SOUND, Comparison, Scene, of_zero
+from .hypothesis import Finding, Hypothesis, Option
+from .robust_fit import UNEXPLAINED, RigidModel, Samples
 
+MUCH = 3.0
+"""Noise, beside what is expected, from which any placement may have wrong columns."""
+OF_COLUMNS = {"sign": 0.05, "swap": 0.03, "order": 0.02, "zero": 0.01}
+"""Prior probabilities of mistakes in the columns."""
 TOLERANCE = 0.02
 """A right model is off by less than this on average, once the ball's place is fitted [m]."""
 TRIED = 90
@@ -71,3 +79,62 @@ def _orders(right: ColumnHypothesis) -> Iterable[ColumnHypothesis]:
     m = len(right.order)
     for order in [right.order[::-1], *(np.roll(right.order, k) for k in range(1, m))]:
         yield ColumnHypothesis(right.robot, order, right.signs, right.offsets)
+
+
+def of_columns(model: RigidModel, scene: Scene, likeliest: Option, *, sound: bool) -> list[Option]:
+    """Return wrong columns of all placements, or of the one that is accused.
+
+    Where all seems sound, only the last joint's sign is tried, which the ball near its axis hides.
+    """
+    told = dict[str, Any](likeliest.finding(1.0).hypothesis.parameters)
+    tried: list[tuple[slice, str | None]] = [(slice(0, len(scene.q)), None)]
+    for rows, measured in zip(scene.places, scene.measurements, strict=True):
+        accused = told.get("placement") == measured.name or told["noise"] > MUCH * scene.noise
+        if accused and not sound and len(scene.places) > 1:
+            tried.append((rows, measured.name))
+    found: list[Option] = []
+    for rows, placement in tried:
+        some = Samples(scene.q[rows], scene.sockets[rows] - scene.sockets[rows].min())
+        if not some.is_overdetermined(len(scene.x)):
+            continue
+        last = [*signs(model.robot, 1)][-1:]
+        for wrong in last if sound else promising(model, some):
+            q = scene.q.copy()
+            q[rows] = wrong.apply(some).positions
+            fit = model.fit(Samples(q, scene.sockets))
+            if fit.noise < UNEXPLAINED:
+                changed = replace(scene, x=fit.x, centres=fit.centres, readings=q)
+                found.append(_option(wrong, changed, placement, told["noise"]))
+    return found
+
+
+def _option(
+    wrong: ColumnHypothesis, changed: Scene, placement: str | None, before: float
+) -> Option:
+    """Return one hypothesis as an explanation, its offsets those beside a fit of the geometry."""
+    comparison = Comparison(changed, ONLY_SOUND)
+    (best,) = comparison.candidates
+    joints, offsets = np.flatnonzero(wrong.offsets).tolist(), wrong.offsets.copy()
+    for block in of_zero(changed) if joints and placement is None else ():
+        columns = block.columns[joints, :, 0].T[None]
+        left = comparison.evidence.posterior(replace(block, columns=columns), best.sigma)[0]
+        offsets[joints] -= left
+    wrong = replace(wrong, offsets=offsets)
+    names, after = wrong.robot.joint_names, best.sigma
+    parameters: dict[str, Any] = {
+        "joints": ", ".join(names[j] for joints in wrong.mistakes.values() for j in joints),
+        "offsets": wrong.offsets.tolist(),
+        "order": wrong.order.tolist(),
+        "noise": after,
+        **({} if placement is None else {"placement": placement}),
+    }
+
+    def finding(probability: float) -> Finding:
+        gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
+        text = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
+        tell = "read one pose at the arm, and compare it with its row"
+        hypothesis = Hypothesis(wrong.name, probability, parameters, text, wrong.advice, tell)
+        return Finding(hypothesis, "swap" if wrong.name == "order" else wrong.name, "error")
+
+    log = best.log_evidence + float(np.log(OF_COLUMNS[wrong.name] / len(names)))
+    return Option(wrong.name, log, {"samples"}, finding, lambda: changed)

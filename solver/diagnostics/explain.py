@@ -4,30 +4,19 @@ One cause at a time: the most probable one is put among what may be off, and all
 until nothing is likelier than that the rest is sound.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ..data import Known, Measurement
 from ..robot import choose_parameters
-from .column_hypotheses import ColumnHypothesis, signs
-from .columns import promising
+from .columns import of_columns
 from .distances import Scale, size_level
 from .fit_error import standing_out
-from .hypotheses import (
-    ARMS,
-    ONLY_SOUND,
-    Candidate,
-    Comparison,
-    LinearEvidence,
-    Scene,
-    explained,
-    of_distance,
-    probabilities,
-)
-from .robust_fit import RigidModel, Samples, median, samples_of
+from .hypotheses import ARMS, OF_SIZE, Candidate, Comparison, Scene, explained
+from .hypothesis import Finding, Hypothesis, Option, listed_of, shares_of
+from .robust_fit import RigidModel, median, samples_of
 
 ROUNDS = 8
 """Causes that are sought at most."""
@@ -42,40 +31,11 @@ RESOLUTION = 1e-4
 """Repeatability that a printed socket shows at best [m]."""
 SURE = 0.1
 """Probability from which recordings are taken for sound."""
-MUCH = 3.0
-"""Noise, beside what is expected, from which any placement may have wrong columns."""
-SECOND = 0.1
-"""Probability from which the second explanation is told beside the first."""
+ALL = {"samples", "distances"}
+OPEN = ("distance", "scaled", "version")
+"""Explanations that leave the arm's size open."""
 LEAST = 20
 """Samples below which any model explains them."""
-LISTED = 1e-3
-"""Probability below which an explanation is not listed."""
-OF_COLUMNS = {"sign": 0.05, "swap": 0.03, "order": 0.02, "zero": 0.01}
-"""Prior probabilities of mistakes in the columns."""
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """An explanation of the recordings, with its probability."""
-
-    name: str
-    """As in the documentation's list of causes; ``sound`` where nothing is wrong."""
-    probability: float
-    parameters: dict[str, float | str | list[float]]
-    """Numbers and names by which it is told: lengths in m, angles in rad, samples from 0."""
-    text: str
-    advice: str
-    tell: str
-    """Step that tells it from others."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A cause that was found, with all that its kind says of it."""
-
-    hypothesis: Hypothesis
-    code: str
-    level: str
 
 
 @dataclass(frozen=True)
@@ -134,68 +94,62 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
     return replace(measured, placement=replace(placement, samples=samples)), np.concatenate(rows)
 
 
-@dataclass(frozen=True)
-class _Option:
-    """One explanation among all, and what follows where it is right."""
-
-    name: str
-    log: float
-    """Logarithm of prior probability and likelihood."""
-    finding: Callable[[float], Finding]
-    """From its probability."""
-    after: Callable[[], Scene]
-
-
 def explain(model: RigidModel, scene: Scene) -> Explanation:
     """Return what explains recordings, cause after cause; nothing for very few samples."""
     if len(scene.q) < LEAST:
-        return Explanation((), (), _scale(scene), scene)
+        return Explanation((), (), _scale(scene)[0], scene)
     findings: list[Finding] = []
     listed: tuple[Hypothesis, ...] = ()
-    sized, decided, told = scene, False, False
-    options: list[_Option] = []
+    decided, told, sized = False, set[str](), scene
+    of_size: set[int] = set()
+    options: list[Option] = []
     shares: dict[str, float] = {}
     for _ in range(ROUNDS):
         comparison = Comparison(scene)
         options = [_of_candidate(comparison, c) for c in comparison.candidates]
-        shares = _shares(options)
-        if scene.readings is None and not told:
+        shares = shares_of(options)
+        if scene.readings is None and "samples" not in told:
             sound = shares["sound"] >= SURE
-            options += _of_columns(model, scene, max(options, key=lambda o: o.log), sound=sound)
-            shares = _shares(options)
+            options += of_columns(model, scene, max(options, key=lambda o: o.log), sound=sound)
+            shares = shares_of(options)
         likely = max(shares, key=lambda name: shares[name])
-        listed = listed or _listed(options, shares)
+        listed = listed or listed_of(options, shares)
         if likely == "sound" or shares["sound"] >= SURE:
             break
         own = sorted((o for o in options if o.name == likely), key=lambda o: -o.log)
         sound_log = max(o.log for o in options if o.name == "sound")
         own = [o for o in own if likely == "ball_sample" and o.log > sound_log] or own[:1]
         found = [o.finding(shares[likely]) for o in own]
-        of_all = "placement" not in found[0].hypothesis.parameters
-        if of_all and told:
-            break  # what is left of one cause of all looks like another
-        findings, told = [*findings, *found], told or of_all
+        if "placement" not in found[0].hypothesis.parameters:
+            if told & own[0].residuals:
+                break  # what is left of one cause of all looks like another
+            told |= own[0].residuals
+        findings = [*findings, *found]
         if not decided and found[0].level == "error":
-            listed, decided = _listed(options, shares), True
+            listed, decided = listed_of(options, shares), True
         before, scene = scene, own[0].after()
         more = [f for o in own[1:] for f in o.after().found[len(before.found) :]]
         scene = replace(scene, found=(*scene.found, *more))
-        sized = sized if likely in ("distance", "scaled") else scene
-    size = _scale(sized)
-    if size is not None and not told and _is_doubtful(size):
-        doubt = next(o for o in options if o.name == "distance")
+        if likely in OPEN:
+            of_size.add(id(scene.found[-1]))
+        else:
+            kept = tuple(one for one in scene.found if id(one) not in of_size)
+            sized = replace(scene, found=kept)
+    size, doubt = _scale(sized)
+    if size is None or doubt is None:
+        return Explanation(tuple(findings), listed, size, scene)
+    if not told and _is_doubtful(size):
         findings.append(doubt.finding(shares["distance"]))
-    findings = [_with_deviation(f, size) for f in findings]
-    return Explanation(tuple(findings), listed, size, scene)
+    return Explanation(tuple(_again(f, doubt, size) for f in findings), listed, size, scene)
 
 
-def _with_deviation(finding: Finding, size: Scale | None) -> Finding:
-    """Return a finding with how well the arm's size is known, if it is one on that."""
-    told = finding.hypothesis
-    if told.name != "distance":
+def _again(finding: Finding, doubt: Option, size: Scale) -> Finding:
+    """Return a finding; one on the arm's size as it is with all else that was found."""
+    if finding.hypothesis.name != "distance":
         return finding
-    parameters = {**told.parameters, "deviation": None if size is None else size.deviation}
-    return replace(finding, hypothesis=replace(told, parameters=parameters))
+    finding = doubt.finding(finding.hypothesis.probability)
+    parameters = {**finding.hypothesis.parameters, "deviation": size.deviation}
+    return replace(finding, hypothesis=replace(finding.hypothesis, parameters=parameters))
 
 
 def _is_doubtful(size: Scale) -> bool:
@@ -204,7 +158,7 @@ def _is_doubtful(size: Scale) -> bool:
     return size_level(size.value, size.deviation) is not None and off > 3 * size.deviation
 
 
-def _of_candidate(comparison: Comparison, candidate: Candidate) -> _Option:
+def _of_candidate(comparison: Comparison, candidate: Candidate) -> Option:
     kind, scene = candidate.kind, comparison.scene
 
     def finding(probability: float) -> Finding:
@@ -218,116 +172,17 @@ def _of_candidate(comparison: Comparison, candidate: Candidate) -> _Option:
             return replace(scene, noise=max(scene.noise, candidate.sigma))
         return explained(scene, candidate)
 
-    return _Option(kind.name, candidate.log_evidence, finding, after)
+    samples = candidate.block.rows.start < scene.all_samples.stop
+    residuals = {"samples" if samples else "distances"} if kind.noise is None else ALL
+    return Option(kind.name, candidate.log_evidence, residuals, finding, after)
 
 
-def _of_columns(
-    model: RigidModel, scene: Scene, likeliest: _Option, *, sound: bool
-) -> list[_Option]:
-    """Return wrong columns of all placements, or of the one that is accused.
-
-    Where all seems sound, only the last joint's sign is tried, which the ball near its axis hides.
-    """
-    told = dict[str, Any](likeliest.finding(1.0).hypothesis.parameters)
-    tried: list[tuple[slice, str | None]] = [(slice(0, len(scene.q)), None)]
-    for rows, measured in zip(scene.places, scene.measurements, strict=True):
-        accused = told.get("placement") == measured.name or told["noise"] > MUCH * scene.noise
-        if accused and not sound and len(scene.places) > 1:
-            tried.append((rows, measured.name))
-    found: list[_Option] = []
-    for rows, placement in tried:
-        some = Samples(scene.q[rows], scene.sockets[rows] - scene.sockets[rows].min())
-        if not some.is_overdetermined(len(scene.x)):
-            continue
-        last = [*signs(model.robot, 1)][-1:]
-        for wrong in last if sound else promising(model, some):
-            q = scene.q.copy()
-            q[rows] = wrong.apply(some).positions
-            fit = model.fit(Samples(q, scene.sockets))
-            changed = replace(scene, x=fit.x, centres=fit.centres, readings=q)
-            best = Comparison(changed, ONLY_SOUND).candidates[0]
-            prior = float(np.log(OF_COLUMNS[wrong.name] / len(scene.robot.actuated)))
-            parameters = _parameters(wrong, placement, best.sigma)
-            log = best.log_evidence + prior
-            found.append(_column(wrong, log, parameters, likeliest, changed))
-    return found
-
-
-def _parameters(wrong: ColumnHypothesis, placement: str | None, sigma: float) -> dict[str, Any]:
-    names = wrong.robot.joint_names
-    return {
-        "joints": ", ".join(names[j] for joints in wrong.mistakes.values() for j in joints),
-        "offsets": wrong.offsets.tolist(),
-        "order": wrong.order.tolist(),
-        "noise": sigma,
-        **({} if placement is None else {"placement": placement}),
-    }
-
-
-def _column(
-    wrong: ColumnHypothesis,
-    log: float,
-    parameters: dict[str, Any],
-    likeliest: _Option,
-    changed: Scene,
-) -> _Option:
-    def finding(probability: float) -> Finding:
-        before = dict[str, Any](likeliest.finding(1.0).hypothesis.parameters)["noise"]
-        after = parameters["noise"]
-        gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
-        text = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
-        tell = "read one pose at the arm, and compare it with its row"
-        hypothesis = Hypothesis(wrong.name, probability, parameters, text, wrong.advice, tell)
-        code = "swap" if wrong.name == "order" else wrong.name
-        return Finding(hypothesis, code, "error")
-
-    return _Option(wrong.name, log, finding, lambda: changed)
-
-
-def _shares(options: Sequence[_Option]) -> dict[str, float]:
-    """Return the probability of each name."""
-    shares: dict[str, float] = {}
-    for option, share in zip(options, probabilities([o.log for o in options]), strict=True):
-        shares[option.name] = shares.get(option.name, 0.0) + float(share)
-    return shares
-
-
-def _listed(options: Sequence[_Option], shares: Mapping[str, float]) -> tuple[Hypothesis, ...]:
-    """Return the best explanation of each name, the most probable first."""
-    best: dict[str, _Option] = {}
-    for option in options:
-        if option.name not in best or option.log > best[option.name].log:
-            best[option.name] = option
-    kept = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
-    return tuple(best[name].finding(shares[name]).hypothesis for name in kept)
-
-
-def _scale(scene: Scene) -> Scale | None:
-    """Return the arm's size by the known distances; None where none is known."""
-    blocks = list(of_distance(scene))
-    if not blocks:
-        return None
-    sigma = next(c for c in Comparison(scene, ONLY_SOUND).candidates).sigma
-    evidence = LinearEvidence(scene.residuals, scene.nuisances)
-    mean, covariance = evidence.posterior(blocks[0], sigma)
-    return Scale(float(mean[0]), max(float(covariance[0, 0]) - ARMS**2, 1e-10) ** 0.5)
-
-
-def cause(hypotheses: Sequence[Hypothesis]) -> str:
-    """Return the first cause in words, and the second where it may be that; empty for none."""
-    if not hypotheses or hypotheses[0].name == "sound":
-        return ""
-    first, *others = hypotheses
-    words = f"most probable cause ({_percent(first.probability)}): {first.text}; {first.advice}"
-    second = next((h for h in others if h.probability > SECOND and h.name != "sound"), None)
-    if second is None:
-        return words
-    tell = first.tell or second.tell
-    return (
-        f"{words}. It cannot be told from this ({_percent(second.probability)}): {second.text}; to "
-        f"tell them, {tell}"
-    )
-
-
-def _percent(share: float) -> str:
-    return f"{100 * min(share, 0.999):.3g} %"
+def _scale(scene: Scene) -> tuple[Scale | None, Option | None]:
+    """Return the arm's size by the known distances, and the wrong distance that it may be."""
+    comparison = Comparison(scene, OF_SIZE)
+    wrong = comparison.candidates
+    if not wrong:
+        return None, None
+    mean, covariance = comparison.evidence.posterior(wrong[0].block, wrong[0].sigma)
+    deviation = max(float(covariance[0, 0]) - ARMS**2, 1e-10) ** 0.5
+    return Scale(float(mean[0]), deviation), _of_candidate(comparison, wrong[0])

@@ -12,8 +12,9 @@ from .change_points import Change
 from .configurations import duplicates, motionless_joints
 from .diagnostic import Diagnostic, row_of, where_of
 from .distances import Scale, named, rulers, size_level
-from .explain import Finding, Hypothesis, explain, scene_of
+from .explain import explain, scene_of
 from .fit_error import fitted_alone
+from .hypothesis import Finding, Hypothesis
 from .robust_fit import RigidModel
 from .sample_count import few_samples
 

@@ -2,8 +2,8 @@ from .compare import Candidate as Candidate
 from .compare import Comparison as Comparison
 from .compare import explained as explained
 from .compare import probabilities as probabilities
-from .distance import of_distance as of_distance
-from .evidence import LinearEvidence as LinearEvidence
+from .joints import of_zero as of_zero
 from .scene import ARMS as ARMS
 from .scene import Scene as Scene
+from .table import OF_SIZE as OF_SIZE
 from .table import ONLY_SOUND as ONLY_SOUND

@@ -29,8 +29,8 @@ def of_version(scene: Scene) -> Iterable[Block]:
     """Return the block of a model all of whose numbers are wrong."""
     if scene.zeros:
         return
-    widths = np.where([p.of_ball for p in scene.parameters], 0.0, VERSION * scene.widths)
-    yield Block(scene.all_samples, (scene.by_geometry * widths)[None], [{}])
+    of_links = VERSION * ~np.array([p.of_ball for p in scene.parameters])
+    yield Block(scene.all_samples, (scene.by_geometry * of_links @ scene.usual)[None], [{}])
 
 
 def of_other_arm(scene: Scene) -> Iterable[Block]:
@@ -38,7 +38,7 @@ def of_other_arm(scene: Scene) -> Iterable[Block]:
     for place, rows in enumerate(scene.places if len(scene.places) > 1 else ()):
         own = scene.rows(rows)
         names = [{"placement": scene.measurements[place].name}]
-        yield Block(own, (scene.by_geometry[own] * scene.widths)[None], names, (1.4,))
+        yield Block(own, (scene.by_geometry[own] @ scene.usual)[None], names, (1.4,))
 
 
 def error(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:

@@ -24,6 +24,8 @@ CENTRE = 0.3
 """Width of the prior of a socket's centre about the fit's [m]."""
 COARSE = 4e-4
 """Arms that repeat worse than this have gears with play [m]."""
+SIDES = 0.4
+"""Share of the play by which joints rest differently in sockets: loads are alike in neighbours."""
 DISTANCE_WEIGHT = 3.0
 """A socket's centre is off by a third of a sample's noise, since errors of samples are alike."""
 
@@ -157,7 +159,8 @@ class Scene:
     def nuisances(self) -> np.ndarray:
         """Derivatives of the residuals by what may be off, in its width, shape (3 N + K, n)."""
         N, K = len(self.q), len(self.rulers)
-        parts = [self._of_centres(), self._of_geometry(), self._of_effects(), self._of_calipers()]
+        geometry = self._with_distances(self.by_geometry @ self.usual)
+        parts = [self._of_centres(), geometry, self._of_effects(), self._of_calipers()]
         if self.zeros or self.noise > COARSE:
             parts.append(self._of_play())
         for rows, columns, _ in self.found:
@@ -178,11 +181,12 @@ class Scene:
             found[3 * N + i, 3 * k.second : 3 * k.second + 3] -= DISTANCE_WEIGHT * CENTRE * unit
         return found
 
-    def _of_geometry(self) -> np.ndarray:
+    @cached_property
+    def usual(self) -> np.ndarray:
+        """Root of the covariance of the geometry, whose size is held to that of arms, (n, n)."""
         by_scale = extend(self.robot, self.parameters).by_scale()
         precision = np.diag(1 / self.widths**2) + np.outer(by_scale, by_scale) / ARMS**2
-        root = np.linalg.cholesky(np.linalg.inv(precision))
-        return self._with_distances(self.by_geometry @ root)
+        return np.linalg.cholesky(np.linalg.inv(precision))
 
     def _of_effects(self) -> np.ndarray:
         n = len(self.parameters)
@@ -197,7 +201,7 @@ class Scene:
     def _of_play(self) -> np.ndarray:
         """Offsets of the joints in each socket: gears with play rest on one side there."""
         lever = np.sqrt(np.mean(np.sum(self.by_joints**2, axis=1), axis=0)).clip(min=0.05)
-        turned = self.by_joints * (self.noise / lever)
+        turned = self.by_joints * (SIDES * self.noise / lever)
         S, m = len(self.centres), turned.shape[2]
         found = np.zeros((len(turned), 3, S, m))
         found[np.arange(len(turned)), :, self.sockets] = turned

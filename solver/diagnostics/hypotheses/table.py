@@ -52,3 +52,4 @@ KINDS: tuple[Kind, ...] = (
     UNEXPLAINED,
 )
 ONLY_SOUND: tuple[Kind, ...] = (SOUND,)
+OF_SIZE: tuple[Kind, ...] = (DISTANCE,)
