@@ -1,6 +1,7 @@
 from .advice import farthest_place as farthest_place
 from .advice import next_placement as next_placement
 from .change_points import split_at as split_at
+from .configurations import single_socket_diagnostics as single_socket_diagnostics
 from .diagnostic import EVERYWHERE as EVERYWHERE
 from .diagnostic import OF_JOINTS as OF_JOINTS
 from .diagnostic import Diagnostic as Diagnostic
@@ -13,4 +14,3 @@ from .hypothesis import cause as cause
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey
 from .inspection import inspect_all as inspect_all
-from .sample_count import single_socket_diagnostics as single_socket_diagnostics

@@ -1,12 +1,14 @@
-"""Checks of the joint positions alone: near-duplicates, and joints that stood still."""
+"""Checks of the joint positions alone: too few, near-duplicates, and joints that stood still."""
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
 
-from ..data import Measurement
+from ..data import KnownDistance, Measurement
 from ..robot import Robot
 from .diagnostic import Diagnostic, row_of, where_of
+from .distances import named
 
 NEAR = np.deg2rad(1.0)
 """Two configurations closer than this on every joint are nearly the same."""
@@ -14,6 +16,8 @@ LISTED = 5
 """Near-duplicates of a socket that are named one by one."""
 STILL = np.deg2rad(5.0)
 """A joint that moved less than this in a placement tells hardly anything."""
+FEWEST, ADVISED = 10, 30
+"""Samples in a socket below which it tells little, and that are advised."""
 
 
 def duplicates(_: Robot, measured: Measurement) -> list[Diagnostic]:
@@ -77,4 +81,38 @@ def motionless_joints(robot: Robot, measured: Measurement) -> list[Diagnostic]:
         )
         for joint, travel in zip(robot.actuated, travels, strict=True)
         if travel < STILL
+    ]
+
+
+def few_samples(_: Robot, measured: Measurement) -> list[Diagnostic]:
+    """Return sockets of a placement with too few samples."""
+    return [
+        Diagnostic(
+            "warning",
+            "few",
+            where_of([measured]),
+            f"{count} samples in socket {socket}",
+            f"record {ADVISED - count} more: {ADVISED} are advised, {FEWEST} are the least",
+        )
+        for socket, count in zip(measured.sockets, measured.counts, strict=True)
+        if count < FEWEST
+    ]
+
+
+def single_socket_diagnostics(
+    measurements: Sequence[Measurement], known: Sequence[KnownDistance] = ()
+) -> list[Diagnostic]:
+    """Return placements with one socket, which no known distance ties to a length."""
+    whole = named(measurements, known)
+    scaled = {name for k in whole for name, _ in (k.first, k.second)}
+    return [
+        Diagnostic(
+            "error",
+            "lone",
+            where_of([m]),
+            f"only socket {m.sockets[0]} has samples, so solve refuses it",
+            "record the other socket too, or tie it by a known distance, solve --known",
+        )
+        for m in measurements
+        if m.kind == "sockets" and not m.has_distance and m.name not in scaled
     ]

@@ -9,14 +9,13 @@ import numpy as np
 from ..data import CALIPER_DEVIATION, KnownDistance, Measurement
 from ..robot import Robot, choose_parameters
 from .change_points import Change
-from .configurations import duplicates, motionless_joints
+from .configurations import duplicates, few_samples, motionless_joints
 from .diagnostic import Diagnostic, row_of, where_of
 from .distances import Scale, named, rulers, size_level
 from .explain import explain, scene_of
 from .fit_error import fitted_alone
 from .hypothesis import Finding, Hypothesis
 from .robust_fit import RigidModel
-from .sample_count import few_samples
 
 SEATED = 0.03
 """A ball that lies farther from its socket than this [m] is not just badly seated."""
