@@ -20,9 +20,12 @@ int main(int count, char **words) {
   clock::time_point next = clock::now();
   for (int cycle = 0; cycle < cycles; ++cycle) {
     // Where the arm is to stand; a real loop takes this from its planner.
-    for (int i = 0; i < ARM_JOINTS; ++i) target[i] = 0.5 * std::sin(1e-3 * cycle + i);
+    for (int i = 0; i < ARM_JOINTS; ++i) {
+      const double middle = (std::max(arm_lower[i], -3.0) + std::min(arm_upper[i], 3.0)) / 2;
+      target[i] = middle + 0.5 * std::sin(1e-3 * cycle + i);
+    }
     const clock::time_point begin = clock::now();
-    if (arm_command(target, command) != 0) return 1;  // what to send, so that it truly does
+    if (arm_command(target, command) != 0) return 1;  // what to send
     arm_ball(command, ball);                          // where the ball will be
     arm_jacobian(command, J);                         // for speeds in the base frame
     const std::chrono::duration<double, std::micro> took = clock::now() - begin;

@@ -1,10 +1,13 @@
-r"""Republish joint states with the joints where they truly are: a node for ROS 2.
+r"""Republish joint states so that calibrated.urdf is exact: a node for ROS 2.
 
-    ros2 run robot_state_publisher robot_state_publisher calibrated/compensated.urdf \
+    ros2 run robot_state_publisher robot_state_publisher calibrated/calibrated.urdf \
         --ros-args -r joint_states:=joint_states_true
     python true_joint_states.py calibrated/calibration.json
 
-Controllers stay on `joint_states`, which the arm reports; TF is then that of the calibrated arm.
+Published are virtual joint positions: those at which the URDF has the flange where the calibrated
+arm, which bends, truly has it. So TF is that of the arm. Controllers stay on `joint_states`, which
+the arm reports. With fewer than six joints there are none: published is where the joints truly are.
+Near a singular posture there may be none, either: a warning says so, and nothing is published.
 """
 
 import sys
@@ -21,19 +24,25 @@ class TrueJointStates(Node):
 
     def __init__(self, file: str) -> None:
         super().__init__("true_joint_states")
-        self.calibrated = mukca.load_calibration(file).calibrated
+        self.arm = mukca.load_calibration(file)
         self.publisher = self.create_publisher(JointState, "joint_states_true", 10)
         self.create_subscription(JointState, "joint_states", self.correct, 10)
 
     def correct(self, message: JointState) -> None:
-        """Publish where the joints of a message truly are."""
-        names = self.calibrated.robot.joint_names
+        """Publish the virtual positions of a message's joints."""
+        names = self.arm.robot.joint_names
         if not set(names) <= set(message.name[: len(message.position)]):
             return  # a gripper's, another arm's, or of speeds alone
         places = [message.name.index(name) for name in names]
         read = [message.position[i] for i in places]
-        for i, true in zip(places, self.calibrated.true_positions(read), strict=True):
-            message.position[i] = float(true)
+        try:
+            there = self.arm.virtual_positions if len(names) > 5 else self.arm.true_positions
+            positions = there(read)
+        except mukca.MukcaError as error:
+            self.get_logger().warning(str(error), throttle_duration_sec=1.0)
+            return
+        for i, position in zip(places, positions, strict=True):
+            message.position[i] = float(position)
         self.publisher.publish(message)
 
 

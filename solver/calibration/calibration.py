@@ -144,9 +144,6 @@ class Calibration(FullModel):
             raise DistortedError(refusal)
         contents = {"calibrated.urdf": self.calibrated.urdf(folder)}
         outputs = {"urdf": str(folder / "calibrated.urdf")}
-        if self.calibrated.exported is not None:
-            contents["compensated.urdf"] = self.calibrated.urdf(folder, compensated=True)
-            outputs["compensated_urdf"] = str(folder / "compensated.urdf")
         outputs["calibration"] = str(folder / "calibration.json")
         further: Mapping[str, bytes] = pages(self) if pages is not None else {}
         if "report.html" in further:

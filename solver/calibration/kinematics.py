@@ -9,10 +9,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..bayes.model import Deflection
 from ..data import Load
 from ..results import CalibratedRobot, JointsError
-from ..robot import ColumnFunction, Goal, PoseSolver, Solutions
+from ..robot import ColumnFunction, Goal, PoseModel, PoseSolver, Solutions
 from .poses import as_poses
 
 Payload = tuple[float, Sequence[float]]
@@ -49,9 +48,8 @@ class LoadedArm:
     def of_urdf(self) -> PoseSolver:
         """Inverse kinematics of ``calibrated.urdf``; encoders err at its limits, too."""
         full, endless = self.calibrated, np.full(len(self.robot.actuated), np.inf)
-        values = full.values if full.exported is None else full.exported
-        rigid = replace(full, values=values, deflection=Deflection(), exported=None)
-        return PoseSolver(rigid.pose_model, self.flange, (-endless, endless))
+        rigid = PoseModel.of(full.robot, full.origins)
+        return PoseSolver(rigid, self.flange, (-endless, endless))
 
     @cached_property
     def poses(self) -> ColumnFunction:

@@ -171,17 +171,14 @@ class CalibratedRobot:
         points = self.model.points(parameters, positions)
         return points[0] if np.ndim(q) == 1 else points
 
-    def urdf(self, folder: Path | None = None, *, compensated: bool = False) -> bytes:
+    def urdf(self, folder: Path | None = None) -> bytes:
         """Return the calibrated URDF: joint origins replaced, all else as it was.
 
         Args:
             folder: Where it will stand; relative mesh paths are rewritten to be found from
                 there. None leaves them.
-            compensated: Return the URDF for programs that correct the joint positions first,
-                instead of the best one for programs that do not.
         """
-        origins = self.model.origins(self.values) if compensated else self.origins
-        joints = zip(self.robot.joints, origins.tolist(), strict=True)
+        joints = zip(self.robot.joints, self.origins.tolist(), strict=True)
         changed = {joint.name: Origin.of(numbers) for joint, numbers in joints}
         text = set_origins(self.robot.text, changed)
         source = Path(self.robot.source)

@@ -43,11 +43,13 @@ def write(request: Request) -> Exported:
         raise ExportError(
             f"--out {file}: its functions are named after it, so name it like one, as in panda.c"
         )
-    calibrated = request.calibration.calibrated
-    curved, load = _with_curves(calibrated), calibrated.load
+    arm = request.calibration.kinematics(payload=request.options.get("payload")).arm
+    calibrated, load = arm.calibrated, arm.calibrated.load
+    curved = _with_curves(calibrated)
     model = curved.model
     moments = moments_function(calibrated.robot, load.gravity, load.payload)(model.q)
     place = _flange(request)
+    rigid = PoseModel.of(calibrated.robot, calibrated.origins)
     flange = calibrated.robot.joints[place].child
     values = {
         "ball": model.ball,
@@ -62,10 +64,13 @@ def write(request: Request) -> Exported:
     arguments, value = _step(model, place, calibrated.robot)
     step = _body({**arguments, "d": curved.d}, value)
     curves = calibrated.deflection.curves
+    carried = sum(b.mass for b in calibrated.robot.bodies[len(request.calibration.robot.bodies) :])
     source = _filled(
         "controller.c.j2",
         request,
         ["The header says what each function does."],
+        urdf_flange=_body({"q": rigid.q}, ca.vec(rigid.pose(place).T)),
+        number=len(calibrated.robot.actuated),
         curves=None if curves is None else curves.T.tolist(),
         curved=[word for word, value in values.items() if ca.depends_on(value, curved.d)],
         names=", ".join(map(json.dumps, calibrated.robot.joint_names)),
@@ -79,6 +84,7 @@ def write(request: Request) -> Exported:
         request,
         [
             f"Corrections of the joints: {', '.join(calibrated.deflection.extensions) or 'none'}.",
+            f"Mass carried beyond the URDF's: {carried + load.payload:g} kg.",
             "No function allocates memory or keeps any; all may be called from several threads.",
         ],
         number=len(calibrated.robot.actuated),

@@ -27,7 +27,9 @@ FORMATS: dict[str, Format] = {
     "mjcf": Format(
         "mjcf", "MuJoCo model of your own (--like), its bodies corrected", ("like", "joints")
     ),
-    "c": Format("c_code", "C99 source of the full model, for controllers, .c", ("flange",)),
+    "c": Format(
+        "c_code", "C99 source of the full model, for controllers, .c", ("flange", "payload")
+    ),
     "dh": Format("dh", "Denavit-Hartenberg table, .json or .csv"),
     "mdh": Format("dh", "modified Denavit-Hartenberg table (Craig's), .json or .csv"),
 }

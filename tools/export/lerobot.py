@@ -145,7 +145,7 @@ def _origin(request: Request, zeros: list[Zero]) -> bytes:
 def _urdf(request: Request, zeros: list[Zero]) -> bytes:
     """Return the calibrated URDF, less the zeros that the servos hold from now on."""
     calibrated, robot = request.calibration.calibrated, request.calibration.robot
-    values = calibrated.values if calibrated.exported is None else calibrated.exported
+    values = calibrated.geometry
     values, origins = values.copy(), request.origins
     place = {parameter.index: i for i, parameter in enumerate(calibrated.parameters)}
     for joint, zero in zip(robot.actuated, zeros, strict=True):

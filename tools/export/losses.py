@@ -19,8 +19,7 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
         # Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
         ball = calibrated.ball(q)
         losses.append(_loss(words, kabsch(geometric, ball).apply(geometric) - ball))
-    exported = calibrated.values if calibrated.exported is None else calibrated.exported
-    nominal = calibrated.model.nominal
+    exported, nominal = calibrated.geometry, calibrated.model.nominal
     for name in dict.fromkeys(p.joint for p in calibrated.parameters if p.joint in uncarried):
         without = np.where([p.joint == name for p in calibrated.parameters], nominal, exported)
         on_ball = name == robot.ball_joint.name

@@ -34,6 +34,8 @@ class ExportOptions(TypedDict, total=False):
     """The make of the arm's servos, ``feetech`` or ``dynamixel``."""
     flange: str | None
     """The link that carries a tool; None for the one that carries the ball."""
+    payload: tuple[float, Sequence[float]] | None
+    """Mass on the flange [kg] and its centre there [m], in place of that of the recordings."""
     tools: Mapping[str, Sequence[float]]
     """Links to add: x y z [m], roll pitch yaw [rad] in the flange's frame, by name."""
 
@@ -92,9 +94,7 @@ class Request:
     @cached_property
     def origins(self) -> np.ndarray:
         """Origins of the chain's joints as ``calibrated.urdf`` has them, shape (joints, 6)."""
-        calibrated = self.calibration.calibrated
-        exported = calibrated.exported
-        return calibrated.model.origins(calibrated.values if exported is None else exported)
+        return self.calibration.calibrated.origins
 
 
 @dataclass(frozen=True)

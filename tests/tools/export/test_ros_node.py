@@ -16,6 +16,10 @@ SCRIPT = Path(__file__).parents[3] / "examples" / "ros" / "true_joint_states.py"
 class Node:
     def __init__(self, name: str) -> None:
         self.published: list[SimpleNamespace] = []
+        self.warned: list[str] = []
+
+    def get_logger(self) -> SimpleNamespace:
+        return SimpleNamespace(warning=lambda text, **_: self.warned.append(text))
 
     def create_publisher(self, kind, topic, depth) -> SimpleNamespace:
         assert topic == "joint_states_true"
@@ -37,8 +41,8 @@ def module(monkeypatch: pytest.MonkeyPatch):
 def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations) -> None:
     file = calibrations / "panda.json"
     node = module["TrueJointStates"](str(file))
-    calibrated = mukca.load_calibration(file).calibrated
-    names = [*calibrated.robot.joint_names[::-1], "finger"]
+    arm = mukca.load_calibration(file)
+    names = [*arm.robot.joint_names[::-1], "finger"]
     position = np.linspace(-1, 1, 8).tolist()
     read = np.array(position[6::-1])
     message = SimpleNamespace(name=names, position=list(position))
@@ -47,5 +51,7 @@ def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations)
     node.correct(SimpleNamespace(name=names, position=[], velocity=[0.0] * 8))
     (published,) = node.published
     assert published.position[7] == position[7]
-    assert np.array_equal(published.position[6::-1], calibrated.true_positions(read))
+    assert np.array_equal(published.position[6::-1], arm.virtual_positions(read))
     assert published.position != position
+    node.correct(SimpleNamespace(name=names, position=[np.nan] * 8))
+    assert len(node.published) == 1 and node.warned

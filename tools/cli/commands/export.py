@@ -7,7 +7,7 @@ from typing import Literal
 
 from ....solver.calibration import UsageError
 from ...export import FORMATS
-from .. import JsonOption, Terminal, argument, option
+from .. import NOT_NEGATIVE, JsonOption, Terminal, argument, option
 
 LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
 
@@ -23,6 +23,14 @@ class Options(JsonOption):
         "(c, urdf) the link whose pose C gives, or that carries tools (default: the one that "
         "carries the ball)",
         "LINK",
+    )
+    payload: float | None = option(
+        "(c) mass on the flange in kilograms, in place of what was on it while recording",
+        "KG",
+        between=NOT_NEGATIVE,
+    )
+    payload_at: tuple[float, float, float] = option(
+        "with --payload: its centre in the flange's frame, in metres", ("X", "Y", "Z"), (0, 0, 0)
     )
     tool: Sequence[str] = option(
         "(urdf) add a link, fixed to the flange: metres and radians; may be repeated",
@@ -71,6 +79,7 @@ def run(options: Options, terminal: Terminal) -> int:
         servos=options.servos,
         flange=options.flange,
         tools=tools,
+        payload=None if options.payload is None else (options.payload, options.payload_at),
     )
     wrote = (f"Wrote {file}" for file in exported.outputs.values())
     terminal.say(*map(str, exported.losses), *exported.lines, *wrote)

@@ -199,11 +199,6 @@ def _closing_lines(outputs: dict[str, str]) -> list[str]:
         f"Wrote {outputs['urdf']}: load it instead of the nominal URDF, in robot_state_publisher, "
         "MoveIt, Pinocchio, Drake, or whatever computes the arm's kinematics.",
     ]
-    if "compensated_urdf" in outputs:
-        lines.append(
-            f"Wrote {outputs['compensated_urdf']}: only for joint positions that are corrected "
-            "first, as mukca export --to c and mukca.load_calibration(..).ball do."
-        )
     lines.append(
         "Redo camera extrinsics, and poses taught in Cartesian space: they hold the old model's "
         "errors."
