@@ -1,13 +1,21 @@
-"""Universal Robots through the package ur-rtde, whose receive interface is polled.
+"""Universal Robots through the package ur-rtde, in a process of its own.
 
-The interface keeps the latest state alone. A state that comes while nobody looks is lost; it is
-counted as missed. :mod:`mukca.drivers.arms.ur` reads the same stream and loses none. It goes first:
-ur-rtde waits for a controller that is mute for ever, and lets nothing else run meanwhile.
+The package waits for a controller that is mute for ever, and lets nothing else of its process run
+meanwhile; here its process is ended then. Its interface is polled, and keeps the latest state
+alone: a state that comes while nobody looks is lost, and counted as missed.
+:mod:`mukca.drivers.arms.ur` reads the same stream and loses none; it is asked for the rate first.
 
 Address: ``HOST[?rate=HZ]``. Efforts are None: these arms measure no torque in N m.
 """
 
+import os
+import struct
+import subprocess
+import sys
+import time
 from collections.abc import Sequence
+from importlib.util import find_spec
+from typing import IO, cast
 
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
 from ..transport import parse_endpoint
@@ -15,22 +23,21 @@ from .rtde import OUTPUTS, check_angles, status_text
 from .ur import FAST, JOINTS, PORT, Ur
 
 POLL_SECONDS = 2e-4
-FIRST_STATE_SECONDS = 1.0
+FIRST_STATE_SECONDS = 10.0  # for a Python to start, too
 BY_CONTROLLER = -1.0  # Hz: 500 of an e-series, 125 of a CB3
+STATE = struct.Struct("=7d2i")  # stamp, angles, modes: written whole, being so short
 
 
 class UrRtde(ValidatingDriver):
     """A UR arm that ur-rtde reads."""
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
-        try:
-            from rtde_receive import RTDEReceiveInterface
-        except ImportError:
+        if find_spec("rtde_receive") is None:
             raise DriverError(
                 Reason.MISSING_PACKAGE,
                 "ur-rtde is not installed (pip install ur-rtde; Python 3.10 to 3.12 on "
                 "Linux, x86-64): install it, or read the arm by --driver ur",
-            ) from None
+            )
         endpoint = parse_endpoint(address, PORT, options=("rate",))
         if endpoint.port != PORT:
             raise DriverError(Reason.BAD_ADDRESS, f"ur-rtde knows port {PORT} alone: {endpoint}")
@@ -38,29 +45,65 @@ class UrRtde(ValidatingDriver):
         rate = endpoint.options.positive("rate", FAST) if "rate" in endpoint.options else None
         self._joint_names = match_joints(joint_names, JOINTS, "a UR arm")
         with (reader := Ur(address)):
-            reader.read(FIRST_STATE_SECONDS)
             self._period = 1 / reader.rate
-        try:
-            self._robot = RTDEReceiveInterface(endpoint.host, rate or BY_CONTROLLER, [*OUTPUTS])
-        except RuntimeError as error:
-            raise DriverError(
-                Reason.BUSY, f"{self._where} took the connection, but not ur-rtde: {error}"
-            ) from None
-        self._polled = 0.0
+        self._process = subprocess.Popen(  # noqa: S603 - this program, and a host as its argument
+            [sys.executable, "-m", __name__, endpoint.host, str(rate or BY_CONTROLLER)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+            start_new_session=True,  # Ctrl-C is for this process alone
+        )
+        self._states = cast(IO[bytes], self._process.stdout).fileno()
+        with self._closed_on_error():
+            try:
+                self._await_first(FIRST_STATE_SECONDS)
+            except DriverError as error:
+                raise DriverError(
+                    Reason.BUSY, f"{self._where} took the connection, but not ur-rtde's: {error}"
+                ) from None
 
     def _receive(self, deadline: float) -> JointState:
-        while True:
-            stamp, position = self._robot.getTimestamp(), self._robot.getActualQ()
-            modes = self._robot.getRobotMode(), self._robot.getSafetyMode()
-            if stamp != self._polled and self._robot.getTimestamp() == stamp:  # of one state
-                self._polled = stamp
-                self.status = status_text(*modes)
-                return JointState(stamp, check_angles(position))
-            if not self._robot.isConnected():
-                raise DriverError(Reason.UNREACHABLE, f"{self._where} ended the connection")
-            if clock.now() >= deadline:
-                raise DriverError(Reason.SILENT, f"no state from {self._where}")
-            clock.sleep(POLL_SECONDS)
+        asked = clock.now()
+        if not clock.wait([self._states], max(0.0, deadline - asked)):
+            raise self._silence(asked, deadline)
+        if not (data := os.read(self._states, STATE.size)):
+            said = cast(IO[bytes], self._process.stderr).read().decode(errors="replace").split("\n")
+            why = f": {said[-2]}" if said[1:] else ""
+            raise DriverError(Reason.UNREACHABLE, f"{self._where} ended the connection{why}")
+        stamp, *position, robot_mode, safety_mode = STATE.unpack(data)
+        self.status = status_text(robot_mode, safety_mode)
+        return JointState(stamp, check_angles(position))
 
     def _disconnect(self) -> None:
-        self._robot.disconnect()
+        with self._process as process:
+            process.kill()
+
+
+def write_states(host: str, rate: float) -> None:
+    """Write states to standard output as they come, until the connection ends."""
+    import fcntl
+
+    from rtde_receive import RTDEReceiveInterface
+
+    # When standard input closes, as with the end of whoever reads, the kernel ends this process.
+    fcntl.fcntl(0, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(0, fcntl.F_SETFL, os.O_ASYNC)
+    states = os.dup(1)
+    os.dup2(2, 1)  # the package prints
+    robot = RTDEReceiveInterface(host, rate, [*OUTPUTS])
+    polled = 0.0
+    while True:
+        stamp, position = robot.getTimestamp(), robot.getActualQ()
+        modes = robot.getRobotMode(), robot.getSafetyMode()
+        if stamp != polled and robot.getTimestamp() == stamp:  # of one state
+            polled = stamp
+            os.write(states, STATE.pack(stamp, *position, *modes))
+        elif not robot.isConnected():
+            return
+        else:
+            time.sleep(POLL_SECONDS)
+
+
+if __name__ == "__main__":
+    write_states(sys.argv[1], float(sys.argv[2]))

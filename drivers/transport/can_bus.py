@@ -16,6 +16,7 @@ from .address import Options, parse_options
 
 BUS_OPTIONS = ("bitrate", "port", "hop_limit")
 ALL = range(1 << 11)
+POLL_SECONDS = 1e-3  # of a bus that has no descriptor to wait on
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,10 @@ class CanBus:
     def __init__(self, address: CanAddress, identifiers: tuple[int, ...] = ()) -> None:
         self._address, self._identifiers = address, identifiers
         self._bus = open_bus(address, identifiers)
+        try:
+            self._watched = [self._bus.fileno()]
+        except NotImplementedError:
+            self._watched = []
 
     def send(self, identifier: int, data: bytes) -> None:
         """Send a frame."""
@@ -82,11 +87,16 @@ class CanBus:
             deadline: Time at which to give up, by :func:`.clock.now` [s].
         """
         with self._translated():
-            while (frame := self._bus.recv(max(0.0, deadline - clock.now()))) is not None:
-                odd = frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame
-                if not odd and frame.arbitration_id in (self._identifiers or ALL):
-                    return frame
-        return None
+            while True:
+                frame = self._bus.recv(0)  # python-can would wait by the wall's time, which is set
+                if frame is not None:
+                    odd = frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame
+                    if not odd and frame.arbitration_id in (self._identifiers or ALL):
+                        return frame
+                elif (left := deadline - clock.now()) <= 0:
+                    return None
+                else:
+                    clock.wait(self._watched, left if self._watched else min(left, POLL_SECONDS))
 
     def discard(self, wait: float) -> bool:
         """Throw away a frame that has come, or comes within the wait [s]; return if one did."""

@@ -1,12 +1,15 @@
-"""Waiting: for any descriptor, however many files are open."""
+"""Waiting: for any descriptor, however many files are open, and whatever the wall's time is."""
 
 import fcntl
 import os
 import resource
+import time
 
 import pytest
+from emulator_programs import need_multicast, own_bus
 
 from mukca.drivers import clock
+from mukca.drivers.transport import CanBus, parse_can_address
 
 
 @pytest.fixture
@@ -38,3 +41,16 @@ def test_a_closed_source_is_told():
         pass
     with pytest.raises((OSError, ValueError)):
         clock.wait([file], 0.01)
+
+
+@pytest.mark.parametrize("address", ["virtual/silent", None], ids=["virtual", "multicast"])
+def test_a_silent_bus_is_waited_for_no_longer_while_the_wall_s_time_is_set_back(
+    address, monkeypatch
+):
+    need_multicast()
+    bus = CanBus(parse_can_address(address or own_bus()))
+    asked = clock.now()
+    monkeypatch.setattr("can.bus.time", lambda: time.time() - 40 * (clock.now() > asked + 0.1))
+    assert bus.receive(asked + 0.3) is None
+    assert 0.3 <= clock.now() - asked < 30
+    bus.close()

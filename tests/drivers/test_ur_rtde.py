@@ -1,17 +1,19 @@
 """Universal Robots through ur-rtde: in real time, against an emulator in a program of its own."""
 
 import re
+import select
 import signal
+import socket
 import subprocess
 import sys
+import threading
+from contextlib import suppress
 from importlib.util import find_spec
+from math import inf
 from subprocess import PIPE
-from threading import Timer
-from types import SimpleNamespace
 
 import pytest
-from emulation import emulated
-from emulator_programs import emulated_program
+from emulator_programs import emulated_program, own_host
 
 from mukca import MukcaError, open_driver
 
@@ -48,10 +50,11 @@ def test_the_controller_s_rate_counts_what_was_missed(version, period, tmp_path)
 @needs_ur_rtde
 def test_the_end_of_the_connection_is_told(tmp_path):
     with (
-        emulated_program("ur", tmp_path, "--fault", "hangup@1+60") as emulation,
+        emulated_program("ur", tmp_path) as emulation,
         open_driver("ur-rtde", emulation.host) as driver,
         pytest.raises(MukcaError) as caught,
     ):
+        emulation.stop()
         while True:
             driver.read(5)
     assert caught.value.reason.name == "UNREACHABLE"
@@ -61,12 +64,16 @@ def test_the_end_of_the_connection_is_told(tmp_path):
 @pytest.mark.waits
 def test_a_silence_is_told(tmp_path):
     with (
-        emulated_program("ur", tmp_path, "--fault", "silent@1+60") as emulation,
+        emulated_program("ur", tmp_path) as emulation,
         open_driver("ur-rtde", emulation.host) as driver,
-        pytest.raises(MukcaError) as caught,
     ):
-        while True:
-            driver.read(0.5)
+        emulation.running.process.send_signal(signal.SIGSTOP)
+        try:
+            with pytest.raises(MukcaError) as caught:
+                while True:
+                    driver.read(0.5)
+        finally:
+            emulation.running.process.send_signal(signal.SIGCONT)
     assert caught.value.reason.name == "SILENT"
 
 
@@ -78,7 +85,7 @@ def test_a_controller_that_freezes_freezes_nothing_else(tmp_path):
         command = [sys.executable, "-m", "mukca", "stream", "--json", "--driver"]
         words = [*command, f"ur-rtde:{emulation.host}"]
         with subprocess.Popen(words, stdout=PIPE, stderr=PIPE, text=True) as program:
-            watchdog = Timer(100, program.kill)
+            watchdog = threading.Timer(100, program.kill)
             watchdog.start()
             try:
                 assert program.stdout.readline()  # the package streams
@@ -93,41 +100,97 @@ def test_a_controller_that_freezes_freezes_nothing_else(tmp_path):
                 emulation.running.process.send_signal(signal.SIGCONT)
 
 
+def hang_after(packages, listener, controller, hung, left):
+    """Pass one connection on to a controller, and of the next one so many packages from it."""
+    for most in (inf, packages):
+        client, server = listener.accept()[0], socket.create_connection(controller)
+        with client, server, suppress(OSError):  # who leaves may reset its connection
+            while ready := select.select([client] + [server] * (most > 0), [], [])[0]:
+                if client in ready:
+                    if not (request := client.recv(4096)):
+                        break
+                    server.sendall(request)
+                elif head := server.recv(3, socket.MSG_WAITALL):
+                    size = (head[0] << 8 | head[1]) - len(head)
+                    client.sendall(head + server.recv(size, socket.MSG_WAITALL))
+                    most -= 1
+                if most == 0:
+                    hung.set()
+    left.set()
+
+
+@needs_ur_rtde
+@pytest.mark.waits
+@pytest.mark.parametrize(
+    ("packages", "number", "status"),
+    [
+        (0, signal.SIGINT, 130),
+        (1, signal.SIGTERM, -signal.SIGTERM),
+        (2, signal.SIGKILL, -signal.SIGKILL),
+        (3, signal.SIGINT, 130),
+        (4, signal.SIGKILL, -signal.SIGKILL),
+        (5, signal.SIGTERM, -signal.SIGTERM),
+    ],
+    ids=["connected", "version", "controller", "outputs", "started", "streaming"],
+)
+def test_a_stop_is_obeyed_wherever_the_controller_hangs(packages, number, status, tmp_path):
+    """The package's own connection hangs after the driver's; no process is left, either."""
+    hung, left, host = threading.Event(), threading.Event(), own_host()
+    with (
+        emulated_program("ur", tmp_path) as emulation,
+        socket.create_server((host, 30004)) as listener,
+    ):
+        relayed = packages, listener, (emulation.host, 30004), hung, left
+        threading.Thread(target=hang_after, args=relayed, daemon=True).start()
+        words = [sys.executable, "-m", "mukca", "stream", "--json", "--driver", f"ur-rtde:{host}"]
+        with subprocess.Popen(words, stdout=PIPE, stderr=PIPE) as program:
+            try:
+                assert hung.wait(60), "the package never connected"
+                program.send_signal(number)
+                assert program.wait(60) == status
+            finally:
+                program.kill()
+        assert left.wait(60), "the package's process is still connected"
+
+
+TORN = """
+class RTDEReceiveInterface:
+    number, asked = 1, 0
+    def __init__(self, *settings): print("what it prints is no state")
+    def getTimestamp(self): return 0.002 * self.number
+    def getActualQ(self):
+        self.asked += 1
+        self.number += self.asked % 3 > 0  # in two cases of three, after the stamp was asked
+        return [0.001 * self.number] * 6
+    def getRobotMode(self): return 7
+    def getSafetyMode(self): return 1
+    def isConnected(self): return True
+"""
+
+
 def test_stamp_and_angles_are_of_one_state(monkeypatch, tmp_path):
     """The interface may take in a state between two questions."""
-
-    class Robot:
-        def __init__(self, *settings):
-            self.number = 1
-            self.asked = 0
-
-        def getTimestamp(self):
-            return 0.002 * self.number
-
-        def getActualQ(self):
-            self.asked += 1
-            self.number += self.asked % 3 > 0  # in two cases of three, after the stamp was asked
-            return [0.001 * self.number] * 6
-
-        def getRobotMode(self):
-            return 7
-
-        def getSafetyMode(self):
-            return 1
-
-        def isConnected(self):
-            return True
-
-        def disconnect(self):
-            pass
-
-    monkeypatch.setitem(sys.modules, "rtde_receive", SimpleNamespace(RTDEReceiveInterface=Robot))
+    (tmp_path / "rtde_receive.py").write_text(TORN)
+    monkeypatch.syspath_prepend(tmp_path)
     with (
-        emulated("ur", tmp_path) as emulation,
+        emulated_program("ur", tmp_path) as emulation,
         open_driver("ur-rtde", emulation.host) as driver,
     ):
-        for state in [driver.read(1.0) for _ in range(20)]:
+        for state in [driver.read(5) for _ in range(20)]:
             assert state.position == pytest.approx([state.stamp / 2] * 6)
+
+
+def test_what_the_package_cannot_connect_to_is_told(monkeypatch, tmp_path):
+    (tmp_path / "rtde_receive.py").write_text("raise RuntimeError('no such output')")
+    monkeypatch.syspath_prepend(tmp_path)
+    with (
+        emulated_program("ur", tmp_path) as emulation,
+        pytest.raises(
+            MukcaError, match=r"not ur-rtde's: .* RuntimeError: no such output"
+        ) as caught,
+    ):
+        open_driver("ur-rtde", emulation.host)
+    assert caught.value.reason.name == "BUSY"
 
 
 def test_a_package_that_is_not_there_is_named(monkeypatch):
