@@ -38,8 +38,10 @@ def imports(file: Path) -> list[str]:
     for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = package[: len(package) - node.level + 1]
-            module = ".".join([*base, *(node.module or "").split(".")]).strip(".")
-            modules.append(module)
+            path = [word for word in [*base, *(node.module or "").split(".")] if word]
+            for alias in node.names:
+                folder = ROOT.joinpath(*path, alias.name).is_dir()
+                modules.append(".".join([*path, alias.name] if folder else path))
         elif isinstance(node, ast.ImportFrom | ast.Import):
             names = (
                 [node.module] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]

@@ -21,4 +21,5 @@ from .robots import RobotsOptions as RobotsOptions
 from .robots import WorkerOptions as WorkerOptions
 from .robots import measure_all as measure_all
 from .robots import split_by_robot as split_by_robot
+from .robots import survey_of as survey_of
 from .tables import table as table

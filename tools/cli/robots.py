@@ -7,11 +7,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...solver.calibration import UsageError
+from ... import recorder
+from ...solver import assessment, data, diagnostics
+from ...solver.calibration import SolveOptions, UsageError
 from .arguments import option
 
 if TYPE_CHECKING:
-    from ...solver.data import Measurement
     from ...solver.robot import Robot
     from ..parallel import Workers
 
@@ -151,8 +152,6 @@ def split_by_robot(
 
 
 def _by_robot(paths: Sequence[Path], robots: "Mapping[str, Robot]") -> dict[str, list[Path]]:
-    from ...recorder import METADATA, find_placements, read_metadata
-
     if "" in robots:
         return {"": list(paths)}
     by_robot: dict[str, list[Path]] = {name: [] for name in robots}
@@ -163,8 +162,8 @@ def _by_robot(paths: Sequence[Path], robots: "Mapping[str, Robot]") -> dict[str,
             continue
         if rest and not path.exists() and Path(rest).exists():
             raise UsageError(f"{path}: no robot is called {name!r}; there are: {', '.join(robots)}")
-        for folder in find_placements([path]):
-            owner = str(read_metadata(folder / METADATA).get("robot_name") or "")
+        for folder in recorder.find_placements([path]):
+            owner = str(recorder.read_metadata(folder / recorder.METADATA).get("robot_name") or "")
             if owner not in robots:
                 known, example = ", ".join(robots), next(iter(robots))
                 said = f"of robot {owner!r}" if owner else "whose is it?"
@@ -177,13 +176,11 @@ def _by_robot(paths: Sequence[Path], robots: "Mapping[str, Robot]") -> dict[str,
 
 def _held_out(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], list[str]]:
     """Held-out placements without those trained on, and a line for each of these."""
-    from ...recorder import find_placements
-
-    trained = {path.resolve() for path in find_placements(train)}
+    trained = {path.resolve() for path in recorder.find_placements(train)}
     kept: list[Path] = []
     left_out: list[str] = []
     for path in test:
-        for placement in find_placements([path]):
+        for placement in recorder.find_placements([path]):
             if placement.resolve() not in trained:
                 kept.append(placement)
             elif placement == path:
@@ -195,12 +192,26 @@ def _held_out(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], 
 
 def measure_all(
     paths: Sequence[Path], robot: "Robot", distance: float | None, *, sockets: int = 2
-) -> "list[Measurement]":
+) -> "list[data.Measurement]":
     """Read and check all placements that paths stand for."""
-    from ...recorder import read_placements
-    from ...solver.data import measure
+    placements = recorder.read_placements(*paths)
+    return [data.measure(p, robot, distance, sockets=sockets) for p in placements]
 
-    return [measure(p, robot, distance, sockets=sockets) for p in read_placements(*paths)]
+
+def survey_of(
+    paths: Sequence[Path], robot: "Robot", settings: SolveOptions, *, sockets: int = 2
+) -> "tuple[list[data.Measurement], diagnostics.Survey]":
+    """Read and check placements, and look for what is wrong in them."""
+    measured = measure_all(paths, robot, settings.distance, sockets=sockets)
+    data.check_distinct(measured)
+    return measured, diagnostics.inspect_all(
+        robot,
+        measured,
+        known=settings.distances,
+        deviation=settings.deviation,
+        zeros=bool(settings.zeros),
+        repeatability=assessment.repeatability_of(robot, settings.repeatability_mm),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,14 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ....solver import assessment, data, design, diagnostics
 from ....solver.calibration import SolveOptions
-from .. import JsonOption, RobotOptions, Terminal, argument, measure_all, part
-
-if TYPE_CHECKING:
-    from ....solver.data import Measurement
-    from ....solver.diagnostics import Diagnostic, Inspection, Survey
+from .. import JsonOption, RobotOptions, Terminal, argument, part, survey_of
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
 
@@ -39,47 +36,32 @@ class Options(RobotOptions, JsonOption):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
-    from ....solver.assessment import checks_row, distance_row, judge, repeatability_of
-    from ....solver.data import check_distinct
-    from ....solver.design import predicted_error
-    from ....solver.diagnostics import (
-        cause,
-        inspect_all,
-        next_placement,
-        single_socket_diagnostics,
-    )
-
     robot, settings = options.load_robot(), options.settings.validated()
-    data = measure_all(options.data, robot, settings.distance, sockets=1)
-    check_distinct(data)
-    warnings = [line for measured in data for line in measured.warnings]
+    placements, survey = survey_of(options.data, robot, settings, sockets=1)
+    warnings = [line for measured in placements for line in measured.warnings]
     terminal.warn(*warnings)
-    known, deviation = settings.distances, settings.deviation
-    zeros = bool(settings.zeros)
-    survey = inspect_all(
-        robot,
-        data,
-        known=known,
-        deviation=deviation,
-        zeros=zeros,
-        repeatability=repeatability_of(robot, settings.repeatability_mm),
-    )
-    lone = single_socket_diagnostics(data, known)
+    known = settings.distances
+    lone = diagnostics.single_socket_diagnostics(placements, known)
     shared, findings = (*survey.shared, *lone), (*survey.diagnostics, *lone)
     broken = any(finding.level == "error" for finding in findings)
     predicted = None
     if not broken:
-        predicted = predicted_error(robot, data, settings.load, known, deviation, zeros=zeros)
-    hint = next_placement(robot, survey) if survey.placements else POINTS_HINT
+        given = settings.load, known, settings.deviation
+        predicted = design.predicted_error(robot, placements, *given, zeros=bool(settings.zeros))
+    hint = diagnostics.next_placement(robot, survey) if survey.placements else POINTS_HINT
     points = [
         f"{m.name}: {sum(m.counts)} points that an instrument measured"
-        for m in data
+        for m in placements
         if m.kind == "points"
     ]
-    terminal.say(*_seen(survey, shared), *points, _amount(data, predicted, broken=broken), hint)
-    verdict = judge([checks_row(findings), distance_row(_assumed(data))])
-    if cause(survey.hypotheses):
-        terminal.say(f"Of all recordings, {cause(survey.hypotheses)}.")
+    amount = _amount(placements, predicted, broken=broken)
+    terminal.say(*_seen(survey, shared), *points, amount, hint)
+    seated = [m for m in placements if m.kind == "sockets" and m.has_distance]
+    assumed = [m.distance for m in seated if m.distance_source == "default"]
+    rows = [assessment.checks_row(findings), assessment.distance_row(assumed)]
+    verdict = assessment.judge(rows)
+    if cause := diagnostics.cause(survey.hypotheses):
+        terminal.say(f"Of all recordings, {cause}.")
     if verdict.status == "incomplete":
         terminal.say(f"{verdict.title}: {verdict.text}")
     elif not findings:
@@ -100,13 +82,7 @@ def run(options: Options, terminal: Terminal) -> int:
     return verdict.exit_status
 
 
-def _assumed(data: "Sequence[Measurement]") -> list[float]:
-    """Return the distances that neither a person nor a recording said [m]."""
-    seated = [m for m in data if m.kind == "sockets" and m.has_distance]
-    return [m.distance for m in seated if m.distance_source == "default"]
-
-
-def _row(one: "Inspection") -> dict[str, Any]:
+def _row(one: "diagnostics.Inspection") -> dict[str, Any]:
     """Return what one placement shows, for JSON."""
     return {
         "name": one.measured.name,
@@ -118,7 +94,7 @@ def _row(one: "Inspection") -> dict[str, Any]:
     }
 
 
-def _seen(survey: "Survey", shared: "Sequence[Diagnostic]") -> list[str]:
+def _seen(survey: "diagnostics.Survey", shared: "Sequence[diagnostics.Diagnostic]") -> list[str]:
     """Return what was seen, a line each."""
     lines = [f"{finding.level}: {finding}" for finding in shared]
     for one in survey.placements:
@@ -137,11 +113,12 @@ def _seen(survey: "Survey", shared: "Sequence[Diagnostic]") -> list[str]:
     return lines
 
 
-def _amount(data: "Sequence[Measurement]", predicted: float | None, *, broken: bool) -> str:
+def _amount(
+    placements: "Sequence[data.Measurement]", predicted: float | None, *, broken: bool
+) -> str:
     """Return how much there is, and what a calibration would know by it."""
-    total = sum(sum(measured.counts) for measured in data)
-    places = f"{len(data)} placement{'s' * (len(data) > 1)}"
-    text = f"In all {total} samples in {places}"
+    total = sum(sum(measured.counts) for measured in placements)
+    text = f"In all {total} samples in {assessment.plural(len(placements), 'placement')}"
     if predicted is not None:
         return (
             f"{text}: calibrated on them, distances in the workspace would be known to "

@@ -3,16 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import UsageError
-from ....solver.results import refuse_existing, write_files
+from ....solver.results import encode, refuse_existing, write_files
+from ...report import figures, page, plots
 from .. import OutputOptions, Terminal, argument, measure_all, option, table
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from ...report.figures import ComparisonDocument
+from .report import open_page
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,37 +27,29 @@ class Options(OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Compare, show the tables, and write the page."""
-    from ...report.figures import compare, contenders_of, shared_data
-    from .report import open_page
-
     if options.open and options.out is None:
         raise UsageError("--open needs --out DIR, where the page is written")
     if options.out is not None:
         refuse_existing(options.out, force=options.force)
-    contenders = contenders_of(options.calibrations)
+    contenders = figures.contenders_of(options.calibrations)
     robot = contenders[0].calibration.robot
     if options.data:
         data = measure_all(options.data, robot, options.distance, sockets=1)
     else:
-        data = shared_data(contenders)
-    result = compare(contenders, data)
-    show(terminal.console, result)
+        data = figures.shared_data(contenders)
+    result = figures.compare(contenders, data)
+    show(terminal, result)
     if options.out is not None:
-        page = write(options.out, result)
-        terminal.say(f"Wrote {page}")
+        written = write(options.out, result)
+        terminal.say(f"Wrote {written}")
         if options.open:
-            open_page(page, terminal)
+            open_page(written, terminal)
     terminal.emit(result)
     return 0
 
 
-def show(console: "Console", result: "ComparisonDocument") -> None:
+def show(terminal: Terminal, result: "figures.ComparisonDocument") -> None:
     """Print the errors of every model at every placement, and what is better."""
-    from rich.text import Text
-
-    from ....solver.assessment import millimetres, short_names
-    from ...report.figures import comparison_sentence
-
     names = short_names([row.name for row in result.placements])
     rows: list[list[str]] = []
     for name, row in zip(names, result.placements, strict=True):
@@ -71,23 +60,18 @@ def show(console: "Console", result: "ComparisonDocument") -> None:
     rows.append([head, *(f"{millimetres(mean)} " for mean in means)])
     heads = ["placement", *(model.name for model in result.models)]
     bold = (len(rows) - 1,)
-    console.print(table("MAE in mm; * trained on", heads, rows, bold=bold))
-    for pair in result.pairs:
-        console.print(Text(comparison_sentence(result, pair)))
+    terminal.console.print(table("MAE in mm; * trained on", heads, rows, bold=bold))
+    terminal.say(*(figures.comparison_sentence(result, pair) for pair in result.pairs))
 
 
-def write(folder: Path, result: "ComparisonDocument") -> Path:
+def write(folder: Path, result: "figures.ComparisonDocument") -> Path:
     """Write the page and its figures; return the page."""
     import msgspec
 
-    from ....solver.results import encode
-    from ...report.page import comparison_page
-    from ...report.plots import comparison_plots
-
-    plots = tuple(plot.caption for plot in comparison_plots(result))
-    figures = msgspec.structs.replace(result, plots=plots)
+    captions = tuple(plot.caption for plot in plots.comparison_plots(result))
+    result = msgspec.structs.replace(result, plots=captions)
     contents = {
-        "compare.html": comparison_page(figures).encode("utf-8", "replace"),
-        "compare.json": encode(figures) + b"\n",
+        "compare.html": page.comparison_page(result).encode("utf-8", "replace"),
+        "compare.json": encode(result) + b"\n",
     }
     return write_files(folder, contents)["compare.html"]

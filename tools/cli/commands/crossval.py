@@ -5,8 +5,10 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from statistics import stdev
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ....solver import calibration, data, results
+from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions, UsageError
 from .. import (
     JsonOption,
@@ -14,16 +16,11 @@ from .. import (
     Terminal,
     WorkerOptions,
     argument,
-    measure_all,
     option,
     part,
+    survey_of,
     table,
 )
-
-if TYPE_CHECKING:
-    from ....solver.calibration import Job
-    from ....solver.data import Metrics
-    from ....solver.results import PlacementErrors
 
 WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
@@ -47,36 +44,20 @@ class Options(RobotOptions, WorkerOptions, JsonOption):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
-    from ....solver.assessment import repeatability_of
-    from ....solver.calibration import Plan, jobs, run_job
-    from ....solver.data import check_distinct
-    from ....solver.diagnostics import inspect_all, named
-
     robot, settings = options.load_robot(), options.settings.validated()
-    data = measure_all(options.data, robot, settings.distance)
-    check_distinct(data)
-    if len(data) < 2:
-        raise UsageError("crossval needs two placements or more; there is one")
     if options.bootstrap == 1 or options.bootstrap < 0:
         raise UsageError(f"--bootstrap {options.bootstrap}: a spread needs 2 fits or more")
-    known, deviation = named(data, settings.distances), settings.deviation
-    zeros = bool(settings.zeros)
-    usual = repeatability_of(robot, settings.repeatability_mm)
-    survey = inspect_all(
-        robot, data, known=known, deviation=deviation, zeros=zeros, repeatability=usual
-    )
+    placements, survey = survey_of(options.data, robot, settings)
+    if len(placements) < 2:
+        raise UsageError("crossval needs two placements or more; there is one")
     terminal.warn(*map(str, survey.diagnostics))
-    plan = Plan(robot, tuple(data), settings)
-    work = jobs(len(data), options.bootstrap)
+    fit = partial(calibration.run_job, calibration.Plan(robot, tuple(placements), settings))
+    work = calibration.jobs(len(placements), options.bootstrap)
     with terminal.progress(len(work)) as progress:
-        metrics = options.workers.map(
-            partial(run_job, plan), work, lambda i: progress(work[i].kind.replace("_", " "))
-        )
-    result = {
-        "robot": options.robot,
-        "method": settings.method,
-        **summary([m.name for m in data], work, metrics),
-    }
+        kinds = [job.kind.replace("_", " ") for job in work]
+        metrics = options.workers.map(fit, work, lambda i: progress(kinds[i]))
+    result: dict[str, Any] = {"robot": options.robot, "method": settings.method}
+    result |= summary([m.name for m in placements], work, metrics)
     wrong = [one.measured.name for one in survey.placements if not one.sound]
     result["advice"] = advice(result, wrong)
     show(result, terminal)
@@ -85,10 +66,12 @@ def run(options: Options, terminal: Terminal) -> int:
 
 
 def summary(
-    names: list[str], work: "list[Job]", metrics: "list[list[PlacementErrors] | None]"
+    names: list[str],
+    work: "list[calibration.Job]",
+    metrics: "list[list[results.PlacementErrors] | None]",
 ) -> dict[str, Any]:
     """Errors with each placement left out, matrix, and spread; None where a fit did not settle."""
-    by_kind: dict[str, list[list[PlacementErrors] | None]] = {}
+    by_kind: dict[str, list[list[results.PlacementErrors] | None]] = {}
     for job, row in zip(work, metrics, strict=True):
         by_kind.setdefault(job.kind, []).append(row)
     rows = by_kind["left_out"]
@@ -113,20 +96,18 @@ def summary(
     return result
 
 
-def _means(errors: "list[PlacementErrors]") -> list[float]:
+def _means(errors: "list[results.PlacementErrors]") -> list[float]:
     return [row.calibrated.mean_absolute_error for row in errors]
 
 
-def _figures(metrics: "Metrics | None") -> Mapping[str, float | None]:
+def _figures(metrics: "data.Metrics | None") -> Mapping[str, float | None]:
     return metrics.as_dict() if metrics else _NOTHING
 
 
-def _mean(metrics: "Sequence[Metrics | None]") -> Mapping[str, float | None]:
+def _mean(metrics: "Sequence[data.Metrics | None]") -> Mapping[str, float | None]:
     """Return the mean figures of those fits that settled."""
-    from ....solver.data import mean_metrics
-
     given = [m for m in metrics if m is not None]
-    return _figures(mean_metrics(given) if given else None)
+    return _figures(data.mean_metrics(given) if given else None)
 
 
 def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:
@@ -159,11 +140,8 @@ def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:
 
 def show(result: Mapping[str, Any], terminal: Terminal) -> None:
     """Print the errors left out, and the matrix, in mm; and the advice."""
-    from ....solver.assessment import millimetres
-    from ....solver.calibration import HEADS
-
     spreads = {row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])}
-    heads = ["placement", *HEADS[2:], "MAE of the URDF alone"]
+    heads = ["placement", *calibration.HEADS[2:], "MAE of the URDF alone"]
     heads += ["MAE over bootstrap fits to all"] if spreads else []
     rows: list[list[str]] = []
     mean: dict[str, Any] = {"name": "= mean", **result["summary"]}
@@ -177,12 +155,9 @@ def show(result: Mapping[str, Any], terminal: Terminal) -> None:
     terminal.console.print(table(title, heads, rows))
     names: list[str] = result["cross_placement"]["names"]
     rows = []
-    for i, (name, errors) in enumerate(
-        zip(names, result["cross_placement"]["matrix"], strict=True)
-    ):
-        cells = [
-            millimetres(error) for error in errors or [None] * len(names)
-        ]  # no fit, no figures
+    matrix = result["cross_placement"]["matrix"]
+    for i, (name, errors) in enumerate(zip(names, matrix, strict=True)):
+        cells = [millimetres(error) for error in errors or [None] * len(names)]
         cells[i] = f"({cells[i]})"
         rows.append([f"{i + 1} {name}", *cells])
     title = "MAE in mm: trained on the row's placement alone, measured on the column's"

@@ -4,16 +4,24 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ....recorder import METADATA
 from ....recorder.stream import STILL, WINDOW
 from ....solver.results import refuse_existing, write_files
+from ... import extract
 from ...recording import joints_of
-from .. import DISTANCES, SPREADS, WINDOWS, OutputOptions, RobotOptions, Terminal, argument, option
-
-if TYPE_CHECKING:
-    from ...extract import Proposal
+from .. import (
+    DISTANCES,
+    SPREADS,
+    WINDOWS,
+    OutputOptions,
+    RobotOptions,
+    Terminal,
+    argument,
+    option,
+    table,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,21 +65,11 @@ class Options(RobotOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
-    from ...extract import (
-        Question,
-        assign,
-        find_rests,
-        placements_of,
-        propose_samples,
-        read_log,
-        rests_picture,
-    )
-
     if options.out is not None:
         refuse_existing(options.out, force=options.force)
     robot = options.load_robot()
     joints = joints_of(robot)
-    question = Question(
+    question = extract.Question(
         path=options.log,
         joints=robot.joint_names,
         prismatic=tuple(joint.prismatic for joint in joints),
@@ -82,17 +80,17 @@ def run(options: Options, terminal: Terminal) -> int:
     )
     with terminal.progress() as step:
         step(f"reading {options.log}")
-        log = read_log(question)
+        log = extract.read_log(question)
         window = max(options.window, log.least_window)
         still = max(STILL, log.resolution) if options.still is None else options.still
         step(f"looking for rests in {len(log.stamps)} states")
-        rests = find_rests(log, joints, window=window, still=still)
+        rests = extract.find_rests(log, joints, window=window, still=still)
     terminal.say(*log.notes)
-    proposals = propose_samples(robot, rests, joints, options.distance)
+    proposals = extract.propose_samples(robot, rests, joints, options.distance)
     if options.assign:
-        proposals = assign(proposals, options.assign)
+        proposals = extract.assign(proposals, options.assign)
     _show(proposals, terminal)
-    folders = placements_of(proposals, robot.joint_names, options.distance)
+    folders = extract.placements_of(proposals, robot.joint_names, options.distance)
     outputs: dict[str, str] = {}
     if options.out is not None and folders:
         session = {"extracted_from": str(options.log), "window": window, "still": still}
@@ -105,7 +103,7 @@ def run(options: Options, terminal: Terminal) -> int:
             "model_sha256": robot.sha256,
             "sessions": [session],
         }
-        picture = rests_picture(log, robot.joint_names, proposals)
+        picture = extract.rests_picture(log, robot.joint_names, proposals)
         outputs = _write(options.out, folders, about, picture)
     _say_outputs(outputs, folders, options, terminal)
     rows = [_row(proposal) for proposal in proposals]
@@ -113,10 +111,8 @@ def run(options: Options, terminal: Terminal) -> int:
     return 0 if folders else 1
 
 
-def _show(proposals: "Sequence[Proposal]", terminal: Terminal) -> None:
+def _show(proposals: "Sequence[extract.Proposal]", terminal: Terminal) -> None:
     """Print one line for each rest."""
-    from .. import table
-
     heads = ("rest", "from s", "for s", "ball by the nominal model, mm", "spread mrad", "sample of")
     rows: list[list[str]] = []
     for number, proposal in enumerate(proposals, start=1):
@@ -164,7 +160,7 @@ def _say_outputs(
         )
 
 
-def _row(proposal: "Proposal") -> dict[str, Any]:
+def _row(proposal: "extract.Proposal") -> dict[str, Any]:
     rest = proposal.timed.rest
     return {
         "begin": proposal.timed.begin,

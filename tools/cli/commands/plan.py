@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from ....solver import design
+from ....solver.assessment import plural
+from ....solver.results import refuse_existing, write_files
 from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option, table
-
-if TYPE_CHECKING:
-    from ....solver.design import Plan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,13 +26,10 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Show the table, and write the picture."""
-    from ....solver.design import picture, plan
-    from ....solver.results import refuse_existing, write_files
-
     if options.out:
         refuse_existing(options.out.parent, [options.out.name], force=options.force)
     robot = options.load_robot()
-    work = partial(plan, robot, placements=options.placements, samples=options.samples)
+    work = partial(design.plan, robot, placements=options.placements, samples=options.samples)
     with terminal.progress(len(options.distance)) as progress:
         plans = options.workers.map(
             work,
@@ -42,16 +38,16 @@ def run(options: Options, terminal: Terminal) -> int:
         )
     _show(plans, options, terminal)
     if options.out:
-        write_files(options.out.parent, {options.out.name: picture(robot, plans[0]).encode()})
+        write_files(
+            options.out.parent, {options.out.name: design.picture(robot, plans[0]).encode()}
+        )
         terminal.say(f"Picture: {options.out}")
     rows = [one.as_dict() for one in plans]
     terminal.emit({"robot": options.robot, "samples": options.samples, "plans": rows})
     return 0
 
 
-def _show(plans: "list[Plan]", options: Options, terminal: Terminal) -> None:
-    from ....solver.assessment import plural
-
+def _show(plans: "list[design.Plan]", options: Options, terminal: Terminal) -> None:
     counts = range(1, options.placements + 1)
     heads = ["sockets apart", *(plural(count, "placement") for count in counts)]
     rows: list[list[str]] = []

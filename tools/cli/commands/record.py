@@ -10,16 +10,14 @@ from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
 
+from ....recorder.terminal import Outcome
+from ....solver import calibration
 from ....solver.calibration import UsageError
+from ... import recording
 from ...recording import RecordOptions
+from ...report.figures import as_options
 from .. import Terminal
-
-if TYPE_CHECKING:
-    from ....recorder.terminal import Outcome
-    from ....solver.calibration import Calibration
-    from ....solver.robot import Robot
 
 LEAST_POSES = 5
 """Poses below which a quick session says nothing."""
@@ -42,45 +40,32 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
         if sys.stdout.isatty():
             terminal.say("loading ...")
             sys.stdout.flush()
-        from ....solver.calibration import load_calibration
-        from ...recording import is_scripted, record_session
-
-        robot = options.load_robot()
-        calibration = load_calibration(options.calibration) if options.calibration else None
-        settled = options.settled()
-        outcome = record_session(settled, robot, terminal)
+        robot, settled = options.load_robot(), options.settled()
+        known = options.calibration and calibration.load_calibration(options.calibration)
+        outcome = recording.record_session(settled, robot, terminal)
         while outcome.new_placement and outcome.signal is None:
             settled = replace(settled, out=next_folder(settled.out))
-            outcome = record_session(settled, robot, terminal, moved=True)
+            outcome = recording.record_session(settled, robot, terminal, moved=True)
     try:
         _say_outcome(outcome, settled, terminal)
         sys.stdout.flush()
-    except OSError:
-        _mute()
+    except OSError:  # the terminal is gone: write to nowhere from now on
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for stream in (sys.stdout, sys.stderr):
+            os.dup2(nowhere, stream.fileno())
     if outcome.signal is not None:
         return 128 + outcome.signal
-    if outcome.refused and is_scripted(options):
+    if outcome.refused and recording.is_scripted(options):
         return 1
-    return _judge(settled, robot, calibration, outcome, terminal) if options.quick else 0
-
-
-def _judge(
-    options: RecordOptions,
-    robot: "Robot",
-    calibration: "Calibration | None",
-    outcome: "Outcome",
-    terminal: Terminal,
-) -> int:
-    """Say what a quick session shows; return the exit status of that."""
-    from ...recording import verify_calibration, worth_calibrating
-
+    if not options.quick:
+        return 0
     if len(outcome.session.live) < LEAST_POSES:
         terminal.say(f"Too few poses to tell: record {LEAST_POSES} at least.")
         return NOT_ENOUGH
-    if calibration is None:
-        terminal.say(worth_calibrating(robot, options.out))
+    if known is None:
+        terminal.say(recording.worth_calibrating(robot, settled.out))
         return 0
-    odds = verify_calibration(calibration, options.out)
+    odds = recording.verify_calibration(known, settled.out)
     terminal.say(f"Verdict: {odds.verdict.stamp}. {odds.text}")
     return odds.verdict.exit_status
 
@@ -112,7 +97,7 @@ def _interruptible() -> Generator[None, None, None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _say_outcome(outcome: "Outcome", options: RecordOptions, terminal: Terminal) -> None:
+def _say_outcome(outcome: Outcome, options: RecordOptions, terminal: Terminal) -> None:
     session = outcome.session
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     taken_back = f" ({len(session.withdrawn)} taken back)" if session.withdrawn else ""
@@ -125,9 +110,8 @@ def _say_outcome(outcome: "Outcome", options: RecordOptions, terminal: Terminal)
         terminal.say(*_next_steps(outcome, options))
 
 
-def _next_steps(outcome: "Outcome", options: RecordOptions) -> list[str]:
+def _next_steps(outcome: Outcome, options: RecordOptions) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
-    from ...report.figures import as_options
 
     def given(*names: str) -> list[str]:
         return as_options({name: getattr(options, name) for name in names})
@@ -144,10 +128,3 @@ def _next_steps(outcome: "Outcome", options: RecordOptions) -> list[str]:
         f"then: {shlex.join(['mukca', 'solve', out, *robot, '--out', f'{out}-calibrated'])}",
         f"or, better, the base elsewhere first: {shlex.join(['mukca', 'record', *robot, *again])}",
     ]
-
-
-def _mute() -> None:
-    """Write to nowhere from now on: the terminal is gone."""
-    nowhere = os.open(os.devnull, os.O_RDWR)
-    for stream in (sys.stdout, sys.stderr):
-        os.dup2(nowhere, stream.fileno())

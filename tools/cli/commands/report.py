@@ -4,13 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from ....solver.results import OutputError, write_files
+from ....solver import assessment, results
+from ....solver.calibration import SolveOptions
+from ....solver.results import OutputError
+from ... import report
 from .. import MILLIMETRES, OutputOptions, Terminal, argument, option
-
-if TYPE_CHECKING:
-    from ....solver.assessment import Options as ReportOptions
 
 LIMITS = "limits (default: by the arm's repeatability)"
 _limit = partial(option, metavar="MM", between=MILLIMETRES, group=LIMITS)
@@ -43,36 +42,27 @@ class Options(OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Write the report, and show it in short."""
-    from ....solver.results import read_calibration
-    from ...report import build_report, show
-
-    document = read_calibration(options.calibration)
-    source = str(options.calibration)
-    report = build_report(document, source, _options(options))
+    document = results.read_calibration(options.calibration)
+    known = SolveOptions(known=options.known).validated().distances
+    limits = assessment.Options(
+        repeatability=metres(options.repeatability_mm),
+        mean_absolute_error=metres(options.limit_mae_mm),
+        distance_error=metres(options.limit_distance_mm),
+        between_placements=metres(options.limit_between_mm),
+        known=known,
+        tolerance=options.tolerance_mm / 1e3,
+    )
+    built = report.build_report(document, str(options.calibration), limits)
     folder = options.calibration.parent if options.out is None else options.out
-    new = write_report(folder, report.files, force=options.force)
-    show(terminal.console, report.figures)
+    new = write_report(folder, built.files, force=options.force)
+    report.show(terminal.console, built.figures)
     page = folder / "report.html"
     words = "and report.json beside it, the same figures for scripts"
     terminal.say(f"Wrote {page}, {words}" if new else f"{page} is up to date, {words}")
     if options.open:
         open_page(page, terminal)
-    terminal.emit(report.figures)
-    return report.figures.verdict.exit_status
-
-
-def _options(options: Options) -> "ReportOptions":
-    from ....solver.assessment import Options as ReportOptions
-    from ....solver.calibration import SolveOptions
-
-    return ReportOptions(
-        repeatability=metres(options.repeatability_mm),
-        mean_absolute_error=metres(options.limit_mae_mm),
-        distance_error=metres(options.limit_distance_mm),
-        between_placements=metres(options.limit_between_mm),
-        known=SolveOptions(known=options.known).validated().distances,
-        tolerance=options.tolerance_mm / 1e3,
-    )
+    terminal.emit(built.figures)
+    return built.figures.verdict.exit_status
 
 
 def metres(millimetres: float | None) -> float | None:
@@ -90,7 +80,7 @@ def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) ->
             "another folder by --out"
         )
     if new:
-        write_files(folder, new)
+        results.write_files(folder, new)
     return bool(new)
 
 

@@ -5,15 +5,14 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from ....errors import MukcaError
 from ....solver.calibration import UsageError
-from ....solver.results import refuse_existing, write_files
+from ....solver.results import encode, fields_of, refuse_existing, write_files
+from ... import experiments, simulation
+from ...report import page
 from .. import JsonOption, Terminal, option
-
-if TYPE_CHECKING:
-    from ...experiments import Drawing, ExperimentRun, Insertions, ModelTrials, SimulationDocument
 
 SEEDS = (0, 2**63)
 REPORT, RESULT, PICTURE, ANIMATION = FILES = (
@@ -80,57 +79,32 @@ def run(options: Experiment, terminal: Terminal) -> int:
     if out is not None:
         refuse_existing(out, FILES, force=options.force)
         words.insert(0, "calibrated" if options.model == "nominal" else "nominal")
-    models = _attempts(options, words, terminal)
-    for results in (model.results for model in models):
+    _load_mujoco()
+    hole = None if options.hole_mm is None else options.hole_mm / 1e3
+    seed = simulation.DEMO_SEED if options.arm is None else options.arm
+    nominal, arm = simulation.demo_arm(seed, keep_size=False)
+    settings = experiments.Settings(options.trials, options.seed, hole, options.cross)
+    with terminal.progress(settings.count * len(words)) as progress:
+        urdfs = [experiments.model_urdf(word, nominal, arm, options.seed) for word in words]
+        models = [
+            experiments.run_experiment(settings, arm, word, urdf, progress)
+            for word, urdf in zip(words, urdfs, strict=True)
+        ]
+    *other, asked = (model.results for model in models)
+    for results in (*other, asked):
         terminal.say(*(f"{results.model}, {line}" for line in _spoken(results, options.hole_mm)))
-    result = _document_of(options, [model.results for model in models])
+    result = experiments.SimulationDocument(
+        experiment=options.experiment,
+        arm=seed,
+        seed=options.seed,
+        hole=hole,
+        beside=other[0] if other else None,
+        **fields_of(asked),
+    )
     if out is not None:
         result = _write(out, result, models, terminal)
     terminal.emit(result)
     return 0
-
-
-def _document_of(options: Experiment, results: "Sequence[ModelTrials]") -> "SimulationDocument":
-    from msgspec.structs import asdict
-
-    from ...experiments import SimulationDocument
-
-    *other, asked = results
-    return SimulationDocument(
-        experiment=options.experiment,
-        arm=_arm(options),
-        seed=options.seed,
-        hole=_hole(options),
-        beside=other[0] if other else None,
-        **asdict(asked),
-    )
-
-
-def _arm(options: Experiment) -> int:
-    """Seed of the true arm."""
-    from ...simulation import DEMO_SEED
-
-    return DEMO_SEED if options.arm is None else options.arm
-
-
-def _hole(options: Experiment) -> float | None:
-    """Diameter of the hole [m]."""
-    return None if options.hole_mm is None else options.hole_mm / 1e3
-
-
-def _attempts(
-    options: Experiment, words: Sequence[str], terminal: Terminal
-) -> "list[ExperimentRun]":
-    """Try models on the arm, one after the other."""
-    _load_mujoco()
-    from ...experiments import Settings, model_urdf, run_experiment
-    from ...simulation import demo_arm
-
-    settings = Settings(options.trials, options.seed, _hole(options), options.cross)
-    nominal, arm = demo_arm(_arm(options), keep_size=False)
-    with terminal.progress(settings.count * len(words)) as progress:
-        urdfs = [(word, model_urdf(word, nominal, arm, options.seed)) for word in words]
-        return [run_experiment(settings, arm, word, urdf, progress) for word, urdf in urdfs]
 
 
 def _load_mujoco() -> None:
@@ -154,31 +128,28 @@ def _missing(error: ImportError) -> MissingExtra:
 
 def _write(
     folder: Path,
-    result: "SimulationDocument",
-    models: "Sequence[ExperimentRun]",
+    result: "experiments.SimulationDocument",
+    models: "Sequence[experiments.ExperimentRun]",
     terminal: Terminal,
-) -> "SimulationDocument":
+) -> "experiments.SimulationDocument":
     """Write the report, its figures, and pictures where this machine can make them."""
     from msgspec.structs import replace
-
-    from ....solver.results import encode
-    from ...report.page import simulation_page
 
     pictures = _pictures_of(models, terminal)
     names = [REPORT, RESULT, *pictures]
     result = replace(result, outputs={name.split(".")[0]: str(folder / name) for name in names})
-    page = simulation_page(result, pictures).encode()
-    write_files(folder, {REPORT: page, RESULT: encode(result) + b"\n", **pictures})
+    html = page.simulation_page(result, pictures).encode()
+    write_files(folder, {REPORT: html, RESULT: encode(result) + b"\n", **pictures})
     terminal.say(f"Report: {folder / REPORT}")
     return result
 
 
-def _pictures_of(models: "Sequence[ExperimentRun]", terminal: Terminal) -> dict[str, bytes]:
+def _pictures_of(
+    models: "Sequence[experiments.ExperimentRun]", terminal: Terminal
+) -> dict[str, bytes]:
     """Return the picture and the animation; none, with a warning, where nothing can render."""
     try:
-        from ...experiments import film
-
-        return dict(zip((PICTURE, ANIMATION), film(models), strict=True))
+        return dict(zip((PICTURE, ANIMATION), experiments.film(models), strict=True))
     except ImportError as error:
         terminal.warn(f"no pictures: {_missing(error)}")
     except MukcaError as error:
@@ -186,9 +157,9 @@ def _pictures_of(models: "Sequence[ExperimentRun]", terminal: Terminal) -> dict[
     return {}
 
 
-def _spoken(results: "ModelTrials", hole_mm: float | None) -> list[str]:
+def _spoken(results: "experiments.ModelTrials", hole_mm: float | None) -> list[str]:
     """Return the results at each place for people."""
-    places: list[tuple[str, str, Insertions | Drawing]] = []
+    places: list[tuple[str, str, experiments.Insertions | experiments.Drawing]] = []
     for name, trials in (("centre", results.centre), ("cross", results.cross)):
         if trials is not None:
             done = f"{trials.inserted} of {trials.trials} into {hole_mm:g} mm"

@@ -4,16 +4,16 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from .... import recorder
+from ....solver import assessment, calibration, results
+from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions
-from ....solver.results import refuse_existing
+from ....solver.robot import COMPONENTS
+from ... import report
+from ...report.figures import steps
 from .. import OutputOptions, RobotsOptions, Terminal, argument, option, part, split_by_robot, table
-
-if TYPE_CHECKING:
-    from ....solver.assessment import Verdict
-    from ....solver.calibration import Calibration, MultiRobotCalibration
-    from ....solver.results import FramePose, ParameterValue
+from .validate import show_errors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,32 +27,31 @@ class Options(RobotsOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
-    from ....solver.assessment import worst
-
     if options.out is not None:
-        refuse_existing(options.out, force=options.force)
-    calibration = calibrated(options, terminal)
-    robots = calibration if isinstance(calibration, Mapping) else {"": calibration}
+        results.refuse_existing(options.out, force=options.force)
+    found = calibrated(options, terminal)
+    robots = found if isinstance(found, Mapping) else {"": found}
     for name, one in robots.items():
         _say_name(name, terminal)
         show(terminal, one)
     refused = [words for one in robots.values() if (words := one.refusal())]
-    outputs = _save(calibration, options) if options.out and not refused else {}
+    outputs: dict[str, str] = {}
+    if options.out and not refused:
+        outputs = found.save(options.out, force=options.force, pages=report.report_files)
     verdicts = {name: _judge(name, one, terminal) for name, one in robots.items()}
     for line in refused:
         terminal.warn(line)
         terminal.say("Nothing was written.")
-    if isinstance(calibration, Mapping):
-        for pair in calibration.document.between.values():
-            terminal.say(pair.text)
+    if isinstance(found, Mapping):
+        terminal.say(*(pair.text for pair in found.document.between.values()))
     terminal.say(*_closing_lines(outputs) if not refused else ())
-    if options.json and isinstance(calibration, Mapping):
+    if options.json and isinstance(found, Mapping):
         said = {name: verdict.as_said() for name, verdict in verdicts.items()}
-        terminal.emit({**calibration.as_dict(), "outputs": outputs, "verdicts": said})
+        terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": said})
     elif options.json:
         result = robots[""].result.as_dict()
         terminal.emit({**result, "outputs": outputs, "verdict": verdicts[""].as_said()})
-    return worst(verdict.exit_status for verdict in verdicts.values())
+    return assessment.worst(verdict.exit_status for verdict in verdicts.values())
 
 
 def _say_name(name: str, terminal: Terminal) -> None:
@@ -61,68 +60,52 @@ def _say_name(name: str, terminal: Terminal) -> None:
         terminal.say(f"Robot {name}")
 
 
-def _save(calibration: "MultiRobotCalibration | Calibration", options: Options) -> dict[str, str]:
-    from ...report import report_files
-
-    assert options.out is not None
-    return calibration.save(options.out, force=options.force, pages=report_files)
-
-
-def _judge(name: str, calibration: "Calibration", terminal: Terminal) -> "Verdict":
+def _judge(name: str, one: "calibration.Calibration", terminal: Terminal) -> "assessment.Verdict":
     """Print the verdict, and return it."""
-    from ...report import show_verdict
-    from ...report.figures import steps
-
     _say_name(name, terminal)
-    found = calibration.assessment
+    found = one.assessment
     todo = steps(found.predictions, found.placements, found.verdict)
-    show_verdict(terminal.console, found.verdict, found.limits, todo)
+    report.show_verdict(terminal.console, found.verdict, found.limits, todo)
     return found.verdict
 
 
-def calibrated(options: Options, terminal: Terminal) -> "MultiRobotCalibration | Calibration":
+def calibrated(
+    options: Options, terminal: Terminal
+) -> "calibration.MultiRobotCalibration | calibration.Calibration":
     """Calibrate by the options, and say what to heed."""
-    from ....recorder import read_placements
-    from ....solver.calibration import calibrate
-
     robots = options.load_robots()
     *paths, left_out = split_by_robot(options.train, options.test, robots)
     train, test = (
-        {name: read_placements(*own) for name, own in part.items() if own} for part in paths
+        {name: recorder.read_placements(*own) for name, own in part.items() if own}
+        for part in paths
     )
     settings = vars(options.settings)
     with terminal.progress() as progress:
         if "" in robots:
             data = train[""], test.get("", [])
-            calibration = calibrate(robots[""], *data, progress, **settings)
+            found = calibration.calibrate(robots[""], *data, progress, **settings)
         else:
-            calibration = calibrate(robots, train, test, progress, **settings)
+            found = calibration.calibrate(robots, train, test, progress, **settings)
     terminal.say(*left_out)
-    for one in calibration.values() if isinstance(calibration, Mapping) else [calibration]:
+    for one in found.values() if isinstance(found, Mapping) else [found]:
         terminal.warn(*one.document.warnings)
-        for found in one.document.checks or ():
-            terminal.warn(str(found), level=found.level)
-    return calibration
+        for check in one.document.checks or ():
+            terminal.warn(str(check), level=check.level)
+    return found
 
 
-def show(terminal: Terminal, calibration: "Calibration") -> None:
+def show(terminal: Terminal, one: "calibration.Calibration") -> None:
     """Print the figures for people."""
-    from ....solver.assessment import distance_text, scale_text
-    from .validate import show_errors
-
-    terminal.say(distance_text(calibration.document.placements))
-    if calibration.document.scale is not None:
-        words = scale_text(calibration.document.scale)
-        terminal.say(f"Size: {words}.")
-    show_errors(calibration.errors, terminal)
-    _show_parameters(calibration.result.parameters, terminal)
-    terminal.say(*spoken(calibration))
+    terminal.say(assessment.distance_text(one.document.placements))
+    if one.document.scale is not None:
+        terminal.say(f"Size: {assessment.scale_text(one.document.scale)}.")
+    show_errors(one.errors, terminal)
+    _show_parameters(one.result.parameters, terminal)
+    terminal.say(*spoken(one.document))
 
 
-def _show_parameters(rows: "Sequence[ParameterValue]", terminal: Terminal) -> None:
+def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Terminal) -> None:
     """Show what the calibration changed, in mm and mrad; one line a joint."""
-    from ....solver.robot import COMPONENTS
-
     changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}
     joints = dict.fromkeys(row.joint for row in rows)
     cells = [[joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)] for joint in joints]
@@ -130,9 +113,8 @@ def _show_parameters(rows: "Sequence[ParameterValue]", terminal: Terminal) -> No
     terminal.console.print(table(title, ("joint", *COMPONENTS), cells, no_wrap=True))
 
 
-def spoken(calibration: "Calibration") -> list[str]:
+def spoken(result: "results.CalibrationDocument") -> list[str]:
     """Return what the tables do not say."""
-    result = calibration.document
     lines = [
         f"{result.optimizer}: {result.iterations} iterations in "
         f"{1e3 * result.solve_seconds:.0f} ms."
@@ -158,10 +140,8 @@ def spoken(calibration: "Calibration") -> list[str]:
     return lines
 
 
-def _frame_lines(frames: "Sequence[FramePose]") -> list[str]:
+def _frame_lines(frames: "Sequence[results.FramePose]") -> list[str]:
     """Pose of each frame and its deviation, a line each."""
-    from ....solver.assessment import millimetres
-
     lines: list[str] = []
     for frame in frames:
         off = ""

@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from ....solver import assessment, calibration
 from ....solver.calibration import SolveOptions
+from ....solver.results import beyond_words
 from .. import JsonOption, Terminal, argument, measure_all, part, table
 from .report import metres
-
-if TYPE_CHECKING:
-    from ....solver.calibration import Errors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,41 +22,34 @@ class Options(JsonOption):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
-    from ....solver.assessment import Options, judge_drift, limits_of
-    from ....solver.calibration import load_calibration
-    from ....solver.results import beyond_words
-
-    repeatability = metres(options.settings.validated().repeatability_mm)
-    calibration = load_calibration(options.calibration)
-    data = measure_all(options.data, calibration.robot, options.settings.distance, sockets=1)
-    curves, names = calibration.document.curves, calibration.robot.joint_names
+    kept = assessment.Options(metres(options.settings.validated().repeatability_mm))
+    calibrated = calibration.load_calibration(options.calibration)
+    document, robot = calibrated.document, calibrated.robot
+    data = measure_all(options.data, robot, options.settings.distance, sockets=1)
     for m in data:
-        terminal.warn(*m.warnings, *beyond_words(curves, names, m.positions, m.name))
-    errors = calibration.errors_of(data)
+        terminal.warn(
+            *m.warnings, *beyond_words(document.curves, robot.joint_names, m.positions, m.name)
+        )
+    errors = calibrated.errors_of(data)
     show_errors(errors, terminal)
     if errors.summary.train is not None:
         terminal.say("Placements with role `train` were fitted: their errors prove little.")
-    limits = limits_of(
-        calibration.document, str(options.calibration), Options(repeatability=repeatability)
-    )
-    held_out = [m for m in data if not calibration.was_trained_on(m)]
+    limits = assessment.limits_of(document, str(options.calibration), kept)
+    held_out = [m for m in data if not calibrated.was_trained_on(m)]
     new = errors.summary.test
-    drift = judge_drift(calibration.document, calibration.calibrated, new, held_out, limits)
+    drift = assessment.judge_drift(document, calibrated.calibrated, new, held_out, limits)
     terminal.say(drift.text)
     if options.json:
-        document = calibration.result.as_dict()
-        kept = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
-        said = {key: document[key] for key in kept}
-        verdict = drift.as_dict()
+        whole, verdict = calibrated.result.as_dict(), drift.as_dict()
+        keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
+        said = {key: whole[key] for key in keys}
         terminal.emit({**said, **errors.as_dict(), "outputs": {}, "verdict": verdict})
     return drift.verdict.exit_status
 
 
-def show_errors(errors: "Errors", terminal: Terminal) -> None:
+def show_errors(errors: "calibration.Errors", terminal: Terminal) -> None:
     """Show the nominal and the calibrated errors of each placement, and the summaries."""
-    from ....solver.calibration import HEADS
-
     rows = errors.table()
     bold = [number for number, (summed, _) in enumerate(rows) if summed]
     cells = [cells for _, cells in rows]
-    terminal.console.print(table(errors.title, HEADS, cells, bold=bold, no_wrap=True))
+    terminal.console.print(table(errors.title, calibration.HEADS, cells, bold=bold, no_wrap=True))
