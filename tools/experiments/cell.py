@@ -8,8 +8,7 @@ import numpy as np
 
 from ...solver.robot import Robot
 from .controller import WINDOW, ArmModel, ImpedanceController, Pose
-from .motion import Log, Phase, hold, move, run
-from .postures import elbow_angle, pose_above, reach, self_motion
+from .motion import Log, Phase, elbow_angle, hold, move, pose_above, reach, run, self_motion
 from .results import Insertion, Retracing
 from .scene import Scene, urdf_of
 

@@ -13,8 +13,7 @@ import pinocchio as pin
 
 from .cell import Cell, Trial
 from .controller import Pose
-from .motion import Log, Phase, move, shifted, smooth
-from .postures import pose_above, reach, stratified
+from .motion import Log, Phase, move, pose_above, reach, shifted, smooth, stratified
 from .results import Drawing, Retracing
 from .scene import TABLE
 

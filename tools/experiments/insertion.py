@@ -13,8 +13,7 @@ import numpy as np
 
 from .cell import Cell, Trial
 from .controller import Pose
-from .motion import hold, move, shifted
-from .postures import stratified
+from .motion import hold, move, shifted, stratified
 from .results import Insertion, Insertions
 from .scene import HOLE_DEPTH, TABLE
 

@@ -19,8 +19,7 @@ from .insertion import CENTRE as HOLE
 from .motion import ROWS_PER_SECOND
 from .results import Insertion
 from .runs import ExperimentRun
-from .scene import HOLE_DEPTH, TABLE, Scene
-from .visuals import OPEN_TO
+from .scene import HOLE_DEPTH, OPEN_TO, TABLE, Scene
 
 WIDTH, HEIGHT = 320, 240
 """Of one picture [pixels]."""

@@ -1,9 +1,9 @@
 from .log import Log as Log
 from .log import Question as Question
+from .log import read_log as read_log
 from .picture import rests_picture as rests_picture
 from .rests import find_rests as find_rests
 from .socket_assignment import Proposal as Proposal
 from .socket_assignment import assign as assign
 from .socket_assignment import placements_of as placements_of
 from .socket_assignment import propose_samples as propose_samples
-from .sources import read_log as read_log

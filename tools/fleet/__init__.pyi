@@ -8,8 +8,8 @@ from .document import FleetArm as FleetArm
 from .document import FleetCurves as FleetCurves
 from .document import FleetDocument as FleetDocument
 from .document import FleetSession as FleetSession
+from .document import fleet_page as fleet_page
+from .document import line_of as line_of
+from .document import summary_of as summary_of
 from .folders import ArmFolder as ArmFolder
 from .folders import find_arms as find_arms
-from .page import fleet_page as fleet_page
-from .page import line_of as line_of
-from .page import summary_of as summary_of

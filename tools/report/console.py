@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
@@ -66,9 +65,8 @@ def show_verdict(
     heads += ["with corrected joints"] if two else []
     console.print(table("", heads, rows, left=(0, 1)))
     for row in verdict.limits:
-        if row.status in ("warning", "not enough", "not evaluated") or (
-            row.found is None and row.status == "fail"
-        ):
+        unknown = row.found is None and row.status == "fail"
+        if unknown or row.status in ("warning", "not enough", "not evaluated"):
             console.print(Text(f"{row.status.capitalize()}: {row.text}."))
     for i, step in enumerate(todo):
         head = "Do this next:\n" if i == 0 else ""
@@ -100,7 +98,7 @@ def _placements(console: "Console", report: ReportDocument) -> Table:
         answer = report.answers.use.rows[i].answer
         before, after = row.nominal.mean_absolute_error, row.loaded.mean_absolute_error
         cells: list[str | Text] = [
-            Text(names[i]),
+            names[i],
             "held out" if row.role == "test" else "trained on",
             f"{1e3 * before:.2f} > {1e3 * after:.3f}",
             f"{1e3 * row.quantiles.loaded.p95:.2f}",

@@ -1,7 +1,6 @@
 """``mukca convert``: write recordings in the other form."""
 
 import json
-from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -51,15 +50,10 @@ def run(options: Options, terminal: Terminal) -> int:
         if metadata:
             metadata["distance"] = known.distance
             files[METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
-        _refuse_mixture(out, files)
+        for file in [*out.glob("hole_*.csv"), *out.glob("samples.csv")]:
+            if file.name not in files:
+                raise OutputError(f"{file}: another recording is there; choose another --out")
         terminal.say(*(f"Wrote {file}" for file in write_files(out, files).values()))
         if options.to == "holes" and placement.efforts is not None:
             terminal.warn(f"{folder}: this form has no place for efforts; they are left out")
     return 0
-
-
-def _refuse_mixture(out: Path, files: Collection[str]) -> None:
-    """See that a folder will not hold two recordings."""
-    for file in [*out.glob("hole_*.csv"), *out.glob("samples.csv")]:
-        if file.name not in files:
-            raise OutputError(f"{file}: another recording is there; choose another --out")

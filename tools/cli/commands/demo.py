@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
+from .... import recorder
 from ....solver.results import OutputError, refuse_existing
 from .. import Terminal, option
 from .main import build_parser, run_verb
@@ -61,23 +62,14 @@ def run(options: Options, terminal: Terminal) -> int:
 
 def _remove_simulated(folder: Path) -> None:
     """Remove an earlier demo's recording, which a recorder would else continue."""
-    from ....recorder import METADATA, SAMPLES
-
-    if (folder / SAMPLES).exists() and not _is_simulated(folder / METADATA):
-        raise OutputError(f"{folder}: holds a recording of a real arm; choose another --out")
-    for name in (SAMPLES, METADATA):
+    if (folder / recorder.SAMPLES).exists():
+        sessions: Any = recorder.read_metadata(folder / recorder.METADATA).get("sessions")
+        rows = cast("list[object]", sessions) if isinstance(sessions, list) else []
+        drivers = [str(cast("Any", row).get("driver")) for row in rows if isinstance(row, dict)]
+        if not rows or len([one for one in drivers if one.startswith("mock:")]) < len(rows):
+            raise OutputError(f"{folder}: holds a recording of a real arm; choose another --out")
+    for name in (recorder.SAMPLES, recorder.METADATA):
         (folder / name).unlink(missing_ok=True)
-
-
-def _is_simulated(metadata: Path) -> bool:
-    """Tell if the simulated driver alone made a recording."""
-    from ....recorder import read_metadata
-
-    sessions: Any = read_metadata(metadata).get("sessions")
-    if not isinstance(sessions, list) or not sessions:
-        return False
-    rows = cast("list[dict[str, Any]]", sessions)
-    return all(isinstance(row, dict) and str(row.get("driver")).startswith("mock:") for row in rows)  # pyright: ignore[reportUnnecessaryIsInstance]
 
 
 def _run(words: list[str], terminal: Terminal) -> int:

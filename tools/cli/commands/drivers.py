@@ -24,24 +24,18 @@ def _state(info: DriverInfo) -> str:
     if info.missing:
         return f"NOT READY: needs {', '.join(info.missing)}, not installed"
     ready = f"ready, with {', '.join(info.needs)}" if info.needs else "ready"
-    return "; ".join([ready, *(_option(*option) for option in info.optional)])
-
-
-def _option(module: str, address: str) -> str:
-    """Say what an address of some kind needs besides."""
-    return f"{address} with {module}{'' if is_installed(module) else ', NOT installed'}"
+    others = (
+        f"{address} with {module}{'' if is_installed(module) else ', NOT installed'}"
+        for module, address in info.optional
+    )
+    return "; ".join([ready, *others])
 
 
 def _as_json(info: DriverInfo) -> dict[str, object]:
-    return {
-        "name": info.name,
-        "arms": info.arms,
-        "needs": list(info.needs),
-        "missing": list(info.missing),
-        "optional": [
-            {"module": module, "address": address, "installed": is_installed(module)}
-            for module, address in info.optional
-        ],
-        "broken": info.broken or None,
-        "source": info.source,
-    }
+    keys = ("name", "arms", "needs", "missing", "source")
+    optional = [
+        {"module": module, "address": address, "installed": is_installed(module)}
+        for module, address in info.optional
+    ]
+    plain = {key: getattr(info, key) for key in keys}
+    return {**plain, "optional": optional, "broken": info.broken or None}

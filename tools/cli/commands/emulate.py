@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ....drivers.arms import Fault, SimulatedArm
+from ....drivers.arms import Fault
 from ....errors import MukcaError
 from ...emulators import KINDS, Emulator, FaultInjector, Journal, emulated_arm
 from .. import NOT_NEGATIVE, POSITIVE, Terminal, argument, option
@@ -53,7 +53,14 @@ def run(options: Options, terminal: Terminal) -> int:
         emulator.wait_for_line(sys.stdin.fileno())
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        _tell(options, emulator, terminal)
+        terminal.emit({"driver": emulator.driver_address, "version": emulator.version})
+        if not options.json:
+            terminal.say(
+                f"Emulating {options.controller}, version {emulator.version}.",
+                f"Read it with: mukca stream --driver '{emulator.driver_address}'",
+                *(["Press Enter to let the arm move."] if options.wait else []),
+                "End it with Ctrl-C.",
+            )
         emulator.serve()
     except KeyboardInterrupt:
         pass
@@ -84,26 +91,11 @@ def open_emulator(options: Options) -> Emulator:
                 f"there are: {', '.join(kind.FAULTS)}"
             )
     journal, injector = Journal(options.journal), FaultInjector(faults, options.seed)
-    arm = _arm(options, kind, version)
+    joints, usual_rate = kind.VERSIONS[version]
+    rate = usual_rate if options.rate is None else options.rate
+    motion = options.hold, options.move
+    arm = emulated_arm(joints, rate, motion, options.noise, options.recording)
     try:
         return kind(options.address, version, arm, injector, journal)
     except OSError as error:
         raise MukcaError(f"{options.controller}: cannot listen: {error}") from None
-
-
-def _arm(options: Options, kind: type[Emulator], version: str) -> SimulatedArm:
-    joints, usual_rate = kind.VERSIONS[version]
-    rate = usual_rate if options.rate is None else options.rate
-    motion = options.hold, options.move
-    return emulated_arm(joints, rate, motion, options.noise, options.recording)
-
-
-def _tell(options: Options, emulator: Emulator, terminal: Terminal) -> None:
-    terminal.emit({"driver": emulator.driver_address, "version": emulator.version})
-    lines = [
-        f"Emulating {options.controller}, version {emulator.version}.",
-        f"Read it with: mukca stream --driver '{emulator.driver_address}'",
-        *(["Press Enter to let the arm move."] if options.wait else []),
-        "End it with Ctrl-C.",
-    ]
-    terminal.say(*lines if not options.json else ())

@@ -103,9 +103,22 @@ def run(options: Options, terminal: Terminal) -> int:
             "model_sha256": robot.sha256,
             "sessions": [session],
         }
+        for name, files in folders.items():
+            files[METADATA] = json.dumps(about, indent=2).encode() + b"\n"
+            write_files(options.out / name, files)
+            outputs[name] = str(options.out / name)
         picture = extract.rests_picture(log, robot.joint_names, proposals)
-        outputs = _write(options.out, folders, about, picture)
-    _say_outputs(outputs, folders, options, terminal)
+        outputs["picture"] = str(write_files(options.out, {"rests.svg": picture})["rests.svg"])
+    if not folders:
+        terminal.say("No rest is a sample, so there is nothing to write.")
+    elif not outputs:
+        terminal.say("Nothing was written; --out DIR writes a folder for each placement.")
+    terminal.say(*(f"Wrote {path}" for path in outputs.values()))
+    if outputs:
+        terminal.say(
+            "Look at the picture: only you know whether the ball sat in a socket at each rest. "
+            f"Next: mukca check {options.out} --robot {options.robot}"
+        )
     rows = [_row(proposal) for proposal in proposals]
     terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs})
     return 0 if folders else 1
@@ -129,35 +142,6 @@ def _show(proposals: "Sequence[extract.Proposal]", terminal: Terminal) -> None:
             ]
         )
     terminal.console.print(table("rests", heads, rows, left=(5,)))
-
-
-def _write(
-    out: Path, folders: dict[str, dict[str, bytes]], about: dict[str, Any], picture: bytes
-) -> dict[str, str]:
-    """Write the placements and the picture; return their paths by kind."""
-    for name, files in folders.items():
-        files[METADATA] = json.dumps(about, indent=2).encode() + b"\n"
-        write_files(out / name, files)
-    write_files(out, {"rests.svg": picture})
-    return {**{name: str(out / name) for name in folders}, "picture": str(out / "rests.svg")}
-
-
-def _say_outputs(
-    outputs: dict[str, str],
-    folders: dict[str, dict[str, bytes]],
-    options: Options,
-    terminal: Terminal,
-) -> None:
-    if not folders:
-        terminal.say("No rest is a sample, so there is nothing to write.")
-    elif not outputs:
-        terminal.say("Nothing was written; --out DIR writes a folder for each placement.")
-    terminal.say(*(f"Wrote {path}" for path in outputs.values()))
-    if outputs:
-        terminal.say(
-            "Look at the picture: only you know whether the ball sat in a socket at each rest. "
-            f"Next: mukca check {options.out} --robot {options.robot}"
-        )
 
 
 def _row(proposal: "extract.Proposal") -> dict[str, Any]:

@@ -54,29 +54,24 @@ def describe(folder: Path) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "name": placement_name(folder),
         "files": [str(folder / SAMPLES)],
-        "samples": {},
         "taken_back": len(content.withdrawn) if content else 0,
-        "joints": list(content.joint_names) if content else [],
-        "lowest": None,
-        "highest": None,
-        "largest_spread": None,
-        "efforts": False,
         "distance": read_keys(folder / METADATA).distance,
-        "remarks": [],
         "metadata": read_metadata(folder / METADATA),
     }
     if content and not content.live:
-        return facts
+        nothing = dict.fromkeys(("lowest", "highest", "largest_spread"))
+        joints = list(content.joint_names)
+        return facts | nothing | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
     placement = read_placement(folder)
     positions, sockets = placement.positions, placement.sockets.tolist()
-    count = positions.shape[1]
+    unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
     spreads = [sample.spread for sample in placement.samples if sample.spread]
     return facts | {
         "name": placement.name,
         "files": [str(file) for file in placement.files],
         "samples": {str(socket): sockets.count(socket) for socket in sorted(set(sockets))},
         "kind": "sockets" if placement.samples[0].point is None else "points",
-        "joints": list(placement.joint_names or (f"joint{i + 1}" for i in range(count))),
+        "joints": list(placement.joint_names or unnamed),
         "lowest": positions.min(axis=0).tolist(),
         "highest": positions.max(axis=0).tolist(),
         "largest_spread": [max(column) for column in zip(*spreads, strict=True)] or None,
@@ -96,10 +91,10 @@ def _show(facts: dict[str, Any], terminal: Terminal) -> None:
         f"{facts['name']}: {counts or 'no sample'}{taken_back}",
         f"  robot      {metadata.get('robot', 'not known')}",
         f"  distance   {_length(facts['distance'])} between sockets 0 and 1",
-        *(f"  changed    {_change(change)}" for change in _listed(metadata.get("changes"))),
+        *(f"  changed    {_told(change)}" for change in _listed(metadata.get("changes"))),
         f"  efforts    {'recorded' if facts['efforts'] else 'none'}",
         *(f"  {line}" for line in _joint_lines(facts)),
-        *(f"  session    {_session(session)}" for session in _listed(metadata.get("sessions"))),
+        *(f"  session    {_told(session)}" for session in _listed(metadata.get("sessions"))),
     )
     terminal.warn(*facts["remarks"])
 
@@ -115,11 +110,13 @@ def _length(distance: Any) -> str:
     return "not known" if distance is None else str(distance)
 
 
-def _change(change: Any) -> str:
-    """Correction and its time."""
-    if not (isinstance(change, dict) and "distance" in change):
-        return str(change)  # pyright: ignore[reportUnknownArgumentType]
-    known = cast("dict[str, Any]", change)
+def _told(row: Any) -> str:
+    """Correction of a distance and its time, or a session's facts."""
+    if not isinstance(row, dict):
+        return str(row)
+    known = cast("dict[str, Any]", row)
+    if "distance" not in known:
+        return ", ".join(f"{key} {value}" for key, value in known.items())
     changed = " to ".join(map(_length, _listed(known["distance"])))
     return f"distance from {changed}, {known.get('time', 'at an unknown time')}"
 
@@ -140,9 +137,3 @@ def _joint_lines(facts: dict[str, Any]) -> list[str]:
         line = f"{name:<{width}}  {scale * lowest:8.1f}{sign} to {scale * highest:7.1f}{sign}"
         lines.append(line + (f"  spread up to {scale * spread:.4f}{sign}" if spread else ""))
     return lines
-
-
-def _session(session: Any) -> str:
-    if not isinstance(session, dict):
-        return str(session)
-    return ", ".join(f"{key} {value}" for key, value in cast("dict[str, Any]", session).items())

@@ -20,7 +20,6 @@ from ...printables import (
     BallPart,
     BoltCircle,
     Grip,
-    Part,
     PrintableError,
     SocketBase,
     build_parts,
@@ -77,24 +76,28 @@ class Options(OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Build, check and write the parts."""
-    base = _socket_base(options)
-    balls = _balls(options)
+    base, balls = _socket_base(options), _balls(options)
     if find_spec("manifold3d") is None:
         raise PrintableError(
             "the parts are cut by manifold3d, which is not installed: pip install 'mukca[print]'"
         )
-    suffixes = list(dict.fromkeys(options.format))
+    kinds = list(dict.fromkeys(options.format))
     tables: dict[str, bytes] = {}
     if isinstance(base, AnchoredBase):
         tables[f"sockets-at-{base.arm}.csv"] = base.sockets_at().encode()
-    names = [f"{part}.{suffix}" for part in (*part_names(base), *balls) for suffix in suffixes]
+    names = [f"{part}.{suffix}" for part in (*part_names(base), *balls) for suffix in kinds]
     names += tables
     refuse_existing(options.out, names, force=options.force)
     with terminal.console.status("building and checking the parts"):
         parts = list(build_parts(base, balls))
-        contents = [encode(suffix, part) for part in parts for suffix in suffixes]
+        contents = [encode(suffix, part) for part in parts for suffix in kinds]
     write_files(options.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
-    _describe(terminal, options, parts)
+    suffixes = ", ".join(f".{suffix}" for suffix in options.format)
+    for part in parts:
+        size = " x ".join(f"{1000 * edge:.0f}" for edge in part.facts["size"])
+        volume = f"{part.facts['volume'] * 1e6:.0f} cm3"
+        terminal.say(f"{options.out / part.name} ({suffixes})   {size} mm, {volume}")
+        terminal.say(*(f"  {line}" for line in _lines(part.facts)))
     outputs = [str(options.out / name) for name in names]
     terminal.emit({"parts": [dict(part.facts) for part in parts], "outputs": outputs})
     return 0
@@ -141,11 +144,8 @@ def _mounts(options: Options) -> dict[str, BoltCircle | Grip]:
     """Return the mounts that were asked for: named ones, the user's own, or else all."""
     own: dict[str, BoltCircle | Grip] = {}
     if options.bolt_circle_mm is not None:
-        own["bolt-circle"] = BoltCircle(
-            options.bolt_circle_mm,
-            4 if options.bolts is None else options.bolts,
-            options.screw or "M6",
-        )
+        bolts = 4 if options.bolts is None else options.bolts
+        own["bolt-circle"] = BoltCircle(options.bolt_circle_mm, bolts, options.screw or "M6")
     elif options.bolts is not None or options.screw is not None:
         raise PrintableError("--bolts and --screw go with --bolt-circle-mm")
     if options.grip_mm is not None:
@@ -155,15 +155,6 @@ def _mounts(options: Options) -> dict[str, BoltCircle | Grip]:
     if "none" in options.mount and (own or len(options.mount) > 1):
         raise PrintableError("--mount none stands alone")
     return {name: MOUNTS[name] for name in options.mount if name != "none"} | own
-
-
-def _describe(terminal: Terminal, options: Options, parts: list[Part]) -> None:
-    suffixes = ", ".join(f".{suffix}" for suffix in options.format)
-    for part in parts:
-        size = " x ".join(f"{1000 * edge:.0f}" for edge in part.facts["size"])
-        volume = f"{part.facts['volume'] * 1e6:.0f} cm3"
-        terminal.say(f"{options.out / part.name} ({suffixes})   {size} mm, {volume}")
-        terminal.say(*(f"  {line}" for line in _lines(part.facts)))
 
 
 def _lines(facts: Mapping[str, Any]) -> list[str]:
@@ -188,8 +179,17 @@ def _lines(facts: Mapping[str, Any]) -> list[str]:
             f"{1000 * facts['second_axis_height']:.1f} mm above the table; add what yours is lower",
         ]
     if ball := facts.get("ball"):
+        # Options of `mukca solve` for this ball: the shipped models hold another one already.
+        where = "--ball " + " ".join(f"{x:g}" for x in ball)
+        robots: dict[str, list[str]] = {}
+        for robot, link in facts["flanges"].items():
+            robots.setdefault(link, []).append(robot)
+        places = [
+            f"place: --robot {'|'.join(names)} --flange {link} {where} --tip printed_ball"
+            for link, names in robots.items()
+        ]
         lines += [
-            *_places(ball, facts["flanges"]),
+            *(places or [f"place: --flange LINK {where}"]),
             f"bends {1000 * facts['bend']:.3f} mm under {FORCE:g} N sideways at the ball "
             f"(limit {BEND_LIMIT:g} mm)",
             f"leans {math.degrees(facts['tilt']):.0f} degrees to all sides in all sockets of this "
@@ -198,17 +198,3 @@ def _lines(facts: Mapping[str, Any]) -> list[str]:
             *(f"overhang beyond 45 degrees: {where}" for where in facts["overhangs"]),
         ]
     return lines or ["a slice of the clip: print it first, and see that it sits on the arm's plate"]
-
-
-def _places(ball: Sequence[float], flanges: Mapping[str, str]) -> list[str]:
-    """Options of ``mukca solve`` for this ball: the shipped models hold another one already."""
-    where = "--ball " + " ".join(f"{x:g}" for x in ball)
-    if not flanges:
-        return [f"place: --flange LINK {where}"]
-    robots: dict[str, list[str]] = {}
-    for robot, link in flanges.items():
-        robots.setdefault(link, []).append(robot)
-    return [
-        f"place: --robot {'|'.join(names)} --flange {link} {where} --tip printed_ball"
-        for link, names in robots.items()
-    ]

@@ -72,7 +72,8 @@ def metres(millimetres: float | None) -> float | None:
 
 def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> bool:
     """Write a report's files, unless they are there already; return if anything was written."""
-    new = {name: data for name, data in contents.items() if not _holds(folder / name, data)}
+    there = {file: file.read_bytes() for name in contents if (file := folder / name).is_file()}
+    new = {name: data for name, data in contents.items() if there.get(folder / name) != data}
     present = [folder / name for name in new if (folder / name).exists()]
     if present and not force:
         raise OutputError(
@@ -82,13 +83,6 @@ def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) ->
     if new:
         results.write_files(folder, new)
     return bool(new)
-
-
-def _holds(file: Path, data: bytes) -> bool:
-    try:
-        return file.read_bytes() == data
-    except OSError:
-        return False
 
 
 def open_page(page: Path, terminal: Terminal) -> None:

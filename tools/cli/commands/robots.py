@@ -1,7 +1,7 @@
 """``mukca robots``: the robot models that come with the package."""
 
 import re
-from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -25,57 +25,42 @@ CONFIGURATIONS = 256
 ROUNDS = 3
 
 
-@dataclass(frozen=True)
-class RobotInfo:
-    """One line of the list."""
-
-    name: str
-    title: str
-    joints: int
-    reach: float
-    """[m]."""
-    driver: str
-    repeatability: float | None
-    """[m]."""
-    source: str
-
-
 Options = JsonOption
 
 
 def run(options: Options, terminal: Terminal) -> int:
     """List all shipped robots."""
     robots = [describe(name) for name in shipped_robots()]
-    terminal.emit({"robots": [asdict(info) for info in robots]})
-    if options.json:
-        return 0
-    width = max(len(info.name) for info in robots)
-    for info in robots:
-        known = f", repeats to {1e3 * info.repeatability:g} mm" if info.repeatability else ""
+    terminal.emit({"robots": robots})
+    width = max(len(one["name"]) for one in robots)
+    for one in robots if not options.json else ():
+        repeats = one["repeatability"]
+        known = f", repeats to {1e3 * repeats:g} mm" if repeats else ""
         terminal.say(
-            f"{info.name:{width}}  {info.title}",
-            f"{'':{width}}  {info.joints} joints, reach {info.reach:.2f} m{known}; {info.driver}",
-            f"{'':{width}}  from {info.source}",
+            f"{one['name']:{width}}  {one['title']}",
+            f"{'':{width}}  {one['joints']} joints, reach {one['reach']:.2f} m{known}; "
+            f"{one['driver']}",
+            f"{'':{width}}  from {one['source']}",
         )
     return 0
 
 
-def describe(name: str) -> RobotInfo:
-    """Return what is worth knowing of a shipped robot; its file's comment says what it is."""
+def describe(name: str) -> dict[str, Any]:
+    """Return what is worth knowing of a shipped robot, in SI units, by its file's comment."""
     robot = load_robot(name)
     comment = robot.text.data.decode().partition("<!--")[2].partition("-->")[0]
     title, _, rest = " ".join(comment.split()).partition(". Lengths in metres")
     source = re.search(r"Source of [^:]*: (.*?)(?:\. [A-Z]|\.$|$)", rest)
     arm = ARMS.get(name)
-    return RobotInfo(
-        name=name,
-        title=title.partition(" with a ball")[0].partition(" with its")[0].rstrip(","),
-        joints=len(robot.actuated),
-        reach=reach(robot),
-        driver=DRIVERS.get(name, "ros:HOST"),
-        repeatability=arm.repeatability if arm else None,
-        source=source[1] if source else "",
-    )
+    return {
+        "name": name,
+        "title": title.partition(" with a ball")[0].partition(" with its")[0].rstrip(","),
+        "joints": len(robot.actuated),
+        "reach": reach(robot),
+        "driver": DRIVERS.get(name, "ros:HOST"),
+        "repeatability": arm.repeatability if arm else None,
+        "source": source[1] if source else "",
+    }
 
 
 def reach(robot: Robot) -> float:

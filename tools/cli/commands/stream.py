@@ -44,10 +44,15 @@ def run(options: Options, terminal: Terminal) -> int:
         monitor = Monitor(driver, options.count, options.seconds)
         if options.json:
             monitor.write_json(terminal)
-        elif sys.stdout.isatty():
-            monitor.show_screen(terminal)
+        elif not sys.stdout.isatty():
+            monitor.show(lambda: terminal.say(monitor.line()), LINE_SECONDS)
         else:
-            monitor.write_lines(terminal)
+            from rich.live import Live
+
+            console = terminal.console
+            with Live(console=console, auto_refresh=False, transient=False) as live:
+                draw = lambda: live.update(monitor.view(console.width), refresh=True)  # noqa: E731
+                monitor.show(draw, SCREEN_SECONDS)
     return 0
 
 
@@ -99,21 +104,7 @@ class Monitor:
             if state is not None:
                 terminal.emit(self._as_json(state))
 
-    def write_lines(self, terminal: Terminal) -> None:
-        """Write one line a second, where there is no terminal."""
-        self._show(
-            lambda: terminal.say(f"{self._angles()}  {'; '.join(self._figures())}"), LINE_SECONDS
-        )
-
-    def show_screen(self, terminal: Terminal) -> None:
-        """Draw the states ten times a second."""
-        from rich.live import Live
-
-        with Live(console=terminal.console, auto_refresh=False, transient=False) as live:
-            console = terminal.console
-            self._show(lambda: live.update(self._view(console.width), refresh=True), SCREEN_SECONDS)
-
-    def _show(self, draw: Callable[[], None], seconds: float) -> None:
+    def show(self, draw: Callable[[], None], seconds: float) -> None:
         """Read to the end, and draw the figures each so many seconds, and at the end."""
         due = clock.now() + seconds
         for _ in self._states():
@@ -153,9 +144,11 @@ class Monitor:
             "status": self._driver.status,
         }
 
-    def _angles(self) -> str:
+    def line(self) -> str:
+        """Return angles and figures in one line."""
         position = self._state.position if self._state else ()
-        return " ".join(f"{math.degrees(angle):9.3f}" for angle in position) + " deg"
+        angles = " ".join(f"{math.degrees(angle):9.3f}" for angle in position)
+        return f"{angles} deg  {'; '.join(self._figures())}"
 
     def _figures(self) -> list[str]:
         """Rate, gaps and losses; what the robot says of itself; why no state comes."""
@@ -169,7 +162,7 @@ class Monitor:
         trouble = self._driver.trouble or (f"silent for {age:.1f} s" if age > 1 else "")
         return [part for part in (figures, self._driver.status, trouble) if part]
 
-    def _view(self, width: int) -> "Group":
+    def view(self, width: int) -> "Group":
         """Return the table, and below it all of the figures, however long and narrow."""
         from rich.console import Group
         from rich.text import Text

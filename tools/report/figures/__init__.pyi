@@ -1,5 +1,5 @@
 # keep: read_report
-from .answer_data import FAR as FAR
+from .answers import FAR as FAR
 from .answers import HARDLY_MOVED as HARDLY_MOVED
 from .answers import answer_at as answer_at
 from .answers import use_text as use_text

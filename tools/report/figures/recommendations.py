@@ -15,7 +15,7 @@ from ....solver.assessment import (
 from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
 from ....solver.paper import build_problem, solve
 from ....solver.results import CalibrationDocument
-from .answer_data import farthest_held_out, placements_with_errors
+from .answers import farthest_held_out, placements_with_errors
 from .commands import check_command, record_command, solve_command
 from .types import Step
 

@@ -2,15 +2,111 @@
 
 import base64
 import math
+import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from ....solver.assessment import short_names
+from markupsafe import Markup
+
+from ....solver.assessment import PlacementReport, fixed, short_names
+from ....solver.results import Document, encode
 from ...experiments import SimulationDocument
-from ..figures import ComparisonDocument, ReportDocument, comparison_sentence
-from ..plots import Plot, comparison_plots, shown_unit, simulation_plot
-from .page import render
-from .tolerance import answers_by_tolerance
+from ..figures import (
+    Answer,
+    ComparisonDocument,
+    ReportDocument,
+    answer_at,
+    comparison_sentence,
+    environment,
+    use_text,
+)
+from ..plots import Plot, comparison_plots, map_sentence, shown_unit, simulation_plot
+
+_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
+
+
+def render(
+    template: str, document: Document, data: Mapping[str, object] | None = None, **values: object
+) -> str:
+    """Return a page.
+
+    Args:
+        template: Its file below ``templates``.
+        document: The figures that the page shows, which it also holds as JSON.
+        data: More JSON for the page's script, by the element's id.
+        values: Further variables of the template.
+    """
+    embedded = {name: _json(each) for name, each in {"figures": document, **(data or {})}.items()}
+    figure = partial(figure_value, document)
+    html = environment().get_template(template).render(figure=figure, data=embedded, **values)
+    return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", html)
+
+
+def _json(document: object) -> Markup:
+    """Return JSON in which nothing can end the script element around it."""
+    text = encode(document, compact=True).decode()
+    for sign in "<>&":
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return Markup(text)  # noqa: S704  no sign of HTML is left in it
+
+
+def figure_value(
+    document: Document, path: str, *, scale: float = 1e3, digits: int = 3, sign: str = ""
+) -> Markup:
+    """Return a number of a document times a scale, marked with its path in the JSON file."""
+    value: Any = document
+    for key in path.split("."):
+        value = value[int(key)] if key.isdecimal() else getattr(value, key)
+    text = "\N{EN DASH}" if value is None else fixed(scale * value, digits, sign)
+    signed = f' data-sign="{sign}"' if sign else ""
+    marks = f'data-figure="{path}" data-scale="{scale:g}" data-digits="{digits}"{signed}'
+    return Markup(f'<span {marks} class="figure">{text}</span>')  # noqa: S704  all of it our own
+
+
+_NUMBER = "\0"
+"""Stands for the error that the task allows while the sentences are written."""
+
+
+class AnswersFrom(Document, kw_only=True, frozen=True):
+    """Answers where the task allows an error of at least this much."""
+
+    allowed: float
+    """[m]."""
+    answers: tuple[Answer, ...]
+    """At each placement."""
+    use: tuple[str, ...]
+    """The answer in words, cut where the error that the task allows is to stand."""
+    map: tuple[str, ...]
+    """The sentence below the map, likewise."""
+
+
+def answers_by_tolerance(report: ReportDocument) -> list[AnswersFrom]:
+    """Return the answers for any error that the task may allow, the first for the smallest."""
+    changes = {0.0, *(change for row in report.placements for change in _changes(row))}
+    return [_step(report, allowed) for allowed in sorted(changes)]
+
+
+def _changes(row: PlacementReport) -> Sequence[float]:
+    """Return the tolerances at which the answer for a placement changes [m]."""
+    if row.role == "train":
+        return ()
+    errors = row.quantiles.loaded
+    mostly = max(abs(row.loaded.distance_error or 0.0), errors.p95)
+    return mostly, max(mostly, errors.max)
+
+
+def _step(report: ReportDocument, allowed: float) -> AnswersFrom:
+    called = [row.called for row in report.answers.use.rows]
+    answers: tuple[Answer, ...] = tuple(answer_at(row, allowed) for row in report.placements)
+    use = use_text(called, answers, _NUMBER, report.verdict.status)
+    return AnswersFrom(
+        allowed=allowed,
+        answers=answers,
+        use=tuple(use.split(_NUMBER, 1)),
+        map=tuple(map_sentence(report, answers, _NUMBER).split(_NUMBER, 1)),
+    )
 
 
 def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:

@@ -1,7 +1,7 @@
 """The plots of a report, by section: a new one is a function in this folder and a line here."""
 
 from ..figures import ReportDocument
-from . import curves, fit, model, samples, use, workspace
+from . import fit, model, samples, use, workspace
 from .plot import Maker, Plot
 
 SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
@@ -23,7 +23,7 @@ SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
     ("The data", (samples.order, model.coverage, fit.cross_placement)),
     (
         "The fit and the model",
-        (fit.history, workspace.arm_in_3d, model.parameters, curves.error_curves, model.groups),
+        (fit.history, workspace.arm_in_3d, model.parameters, model.error_curves, model.groups),
     ),
 )
 """The map of the first section stands with the answers."""
