@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
@@ -98,7 +99,7 @@ def _placements(console: "Console", report: ReportDocument) -> Table:
         answer = report.answers.use.rows[i].answer
         before, after = row.nominal.mean_absolute_error, row.loaded.mean_absolute_error
         cells: list[str | Text] = [
-            names[i],
+            Text(names[i]),
             "held out" if row.role == "test" else "trained on",
             f"{1e3 * before:.2f} > {1e3 * after:.3f}",
             f"{1e3 * row.quantiles.loaded.p95:.2f}",
