@@ -120,11 +120,19 @@ class Scene:
         spec.option.timestep = TIME_STEP
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        _add_motors(spec)
+        for joint in spec.joints:  # MuJoCo keeps the URDF's effort limits
+            joint.armature, joint.frictionloss = ROTOR_INERTIA, JOINT_FRICTION
+            motor = spec.add_actuator(name=joint.name, target=joint.name)
+            motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
+            motor.gainprm[0] = 1.0
         add_visuals(spec, arm)
-        _add_table(spec)
+        top, pale = [0.55, 0, TABLE - 0.01], [0.55, 0.6, 0.65, 1]
+        box = mujoco.mjtGeom.mjGEOM_BOX
+        spec.worldbody.add_geom(type=box, size=[0.45, 0.6, 0.01], pos=top, rgba=pale)
         if hole is None:
-            _add_pen(spec.body(arm.tip))
+            # A pen is fixed like a peg; its tip is one sphere.
+            add_stem(spec.body(arm.tip), PEG_RADIUS, [-PEG_LENGTH, -4 * PEG_FILLET])
+            _bead(spec.body(arm.tip), [0, 0, -PEG_FILLET], PEN_TOUCH)
         else:
             _add_peg(spec.body(arm.tip))
             _add_hole(spec, hole)
@@ -165,16 +173,6 @@ class Scene:
         return self.data.cfrc_ext[self._tool, 3:].copy()
 
 
-def _add_motors(spec: Any) -> None:
-    """Give each joint a motor, its inertia, and friction; MuJoCo keeps the URDF's effort limits."""
-    for joint in spec.joints:
-        joint.armature = ROTOR_INERTIA
-        joint.frictionloss = JOINT_FRICTION
-        motor = spec.add_actuator(name=joint.name, target=joint.name)
-        motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
-        motor.gainprm[0] = 1.0
-
-
 def _add_peg(body: Any) -> None:
     """Fix a peg along the ball link's z axis, the middle of its end where the ball's centre was."""
     # A capsule is its side, and a ring of spheres the rounded edge of its flat end: shapes whose
@@ -188,24 +186,9 @@ def _add_peg(body: Any) -> None:
         _bead(body, [*place, -PEG_FILLET], PEG_TOUCH)
 
 
-def _add_pen(body: Any) -> None:
-    """Fix a pen like a peg; its tip is one sphere."""
-    add_stem(body, PEG_RADIUS, [-PEG_LENGTH, -4 * PEG_FILLET])
-    _bead(body, [0, 0, -PEG_FILLET], PEN_TOUCH)
-
-
 def _bead(body: Any, place: list[float], touch: dict[str, Any]) -> None:
     sphere = mujoco.mjtGeom.mjGEOM_SPHERE
     body.add_geom(type=sphere, size=[PEG_FILLET, 0, 0], pos=place, rgba=ORANGE, **touch)
-
-
-def _add_table(spec: Any) -> None:
-    spec.worldbody.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[0.45, 0.6, 0.01],
-        pos=[0.55, 0, TABLE - 0.01],
-        rgba=[0.55, 0.6, 0.65, 1],
-    )
 
 
 def _add_hole(spec: Any, diameter: float) -> None:

@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from ...recorder import read_table
-from .log import ExtractError, Log, Question, check_angles, columns_of, unknown_joints
+from .log import ExtractError, Log, Question, check_angles, needed_columns
 
 _TIME = re.compile(
     r"(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp)[ _]*[\[(]?(s|ms|us|ns|sec)?[\])]?", re.I
@@ -29,9 +29,7 @@ def read(question: Question) -> Log:
             f"columns: {', '.join(table.header)}"
         )
     names = [name for i, name in enumerate(table.header) if i != times[0]]
-    columns = columns_of(names, question)
-    if columns is None:
-        raise unknown_joints(names, question)
+    columns = needed_columns(names, question)
     below = table.units or ("",) * len(table.header)
     units = [unit.strip("[]() ") for i, unit in enumerate(below) if i != times[0]]
     match = _TIME.fullmatch(table.header[times[0]])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...recorder import read_stream_log
-from .log import Log, Question, columns_of, unknown_joints
+from .log import Log, Question, needed_columns
 
 
 def read(question: Question) -> Log:
@@ -14,9 +14,7 @@ def read(question: Question) -> Log:
     parts, notes = [np.empty(0, dtype=int)], list[str]()
     for file in files if path.is_dir() else [path]:
         kept = read_stream_log(file)
-        columns = columns_of(kept.joints, question)
-        if columns is None:
-            raise unknown_joints(kept.joints, question)
+        columns = needed_columns(kept.joints, question)
         if not len(kept.stamps):
             continue
         notes += [f"read {file.name}, {len(kept.stamps)} states", *kept.remarks]

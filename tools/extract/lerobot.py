@@ -12,8 +12,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...drivers.arms.servos import MotorCalibration, read_lerobot
-from .log import ExtractError, Log, Question, check_angles, columns_of, unknown_joints
+from ...drivers.arms.servos import read_lerobot
+from .log import ExtractError, Log, Question, check_angles, needed_columns
 
 INFO = Path("meta") / "info.json"
 STATE = "observation.state"
@@ -28,9 +28,7 @@ def read(question: Question) -> Log:
     """Return the joint states of all episodes of a data set, each a part of its own."""
     info = _info(question.path)
     names = [name.removesuffix(".pos").removeprefix("main_") for name in _names(info, question)]
-    columns = columns_of(names, question)
-    if columns is None:
-        raise unknown_joints(names, question)
+    columns = needed_columns(names, question)
     values, stamps, episodes = _table(question)
     positions, kept = _radians(values[:, columns], [names[i] for i in columns], info, question)
     order = np.lexsort((stamps, episodes))
@@ -125,12 +123,9 @@ def _radians(
         raise ExtractError(f"{question.units}: no motor is called {', '.join(missing)}")
     if np.abs(values).max(initial=0.0) > 100 + 1e-6:
         raise ExtractError(f"{question.path}: values beyond 100; say --units degrees")
-    scale = [_per_value(motors[name]) for name in names]
+    # A value is one of 100 parts of half a motor's range.
+    half = [(motors[name].range_max - motors[name].range_min) / 2 for name in names]
+    sign = [-1 if motors[name].drive_mode else 1 for name in names]
+    scale = np.array(sign) * half * TICK / 100
     inside = np.atleast_1d((np.abs(values) < 100 - 1e-6).all(axis=1))
     return values * scale, everything & inside
-
-
-def _per_value(motor: MotorCalibration) -> float:
-    """Return the angle that one of 100 parts of half the range is [rad]."""
-    ticks = (motor.range_max - motor.range_min) / 200
-    return (-1 if motor.drive_mode else 1) * ticks * TICK

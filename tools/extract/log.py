@@ -113,11 +113,19 @@ def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:
         )
 
 
-def unknown_joints(names: Sequence[str], question: Question, where: str = "") -> ExtractError:
+def needed_columns(names: Sequence[str], question: Question) -> list[int]:
+    """Return where a log has the model's joints; an ExtractError where it lacks one."""
+    columns = columns_of(names, question)
+    if columns is None:
+        raise unknown_joints(names, question)
+    return columns
+
+
+def unknown_joints(names: Sequence[str], question: Question) -> ExtractError:
     """Return the error for a log whose joints are not the model's."""
     wanted = question.named or ", ".join(question.joints)
     return ExtractError(
-        f"{question.path}: no state{where} has all of {wanted}; it has "
+        f"{question.path}: no state has all of {wanted}; it has "
         f"{', '.join(names) or 'no joints'}; name them in chain order by --joints A,B,..."
     )
 

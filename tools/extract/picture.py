@@ -38,7 +38,9 @@ def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal])
         names: Of the joints, in chain order.
         proposals: The rests, in order.
     """
-    times = _one_behind_the_other(log)
+    times = log.stamps - log.stamps[0]
+    for i in np.flatnonzero(np.diff(log.parts)) + 1:  # a second passes between two parts
+        times[i:] += times[i - 1] + 1.0 - times[i]
     axis = Axis(0, max(float(times[-1]), 1e-9), "s")
     panel = named_rows("rests of the arm", names, axis, pitch=48, width=1200)
     for number, proposal in enumerate(proposals, start=1):
@@ -56,14 +58,6 @@ def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal])
         ends = [(b, end) for b in blocks for end in (heights[b].max(), heights[b].min())]
         panel.line([(float(times[b[0]]), float(end)) for b, end in ends], "curve")
     return panel.file(STYLE)
-
-
-def _one_behind_the_other(log: Log) -> np.ndarray:
-    """Return times from zero that never go back: a second passes between two parts."""
-    times = log.stamps - log.stamps[0]
-    for i in np.flatnonzero(np.diff(log.parts)) + 1:
-        times[i:] += times[i - 1] + 1.0 - times[i]
-    return times
 
 
 def _moment(log: Log, times: np.ndarray, stamp: float, position: Sequence[float]) -> float:

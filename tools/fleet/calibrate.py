@@ -92,6 +92,7 @@ def _session(
         parameters=msgspec.convert(
             document.parameters, tuple[FleetChange, ...], from_attributes=True
         ),
+        curves=document.curves,
         outputs=outputs,
     )
 

@@ -152,9 +152,8 @@ def line_of(arm: FleetArm) -> tuple[str, str, str, str, str]:
 
 def _status(session: FleetSession) -> str:
     words = {"pass": "PASS", "fail": "FAIL", "incomplete": "NOT ENOUGH DATA"}
-    if session.kind == "not_validated":
-        return "NOT VALIDATED"
-    return words.get(session.status, session.status)
+    not_validated = session.kind == "not_validated"
+    return "NOT VALIDATED" if not_validated else words.get(session.status, session.status)
 
 
 def _link(arm: FleetArm) -> str:

@@ -62,7 +62,13 @@ def done_by_cluster(
         ) from None
     with client:
         _check_workers(client, address)
-        hand_over = partial(_hand_over, client, partial(share, work, SHARE_SECONDS), items)
+        task = partial(share, work, SHARE_SECONDS)
+
+        def hand_over(pieces: Sequence[int], size: int) -> dict[Any, Sequence[int]]:
+            shares = [pieces[i : i + size] for i in range(0, len(pieces), size)]
+            futures = client.map(task, [[items[i] for i in each] for each in shares], pure=False)
+            return dict(zip(futures, shares, strict=True))
+
         size = 1 + len(items) // (1 + SHARES * sum(client.nthreads().values()))
         futures = hand_over(range(len(items)), size)
         try:
@@ -80,15 +86,6 @@ def share(work: Callable[[Item], Result], seconds: float, items: Sequence[Item])
             break
         results.append(work(item))
     return results
-
-
-def _hand_over(
-    client: Any, work: Any, items: Sequence[Any], pieces: Sequence[int], size: int
-) -> dict[Any, Sequence[int]]:
-    """Cut pieces to shares of a size, and return which are in whose future."""
-    shares = [pieces[i : i + size] for i in range(0, len(pieces), size)]
-    futures = client.map(work, [[items[i] for i in share] for share in shares], pure=False)
-    return dict(zip(futures, shares, strict=True))
 
 
 def _check_workers(client: Any, address: str) -> None:
@@ -159,10 +156,6 @@ MOST_LOSSES = 3
 """So often in a row may processes be lost without any piece of work done in between."""
 
 
-def _ignore(_: int) -> None:
-    pass
-
-
 @dataclass(frozen=True)
 class Workers:
     """Who does the work."""
@@ -176,7 +169,7 @@ class Workers:
         self,
         work: Callable[[Item], Result],
         items: Sequence[Item],
-        done: Callable[[int], None] = _ignore,
+        done: Callable[[int], object] = lambda _: None,
     ) -> list[Result]:
         """Do a piece of work for each item, and return the results in the items' order.
 
@@ -230,9 +223,8 @@ def _done_by_pool(
 ) -> Generator[tuple[int, Result]]:
     """Yield results as they come. Whatever ends it, no process is left behind."""
     others = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(
-        processes, multiprocessing.get_context("spawn"), _prepare, (os.getpid(),)
-    )
+    spawn = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(processes, spawn, _prepare, (os.getpid(),))
     try:
         futures = {pool.submit(work, item): i for i, item in items.items()}
         for future in as_completed(futures):

@@ -6,7 +6,6 @@ import numpy as np
 
 from ....solver.assessment import (
     Assessment,
-    Coverage,
     PlacementReport,
     SampleErrors,
     area,
@@ -146,21 +145,18 @@ def _use_answer(found: Assessment, uncertainty: Uncertainty | None, tolerance: f
     """Return the answer whether a task with a tolerance may be done, placement by placement."""
     placements, verdict = found.placements, found.verdict
     names = short_names([row.name for row in placements])
-    rows = tuple(
-        UseAtPlacement(
-            name=name,
-            called=f"{name}{_side(row.position)}",
-            where=area(row.position, brief=True),
-            answer=answer_at(row, tolerance),
-        )
-        for name, row in zip(names, placements, strict=True)
-    )
+    rows: list[UseAtPlacement] = []
+    for name, row in zip(names, placements, strict=True):
+        y = row.position[1]  # the name may be given from the other side
+        side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
+        where, answer = area(row.position, brief=True), answer_at(row, tolerance)
+        rows.append(UseAtPlacement(name=name, called=name + side, where=where, answer=answer))
     distances = next(row for row in verdict.limits if row.name == "between_placements")
     called = [row.called for row in rows]
     answers: list[Answer] = [row.answer for row in rows]
     between = text(_TEXTS, "between", found=distances.found, uncertainty=uncertainty)
     return UseAnswer(
-        rows=rows,
+        rows=tuple(rows),
         text=use_text(called, answers, f"{1e3 * tolerance:g}", verdict.status),
         meaning=text(_TEXTS, "meaning", repeatability=found.limits.repeatability),
         alone=text(_TEXTS, "alone", judged=found.summary.judged[1]) or None,
@@ -187,13 +183,6 @@ def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, sta
     return text(_TEXTS, "use", at=at, allowed=allowed, status=status)
 
 
-def _side(position: Sequence[float]) -> str:
-    """Return the robot's side of a place in words, since its name may be given from the other."""
-    if abs(position[1]) < SIDE:
-        return ""
-    return f" (to the robot's {'left' if position[1] > 0 else 'right'})"
-
-
 def _next_answer(
     found: Assessment, checks: Sequence[Diagnostic] | None, advice: NextPlacement | None
 ) -> NextAnswer:
@@ -205,7 +194,12 @@ def _next_answer(
     names = short_names([row.name for row in placements])
     positions = np.array([row.position for row in placements])
     place = as_point(farthest_place(positions))
-    joints = _hardly_moved(found.coverage)
+    trained = [socket for socket in found.coverage.sockets if socket.role == "train"]
+    joints = [
+        joint.name
+        for i, joint in enumerate(found.coverage.joints)
+        if joint.unit == "rad" and any(s.high[i] - s.low[i] < HARDLY_MOVED for s in trained)
+    ]
     wrong = placements_with_errors(placements, checks)
     advised = advice.text if advice else ""
     farthest = None if advised else farthest_held_out(placements, wrong)
@@ -223,14 +217,3 @@ def _next_answer(
         joints=joints,
     )
     return NextAnswer(text=words, train_on=train_on, place=place, joints=tuple(joints))
-
-
-def _hardly_moved(coverage: Coverage) -> list[str]:
-    """Return the joints that hardly turned in some socket that was trained on."""
-    trained = [socket for socket in coverage.sockets if socket.role == "train"]
-    return [
-        joint.name
-        for i, joint in enumerate(coverage.joints)
-        if joint.unit == "rad"
-        and any(socket.high[i] - socket.low[i] < HARDLY_MOVED for socket in trained)
-    ]

@@ -135,6 +135,8 @@ def arm_drawing(predictions: Predictions) -> ArmDrawing:
     places = calibrated[..., 3]
     reach = float(np.abs(places).max())
     meshes = link_meshes(predictions.document.model, robot)
+    mean = float(apart.mean())  # and the round factor that makes it visible
+    factor = max(1.0, nice_above(SHOWN_SHIFT * reach / mean / 2)) if mean >= 1e-7 else 1.0
     shown = np.round(calibrated, 4).reshape(len(rows), -1, 12).tolist()
     return ArmDrawing(
         joints=tuple(joint.name for joint in robot.joints),
@@ -144,18 +146,11 @@ def arm_drawing(predictions: Predictions) -> ArmDrawing:
         low=as_point(places.min(axis=(0, 1)).round(4)),
         high=as_point(places.max(axis=(0, 1)).round(4)),
         reach=reach,
-        displacement=Displacement(mean=float(apart.mean()), max=float(apart.max())),
-        exaggeration=_exaggeration(float(apart.mean()), reach),
+        displacement=Displacement(mean=mean, max=float(apart.max())),
+        exaggeration=factor,
         meshes=meshes,
         frames=shown if meshes else None,
     )
-
-
-def _exaggeration(displacement: float, reach: float) -> float:
-    """Return a round factor that makes the models' difference visible."""
-    if displacement < 1e-7:
-        return 1.0
-    return max(1.0, nice_above(SHOWN_SHIFT * reach / displacement / 2))
 
 
 def _frames(robot: Robot, origins: np.ndarray, positions: np.ndarray) -> np.ndarray:

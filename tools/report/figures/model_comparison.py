@@ -186,12 +186,15 @@ def _pair(compared: Sequence[_Compared], fair: Sequence[int], a: int, b: int) ->
     # A placement's mean difference, and the noise that its samples leave in it.
     apart = [placement.errors[b] - placement.errors[a] for placement in compared]
     rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in apart)
+    # A ball in a socket does not show the base frame, so a rigid motion means nothing.
+    A, B = (np.concatenate([each.points[k] for each in compared]) for k in (a, b))
+    gaps = norms(kabsch(B, A).apply(B) - A)
     return ComparedPair(
         a=a,
         b=b,
         placements=rows,
         summary=_mean_difference([rows[i] for i in fair]) if fair else None,
-        apart=_apart(*(np.concatenate([each.points[k] for each in compared]) for k in (a, b))),
+        apart=Displacement(mean=float(gaps.mean()), max=float(gaps.max())),
     )
 
 
@@ -210,13 +213,6 @@ def _mean_difference(rows: Sequence[Difference]) -> Difference:
 def _beyond(mean: float, noise: float) -> Difference:
     mean, noise = float(mean), float(noise)
     return Difference(mean=mean, noise=noise, beyond_noise=abs(mean) > noise)
-
-
-def _apart(A: np.ndarray, B: np.ndarray) -> Displacement:
-    """Return the distances between two models' balls, once B is moved rigidly onto A."""
-    # A ball in a socket does not show the base frame, so a rigid motion means nothing.
-    gaps = norms(kabsch(B, A).apply(B) - A)
-    return Displacement(mean=float(gaps.mean()), max=float(gaps.max()))
 
 
 def comparison_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:

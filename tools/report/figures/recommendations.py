@@ -33,7 +33,10 @@ def steps(
     status = {row.name: row.status for row in verdict.limits}
     steps: list[Step] = []
     if status["data_checks"] != "pass":
-        steps += [_mend(check_command(document)), *_leave_out(predictions, placements)]
+        text = "See what is wrong in the recordings; record anew, or leave out, what it names"
+        words = "figures that can be believed"
+        steps.append(Step(text=text, command=check_command(document), expected=words))
+        steps += _leave_out(predictions, placements)
     if {status.get("scale", "pass"), status["distance_given"]} != {"pass"}:
         steps += _measure(document, placements)
     if "fail" in status.values() or "not enough" in status.values():
@@ -43,7 +46,10 @@ def steps(
         again = solve_command(document, given={"repeatability_mm": "MM"})
         steps.append(Step(text=text, command=again, expected="a verdict, not a smaller error"))
     if all(row.kind == "points" for row in placements):
-        return (*steps, _measure_more(document))
+        text = "Measure more points, in poses as varied as can be, and hold some of them out by"
+        words = "an error that nothing was fitted to"
+        more = Step(text=f"{text} --test", command=solve_command(document), expected=words)
+        return (*steps, more)
     text = "Record another placement far from the others, 30 samples in each socket, all varied"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
@@ -53,17 +59,6 @@ def steps(
         text += ", and hold it out by --test"
     steps.append(_forecast(document, None, text, record_command(document)))
     return tuple(steps)
-
-
-def _measure_more(document: CalibrationDocument) -> Step:
-    text = "Measure more points, in poses as varied as can be, and hold some of them out by --test"
-    command = solve_command(document)
-    return Step(text=text, command=command, expected="an error that nothing was fitted to")
-
-
-def _mend(command: str) -> Step:
-    text = "See what is wrong in the recordings; record anew, or leave out, what it names"
-    return Step(text=text, command=command, expected="figures that can be believed")
 
 
 def _measure(document: CalibrationDocument, placements: Sequence[PlacementReport]) -> list[Step]:
@@ -136,8 +131,15 @@ def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) 
     judges = [p.measured for p in paired if p.role == "test" and p.name not in wrong]
     if not kept or not judges or len(kept) == len(trained):
         return []
+
+    def held_out(train: Sequence[Measurement]) -> float:
+        problem = build_problem(predictions.robot, train)
+        x = solve(problem).x
+        errors = (evaluate(problem.model.points(x, m.positions), m) for m in judges)
+        return sum(error.mean_absolute_error for error in errors) / len(judges)
+
     try:
-        before, after = (_held_out(predictions, train, judges) for train in (trained, kept))
+        before, after = held_out(trained), held_out(kept)
     except MukcaError:
         return []
     return [
@@ -149,13 +151,3 @@ def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) 
             after=after,
         )
     ]
-
-
-def _held_out(
-    predictions: Predictions, train: Sequence[Measurement], test: Sequence[Measurement]
-) -> float:
-    """Return the mean absolute error at some placements after training on others by Eq. (5)."""
-    problem = build_problem(predictions.robot, train)
-    x = solve(problem).x
-    errors = [evaluate(problem.model.points(x, m.positions), m).mean_absolute_error for m in test]
-    return sum(errors) / len(errors)

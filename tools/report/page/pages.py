@@ -10,7 +10,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from ....solver.assessment import PlacementReport, fixed, short_names
+from ....solver.assessment import fixed, short_names
 from ....solver.results import Document, encode
 from ...experiments import SimulationDocument
 from ..figures import (
@@ -38,18 +38,15 @@ def render(
         data: More JSON for the page's script, by the element's id.
         values: Further variables of the template.
     """
-    embedded = {name: _json(each) for name, each in {"figures": document, **(data or {})}.items()}
+    embedded: dict[str, Markup] = {}
+    for name, each in {"figures": document, **(data or {})}.items():
+        text = encode(each, compact=True).decode()
+        for sign in "<>&":  # so that nothing can end the script element around it
+            text = text.replace(sign, f"\\u{ord(sign):04x}")
+        embedded[name] = Markup(text)  # noqa: S704  no sign of HTML is left in it
     figure = partial(figure_value, document)
     html = environment().get_template(template).render(figure=figure, data=embedded, **values)
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", html)
-
-
-def _json(document: object) -> Markup:
-    """Return JSON in which nothing can end the script element around it."""
-    text = encode(document, compact=True).decode()
-    for sign in "<>&":
-        text = text.replace(sign, f"\\u{ord(sign):04x}")
-    return Markup(text)  # noqa: S704  no sign of HTML is left in it
 
 
 def figure_value(
@@ -84,17 +81,13 @@ class AnswersFrom(Document, kw_only=True, frozen=True):
 
 def answers_by_tolerance(report: ReportDocument) -> list[AnswersFrom]:
     """Return the answers for any error that the task may allow, the first for the smallest."""
-    changes = {0.0, *(change for row in report.placements for change in _changes(row))}
+    changes = {0.0}  # tolerances at which the answer for a placement changes [m]
+    for row in report.placements:
+        if row.role == "test":
+            errors = row.quantiles.loaded
+            mostly = max(abs(row.loaded.distance_error or 0.0), errors.p95)
+            changes |= {mostly, max(mostly, errors.max)}
     return [_step(report, allowed) for allowed in sorted(changes)]
-
-
-def _changes(row: PlacementReport) -> Sequence[float]:
-    """Return the tolerances at which the answer for a placement changes [m]."""
-    if row.role == "train":
-        return ()
-    errors = row.quantiles.loaded
-    mostly = max(abs(row.loaded.distance_error or 0.0), errors.p95)
-    return mostly, max(mostly, errors.max)
 
 
 def _step(report: ReportDocument, allowed: float) -> AnswersFrom:

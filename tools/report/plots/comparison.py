@@ -16,10 +16,6 @@ def comparison_plots(result: ComparisonDocument) -> list[Plot]:
     return [plot for plot in made if plot is not None]
 
 
-def _mark(k: int, model: ErrorsAtPlacement) -> str:
-    return f"model-{k % COLOURS}" + (" train" if model.trained_on else "")
-
-
 def _by_model(
     result: ComparisonDocument,
     title: str,
@@ -35,7 +31,8 @@ def _by_model(
     for k, model in enumerate(result.models):
         each = [row.models[k] for row in result.placements]
         values = [None if (one := figure(row)) is None else 1e3 * one for row in each]
-        panel.dots(values, [_mark(k, row) for row in each], model.name, form)
+        marks = [f"model-{k % COLOURS}{' train' * row.trained_on}" for row in each]
+        panel.dots(values, marks, model.name, form)
     return panel
 
 

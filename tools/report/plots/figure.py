@@ -24,16 +24,12 @@ def element(name: str, *children: str, **attributes: object) -> Markup:
     Of the attributes, ``class_`` stands for ``class`` and ``fill_opacity`` for ``fill-opacity``;
     floats are written to hundredths of a pixel.
     """
-    words = "".join(
-        f' {key.rstrip("_").replace("_", "-")}="{escape(_short(value))}"'
-        for key, value in attributes.items()
-    )
+    words = ""
+    for key, value in attributes.items():
+        text = f"{value:.2f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
+        words += f' {key.rstrip("_").replace("_", "-")}="{escape(text)}"'
     inner = "".join(map(escape, children))
     return Markup(f"<{name}{words}>{inner}</{name}>")  # noqa: S704  values are escaped above
-
-
-def _short(value: object) -> str:
-    return f"{value:.2f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
 
 
 @dataclass(frozen=True)

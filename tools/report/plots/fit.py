@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ....solver.assessment import short_names
-from ....solver.results import Iteration
 from ..figures import ReportDocument
 from .figure import LINE, Axis, Panel, named_rows
 from .plot import MODELS, Plot, plot
@@ -27,7 +26,17 @@ def history(report: ReportDocument) -> Plot | None:
     if not rows:
         return None
     roles = ["train"] if rows[0].test is None else ["train", "test"]
-    curves = {term: {role: _curve(rows, role, term) for role in roles} for term in _TERMS}
+    curves = {
+        term: {
+            role: [
+                (float(row.iteration), max(1e3 * getattr(one, term) ** 0.5, _SMALLEST))
+                for row in rows
+                if (one := getattr(row, role)) is not None
+            ]
+            for role in roles
+        }
+        for term in _TERMS
+    }
     repeatability = 1e3 * (report.limits.repeatability or 0)
     return plot(
         "history",
@@ -37,12 +46,6 @@ def history(report: ReportDocument) -> Plot | None:
         held_out=rows[0].test is not None,
         repeatability=repeatability,
     )
-
-
-def _curve(rows: Sequence[Iteration], role: str, term: str) -> Curve:
-    terms = [(float(row.iteration), row.train if role == "train" else row.test) for row in rows]
-    roots = [(k, 1e3 * getattr(one, term) ** 0.5) for k, one in terms if one is not None]
-    return [(k, max(root, _SMALLEST)) for k, root in roots]
 
 
 def _curves_panel(term: str, curves: Mapping[str, Curve], repeatability: float) -> Panel:
