@@ -5,6 +5,7 @@ from .crossval import Job as Job
 from .crossval import Plan as Plan
 from .crossval import jobs as jobs
 from .crossval import run_job as run_job
+from .earlier import posterior_of as posterior_of
 from .error_table import HEADS as HEADS
 from .error_table import Errors as Errors
 from .fit import fit_robots as fit_robots
@@ -23,4 +24,5 @@ from .options import option_table as option_table
 from .pipeline import calibrate as calibrate
 from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
+from .problem import as_list as as_list
 from .type_prior import learn_types as learn_types

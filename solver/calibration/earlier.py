@@ -52,9 +52,7 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
             ", ".join(names) for names in (document.model.joint_names, robot.joint_names)
         )
         raise UsageError(f"--prior {file}: of an arm with the joints {theirs}; this has {ours}")
-    if document.method != "auto" or document.arms is not None:
-        raise UsageError(f"--prior {file}: give a calibration of one arm by --method auto")
-    found = _posterior(document, str(file))
+    found = posterior_of(document, str(file))
     model, names = found.model, found.model.names
     origins = robot.origins.ravel()
     nominal = np.array([origins[p.index] for p in model.parameters])
@@ -77,15 +75,28 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
     return prior.without(moved)
 
 
-def _posterior(document: CalibrationDocument, source: str) -> "Posterior":
-    """Return the posterior of a calibration, fitted again to the samples in its file."""
+def posterior_of(document: CalibrationDocument, source: str) -> "Posterior":
+    """Return the posterior of a calibration, fitted again to the samples in its file.
+
+    Args:
+        document: The calibration.
+        source: Its file, for messages.
+
+    Raises:
+        UsageError: It is of several arms, or by a method that leaves no posterior.
+    """
     from .fit import fit_robots
 
+    if document.method != "auto" or document.arms is not None:
+        raise UsageError(f"{source}: give a calibration of one arm by --method auto")
+
     robot = calibrated_robot(document, source).robot
+    later = {zero.joint: zero.offset for zero in document.later_zeros}
+    zeros = [later.get(joint, 0.0) for joint in robot.joint_names]
     known = {name: value for name, value in document.settings.items() if name in option_table()}
     options = replace(SolveOptions(**known), accept_distorted=True).validated()
     placements = [
-        replace(data.placement(robot.joint_names), files=())
+        replace(data.shifted(zeros).placement(robot.joint_names), files=())
         for data in document.data
         if data.role == "train"
     ]

@@ -27,11 +27,13 @@ from .estimates import Forecast as Forecast
 from .estimates import FramePose as FramePose
 from .estimates import GivenArm as GivenArm
 from .estimates import JointCurve as JointCurve
+from .estimates import LaterZero as LaterZero
 from .estimates import NoiseScale as NoiseScale
 from .estimates import Outlook as Outlook
 from .estimates import ParameterValue as ParameterValue
 from .estimates import PriorWidth as PriorWidth
 from .estimates import Scale as Scale
+from .estimates import ToolFrame as ToolFrame
 from .estimates import Uncertainty as Uncertainty
 from .estimates import VisitedSocket as VisitedSocket
 from .files import Document as Document

@@ -21,11 +21,13 @@ from .estimates import (
     Coefficient,
     ErrorCurves,
     FramePose,
+    LaterZero,
     NoiseScale,
     Outlook,
     ParameterValue,
     PriorWidth,
     Scale,
+    ToolFrame,
     Uncertainty,
 )
 from .files import Document, DocumentError, read
@@ -84,6 +86,10 @@ class FitResult(Document, kw_only=True, frozen=True):
     """Name of this robot, if several were calibrated together."""
     arms: ArmsDocument | None = None
     """Its relations to the others."""
+    later_zeros: tuple[LaterZero, ...] = ()
+    """Zeros found since, the samples put into their terms; for another rezero, both count."""
+    tools: tuple[ToolFrame, ...] = ()
+    """Tools found since."""
 
 
 class Result(FitResult, kw_only=True, frozen=True):

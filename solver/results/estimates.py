@@ -34,6 +34,28 @@ class Coefficient(Document, kw_only=True, frozen=True):
     standard_deviation: float
 
 
+class LaterZero(Document, kw_only=True, frozen=True):
+    """Zero of a joint that was found since the calibration was made (``mukca rezero``)."""
+
+    joint: str
+    offset: float
+    """To be added to what the joint reads [rad], [m]."""
+    standard_deviation: float
+
+
+class ToolFrame(Document, kw_only=True, frozen=True):
+    """A tool whose place was found since the calibration was made (``mukca tool``)."""
+
+    name: str
+    """Of its link."""
+    xyz: tuple[float, float, float]
+    """Its tip on the flange [m]."""
+    rpy: tuple[float, float, float]
+    """Its turn [rad]."""
+    covariance: list[list[float]]
+    """Of xyz, shape (3, 3) [m^2]."""
+
+
 class JointCurve(Document, kw_only=True, frozen=True):
     """Error curve of one joint: true position less what its encoder reads."""
 

@@ -1,7 +1,11 @@
 """Placements in ``calibration.json``: every sample, and the errors by each model."""
 
+from collections.abc import Sequence
+from operator import add
 from pathlib import Path
 from typing import Literal
+
+from msgspec.structs import replace
 
 from ...recorder import Placement, Sample
 from ..data import Metrics
@@ -114,6 +118,11 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
     def folder(self) -> str:
         """Folder of its recording; a question mark for samples that came from no file."""
         return str(Path(self.files[0]).parent) if self.files else "?"
+
+    def shifted(self, offsets: Sequence[float]) -> "PlacementSamples":
+        """Return the samples as joints read them that read more by some offsets [rad], [m]."""
+        samples = (replace(s, position=tuple(map(add, s.position, offsets))) for s in self.samples)
+        return replace(self, samples=tuple(samples))
 
     def placement(self, joint_names: tuple[str, ...]) -> Placement:
         """Return the placement as it was recorded, columns in the chain's order."""

@@ -6,6 +6,7 @@ from .joint_offsets import DECIDED as DECIDED
 from .joint_offsets import angles_near as angles_near
 from .joint_offsets import joint_offset_derivatives as joint_offset_derivatives
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
+from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
 from .relative_pose import UNSEEN as UNSEEN
 from .relative_pose import RelativeBasePose as RelativeBasePose

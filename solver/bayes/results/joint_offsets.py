@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...robot import Parameter, Robot, rotation, rotation_rpy
+from ...robot import BallModel, Parameter, Robot, rotation, rotation_rpy
 from ..inference import Posterior
 
 DECIDED = math.radians(0.2)
@@ -46,13 +46,32 @@ def with_joint_offsets(posterior: Posterior) -> np.ndarray:
     offsets, model = posterior.deflection.joint_offsets, posterior.model
     if offsets is None:
         return posterior.values
-    values, origins = posterior.values.copy(), model.ball.origins(posterior.values)
-    place = {parameter.index: i for i, parameter in enumerate(model.parameters)}
-    for joint, offset in zip(model.robot.actuated, offsets, strict=True):
+    return offsets_in_origins(model.ball, model.parameters, posterior.values, offsets)
+
+
+def offsets_in_origins(
+    model: BallModel, parameters: Sequence[Parameter], values: np.ndarray, offsets: np.ndarray
+) -> np.ndarray:
+    """Return geometric parameters with zeros of the joints put into them, shape (geometry,).
+
+    Args:
+        model: The ball by these parameters.
+        parameters: The geometry's; all of the origin of a joint whose zero is not 0 are among them.
+        values: Their values, shape (geometry,) [m, rad].
+        offsets: The zeros, shape (m,) [rad], [m] for a prismatic joint.
+    """
+    values, origins = values.copy(), model.origins(values)
+    place = {parameter.index: i for i, parameter in enumerate(parameters)}
+    for joint, offset in zip(model.robot.actuated, offsets.tolist(), strict=True):
         j = model.robot.joints.index(joint)
-        rows = [place[6 * j + k] for k in (3, 4, 5)]
-        R = rotation_rpy(origins[j, 3:].tolist()).full() @ rotation(joint.axis, offset).full()
-        values[rows] = angles_near(R, origins[j, 3:])
+        if not offset:
+            continue
+        R = rotation_rpy(origins[j, 3:].tolist()).full()
+        if joint.type == "prismatic":
+            values[[place[6 * j + k] for k in range(3)]] += R @ np.array(joint.axis) * offset
+            continue
+        turned = R @ rotation(joint.axis, offset).full()
+        values[[place[6 * j + k] for k in (3, 4, 5)]] = angles_near(turned, origins[j, 3:])
     return values
 
 

@@ -1,0 +1,69 @@
+"""Which of several things changed, by the evidence.
+
+Each explanation frees some unknowns beside the prior: N(e; 0, C + A A^T) with A the slopes by them,
+times how far they may have changed. It is averaged over those widths, and over the noise.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .fit import System
+
+LEVELS = np.exp(np.linspace(-1.2, 1.2, 13))
+"""Scales of noise that are tried, as factors."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Something that may have changed."""
+
+    name: str
+    prior: float
+    """Its probability before the samples."""
+    widths: Sequence[Mapping[int, float]]
+    """Standard deviations by which unknowns are freed; one of these holds, each as likely."""
+
+
+def probabilities(system: System, explanations: Sequence[Explanation]) -> np.ndarray:
+    """Return the probabilities of explanations after the samples, shape (E,).
+
+    Args:
+        system: The samples, linear where everything in question is free.
+        explanations: All that is thought of; their priors need not sum to 1.
+    """
+    belief = system.task.noise
+    held = replace(system.task, free={})
+    spread = system.slopes @ held.covariance @ system.slopes.T
+    unknowns = sorted({i for e in explanations for width in e.widths for i in width})
+    place = {unknown: i for i, unknown in enumerate(unknowns)}
+    A = system.slopes[:, unknowns]
+    logs = np.full((len(LEVELS), len(explanations)), -np.inf)
+    for level, factor in enumerate(LEVELS):
+        noise = replace(belief, place=factor * belief.place, turn=factor * belief.turn)
+        root = np.linalg.cholesky(spread + system.scatter(noise))
+        e, B = np.linalg.solve(root, system.errors), np.linalg.solve(root, A)
+        alone = -0.5 * (e @ e + (np.log(factor) / belief.spread) ** 2)
+        alone -= float(np.log(np.diag(root)).sum())
+        M, g = B.T @ B, B.T @ e
+        for i, one in enumerate(explanations):
+            gains = [_gain(M, g, width, place) for width in one.widths]
+            logs[level, i] = alone + np.log(one.prior) + np.logaddexp.reduce(gains)
+            logs[level, i] -= np.log(len(gains))
+    each = np.logaddexp.reduce(logs, axis=0)
+    odds: np.ndarray = np.exp(each - each.max())
+    return odds / odds.sum()
+
+
+def _gain(
+    M: np.ndarray, g: np.ndarray, width: Mapping[int, float], place: Mapping[int, int]
+) -> float:
+    """Return ln N(e; 0, C + A A^T) - ln N(e; 0, C)."""
+    if not width:
+        return 0.0
+    own = [place[i] for i in width]
+    w = np.array(list(width.values()))
+    N = np.eye(len(own)) + w[:, None] * M[np.ix_(own, own)] * w
+    b = w * g[own]
+    return float(0.5 * (b @ np.linalg.solve(N, b) - np.linalg.slogdet(N)[1]))

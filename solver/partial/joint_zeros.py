@@ -1,0 +1,265 @@
+"""Zeros of joints after an exchange, a crash or a reset, the calibrated chain held."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...recorder import Placement
+from ..calibration import Calibration, UsageError, as_list
+from ..data import measure
+from ..results import LaterZero, refuse_existing, write_files
+from ..robot import Robot
+from .evidence import Explanation, probabilities
+from .fit import System, Task, fit
+from .prior import prior_of
+from .sockets import socket_task
+from .updated import urdf_with_zeros, with_zeros
+
+WIDTHS = (2e-3, 2e-2, 0.2)
+"""Typical changes of a joint's zero [rad], [m]."""
+TICK = 2 * math.pi / 4096
+"""Step of a servo with 4096 in a turn [rad]."""
+UNTOLD = 3e-3
+"""A zero whose standard deviation is larger is not told [rad], [m]."""
+CHANGED, SURE = 0.02, 0.9
+"""Probability before the samples that a joint's zero changed, and after them from which it did."""
+MOST_TOGETHER = 128
+"""Sets of joints that are compared; of more joints, only the smaller sets."""
+
+
+@dataclass(frozen=True)
+class JointZero:
+    """What was found of a joint's zero."""
+
+    joint: str
+    changed: float
+    """Probability that it changed; 1 where it was named."""
+    offset: float
+    """To be added to what the joint reads [rad], [m]; 0 where it did not change."""
+    standard_deviation: float
+    """Of the offset [rad], [m]; of one that did not change, were it to be found alone."""
+
+    @property
+    def told(self) -> bool:
+        """True if the samples can tell it."""
+        return self.standard_deviation < UNTOLD
+
+    def __str__(self) -> str:
+        found, sigma = self.offset, self.standard_deviation
+        return (
+            f"{self.joint}: {found:+.6f} +- {sigma:.6f} rad to be added to what it reads "
+            f"({math.degrees(found):+.4f} deg; {found / TICK:+.1f} ticks of a servo with 4096)"
+        )
+
+
+@dataclass(frozen=True)
+class Zeros:
+    """Zeros of joints, found with the calibrated chain held."""
+
+    arm: Calibration | Robot
+    joints: tuple[JointZero, ...]
+    """All of the arm's, in chain order."""
+    unchanged: float | None
+    """Probability that none changed; None where joints were named."""
+    noise: float
+    """Of the ball in its sockets, a standard deviation per axis [m]."""
+    untold: tuple[str, ...]
+    """Joints that such samples cannot tell, and what would tell them, in words."""
+
+    @property
+    def changed(self) -> tuple[JointZero, ...]:
+        """The joints whose zero changed, of those that the samples can tell."""
+        return tuple(one for one in self.joints if one.offset)
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """The calibration with the new zeros; None of an arm that has none."""
+        if isinstance(self.arm, Robot):
+            return None
+        later = [
+            LaterZero(joint=one.joint, offset=one.offset, standard_deviation=one.standard_deviation)
+            for one in self.changed
+        ]
+        return with_zeros(self.arm, later)
+
+    def urdf(self) -> bytes:
+        """Return the URDF with the new zeros in its origins."""
+        if self.calibration is not None:
+            return self.calibration.urdf()
+        assert isinstance(self.arm, Robot)
+        return urdf_with_zeros(self.arm, [one.offset for one in self.joints])
+
+    def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
+        """Write ``calibrated.urdf`` and ``calibration.json``; the URDF alone for a nominal robot.
+
+        Raises:
+            OutputError: The folder is there already, or cannot be written.
+        """
+        if self.calibration is not None:
+            return self.calibration.save(folder, force=force, accept_distorted=True)
+        folder = Path(folder)
+        refuse_existing(folder, force=force)
+        return {
+            "urdf": str(write_files(folder, {"calibrated.urdf": self.urdf()})["calibrated.urdf"])
+        }
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """What was found, in lines."""
+        changed = [str(one) for one in self.changed]
+        if self.unchanged is None:
+            return (*changed, *self.untold)
+        summed = ", ".join(f"{z.joint} {_percent(z.changed)}" for z in self.joints if z.told)
+        none = [] if changed else [f"No zero changed ({_percent(self.unchanged)})."]
+        return (*changed, *none, f"Changed, by the evidence: {summed}.", *self.untold)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it by name."""
+        rows = [
+            {
+                **asdict(one),
+                "told": one.told,
+                "degrees": math.degrees(one.offset),
+                "ticks": one.offset / TICK,
+            }
+            for one in self.joints
+        ]
+        return {
+            "joints": rows,
+            "changed": [one.joint for one in self.changed],
+            "unchanged": self.unchanged,
+            "noise": self.noise,
+            "untold": list(self.untold),
+        }
+
+
+def rezero(
+    arm: Calibration | Robot,
+    data: Placement | Sequence[Placement],
+    joints: Sequence[str] = (),
+    stood: str = "",
+    *,
+    ball_moved: bool = False,
+    distance: float | None = None,
+) -> Zeros:
+    """Find the zeros of joints after an exchange, a crash or a reset; nothing is sent to an arm.
+
+    Everything else is held as the calibration left it, and moves as far as its covariance allows.
+
+    Args:
+        arm: The calibration; or a nominal robot whose parts are as exact as printed ones are.
+        data: Samples since, with the ball in sockets: 6 in each are enough.
+        joints: Joints whose zero changed; empty where the evidence is to say which.
+        stood: Placement of the calibration whose base still stands where it stood. One socket of it
+            is enough then, and the first joint's zero is told, too.
+        ball_moved: The ball was taken off since, and sits elsewhere.
+        distance: Between the sockets' centres [m]; None for the recording's.
+
+    Raises:
+        UsageError: No such joint or placement, or a calibration that leaves no posterior.
+        MeasurementError: Samples of another arm, or too few.
+    """
+    prior = prior_of(arm)
+    measured = [measure(p, prior.robot, distance, sockets=1) for p in as_list(data)]
+    task = socket_task(prior, measured, stood, ball_moved=ball_moved)
+    found, unchanged, system = find_zeros(task, joints)
+    named = [one for one in found if not joints or one.joint in joints]
+    untold = tuple(_untold(prior.robot, one, stood) for one in named if not one.told)
+    return Zeros(arm, found, unchanged, system.state.noise.place, untold)
+
+
+def _untold(robot: Robot, zero: JointZero, stood: str) -> str:
+    """Return that a joint's zero cannot be told, and what would tell it."""
+    way = "record postures in which it moves the ball differently, and more of them"
+    if zero.joint == robot.joint_names[0] and not stood:
+        way = "the base's place is free: leave a base where it stood, and name it by --stood"
+    elif zero.joint == robot.joint_names[-1]:
+        way = "the ball lies on its axis, or its own place is free: put a ball beside the axis"
+    return f"These samples cannot tell the zero of {zero.joint}: {way}."
+
+
+def find_zeros(
+    task: Task, joints: Sequence[str] = ()
+) -> tuple[tuple[JointZero, ...], float | None, System]:
+    """Return the joints' zeros, the probability that none changed, and the fit.
+
+    Args:
+        task: The samples, see :func:`socket_task`.
+        joints: Joints whose zero changed; empty where the evidence is to say which.
+
+    Raises:
+        UsageError: No such joint, or too few samples for so many.
+    """
+    prior, names = task.prior, task.prior.robot.joint_names
+    begin = prior.zeros.start
+    unknown = [joint for joint in joints if joint not in names]
+    if unknown:
+        raise UsageError(f"--joint {unknown[0]}: the joints are {', '.join(names)}")
+    some = [names.index(joint) for joint in joints] or list(range(len(names)))
+    system = _freed(task, [begin + j for j in some])
+    deviations = _alone(system)
+    probability, unchanged = np.array([float(name in joints) for name in names]), None
+    if not joints:
+        sets, odds = _which(system, deviations)
+        probability = np.array(
+            [sum(odds[i] for i, s in enumerate(sets) if j in s) for j in range(len(names))]
+        )
+        unchanged = float(odds[0])
+        some = np.flatnonzero(probability > SURE).tolist()
+        system = _freed(task, [begin + j for j in some])
+    offsets, found = np.zeros(len(names)), deviations.copy()
+    if some:
+        own = np.array(some) + begin
+        found[some] = np.sqrt(np.diag(system.posterior_covariance(own)))
+        offsets[some] = np.where(found[some] < UNTOLD, system.state.x[own] - prior.mean[own], 0)
+    rows = zip(names, probability.tolist(), offsets.tolist(), found.tolist(), strict=True)
+    return tuple(JointZero(*row) for row in rows), unchanged, system
+
+
+def _freed(task: Task, unknowns: Sequence[int]) -> System:
+    return fit(replace(task, free={**task.free, **dict.fromkeys(unknowns, max(WIDTHS))}))
+
+
+def _others(system: System) -> dict[int, float]:
+    """Return what is free beside zeros."""
+    zeros = system.task.prior.zeros
+    return {i: w for i, w in system.task.free.items() if not zeros.start <= i < zeros.stop}
+
+
+def _alone(system: System) -> np.ndarray:
+    """Return the standard deviation of each joint's zero, were it alone to be found."""
+    prior = system.task.prior
+    S = replace(system.task, free=_others(system)).covariance
+    C = system.slopes @ S @ system.slopes.T + system.scatter(system.state.noise, told=True)
+    A = system.slopes[:, prior.zeros]
+    told: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
+    return 1 / np.sqrt(told + max(WIDTHS) ** -2)
+
+
+def _which(system: System, deviations: np.ndarray) -> tuple[list[tuple[int, ...]], np.ndarray]:
+    """Return sets of joints whose zeros may have changed, and their probabilities; none first."""
+    told = np.flatnonzero(deviations < UNTOLD).tolist()
+    sets: list[tuple[int, ...]] = []
+    for size in range(len(told) + 1):
+        sets += combinations(told, size)
+        if len(sets) > MOST_TOGETHER:
+            break
+    begin, others = system.task.prior.zeros.start, _others(system)
+    explanations = [
+        Explanation(
+            "",
+            CHANGED ** len(one) * (1 - CHANGED) ** (len(told) - len(one)),
+            [{**others, **{begin + j: width for j in one}} for width in WIDTHS],
+        )
+        for one in sets
+    ]
+    return sets, probabilities(system, explanations)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"

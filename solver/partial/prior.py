@@ -1,0 +1,113 @@
+"""What a calibration leaves known of an arm, as the prior of a fit of one thing more."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..bayes.inference import Posterior
+from ..bayes.model import ExtendedModel, Noise, extend
+from ..bayes.model.effects import JOINT_OFFSET
+from ..calibration import Calibration, posterior_of
+from ..data import Load
+from ..results import CalibrationDocument
+from ..robot import Robot, all_parameters, choose_parameters
+
+LENGTH, ANGLE = 2e-4, 7e-4
+"""Standard deviations of a nominal arm's lengths [m] and angles [rad], as its parts are made."""
+UNKNOWN_BALL = 0.1
+"""Standard deviation of the ball's place on a nominal arm [m]."""
+NOMINAL_NOISE = Noise(1e-4, 1e-3)
+"""Noise of an arm that was never calibrated."""
+SOCKET = "{}:{}"
+"""Name of a socket: its placement, and its number."""
+
+
+@dataclass(frozen=True)
+class ArmPrior:
+    """Mean and covariance of an arm's unknowns, and of the sockets that it was calibrated at."""
+
+    model: ExtendedModel
+    """Its unknowns: the geometry, the ball's place among it, the zeros, and all other effects."""
+    mean: np.ndarray
+    """Of the model's unknowns, then of the sockets' centres in the base, shape (n,)."""
+    covariance: np.ndarray
+    """Shape (n, n)."""
+    sockets: Mapping[str, int]
+    """Place of each socket's centre among the unknowns, by :data:`SOCKET`."""
+    load: Load
+    noise: Noise
+    """Noise of its samples in sockets."""
+
+    @property
+    def robot(self) -> Robot:
+        """The nominal robot."""
+        return self.model.robot
+
+    @cached_property
+    def ball(self) -> np.ndarray:
+        """Where the ball's, or a tool's, place on the flange is among the unknowns, shape (3,)."""
+        parameters = self.model.parameters
+        return np.array([i for i, p in enumerate(parameters) if p.of_ball and p.unit == "m"])
+
+    @cached_property
+    def zeros(self) -> slice:
+        """Where the joints' zeros are among the unknowns."""
+        return self.model.slices[0]
+
+
+def prior_of(arm: Calibration | Robot) -> ArmPrior:
+    """Return what is known of an arm: by its calibration, or by its nominal model alone.
+
+    Args:
+        arm: The calibration, by the default method, of one arm; or a robot, whose zeros may be off
+            while its parts are as exact as printed ones are.
+
+    Raises:
+        UsageError: A calibration that leaves no posterior.
+    """
+    if isinstance(arm, Robot):
+        model = _model(arm, [p.name for p in choose_parameters(arm)], ())
+        widths = [
+            UNKNOWN_BALL if p.of_ball else LENGTH if p.unit == "m" else ANGLE
+            for p in model.parameters
+        ]
+        wide = np.diag(np.concatenate([widths, np.zeros(model.size - len(widths))]) ** 2)
+        return ArmPrior(model, np.zeros(model.size), wide, {}, Load(), NOMINAL_NOISE)
+    document = arm.document
+    found = posterior_of(document, arm.source)
+    fitted = found.model
+    model = _model(fitted.robot, [p.name for p in fitted.parameters], fitted.extensions)
+    labels = [SOCKET.format(*label) for label in found.data.labels]
+    places = {label: model.size + 3 * i for i, label in enumerate(labels)}
+    n, size = model.size + 3 * len(places), fitted.size
+    into = np.array([model.names.index(name) for name in fitted.names], dtype=np.int64)
+    into = np.concatenate([into, np.arange(model.size, n)])
+    mean, covariance = np.zeros(n), np.zeros((n, n))
+    mean[into] = np.concatenate([found.x, found.centres.ravel()])
+    covariance[np.ix_(into, into)] = found.covariance[
+        : size + 3 * len(places), : size + 3 * len(places)
+    ]
+    prior = ArmPrior(model, mean, covariance, places, arm.calibrated.load, _noise(found))
+    return _with_later_zeros(prior, document)
+
+
+def _model(robot: Robot, names: list[str], extensions: tuple[str, ...]) -> ExtendedModel:
+    """Return a model with some parameters free, the ball's place and the zeros in any case."""
+    free = [p for p in all_parameters(robot) if p.name in names or (p.of_ball and p.unit == "m")]
+    return extend(robot, free, (JOINT_OFFSET.name, *extensions))
+
+
+def _noise(found: Posterior) -> Noise:
+    measured = found.measured_noise
+    return found.noise if (found.data.sockets >= 0).any() or measured is None else measured
+
+
+def _with_later_zeros(prior: ArmPrior, document: CalibrationDocument) -> ArmPrior:
+    """Return the prior with zeros that were found since the calibration was made."""
+    for zero in document.later_zeros:
+        i = prior.zeros.start + prior.robot.joint_names.index(zero.joint)
+        prior.mean[i] += zero.offset
+        prior.covariance[i, i] += zero.standard_deviation**2
+    return prior

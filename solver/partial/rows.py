@@ -1,0 +1,163 @@
+"""Samples of an arm as two ways to one place, and their errors by all unknowns.
+
+With F(q) the flange by the calibrated chain, U a tool or camera on it, and V a place in the base,
+
+    F(q_i) U L_i = V_k(i) R_i
+
+where L_i or R_i is what a camera or an instrument measured, and the other the identity. A tool's
+tip in a socket has neither: U is the tip's place on the flange, and V the socket's centre. A camera
+on the arm measures L_i, the board's pose; one beside the arm measures R_i. The errors are
+
+    t_i = p(F U L) - p(V R)      r_i = log(rot(F U L) rot(V R)^T)
+
+in the base's axes, and derivatives are by small turns about the axes of flange (U) and base (V).
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..bayes.model import ExtendedModel
+from ..data import rotation_vectors
+
+CORNERS = np.vstack([np.zeros(3), np.eye(3)])
+"""Points of the flange whose places give its pose [m]."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Samples: joint positions, the place each belongs to, and poses that were measured."""
+
+    q: np.ndarray
+    """Joint positions, shape (N, m) [rad]."""
+    moments: np.ndarray
+    """What holds the joints, shape (N, 3 m) [N m]."""
+    places: np.ndarray
+    """Index of each sample's place V, shape (N,)."""
+    names: tuple[str, ...]
+    """Of the places."""
+    left: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))
+    """L, shape (N, 4, 4); empty for the identity."""
+    right: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))
+    """R, likewise."""
+    wheres: tuple[str, ...] = ()
+    """File and line of each sample, for messages."""
+
+    @property
+    def turns(self) -> bool:
+        """True where orientations were measured, too."""
+        return len(self.left) + len(self.right) > 0
+
+    @property
+    def axes(self) -> int:
+        """Number of errors of a sample, 3 or 6."""
+        return 6 if self.turns else 3
+
+    def measured(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return L and R, the identity written out, each of shape (N, 4, 4)."""
+        ones = np.tile(np.eye(4), (len(self.q), 1, 1))
+        return self.left if len(self.left) else ones, self.right if len(self.right) else ones
+
+
+@dataclass(frozen=True)
+class Flanges:
+    """Poses of the flange, and their derivatives."""
+
+    R: np.ndarray
+    """Rotations, shape (N, 3, 3)."""
+    p: np.ndarray
+    """Shape (N, 3) [m]."""
+    by_unknowns: np.ndarray
+    """Derivatives of p, then turns, by the model's unknowns, the tool left out, (N, 6, size)."""
+    by_joints: np.ndarray
+    """The same by the joints' positions, as noisy as each is, shape (N, 6, m)."""
+
+
+def flanges(
+    model: ExtendedModel, ball: np.ndarray, x: np.ndarray, q: np.ndarray, moments: np.ndarray
+) -> Flanges:
+    """Return the flange's poses at joint positions, by four points of it.
+
+    Args:
+        model: The arm's.
+        ball: Where the ball's place on the flange is among its unknowns, shape (3,).
+        x: Its unknowns, shape (size,).
+        q: Joint positions, shape (N, m) [rad].
+        moments: What holds the joints, shape (N, 3 m) [N m].
+    """
+    at = [x.copy() for _ in CORNERS]
+    for own, corner in zip(at, CORNERS, strict=True):
+        own[ball] = corner - model.ball.nominal[ball]
+    points, by_x, by_q = zip(*(model.linearise(own, q, moments) for own in at), strict=True)
+    R = np.stack([points[k] - points[0] for k in (1, 2, 3)], axis=2)
+
+    def both(parts: tuple[np.ndarray, ...]) -> np.ndarray:
+        # c_k x (w x c_k), summed over the three axes c_k, is 2 w
+        turn = sum(np.cross(R[:, :, k, None], parts[k + 1] - parts[0], axis=1) for k in range(3))
+        return np.concatenate([parts[0], 0.5 * np.asarray(turn)], axis=1)
+
+    by_unknowns = both(by_x)
+    by_unknowns[:, :, ball] = 0.0
+    return Flanges(R, points[0], by_unknowns, both(by_q))
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Errors of samples at some unknowns, and their derivatives."""
+
+    errors: np.ndarray
+    """t [m], and where turns were measured r [rad], shape (N, 3 or 6)."""
+    by_unknowns: np.ndarray
+    """By the model's unknowns, shape (N, axes, size)."""
+    by_tool: np.ndarray
+    """By a turn of U, shape (N, axes, 3)."""
+    by_places: np.ndarray
+    """By a shift of V, and where turns were measured a turn of it, shape (N, axes, 3 or 6)."""
+    by_joints: np.ndarray
+    """Shape (N, axes, m)."""
+
+
+def linearise(
+    rows: Rows, at: Flanges, ball: np.ndarray, tool: np.ndarray, places: np.ndarray
+) -> Linear:
+    """Return the errors of samples.
+
+    Args:
+        rows: The samples.
+        at: Their flanges.
+        ball: Where the tool's place is among the unknowns, shape (3,).
+        tool: U, shape (4, 4).
+        places: V, shape (K, 4, 4).
+    """
+    L, R = rows.measured()
+    V = places[rows.places]
+    arm = np.einsum("ij,nj->ni", tool[:3, :3], L[:, :3, 3])
+    beyond = np.einsum("nij,nj->ni", at.R, arm + tool[:3, 3])
+    reach = np.einsum("nij,nj->ni", V[:, :3, :3], R[:, :3, 3])
+    turned = at.R @ tool[:3, :3] @ L[:, :3, :3]
+    off = turned @ (V[:, :3, :3] @ R[:, :3, :3]).transpose(0, 2, 1)
+    errors = np.concatenate([at.p + beyond - V[:, :3, 3] - reach, rotation_vectors(off)], axis=1)
+
+    def moved(by: np.ndarray) -> np.ndarray:
+        # a turn w of the flange moves what is beyond it by w x beyond
+        shift = by[:, :3] - np.cross(beyond[:, :, None], by[:, 3:], axis=1)
+        return np.concatenate([shift, by[:, 3:]], axis=1)
+
+    by_unknowns = moved(at.by_unknowns)
+    by_unknowns[:, :3, ball] = at.R
+    by_tool = np.concatenate([-at.R @ cross_matrices(arm), at.R], axis=1)
+    ones = np.tile(np.eye(3), (len(reach), 1, 1))
+    by_places = np.block([[-ones, cross_matrices(reach)], [np.zeros_like(ones), -ones]])
+    n = rows.axes
+    return Linear(
+        errors[:, :n],
+        by_unknowns[:, :n],
+        by_tool[:, :n],
+        by_places[:, :n, :n],
+        moved(at.by_joints)[:, :n],
+    )
+
+
+def cross_matrices(v: np.ndarray) -> np.ndarray:
+    """Return the matrices of v x, shape (N, 3, 3), of vectors, shape (N, 3)."""
+    return np.cross(v[:, :, None], np.eye(3)[None], axis=1)

@@ -1,0 +1,9 @@
+"""One simulated arm for all tests of this folder."""
+
+import pytest
+from calibrated_arm import Simulated, simulate
+
+
+@pytest.fixture(scope="session")
+def simulated() -> Simulated:
+    return simulate()

@@ -1,0 +1,89 @@
+"""Zeros of joints found with the calibrated chain held."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calibrated_arm import Simulated
+
+import mukca
+from mukca.recorder import sample_files
+from mukca.solver.results import write_files
+
+
+@pytest.mark.parametrize("offsets", [{}, {3: 5e-3}, {1: -0.08, 4: 4e-3}])
+def test_the_evidence_names_the_joints_whose_zeros_changed(
+    simulated: Simulated, offsets: dict[int, float]
+) -> None:
+    found = mukca.rezero(simulated.calibration, simulated.read(offsets))
+    assert [one.joint for one in found.changed] == [f"panda_joint{j + 1}" for j in offsets]
+    for zero, offset in zip(found.changed, offsets.values(), strict=True):
+        assert abs(zero.offset - offset) < 4 * zero.standard_deviation < 2e-3
+
+
+def test_a_zero_that_such_samples_cannot_tell_is_named_and_not_found(simulated: Simulated) -> None:
+    found = mukca.rezero(simulated.calibration, simulated.read({}), ["panda_joint1"])
+    assert not found.changed
+    assert "panda_joint1" in found.untold[0] and "--stood" in found.untold[0]
+
+
+def test_where_the_base_still_stands_one_socket_tells_the_first_joint(
+    simulated: Simulated,
+) -> None:
+    trained = simulated.calibration.document.data[0]
+    q = np.array([s.position for s in trained.samples if s.socket == 0][:8])
+    q[:, 0] -= 3e-3
+    since = mukca.Placement.of_arrays("since", q, [0] * 8)
+    found = mukca.rezero(simulated.calibration, since, stood=trained.name)
+    assert [one.joint for one in found.changed] == ["panda_joint1"]
+    assert found.changed[0].offset == pytest.approx(3e-3, abs=5e-4)
+
+
+def test_a_calibration_with_new_zeros_fits_old_samples_and_new_ones(
+    simulated: Simulated, tmp_path: Path
+) -> None:
+    since, old = simulated.read({3: 5e-3}), simulated.calibration
+    mukca.rezero(old, since).save(tmp_path / "new")
+    new = mukca.load_calibration(tmp_path / "new")
+    before, after = (c.validate(since).summary.test for c in (old, new))
+    assert before is not None and after is not None
+    assert after.calibrated.mean_absolute_error < 0.2 * before.calibrated.mean_absolute_error
+    # what it was trained on is kept in the new readings' terms, and is as right as before
+    rows = np.array([s.position for s in new.document.data[0].samples])
+    assert new.ball(rows) == pytest.approx(
+        old.ball([s.position for s in old.document.data[0].samples]), abs=2e-5
+    )
+    assert not mukca.rezero(new, since).changed
+    again = mukca.rezero(new, simulated.read({3: 8e-3}))
+    assert again.changed[0].offset == pytest.approx(3e-3, abs=4e-4)
+
+
+def test_zeros_of_a_servo_arm_that_was_never_calibrated() -> None:
+    robot = mukca.load_robot("so101")
+    small = {"translation": 1e-4, "rotation": 3e-4, "noise": 5e-5}
+    _, (recorded,) = mukca.simulate_recordings(robot, 1, seed=1, samples=12, **small)
+    q = recorded.positions
+    q[:, 2] -= 0.03
+    since = mukca.Placement.of_arrays("since", q, recorded.sockets, distance=0.05)
+    found = mukca.rezero(robot, since, [robot.joint_names[2]])
+    assert found.changed[0].offset == pytest.approx(0.03, abs=4e-3)
+    assert found.urdf() != robot.text.data
+
+
+def test_the_command_says_and_writes_what_was_found(
+    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
+) -> None:
+    write_files(tmp_path / "since", sample_files(simulated.read({3: 5e-3})))
+    simulated.calibration.save(tmp_path / "cal")
+    words = ("rezero", tmp_path / "cal", tmp_path / "since")
+    status, out, _ = command(*words, "--json", "--out", tmp_path / "new")
+    assert status == 0 and json.loads(out)["changed"] == ["panda_joint4"]
+    assert (tmp_path / "new" / "calibrated.urdf").exists()
+    status, out, _ = command(*words, "--joint", "panda_joint1")
+    assert status == 3 and "cannot tell the zero of panda_joint1" in out
+    status, _, error = command(*words, "--joint", "elbow")
+    assert status == 2 and "--joint elbow: the joints are panda_joint1" in error
+    status, _, error = command(*words, "--stood", "kitchen")
+    assert status == 2 and error.count("\n") == 1 and "kitchen" in error

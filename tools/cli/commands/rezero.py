@@ -1,0 +1,72 @@
+"""``mukca rezero``: the zeros of joints that changed since a calibration."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ....solver.results import refuse_existing
+from .. import OutputOptions, Terminal, argument, option
+
+if TYPE_CHECKING:
+    from ....solver.calibration import Calibration
+    from ....solver.robot import Robot
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(OutputOptions):
+    """Options of ``mukca rezero``."""
+
+    calibration: Path = argument(
+        "calibration.json, or its folder; of an arm never calibrated its model", "CALIBRATION"
+    )
+    data: Sequence[Path] = argument("placements recorded since", "DATA")
+    joint: Sequence[str] = option(
+        "joints whose zero changed (default: those that the evidence names)", "NAME", ()
+    )
+    stood: str = option(
+        "placement of the calibration whose base still stands where it stood; one socket is enough "
+        "then, and the first joint is told, too",
+        "PLACEMENT",
+        "",
+    )
+    ball_moved: bool = option("the ball was taken off since", default=False)
+    distance: float | None = option("distance of the sockets' centres in metres", "M")
+
+
+def run(options: Options, terminal: Terminal) -> int:
+    """Print each joint's zero, and write the calibration with the new ones."""
+    from ....recorder import read_placements
+    from ....solver.partial import rezero
+
+    if options.out is not None:
+        refuse_existing(options.out, force=options.force)
+    found = rezero(
+        arm_of(options.calibration),
+        read_placements(*options.data),
+        options.joint,
+        options.stood,
+        ball_moved=options.ball_moved,
+        distance=options.distance,
+    )
+    terminal.say(*found.text)
+    outputs: dict[str, str] = {}
+    if options.out is not None and found.changed:
+        outputs = found.save(options.out, force=options.force)
+        terminal.say(*(f"Wrote {file}" for file in outputs.values()))
+        terminal.say("Set the zeros in the robot instead, or load these: one of both, never both.")
+    elif found.changed:
+        terminal.say("Nothing was written; add --out DIR to keep the calibration with them.")
+    terminal.emit({**found.as_dict(), "outputs": outputs})
+    told = {one.joint: one.told for one in found.joints}
+    return 0 if all(told[joint] for joint in options.joint) else 3
+
+
+def arm_of(file: Path) -> "Calibration | Robot":
+    """Return a calibration by its file or folder, or a nominal robot by its name or URDF."""
+    from ....solver.calibration import load_calibration
+    from ....solver.robot import load_robot, shipped_robots
+
+    if str(file) in shipped_robots() or file.suffix == ".urdf":
+        return load_robot(file)
+    return load_calibration(file)
