@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Generic, Literal, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from ..results import (
     CalibrationDocument,
     Document,
     DocumentError,
+    ModelName,
     PlacementErrors,
     PlacementSamples,
     RecordedSample,
@@ -31,8 +32,6 @@ from ..results import (
 )
 from ..robot import Robot
 
-ModelName = Literal["nominal", "calibrated", "geometric"]
-"""``geometric``: ``calibrated.urdf`` as the user loads it."""
 Value = TypeVar("Value")
 Point = tuple[float, float, float]
 

@@ -176,7 +176,8 @@ class Calibration(FullModel):
         """Return the errors of checked placements, those trained on first."""
         models = models_of(self.calibrated)
         roles: list[Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
-        rows = [placement_errors(models, *row) for row in zip(roles, data, strict=True)]
+        pairs = zip(roles, data, strict=True)
+        rows = [placement_errors(self.calibrated, models, *row) for row in pairs]
         return Errors(sorted(rows, key=lambda row: row.role == "test"))
 
     def was_trained_on(self, measured: Measurement) -> bool:

@@ -65,7 +65,7 @@ def run_job(plan: Plan, job: Job) -> list[PlacementErrors] | None:
         return None
     models = models_of(fit.calibrated)
     return [
-        placement_errors(models, "train" if i in job.trained else "test", measured)
+        placement_errors(fit.calibrated, models, "train" if i in job.trained else "test", measured)
         for i, measured in enumerate(plan.measurements)
     ]
 

@@ -73,7 +73,7 @@ class Errors(tuple[PlacementErrors, ...]):
         for summary, role, title in parts:
             for row in self:
                 if row.role == role:
-                    name = row.name if row.kind == "sockets" else f"{row.name} (true error)"
+                    name = f"{row.name}{_kind(row)}"
                     rows += _rows(row, name, "+".join(map(str, row.samples)))
             if summary is not None:
                 removed = f"{100 * removed_share(summary.nominal, summary.loaded):.1f} % less"
@@ -90,6 +90,14 @@ class Errors(tuple[PlacementErrors, ...]):
         return "\n".join(lines)
 
 
+def _kind(row: PlacementErrors) -> str:
+    """Return what a row's name is followed by: points have true errors, poses angles, too."""
+    angles = [row.nominal.orientation_error, row.calibrated.orientation_error]
+    turned = " > ".join(f"{1e3 * angle:.3g}" for angle in angles if angle is not None)
+    turned = turned and f"; {turned} mrad"
+    return "" if row.kind == "sockets" else f" (true error{turned})"
+
+
 def _rows(row: PlacementErrors | Summary, name: str, samples: str) -> list[tuple[bool, list[str]]]:
     nominal, loaded, full = map(_figures, (row.nominal, row.loaded, row.calibrated))
     cells = [f"{before} > {after}" for before, after in zip(nominal, loaded, strict=True)]
@@ -101,7 +109,8 @@ def _rows(row: PlacementErrors | Summary, name: str, samples: str) -> list[tuple
 
 def _figures(metrics: Metrics) -> list[str]:
     """Return the figures of the columns [mm]."""
-    return list(map(millimetres, metrics.as_dict().values()))
+    figures = (metrics.mean_absolute_error, metrics.max_error, metrics.distance_error)
+    return list(map(millimetres, figures))
 
 
 def _summary(rows: Sequence[PlacementErrors]) -> Summary | None:

@@ -20,7 +20,7 @@ from ..data import (
     found_deviation,
 )
 from ..paper import REGULARIZATION, ball_only, build_problem, solve
-from ..results import CalibratedRobot, CostTerms, Iteration, PlacementErrors, Role
+from ..results import CalibratedRobot, CostTerms, Iteration, ModelName, PlacementErrors, Role
 from ..robot import BallModel, Robot, all_parameters
 from .error_table import Errors
 from .fit import Fit, Predict
@@ -31,14 +31,18 @@ BALL_STEPS = 6
 
 
 def placement_errors(
+    calibrated: CalibratedRobot,
     models: Mapping[str, Predict],
     role: Role,
     measured: Measurement,
     frames: Mapping[str, Mapping[str, Pose]] | None = None,
 ) -> PlacementErrors:
     """Return the errors of a placement by models that are named as in :class:`PlacementErrors`."""
+    names: tuple[ModelName, ...] = ("nominal", "calibrated", "geometric")
+    turned = names if measured.has_orientations else ()
+    turns = {name: calibrated.rotations(name, measured) for name in turned}
     metrics: dict[str, Any] = {
-        name: evaluate(predict(measured), measured, (frames or {}).get(name))
+        name: evaluate(predict(measured), measured, (frames or {}).get(name), turns.get(name))
         for name, predict in models.items()
     }
     in_sockets = measured.kind == "sockets"
@@ -61,7 +65,7 @@ def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
     frames = {name: fit_frames([(p(m), m) for m in measured]) for name, p in models.items()}
     rows: list[PlacementErrors] = []
     for role, m in problem.placements:
-        row = placement_errors(models, role, m, frames)
+        row = placement_errors(fit.calibrated, models, role, m, frames)
         if fit.posterior is not None:
             predicted, found, length = _deviations(fit.calibrated, fit.posterior, m)
             row = structs.replace(
@@ -82,8 +86,9 @@ def _deviations(
     The last is the deviation of the distance error [m], where there is one.
     """
     points = calibrated.ball(measured.positions, measured.efforts)
-    if measured.kind == "points" and posterior.measured_noise is not None:
-        posterior = replace(posterior, noise=posterior.measured_noise)
+    if measured.kind == "points":
+        noises = {"sockets": posterior.noises.get("points", posterior.noise)}
+        posterior = replace(posterior, noises=noises)
     by_socket = calibrated.load.by_socket(calibrated.robot, measured)
     length = None
     if measured.has_distance:

@@ -134,13 +134,15 @@ def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:
 
 def noise_scale(posterior: Posterior) -> NoiseScale:
     """Return the noise that was found."""
-    noise, measured = posterior.noise, posterior.measured_noise
+    noise, measured = posterior.noise, posterior.noises.get("points")
+    turns = posterior.noises.get("turns")
     return NoiseScale(
         space=noise.space,
         joint=noise.joint,
         nu=noise.nu,
         measured_space=None if measured is None else measured.space,
         measured_joint=None if measured is None else measured.joint,
+        measured_turn=None if turns is None else turns.space,
     )
 
 

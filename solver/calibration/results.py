@@ -120,7 +120,9 @@ def _samples(
     problem: CalibrationProblem, posterior: Posterior | None
 ) -> tuple[PlacementSamples, ...]:
     """Return all samples; those trained on have robust weights, which come socket by socket."""
-    weights: list[float] = [] if posterior is None else posterior.weights.tolist()
+    weights: list[float] = []
+    if posterior is not None:
+        weights = posterior.weights[~posterior.data.turned].tolist()
     rows: list[PlacementSamples] = []
     for role, measured in problem.placements:
         count = len(measured.positions)

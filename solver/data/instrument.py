@@ -1,4 +1,8 @@
-"""Balls that an instrument measured, as a laser tracker does, row by row as a fit's samples."""
+"""What an instrument measured, as a laser tracker does, row by row as a fit's samples.
+
+A measured pose is two samples of a fit, the ball's place [m] and its link's orientation [rad], each
+an error vector with its own noise. Orientations are the last samples.
+"""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -20,6 +24,10 @@ class Instrument:
     """For each sample, the name of its placement; empty for one in a socket."""
     sources: tuple[str, ...]
     """File and line of each, for messages."""
+    turned_in: np.ndarray
+    """Index of the frame of each orientation, shape (N,); -1 for a sample that is none."""
+    rotations: np.ndarray
+    """Orientations in that frame, shape (N, 3, 3)."""
 
     def rows_besides(self, placements: Collection[str]) -> np.ndarray:
         """Return a mask of the measured samples but for some placements', shape (N,)."""
@@ -36,21 +44,32 @@ class Instrument:
             self.points[rows],
             tuple(self.placements[i] for i in picked),
             tuple(self.sources[i] for i in picked),
+            self.turned_in[rows],
+            self.rotations[rows],
         )
 
 
 def measured_points(
     measurements: Sequence[tuple[str, Measurement]], frames: Sequence[str]
 ) -> Instrument | None:
-    """Return the measured balls of placements, by their names; None where there is none."""
+    """Return what was measured at placements, by their names; None where nothing was."""
     if all(m.kind == "sockets" for _, m in measurements):
         return None
-    rows = [(name, m, m.kind == "points") for name, m in measurements]
+    turned = [(name, m) for name, m in measurements if m.has_orientations]
+    pairs = [
+        (name, m, sample) for name, m in (*measurements, *turned) for sample in m.placement.samples
+    ]
+    count, n = sum(len(m.placement.samples) for _, m in measurements), len(pairs)
+    frames_of = [frames.index(m.frame) if m.kind == "points" else -1 for _, m, _ in pairs]
+    points, rotations = np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1))
+    points[:count] = [sample.point or (0, 0, 0) for _, _, sample in pairs[:count]]
+    if turned:
+        rotations[count:] = np.concatenate([m.rotations for _, m in turned])
     return Instrument(
-        np.concatenate(
-            [np.full(sum(m.counts), frames.index(m.frame) if on else -1) for _, m, on in rows]
-        ),
-        np.concatenate([m.points if on else np.zeros((sum(m.counts), 3)) for _, m, on in rows]),
-        tuple(name if on else "" for name, m, on in rows for _ in range(sum(m.counts))),
-        tuple(sample.where for _, m, _ in rows for sample in m.placement.samples),
+        np.array([*frames_of[:count], *[-1] * (n - count)]),
+        points,
+        tuple(name if m.kind == "points" else "" for name, m, _ in pairs),
+        tuple(sample.where for _, _, sample in pairs),
+        np.array([*[-1] * count, *frames_of[count:]]),
+        rotations,
     )

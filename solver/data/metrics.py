@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from .frames import Pose, fit_pose
+from .measured_poses import rotation_vectors
 from .measurements import Measurement
 
 CALIPER_DEVIATION = 3e-5
@@ -36,9 +37,12 @@ class Metrics:
     distance_error: float | None
     """|mu1 - mu0| - d, for d the measured distance: positive where the model is too large. Over
     several placements, the mean of the absolute values. None where there is one socket only."""
+    orientation_error: float | None = None
+    """Mean angle between predicted and measured orientations [rad]; None where none was measured,
+    or the model was not asked for them."""
 
     def as_dict(self) -> dict[str, float | None]:
-        """Return the figures by name [m]."""
+        """Return the figures by name [m], [rad]."""
         return asdict(self)
 
 
@@ -93,12 +97,27 @@ def targets(
 
 
 def evaluate(
-    points: np.ndarray, measured: Measurement, frames: Mapping[str, Pose] | None = None
+    points: np.ndarray,
+    measured: Measurement,
+    frames: Mapping[str, Pose] | None = None,
+    rotations: np.ndarray | None = None,
 ) -> Metrics:
-    """Return the metrics of one placement; arguments as for :func:`targets`."""
+    """Return the metrics of one placement.
+
+    Args:
+        points: As for :func:`targets`,
+        measured: likewise,
+        frames: likewise.
+        rotations: Predicted orientations of the ball's link, shape (N, 3, 3); None for no figure.
+    """
     errors = np.linalg.norm(points - targets(points, measured, frames), axis=1)
-    centres = socket_centres(points, measured)
-    return Metrics(float(errors.mean()), float(errors.max()), _distance_error(centres, measured))
+    centres, turned = socket_centres(points, measured), None
+    if rotations is not None and measured.has_orientations:
+        frame = (frames or {}).get(measured.frame) or fit_pose(measured.points, points)
+        placed = (frame.rotation @ measured.rotations).swapaxes(1, 2)
+        turned = float(np.linalg.norm(rotation_vectors(rotations @ placed), axis=1).mean())
+    distance = _distance_error(centres, measured)
+    return Metrics(float(errors.mean()), float(errors.max()), distance, turned)
 
 
 def _distance_error(centres: np.ndarray, measured: Measurement) -> float | None:
@@ -110,10 +129,12 @@ def _distance_error(centres: np.ndarray, measured: Measurement) -> float | None:
 def mean_metrics(metrics: Sequence[Metrics]) -> Metrics:
     """Return the metrics of several placements together: means, and the largest of the maxima."""
     lengths = [abs(m.distance_error) for m in metrics if m.distance_error is not None]
+    turns = [m.orientation_error for m in metrics if m.orientation_error is not None]
     return Metrics(
         float(np.mean([m.mean_absolute_error for m in metrics])),
         max(m.max_error for m in metrics),
         float(np.mean(lengths)) if lengths else None,
+        float(np.mean(turns)) if turns else None,
     )
 
 

@@ -39,7 +39,7 @@ class Observations:
     """Moments that hold the arm, about the joints' own axes and those across, shape (N, 3 m)
     [N m]."""
     sockets: np.ndarray
-    """Index of each sample's socket among all sockets, shape (N,); -1 for a ball that an instrument
+    """Index of each sample's socket among all sockets, shape (N,); -1 for what an instrument
     measured."""
     labels: tuple[tuple[str, int], ...]
     """For each socket, the name of its placement and its number there."""
@@ -53,6 +53,11 @@ class Observations:
     """Balls that an instrument measured; None where it measured nothing."""
     base: int = WORLD
     """Index of the frame that is the robot's base."""
+
+    @property
+    def turned(self) -> np.ndarray:
+        """True for samples that are the orientation of a ball's link, shape (N,)."""
+        return self.sockets == -2 if self.instrument is None else self.instrument.turned_in >= 0
 
     @property
     def anchored(self) -> bool:
@@ -255,10 +260,12 @@ def _samples(
         else np.full(sum(m.counts), -1)
         for name, m in measurements
     ]
+    turned = [(name, m) for name, m in measurements if m.has_orientations]
+    every = [m for _, m in (*measurements, *turned)]
     return Observations(
-        np.concatenate([m.positions for _, m in measurements]),
-        np.concatenate([arm.load.torques(arm.robot, m) for _, m in measurements]),
-        np.concatenate(places),
+        np.concatenate([m.positions for m in every]),
+        np.concatenate([arm.load.torques(arm.robot, m) for m in every]),
+        np.concatenate([*places, *(np.full(sum(m.counts), -1) for _, m in turned)]),
         labels,
         known,
         located,

@@ -1,5 +1,6 @@
 from .calibrated import CalibratedRobot as CalibratedRobot
 from .calibrated import JointsError as JointsError
+from .calibrated import ModelName as ModelName
 from .calibration import ELASTICITY_FORMAT as ELASTICITY_FORMAT
 from .calibration import FORMAT as FORMAT
 from .calibration import CalibrationDocument as CalibrationDocument

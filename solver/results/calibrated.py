@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
 from ..bayes.model import Deflection
-from ..data import Load
+from ..data import Load, Measurement
 from ..robot import (
     BallModel,
     Origin,
@@ -24,6 +24,8 @@ from ..robot import (
     set_origins,
 )
 
+ModelName = Literal["nominal", "calibrated", "geometric"]
+"""``geometric``: ``calibrated.urdf`` as the user loads it."""
 _FARTHEST = 8 * np.pi
 """Beyond all joints, endless ones too [rad]."""
 
@@ -131,6 +133,18 @@ class CalibratedRobot:
         Shapes, units and errors are those of :meth:`ball`.
         """
         return self._points(self.geometry, self.positions(q), q)
+
+    def rotations(self, model: ModelName, measured: Measurement) -> np.ndarray:
+        """Return the orientations of the ball's link at a placement's samples by a model.
+
+        Returns:
+            Shape (N, 3, 3), in the base frame.
+        """
+        q = self.positions(measured.positions)
+        if model == "calibrated":
+            q = self._corrected(q, measured.efforts)
+        by_model = {"nominal": self.model.nominal, "geometric": self.geometry}
+        return self.model.rotations(by_model.get(model, self.values), q).points
 
     def nominal_ball(self, q: ArrayLike) -> np.ndarray:
         """Return the ball's centre by the nominal URDF.

@@ -104,6 +104,8 @@ class NoiseScale(Document, kw_only=True, frozen=True):
     """Of balls that an instrument measured [m]; None, here and below, where none was."""
     measured_joint: float | None = None
     """Of the joint angles there [rad]."""
+    measured_turn: float | None = None
+    """Of orientations that an instrument measured, about each axis [rad]."""
 
 
 class Scale(Document, kw_only=True, frozen=True):

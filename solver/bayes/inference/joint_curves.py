@@ -234,11 +234,7 @@ def _of_arm(
     own = objective.model.own[robot]
     x = np.concatenate([state.x[own], curves[: len(model.robot.joint_names)].T.ravel()])
     base, samples = rows.base(robot, state.frames), rows.own[robot]
-    noises = {
-        bool(rows.sockets[first] < 0): noise
-        for source, noise in zip(rows.sources, state.noises, strict=True)
-        if samples.start <= (first := int(np.arange(len(rows.sockets))[source][0])) < samples.stop
-    }
+    kinds = zip(rows.source_kinds, state.noises, strict=True)
     return replace(
         arm,
         model=model,
@@ -249,8 +245,7 @@ def _of_arm(
             for g in state.groups
             if own.start <= g.members[0] < own.stop
         ),
-        noise=noises.get(False) or noises[True],
-        measured_noise=noises.get(True),
+        noises={kind: noise for (i, kind), noise in kinds if i == robot},
         points=model.predict(x, arm.data.positions, arm.data.torques),
         weights=fitted.weights[samples],
         log_evidence=found.log_evidence + fitted.log_evidence,

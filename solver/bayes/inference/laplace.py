@@ -9,7 +9,7 @@ from math import erfc, log, sqrt
 
 import numpy as np
 
-from ..model import TYPICAL_SPREAD, Noise, log_constant, log_prior
+from ..model import TYPICAL_SPREAD, Kind, Noise, log_constant, log_prior
 from .arrowhead import ArrowheadMatrix
 from .normal_equations import (
     NormalEquations,
@@ -110,11 +110,8 @@ def _of_arm(
     own, rows = objective.model.own[robot], objective.rows.own[robot]
     picked = np.r_[own, objective.dense : objective.size]
     mine = [g for g in state.groups if ((g.members >= own.start) & (g.members < own.stop)).all()]
-    noises = {
-        bool(objective.rows.sockets[source][0] < 0): noise
-        for source, noise in zip(objective.rows.sources, state.noises, strict=True)
-        if np.isin(np.arange(len(weights))[source][0], np.arange(len(weights))[rows])
-    }
+    kinds = zip(objective.rows.source_kinds, state.noises, strict=True)
+    noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
     base = objective.rows.base(robot, state.frames)
     centres = state.centres if base is None else base.inverse().apply(state.centres)
     return Posterior(
@@ -124,12 +121,11 @@ def _of_arm(
         centres,
         covariance[np.ix_(picked, picked)],
         tuple(replace(g, members=g.members - own.start) for g in mine),
-        noises.get(False) or noises[True],
+        noises,
         state.linear.points[rows],
         weights[rows],
         evidence,
         tuple(x[own] for x in iterates),
-        noises.get(True),
     )
 
 

@@ -171,14 +171,9 @@ def resumed(found: JointPosterior, objective: Objective) -> State:
     for group in groups:
         none = ~(np.abs(x[group.members]) > 0) if group.non_negative else group.width == 0
         at_zero[group.members] = none
-    noises: list[Noise] = []
-    for source in rows.sources:
-        first = int(np.arange(len(rows.sockets))[source][0])
-        arm = found.arms[[first < own.stop for own in rows.own].index(True)]
-        noises.append((arm.measured_noise if rows.sockets[first] < 0 else None) or arm.noise)
     frames, centres = tuple(found.frames.values()), found.arms[0].centres
     linear = linearise(objective, x, centres, frames)
-    return State(x, centres, frames, tuple(groups), tuple(noises), at_zero, linear)
+    return State(x, centres, frames, tuple(groups), found.noises_of(rows), at_zero, linear)
 
 
 def with_curves(objective: Objective, coefficients: np.ndarray) -> tuple[Objective, np.ndarray]:

@@ -9,11 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ...data import WORLD, MultiRobotObservations, Pose
+from ...data import WORLD, MultiRobotObservations, Observations, Pose, rotation_vectors
 from ..model import ExtendedModel, MultiRobotModel, Noise, PriorGroup, SampleRows
 
-Balls = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Balls, each in its own robot's base, and their derivatives by x and by the joints."""
+Balls = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""Balls, each in its own robot's base, the errors' derivatives there by x and by the joints, and
+the rotations of the balls' links where they were measured, shape (N, 3, 3)."""
 FRAME_PRIOR_PRECISION = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
 """A weak prior, in 1/rad and 1/m, for frames that the data do not hold: one step then turns a frame
 by 1 rad at most, and shifts it by 10 m."""
@@ -107,8 +108,9 @@ def linearise(
     ``balls`` are the balls there, where they are known already.
     """
     model, rows = objective.model, objective.rows
-    points, by_x, by_joints = balls or predict_balls(objective, x)
-    errors, by_x, by_joints = _errors(objective, points, by_x, by_joints, centres, frames)
+    balls = balls or predict_balls(objective, x)
+    points = balls[0]
+    errors, by_x, by_joints = _errors(objective, balls, centres, frames)
     by_x, by_joints = np.ascontiguousarray(by_x), np.ascontiguousarray(by_joints)  # far faster
     volume, by_volume = 0.0, np.zeros(objective.size)
     for i, (own, one) in enumerate(zip(model.own, model.models, strict=True)):
@@ -122,22 +124,35 @@ def linearise(
 
 
 def predict_balls(objective: Objective, x: np.ndarray) -> Balls:
-    """Return all balls, each in its own robot's base, and derivatives by x and by the joints."""
+    """Return all balls, with the derivatives of what was measured of them."""
     model, scene = objective.model, objective.rows.scene
     parts = [
-        one.linearise(x[own], arm.positions, arm.torques)
+        _balls_of(one, x[own], arm)
         for own, one, arm in zip(model.own, model.models, scene.arms, strict=True)
     ]
     if len(parts) == 1:
         return parts[0]
-    widest = max(by_joints.shape[2] for _, _, by_joints in parts)
+    widest = max(by_joints.shape[2] for _, _, by_joints, _ in parts)
     by_x = [
         np.pad(J, ((0, 0), (0, 0), (own.start, model.size - own.stop)))
-        for own, (_, J, _) in zip(model.own, parts, strict=True)
+        for own, (_, J, _, _) in zip(model.own, parts, strict=True)
     ]
-    by_joints = [np.pad(Jq, ((0, 0), (0, 0), (0, widest - Jq.shape[2]))) for _, _, Jq in parts]
-    points = np.concatenate([points for points, _, _ in parts])
-    return points, np.concatenate(by_x), np.concatenate(by_joints)
+    by_joints = [np.pad(Jq, ((0, 0), (0, 0), (0, widest - Jq.shape[2]))) for _, _, Jq, _ in parts]
+    points, rotations = (np.concatenate([part[i] for part in parts]) for i in (0, 3))
+    return points, np.concatenate(by_x), np.concatenate(by_joints), rotations
+
+
+def _balls_of(model: ExtendedModel, x: np.ndarray, data: Observations) -> Balls:
+    """Return the balls of one robot."""
+    q, torques, turned = data.positions, data.torques, data.turned
+    points, by_x, by_joints = model.linearise(x, q, torques)
+    rotations = np.broadcast_to(np.eye(3), (len(q), 3, 3))
+    if turned.any():
+        rotations = rotations.copy()
+        rotations[turned], by_x[turned], by_joints[turned] = model.linearise(
+            x, q[turned], torques[turned], of_turns=True
+        )
+    return points, by_x, by_joints, rotations
 
 
 def to_world(objective: Objective, frames: tuple[Pose, ...], points: np.ndarray) -> np.ndarray:
@@ -151,15 +166,10 @@ def to_world(objective: Objective, frames: tuple[Pose, ...], points: np.ndarray)
 
 
 def _errors(
-    objective: Objective,
-    points: np.ndarray,
-    by_x: np.ndarray,
-    by_joints: np.ndarray,
-    centres: np.ndarray,
-    frames: tuple[Pose, ...],
+    objective: Objective, balls: Balls, centres: np.ndarray, frames: tuple[Pose, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the errors e_i, and their derivatives by x and the frames, and by the joints."""
-    rows = objective.rows
+    rows, (points, by_x, by_joints, rotations) = objective.rows, balls
     errors = np.array(to_world(objective, frames, points))
     errors[rows.seated] -= centres[rows.sockets[rows.seated]]
     if not frames:
@@ -172,10 +182,18 @@ def _errors(
             by_x[own], by_joints[own] = base.rotation @ by_x[own], base.rotation @ by_joints[own]
             k = rows.scene.bases[i]
             by_frames[own, :, 6 * k : 6 * k + 6] = base.slopes(points[own])
+            rotations = rotations.copy()
+            rotations[own] = base.rotation @ rotations[own]
+            there = own.start + np.flatnonzero(rows.turned_in[own] >= 0)
+            by_frames[there, :, 6 * k : 6 * k + 6] = np.eye(3, 6)
     for k, frame in enumerate(frames):
         measured = np.flatnonzero(rows.frames == k)
         errors[measured] -= frame.apply(rows.points[measured])
         by_frames[measured, :, 6 * k : 6 * k + 6] = -frame.slopes(rows.points[measured])
+        turned = np.flatnonzero(rows.turned_in == k)
+        placed = frame.rotation @ rows.rotations[turned]
+        errors[turned] = rotation_vectors(rotations[turned] @ placed.swapaxes(1, 2))
+        by_frames[turned, :, 6 * k : 6 * k + 6] = -np.eye(3, 6)
     return errors, np.concatenate([by_x, by_frames], axis=2), by_joints
 
 

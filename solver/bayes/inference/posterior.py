@@ -1,11 +1,12 @@
 """The result of the default method: the most probable unknowns, and how well they are known."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...data import MultiRobotObservations, Observations, Pose
-from ..model import Deflection, ExtendedModel, Noise, PriorGroup
+from ..model import Deflection, ExtendedModel, Kind, Noise, PriorGroup, SampleRows
 
 
 @dataclass(frozen=True)
@@ -23,8 +24,8 @@ class Posterior:
     """Covariance of x and the centres, shape (size + 3 S, size + 3 S)."""
     groups: tuple[PriorGroup, ...]
     """The priors, with the widths that the data gave them."""
-    noise: Noise
-    """Noise of samples in sockets."""
+    noises: Mapping[Kind, Noise]
+    """Noise of each kind of samples."""
     points: np.ndarray
     """Ball centres of the samples, shape (N, 3) [m]."""
     weights: np.ndarray
@@ -34,8 +35,11 @@ class Posterior:
     values that the prior allows for its unknowns."""
     iterates: tuple[np.ndarray, ...]
     """x after each iteration, the start first."""
-    measured_noise: Noise | None = None
-    """Noise of balls that an instrument measured; None where it measured none."""
+
+    @property
+    def noise(self) -> Noise:
+        """Noise of samples in sockets, or, where there is none, of measured balls."""
+        return self.noises.get("sockets") or self.noises["points"]
 
     @property
     def evaluations(self) -> int:
@@ -80,6 +84,11 @@ class JointPosterior:
     shift [m]), the socket centres."""
     log_evidence: float
     """See :attr:`Posterior.log_evidence`."""
+
+    def noises_of(self, rows: SampleRows) -> tuple[Noise, ...]:
+        """Return the noise of each source of samples of the same robots."""
+        pairs: list[tuple[Posterior, Kind]] = [(self.arms[i], k) for i, k in rows.source_kinds]
+        return tuple(arm.noises.get(kind) or arm.noise for arm, kind in pairs)
 
     def frame_covariance(self, frame: str) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6).

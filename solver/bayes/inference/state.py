@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import ExtendedModel, Noise, PriorGroup, SampleRows, prior_groups
+from ..model import ExtendedModel, Noise, PriorGroup, prior_groups
 from .arrowhead import Inverse
 from .normal_equations import NormalEquations
 from .objective import Linearization, Objective, State, linearise, predict_balls, to_world
@@ -45,6 +45,9 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
     groups: list[PriorGroup] = []
     for i, (own, one, arm) in enumerate(zip(model.own, model.models, rows.scene.arms, strict=True)):
         mine = prior_groups(one, arm)
+        for group in mine:
+            if group.name == "ball":  # found by the orientations, and anywhere
+                x[own.start + group.members] = group.mean
         if near is not None:
             x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
         groups += [replace(g, members=g.members + own.start) for g in mine]
@@ -56,10 +59,8 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
         [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
     ).reshape(-1, 3)
     linear = linearise(objective, x, centres, frames, balls)
-    noises = tuple(
-        _first_noise(linear, source, joint_noise) if near is None else _noise(rows, source, near)
-        for source in rows.sources
-    )
+    noises = tuple(_first_noise(linear, source, joint_noise) for source in rows.sources)
+    noises = noises if near is None else near.noises_of(rows)
     return State(x, centres, frames, tuple(groups), noises, at_zero, linear)
 
 
@@ -83,14 +84,6 @@ def _carried_over(
             for group in groups
         ),
     )
-
-
-def _noise(rows: SampleRows, source: np.ndarray | slice, near: JointPosterior) -> Noise:
-    """Return the noise of a source of samples by a result."""
-    first = int(np.arange(len(rows.sockets))[source][0])
-    arm = near.arms[[first < own.stop for own in rows.own].index(True)]
-    measured = arm.measured_noise if rows.sockets[first] < 0 else None
-    return measured or arm.noise
 
 
 def _first_noise(linear: Linearization, source: np.ndarray | slice, joint_noise: bool) -> Noise:

@@ -101,9 +101,15 @@ class ExtendedModel:
         return self.ball.points(self.values(x), true)
 
     def linearise(
-        self, x: np.ndarray, q: np.ndarray, torque: np.ndarray
+        self, x: np.ndarray, q: np.ndarray, torque: np.ndarray, *, of_turns: bool = False
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ball centres and their derivatives; arguments as for :meth:`predict`.
+
+        Args:
+            x: The unknowns, shape (size,).
+            q: Joint positions, shape (N, m) [rad].
+            torque: What holds the joints, shape (N, 3 m) [N m].
+            of_turns: Return the rotations of the ball's link, shape (N, 3, 3), instead of centres.
 
         Returns:
             The centres, shape (N, 3) [m]; their derivatives by the unknowns, shape (N, 3, size),
@@ -111,7 +117,8 @@ class ExtendedModel:
         """
         turned, turns = design_matrix(self.effects, q, torque)
         true = deflected(q, turned, turns, x[self.geometry :])
-        linear = self.ball.linearise(self.values(x), true)
+        function = self.ball.rotations if of_turns else self.ball.linearise
+        linear = function(self.values(x), true)
         by_coefficients = linear.by_joints[:, :, turned] * turns[:, None]
         by_unknowns = np.concatenate([linear.by_parameters, by_coefficients], axis=2)
         by_joints = linear.by_joints[:, :, : q.shape[1]]

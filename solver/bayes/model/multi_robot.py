@@ -11,14 +11,17 @@ robot r errs by
     e_i = B_r Phi_r(x_r, q_i) - m_s(i)       for a ball in socket s(i)
     e_i = B_r Phi_r(x_r, q_i) - F y_i        for a ball that an instrument, whose frame has the pose
                                              F, measured at y_i
+    e_i = log(B_r R_r(x_r, q_i) (F M_i)^T)   for the orientation M_i of the ball's link there
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...data import (
     WORLD,
@@ -31,6 +34,10 @@ from ...data import (
     place_frames,
 )
 from .extended_model import ExtendedModel
+
+Kind = Literal["sockets", "points", "turns"]
+KINDS: tuple[Kind, ...] = ("sockets", "points", "turns")
+"""Balls in sockets, measured balls [m], and measured orientations [rad]: each has its own noise."""
 
 
 @dataclass(frozen=True)
@@ -76,35 +83,55 @@ class SampleRows:
     @cached_property
     def frames(self) -> np.ndarray:
         """Index of the frame in which each sample's ball was measured, shape (N,); -1 for none."""
-        return np.concatenate(
-            [
-                np.full(len(arm.positions), -1) if arm.instrument is None else arm.instrument.frames
-                for arm in self.scene.arms
-            ]
-        )
+        return self._measured_by("frames", -1)
 
     @cached_property
     def points(self) -> np.ndarray:
         """Measured position of each ball in that frame, shape (N, 3) [m]."""
-        return np.concatenate(
-            [
-                np.zeros((len(arm.positions), 3))
-                if arm.instrument is None
-                else arm.instrument.points
-                for arm in self.scene.arms
-            ]
-        )
+        return self._measured_by("points", (0.0, 0.0, 0.0))
+
+    @cached_property
+    def turned_in(self) -> np.ndarray:
+        """Index of the frame of each measured orientation, shape (N,); -1 for no orientation."""
+        return self._measured_by("turned_in", -1)
+
+    @cached_property
+    def rotations(self) -> np.ndarray:
+        """Measured orientations in that frame, shape (N, 3, 3)."""
+        return self._measured_by("rotations", np.eye(3))
+
+    def _measured_by(self, name: str, none: ArrayLike) -> np.ndarray:
+        """Return what instruments measured, shape (N, ...)."""
+        parts = [
+            np.broadcast_to(none, (len(arm.positions), *np.shape(none)))
+            if arm.instrument is None
+            else getattr(arm.instrument, name)
+            for arm in self.scene.arms
+        ]
+        return np.concatenate(parts)
 
     @cached_property
     def sources(self) -> tuple[np.ndarray | slice, ...]:
-        """Samples that share one noise: those of a robot in sockets, and those measured."""
-        kinds = np.concatenate(
-            [2 * i + (arm.sockets < 0) for i, arm in enumerate(self.scene.arms)]
-        ).astype(np.int64)
-        distinct = np.unique(kinds).tolist()
-        if len(distinct) == 1:
+        """Samples that share one noise, those of a robot of one of :data:`KINDS`."""
+        _, counts = np.unique(self._kinds, return_counts=True)
+        if len(counts) == 1:
             return (slice(None),)
-        return tuple(np.flatnonzero(kinds == kind) for kind in distinct)
+        return tuple(np.flatnonzero(self._kinds == kind) for kind in np.unique(self._kinds))
+
+    @cached_property
+    def source_kinds(self) -> tuple[tuple[int, Kind], ...]:
+        """For each source, the index of its robot, and its kind."""
+        kinds: list[int] = np.unique(self._kinds).tolist()
+        return tuple((k // 3, KINDS[k % 3]) for k in kinds)
+
+    @cached_property
+    def _kinds(self) -> np.ndarray:
+        """Number of each sample's robot and kind, shape (N,)."""
+        parts = [
+            3 * i + (arm.sockets < 0) + arm.turned.astype(np.int64)
+            for i, arm in enumerate(self.scene.arms)
+        ]
+        return np.concatenate(parts)
 
     @cached_property
     def order(self) -> np.ndarray | slice:
@@ -177,7 +204,7 @@ class SampleRows:
         sockets, S = self.sockets[rows], self.socket_count
         there = np.unique(sockets[sockets >= 0])
         centres = [np.median(points[sockets == k], axis=0) for k in there.tolist()]
-        measured = np.flatnonzero(sockets < 0)
+        measured = np.flatnonzero((sockets < 0) & (self.turned_in[rows] < 0))
         name = self.scene.names[robot]
         labels = self._first.labels
         wheres = [f"{name}: socket {labels[k][0]}:{labels[k][1]}" for k in there.tolist()]

@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...data import Observations
+from ...data import Observations, Pose, hand_eye
+from ...robot import Origin
 from .effects import Effect
 from .extended_model import ExtendedModel
 from .given_prior import GivenPrior
@@ -18,6 +19,8 @@ from .prior_group import Expected, PriorGroup
 
 BALL_WIDTH = 0.1
 """Width of the prior of the ball's place on the flange [m]: so wide that the data decide alone."""
+FARTHEST, MOST_OFF = 3.0, 0.1
+"""A tool is nearer to the flange, and poses nearer to the nominal robot [m], if units are right."""
 TRANSLATION_WIDTH, ROTATION_WIDTH = 1e-3, 5e-3
 """Widths of lengths [m] and angles [rad] at the start of the estimation."""
 COMMON_SCALE = 2e-3
@@ -44,10 +47,12 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         np.flatnonzero(kinds == kind) for kind in ("translation", "rotation", "ball")
     )
     by_scale = COMMON_SCALE * model.ball.nominal[lengths]
+    place = _ball_by_poses(model, data)
+    expected = None if place is None else (place[ball], 0 * place[ball])
     geometry = [
         PriorGroup("translation", "m", lengths, TRANSLATION_WIDTH, common=by_scale),
         PriorGroup("rotation", "rad", angles, ROTATION_WIDTH),
-        PriorGroup("ball", "m, rad", ball, BALL_WIDTH, learned=False),
+        PriorGroup("ball", "m, rad", ball, BALL_WIDTH, learned=False, expected=expected),
     ]
     groups = [group for group in geometry if len(group.members)]
     for effect, own in zip(model.effects, model.slices, strict=True):
@@ -61,6 +66,36 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         shifts = effect.derivatives(data.positions, data.torques)
         groups.append(_prior_of_effect(effect, members, shifts, of_type))
     return tuple(groups) if model.given is None else _with_given(model, model.given, groups)
+
+
+def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | None:
+    """Return the ball's place and turn on the flange by measured poses, as changes of the geometry.
+
+    None where no orientation was measured. A place that cannot be, as in other units, is left out.
+    """
+    measured = data.instrument
+    if measured is None or not data.turned.any():
+        return None
+    frame = np.bincount(measured.turned_in[data.turned]).argmax()
+    turned = np.flatnonzero(measured.turned_in == frame)
+    rows: list[int] = turned.tolist()
+    names = {measured.placements[i] for i in rows}
+    balls: list[int] = np.flatnonzero(measured.frames == frame).tolist()
+    placed = [i for i in balls if measured.placements[i] in names]
+    q, ball = data.positions[turned], model.ball
+    R, p = ball.rotations(ball.nominal, q).points, ball.points(ball.nominal, q)
+    where = measured.sources[rows[0]].rpartition(":")[0]
+    found = hand_eye(R, p, measured.rotations[turned], measured.points[placed], where)
+    tool = found.tool
+    off = float(np.linalg.norm(tool.translation))
+    if off > FARTHEST or float(np.median(found.distances)) > MOST_OFF:
+        tool = replace(tool, translation=np.zeros(3))
+    before = ball.origins(ball.nominal)
+    after = before.copy()
+    k = -1  # the ball's joint is the last
+    origin = (Pose.of(Origin.of(before[k])) @ tool).origin
+    after[k] = *origin.xyz, *origin.rpy
+    return (after - before).ravel()[ball.free]
 
 
 def _with_given(

@@ -82,6 +82,7 @@ def _closest(full: Posterior, load: Load, simulated: Poses, alone: np.ndarray | 
         if inside.any():
             own = group.members[inside]
             prior[np.ix_(own, own)] = group.precision(group.width, inside)
+            off_prior[own] -= group.mean[inside] if alone is None else 0.0
     errors, J = _linear(model.ball, start, joined(simulated, recorded))
     return start + _sure(J.T @ J + prior, -J.T @ errors - prior @ off_prior, doubt)
 

@@ -97,7 +97,7 @@ def recorded_poses(full: Posterior) -> Poses:
     """Return the samples, with the ball where the full model has the socket."""
     # A measured ball is all that its place has in common, so its weight makes up for COMMON.
     seated = full.data.sockets >= 0
-    measured = np.flatnonzero(~seated)
+    measured = np.flatnonzero(~seated & ~full.data.turned)
     alone = Poses(
         full.data.positions[measured],
         np.arange(len(measured)),

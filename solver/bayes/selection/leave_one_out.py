@@ -48,6 +48,7 @@ def _mean_error(found: JointPosterior, data: MultiRobotObservations, placement: 
                 distances.append(np.linalg.norm(points - points.mean(axis=0), axis=1))
         if own.instrument is not None and placement in own.instrument.placements:
             rows = np.array([name == placement for name in own.instrument.placements])
+            rows &= ~own.turned
             points = arm.predict(own.positions[rows], own.torques[rows])
             measured = own.instrument.points[rows]
             placed = fit_pose(measured, points).apply(measured)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.recorder import Sample
 from mukca.solver.data import (
     check_orientations,
     hand_eye,
@@ -120,3 +121,35 @@ def test_the_turns_of_the_link_are_its_derivatives(panda: mukca.Robot) -> None:
     for k, step in enumerate(1e-6 * np.eye(7)):
         turned = model.rotations(model.nominal, q[:3] + step).points @ linear.points.swapaxes(1, 2)
         assert np.allclose(rotation_vectors(turned), 1e-6 * linear.by_joints[:, :, k], atol=1e-11)
+
+
+def test_poses_calibrate_and_judge_places_and_turns(true_panda: mukca.Robot) -> None:
+    """The instrument stands anywhere, and its probe is turned by 100 degrees on the flange."""
+    from mukca.solver.calibration import quaternion_of
+
+    generator = np.random.default_rng(3)
+    model, none = BallModel(true_panda, []), np.zeros(0)
+    q = workspace(true_panda, 70, seed=3)
+    F, X = turn(np.array([0.2, -2, 1])), turn(np.array([1.7, 0.3, -0.4]))
+    R, x = model.rotations(none, q).points, np.array([0.08, -0.1, 0.2])
+    places = (model.points(none, q) + R @ x - 4.0) @ F + generator.normal(0, 3e-5, (70, 3))
+    turned = [M @ turn(generator.normal(0, 1e-4, 3)) for M in F.T @ R @ X]
+    rows = zip(q.tolist(), places.tolist(), quaternion_of(np.array(turned)).tolist(), strict=True)
+    samples = tuple(Sample(tuple(a), 0, point=tuple(b), orientation=tuple(c)) for a, b, c in rows)
+    train, test = (
+        mukca.Placement(name, own, true_panda.joint_names, poses_of="flange")
+        for name, own in (("train", samples[:45]), ("test", samples[45:]))
+    )
+    robot = mukca.load_robot("panda")
+    found = mukca.calibrate(robot, train, test=test, without=("compliance", "transmission"))
+    (row,) = (row for row in found.errors if row.role == "test")
+    assert row.calibrated.mean_absolute_error < 1.5e-4
+    assert (
+        row.calibrated.orientation_error is not None and row.nominal.orientation_error is not None
+    )
+    assert row.calibrated.orientation_error < 4e-4 < row.nominal.orientation_error
+    noise = found.document.noise
+    assert noise is not None and noise.measured_turn == pytest.approx(1e-4, rel=0.3)
+    (again,) = mukca.Calibration(found.document).validate(test)
+    assert again.calibrated.orientation_error is not None
+    assert again.calibrated.orientation_error < 5e-4 and "mrad" in repr(found.errors)
