@@ -1,6 +1,5 @@
 # keep: Option, SolveOptions, option_table, Method
 from .calibration import Calibration as Calibration
-from .calibration import load_calibration as load_calibration
 from .crossval import Job as Job
 from .crossval import Plan as Plan
 from .crossval import jobs as jobs
@@ -13,6 +12,8 @@ from .full_model import FullModel as FullModel
 from .full_model import Setup as Setup
 from .joint_path import CommandError as CommandError
 from .joint_path import JointPath as JointPath
+from .loading import calibration_files as calibration_files
+from .loading import load_calibration as load_calibration
 from .multi_robot_calibration import MultiRobotCalibration as MultiRobotCalibration
 from .option import Method as Method
 from .option import Option as Option

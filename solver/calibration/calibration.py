@@ -61,6 +61,11 @@ class Calibration(FullModel):
         self.source = source
         """Its file, for messages."""
 
+    @classmethod
+    def of_file(cls, file: Path) -> "Calibration":
+        """Read a ``calibration.json``; see :func:`load_calibration`."""
+        return cls(read_calibration(file), source=str(file))
+
     @cached_property
     def errors(self) -> Errors:
         """Per placement: its role, and its errors by each model [m]."""
@@ -195,16 +200,3 @@ class Calibration(FullModel):
         lines += [f"{finding.level}: {finding}" for finding in doc.checks or ()][:MOST_FINDINGS]
         verdict = f"Verdict: {self.verdict.title}. {self.verdict.text}"
         return "\n".join([*lines, repr(self.errors), "", *textwrap.wrap(verdict, 100)])
-
-
-def load_calibration(file: str | Path) -> Calibration:
-    """Read a ``calibration.json``.
-
-    Args:
-        file: The file, or the folder that holds it.
-
-    Raises:
-        DocumentError: Missing, of another format, or damaged; the line names the key.
-    """
-    path = Path(file) / "calibration.json" if Path(file).is_dir() else Path(file)
-    return Calibration(read_calibration(path), source=str(path))

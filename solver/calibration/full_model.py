@@ -1,5 +1,6 @@
 """The full model of a calibrated arm as people use it: where it stands, and what to command."""
 
+from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, TypedDict
 
@@ -33,6 +34,15 @@ class Setup(TypedDict, total=False):
     masses of the URDF; None for the load of the recordings."""
     base: ArrayLike | None
     """Pose of the robot's base in the frame in which poses are given, shape (4, 4) [m]."""
+    frame: str | None
+    """Of several robots, in place of ``base``: the frame in which poses are given, as ``right``,
+    another's base, or ``right/flange``, see :meth:`.MultiRobotCalibration.base_in`."""
+    at: ArrayLike | None
+    """Joint positions of that other robot, shape (m,) [rad]."""
+
+
+def _alone(frame: str, _: ArrayLike | None) -> np.ndarray:
+    raise PoseError(f"frame {frame!r}: this robot was calibrated alone; give its base there")
 
 
 class FullModel:
@@ -45,6 +55,8 @@ class FullModel:
     def __init__(self, calibrated: CalibratedRobot) -> None:
         self.calibrated = calibrated
         """The calibrated robot: predictions and URDFs."""
+        self.base_in: Callable[[str, ArrayLike | None], np.ndarray] = _alone
+        """Pose of the base in a frame; of robots that were calibrated together."""
         self._loaded = lru_cache(maxsize=8)(partial(LoadedArm, calibrated))
 
     @property
@@ -113,7 +125,8 @@ class FullModel:
             PoseError: A pose is none.
             ModelError: No such link, or no such mass.
         """
-        tool, payload, base = (setup.get(word) for word in ("tool", "payload", "base"))
+        tool, payload, frame = setup.get("tool"), setup.get("payload"), setup.get("frame")
+        base = setup.get("base") if frame is None else self.base_in(frame, setup.get("at"))
         if isinstance(tool, str):
             calibrated = self.calibrated
             origins = calibrated.model.origins(calibrated.values)

@@ -1,21 +1,23 @@
 """Several robots that were calibrated together, and the relative poses of their bases."""
 
 from collections.abc import Callable, Iterator, Mapping
-from functools import cached_property
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..bayes.inference import JointPosterior
-from ..bayes.results import RelativeBasePose, between
-from ..data import IDENTITY, Pose, as_point
-from ..results import ArmsDocument, BaseToBase, GivenArm, encode, refuse_existing, write_files
+from ..data import IDENTITY, WORLD, Pose
+from ..results import ARMS_FORMAT, ArmsDocument, encode, refuse_existing, write_files
+from ..robot import Origin
 from .calibration import Calibration, DistortedError
 from .error_table import Errors
-from .frames import frame_poses, postures, visited_sockets
+from .frames import common_document
 from .multi_robot_urdf import Placed, joined_urdf
+from .option import UsageError
 
 
 class MultiRobotCalibration(Mapping[str, Calibration]):
@@ -23,15 +25,35 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 
     Args:
         calibrations: Of each robot.
-        posterior: Joint posterior of all robots and frames.
+        document: Everything that they have in common, as ``arms.json`` holds it.
+        poses: Of the bases in the first one's; those that are not known are missing.
     """
 
-    def __init__(self, calibrations: Mapping[str, Calibration], posterior: JointPosterior) -> None:
-        self._calibrations = dict(calibrations)
-        self._posterior = posterior
+    def __init__(
+        self,
+        calibrations: Mapping[str, Calibration],
+        document: ArmsDocument,
+        poses: Mapping[str, Pose],
+    ) -> None:
+        self.document = document
+        self._poses = poses
+        self._calibrations: dict[str, Calibration] = {}
         for name, one in calibrations.items():
-            document = msgspec.structs.replace(one.document, arm_name=name, arms=self.document)
-            self._calibrations[name] = Calibration(document, one.calibrated)
+            own = msgspec.structs.replace(one.document, arm_name=name, arms=document)
+            self._calibrations[name] = Calibration(own, one.calibrated, one.source)
+            self._calibrations[name].base_in = partial(self.base_in, name)
+
+    @classmethod
+    def of(
+        cls, calibrations: Mapping[str, Calibration], posterior: JointPosterior
+    ) -> "MultiRobotCalibration":
+        """Return the calibrations of robots whose joint posterior is known."""
+        frames, bases = list(posterior.frames.values()), posterior.scene.bases
+        poses = {
+            name: IDENTITY if base == WORLD else frames[base]
+            for name, base in zip(calibrations, bases, strict=True)
+        }
+        return cls(calibrations, common_document(calibrations, posterior), poses)
 
     def __getitem__(self, name: str) -> Calibration:
         return self._calibrations[name]
@@ -42,30 +64,6 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
     def __len__(self) -> int:
         return len(self._calibrations)
 
-    @cached_property
-    def document(self) -> ArmsDocument:
-        """Document of everything that the robots have in common, as ``arms.json`` holds it."""
-        names = tuple(self)
-        pairs = [between(self._posterior, i) for i in range(1, len(names))]
-        return ArmsDocument(
-            robots=names,
-            between={f"{one.names[0]}_to_{one.names[1]}": _base_to_base(one) for one in pairs},
-            frames=frame_poses(self._posterior),
-            arms=tuple(self._given(name) for name in names),
-            sockets=visited_sockets(self._posterior),
-        )
-
-    def _given(self, name: str) -> GivenArm:
-        document = self[name].document
-        return GivenArm(
-            name=name,
-            robot=document.robot,
-            options=dict(self[name].robot.loaded_with),
-            train=tuple(row.folder for row in document.data if row.role == "train"),
-            test=tuple(row.folder for row in document.data if row.role == "test"),
-            postures=postures(self._posterior, list(self).index(name)),
-        )
-
     def pose(self, name: str) -> Pose:
         """Return where a robot's base stands in the first one's.
 
@@ -73,9 +71,34 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 
             arms.pose("right").apply(arms["right"].ball(q_right)) - arms["left"].ball(q_left)
         """
-        robot = list(self).index(name)
-        frames = list(self._posterior.frames.values())
-        return IDENTITY if robot == 0 else frames[self._posterior.scene.bases[robot]]
+        if name not in self._poses:
+            known = self.document.between.get(f"{self.document.robots[0]}_to_{name}")
+            raise UsageError(known.text if known else f"no robot is called {name!r}")
+        return self._poses[name]
+
+    def base_in(self, name: str, frame: str, at: ArrayLike | None = None) -> np.ndarray:
+        """Return the pose of a robot's base in a frame, shape (4, 4) [m].
+
+        Args:
+            name: The robot.
+            frame: Another robot, for its base; ``right/flange``, or another link that stands still
+                on it, for what it carries; or a frame in which positions were measured.
+            at: Joint positions of that other robot where the frame moves with it, shape (m,).
+
+        Raises:
+            UsageError: No such frame, or the recordings do not tell where it is.
+        """
+        other, _, link = frame.partition("/")
+        measured = {one.name: Pose.of(Origin(one.xyz, one.rpy)) for one in self.document.frames}
+        if other not in self and (link or other not in measured):
+            known = ", ".join([*(f"{each}, {each}/flange" for each in self), *measured])
+            raise UsageError(f"frame {frame!r}: there is none; there are: {known}")
+        place = (self.pose(other) if other in self else measured[other]).matrix
+        if link:
+            if at is None:
+                raise UsageError(f"frame {frame!r}: say by `at` which joint positions {other} has")
+            place = place @ self[other].flange(at, tool=None if link == "flange" else link)
+        return np.linalg.inv(place) @ self.pose(name).matrix
 
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return one URDF with all robots, each where the calibration has it.
@@ -103,7 +126,8 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         for calibration in self.values():
             if refusal := calibration.refusal(accept_distorted):
                 raise DistortedError(refusal)
-        contents = {"arms.urdf": self.urdf(folder), "arms.json": encode(self.document, indent=1)}
+        document = msgspec.structs.replace(self.document, format=ARMS_FORMAT)
+        contents = {"arms.urdf": self.urdf(folder), "arms.json": encode(document, indent=1)}
         outputs: dict[str, str] = {}
         for name, calibration in self.items():
             written = calibration.save(
@@ -134,51 +158,3 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
     def __repr__(self) -> str:
         parts = [f"{name}: {one!r}" for name, one in self.items()]
         return "\n\n".join([*parts, *(one.text for one in self.document.between.values())])
-
-
-def _base_to_base(one: RelativeBasePose) -> BaseToBase:
-    """Return numbers and words; the numbers only where they mean something."""
-    known, origin = one.unseen is None, one.pose.origin
-    deviation = np.sqrt(np.diag(one.covariance).clip(min=0))
-    return BaseToBase(
-        xyz=origin.xyz if known else None,
-        rpy=origin.rpy if known else None,
-        xyz_deviation=as_point(deviation[3:]) if known else None,
-        turn_deviation=as_point(deviation[:3]) if known else None,
-        tool_deviation=one.tools if known else None,
-        shared_sockets=one.shared,
-        text=_words(one, deviation) if one.unseen is None else _turned(one, one.unseen),
-    )
-
-
-def _words(one: RelativeBasePose, deviation: np.ndarray) -> str:
-    first, second = one.names
-    place = " ".join(f"{1e3 * value:+.2f}" for value in one.pose.origin.xyz)
-    turned = " ".join(f"{np.degrees(value):+.3f}" for value in one.pose.origin.rpy)
-    frames = (
-        f"{second}'s base stands at {place} mm (+- {1e3 * deviation[3:].max():.2f}), turned "
-        f"{turned} deg (+- {np.degrees(deviation[:3].max()):.2f}) in {first}'s: no better, since "
-        "each base frame hangs on its own joint 1 zero, which no ball shows"
-    )
-    if one.tools is None:
-        return f"{frames}. No place was found that both tools reach."
-    return (
-        f"Tool to tool, where {second}'s tool stands seen from {first}'s in the shared region, is "
-        f"known to {1e3 * one.tools:.2f} mm (1 sigma), by both calibrated models together. "
-        f"{frames[0].upper()}{frames[1:]}."
-    )
-
-
-def _turned(one: RelativeBasePose, axis: np.ndarray) -> str:
-    """Return what is missing where a turn of one robot against the other is left."""
-    first, second = one.names
-    along = " ".join(f"{value:+.2f}" for value in axis)
-    count = {0: "no socket", 1: "one socket", 2: "two sockets"}.get(
-        one.shared, f"{one.shared} sockets on one line"
-    )
-    left = "about their line" if one.shared > 1 else "about it"
-    return (
-        f"{second} stands nowhere yet seen from {first}: {count} shared leave it free to turn "
-        f"{left} (along {along} in {first}'s base). Let both record one more placement, off that "
-        "line: two placements cure it, three are better."
-    )

@@ -143,7 +143,7 @@ def calibrate(
     if not isinstance(robot, Mapping):
         return calibrations[""]
     assert fits[0].joint_posterior is not None  # the paper's method knows one robot
-    return MultiRobotCalibration(calibrations, fits[0].joint_posterior)
+    return MultiRobotCalibration.of(calibrations, fits[0].joint_posterior)
 
 
 def _converged(fit: Callable[[], list[Fit]], problems: Sequence[CalibrationProblem]) -> list[Fit]:

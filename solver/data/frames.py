@@ -55,6 +55,11 @@ class Pose:
             roll, yaw = 0.0, math.atan2(-R[0, 1], R[1, 1])
         return Origin.of([*self.translation, roll, math.atan2(0.0 - R[2, 0], flat), yaw])
 
+    @property
+    def matrix(self) -> np.ndarray:
+        """The pose as a matrix [R p; 0 0 0 1], shape (4, 4)."""
+        return np.block([[self.rotation, self.translation[:, None]], [np.eye(4)[3:]]])
+
     def __matmul__(self, inner: "Pose") -> "Pose":
         """Return a pose of the outer frame that is given in the inner one."""
         return Pose(self.rotation @ inner.rotation, self.apply(inner.translation))

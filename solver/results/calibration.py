@@ -34,6 +34,7 @@ from .files import Document, DocumentError, read
 from .placements import CarriedLoad, Iteration, PlacementErrors, PlacementSamples, Summaries
 
 FORMAT = "mukca-calibration-1"
+ARMS_FORMAT = "mukca-arms-1"
 ELASTICITY_FORMAT = "mukca-elasticity-1"
 
 

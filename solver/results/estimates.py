@@ -236,6 +236,8 @@ class VisitedSocket(Document, kw_only=True, frozen=True):
 class ArmsDocument(Document, kw_only=True, frozen=True):
     """Relations between several robots that were calibrated together."""
 
+    format: str = ""
+    """Of the file; empty inside of others, and in older files."""
     robots: tuple[str, ...]
     """Their names; the first one's base is the world."""
     between: dict[str, BaseToBase]

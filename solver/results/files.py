@@ -60,13 +60,14 @@ def encode(document: object, indent: int | None = None, *, compact: bool = False
     return json.dumps(value, indent=indent, separators=separators, allow_nan=False).encode()
 
 
-def read(file: Path, kind: type[Typed], format_: str) -> Typed:
+def read(file: Path, kind: type[Typed], format_: str, older: str | None = None) -> Typed:
     """Read a document.
 
     Args:
         file: Where it lies.
         kind: What it must hold.
         format_: What it must say of its own format.
+        older: A key by which older files of this kind are known, which do not say their format.
 
     Raises:
         DocumentError: Missing, not JSON, of another format, or damaged; the line names the key.
@@ -75,10 +76,11 @@ def read(file: Path, kind: type[Typed], format_: str) -> Typed:
     try:
         # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
         value = json.loads(file.read_bytes(), parse_constant=_refuse, parse_float=_finite)
-        head = msgspec.convert(value, _Head)
+        known = older is not None and older in value
+        head = _Head(format_) if known else msgspec.convert(value, _Head)
     except OSError as error:
         raise DocumentError(f"{file}: {error.strerror}; expected a {name}") from None
-    except (ValueError, RecursionError, msgspec.ValidationError) as error:
+    except (ValueError, TypeError, RecursionError, msgspec.ValidationError) as error:
         raise DocumentError(f"{file}: not a {name}: {error}") from None
     if head.format != format_:
         kind_of, _, number = format_.rpartition("-")

@@ -71,6 +71,34 @@ def test_two_arms_are_written_each_and_together(
     again = shlex.split(json.loads(report)["command"])
     main([*again[1:], "--json"])
     assert json.loads(capsys.readouterr().out)["left_to_right"]["xyz"] == pose["xyz"]
+    used_again(out, cell, capsys)
+
+
+def used_again(out: Path, cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What was written of both is read back by all that reads calibrations."""
+    (out / "arms.json").write_text((out / "arms.json").read_text().replace('"format"', '"older"'))
+    arms = mukca.load_calibration(out)
+    left, right = arms["left"], arms["right"]
+    q, at = [0.1, -0.4, 0.2, -2.0, 0.1, 1.7, 0.8], [0.3, -1.2, 1.5, -1.0, 1.2, 0.4]
+    apart = np.linalg.inv(arms.pose("right").matrix @ right.flange(at)) @ left.flange(q)
+    there = {"frame": "right/flange", "at": at}
+    assert np.abs(left.flange(q, **there) - apart).max() < 1e-12
+    assert np.abs(left.flange(left.command(apart, q, **there)) - left.flange(q)).max() < 1e-9
+    for frame, said in (("right/flange", "say by `at`"), ("middle", "left, left/flange, right,")):
+        with pytest.raises(mukca.MukcaError, match=said):
+            left.flange(q, frame=frame)
+    places = [f"{name}:{cell / name / 'front'}" for name in ("left", "right")]
+    for verb, *words in (
+        ("validate", *places),
+        ("report", "--out", out / "again"),
+        ("export", "--to", "urdf", "--out", out / "arm.urdf"),
+    ):
+        capsys.readouterr()
+        assert main([verb, str(out / "arms.json"), *map(str, words), "--json"]) in (0, 1, 3)
+        assert set(json.loads(capsys.readouterr().out)["robots"]) == {"left", "right"}
+    assert (out / "again" / "right" / "report.html").is_file() and (out / "arm_left.urdf").is_file()
+    assert main(["poses", str(out), "q.csv"]) == 2
+    assert f"name one of {out / 'left'}, {out / 'right'}" in capsys.readouterr().err
 
 
 @pytest.mark.slow

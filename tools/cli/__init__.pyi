@@ -13,6 +13,8 @@ from .commands.main import VERBS as VERBS
 from .commands.main import build_parser as build_parser
 from .commands.main import main as main
 from .console import Terminal as Terminal
+from .each_arm import for_each_arm as for_each_arm
+from .each_arm import one_arm as one_arm
 from .robots import DISTANCES as DISTANCES
 from .robots import SPREADS as SPREADS
 from .robots import WINDOWS as WINDOWS

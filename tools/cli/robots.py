@@ -131,7 +131,7 @@ def _by_name(given: Sequence[str], key: str, robots: Mapping[str, str]) -> dict[
 
 
 def split_by_robot(
-    train: Sequence[Path], test: Sequence[Path], robots: "Mapping[str, Robot]"
+    train: Sequence[Path], test: Sequence[Path], robots: Mapping[str, object]
 ) -> tuple[dict[str, list[Path]], dict[str, list[Path]], list[str]]:
     """Sort paths by their robots, and leave out of the test what is trained on.
 
@@ -151,7 +151,7 @@ def split_by_robot(
     return trained, tested, left_out
 
 
-def _by_robot(paths: Sequence[Path], robots: "Mapping[str, Robot]") -> dict[str, list[Path]]:
+def _by_robot(paths: Sequence[Path], robots: Mapping[str, object]) -> dict[str, list[Path]]:
     if "" in robots:
         return {"": list(paths)}
     by_robot: dict[str, list[Path]] = {name: [] for name in robots}

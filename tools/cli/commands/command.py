@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....solver.calibration import UsageError
-from .. import NOT_NEGATIVE, Terminal, argument, option
+from .. import NOT_NEGATIVE, Terminal, argument, one_arm, option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -72,7 +72,7 @@ def run(options: Options, terminal: Terminal) -> int:
     """Write the joint positions, each row near the one before."""
     from ....solver.calibration import load_calibration, pose_of_numbers
 
-    calibration, setup = load_calibration(options.calibration), options.setup()
+    calibration, setup = load_calibration(one_arm(options.calibration)), options.setup()
     rows, wheres = read_rows(options.poses, FORMS)
     poses = rows if rows.shape[1] == 3 else pose_of_numbers(rows)
     path = calibration.command_path(poses, options.start, options.prefer, **setup)

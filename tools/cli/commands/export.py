@@ -7,7 +7,7 @@ from typing import Literal
 
 from ....solver.calibration import UsageError
 from ...export import FORMATS
-from .. import NOT_NEGATIVE, JsonOption, Terminal, argument, option
+from .. import NOT_NEGATIVE, JsonOption, Terminal, argument, for_each_arm, option
 
 LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
 
@@ -16,7 +16,7 @@ LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.item
 class Options(JsonOption):
     """Options of ``mukca export``."""
 
-    calibration: Path = argument("calibration.json of mukca solve", "CALIBRATION")
+    calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
     to: str = option("see below", "FORMAT", ..., choices=FORMATS)
     out: Path = option("where to write", "FILE", ...)
     flange: str | None = option(
@@ -57,6 +57,10 @@ class Options(JsonOption):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Write the files, and say what they leave out."""
+    return for_each_arm(options, terminal, _run)
+
+
+def _run(options: Options, terminal: Terminal) -> int:
     from ....solver.calibration import load_calibration
     from ...export import export
 

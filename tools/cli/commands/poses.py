@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import Terminal, argument
+from .. import Terminal, argument, one_arm
 from .command import PathOptions, read_rows, write_rows
 
 
@@ -21,7 +21,7 @@ def run(options: Options, terminal: Terminal) -> int:
     """Write the pose of the tool for each row, as place and quaternion."""
     from ....solver.calibration import load_calibration, quaternion_of
 
-    calibration, setup = load_calibration(options.calibration), options.setup()
+    calibration, setup = load_calibration(one_arm(options.calibration)), options.setup()
     q, _ = read_rows(options.joints, [calibration.robot.joint_names])
     T = calibration.flange(q, **setup)
     rows = np.hstack([T[:, :3, 3], quaternion_of(T[:, :3, :3])])

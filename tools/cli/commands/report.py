@@ -9,7 +9,7 @@ from ....solver import assessment, results
 from ....solver.calibration import SolveOptions
 from ....solver.results import OutputError
 from ... import report
-from .. import MILLIMETRES, OutputOptions, Terminal, argument, option
+from .. import MILLIMETRES, OutputOptions, Terminal, argument, for_each_arm, option
 
 LIMITS = "limits (default: by the arm's repeatability)"
 _limit = partial(option, metavar="MM", between=MILLIMETRES, group=LIMITS)
@@ -19,7 +19,7 @@ _limit = partial(option, metavar="MM", between=MILLIMETRES, group=LIMITS)
 class Options(OutputOptions):
     """Options of ``mukca report``."""
 
-    calibration: Path = argument("calibration.json", "CALIBRATION")
+    calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
     repeatability_mm: float | None = _limit("the arm's repeatability, from its data sheet")
     limit_mae_mm: float | None = _limit("mean absolute error at held-out placements")
     limit_distance_mm: float | None = _limit(
@@ -42,6 +42,10 @@ class Options(OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Write the report, and show it in short."""
+    return for_each_arm(options, terminal, _run)
+
+
+def _run(options: Options, terminal: Terminal) -> int:
     document = results.read_calibration(options.calibration)
     known = SolveOptions(known=options.known).validated().distances
     limits = assessment.Options(

@@ -7,7 +7,7 @@ from pathlib import Path
 from ....solver import assessment, calibration
 from ....solver.calibration import SolveOptions
 from ....solver.results import beyond_words
-from .. import JsonOption, Terminal, argument, measure_all, part, table
+from .. import JsonOption, Terminal, argument, for_each_arm, measure_all, part, table
 from .report import metres
 
 
@@ -15,13 +15,17 @@ from .report import metres
 class Options(JsonOption):
     """Options of ``mukca validate``."""
 
-    calibration: Path = argument("calibration.json", "CALIBRATION")
+    calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
     data: Sequence[Path] = argument("placements", "DATA")
     settings: SolveOptions = part(SolveOptions, "distance", "repeatability_mm")
 
 
 def run(options: Options, terminal: Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
+    return for_each_arm(options, terminal, _run)
+
+
+def _run(options: Options, terminal: Terminal) -> int:
     kept = assessment.Options(metres(options.settings.validated().repeatability_mm))
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot
