@@ -3,6 +3,7 @@ from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .coverage import Coverage as Coverage
 from .data_sufficiency import checks_row as checks_row
+from .data_sufficiency import samples_row as samples_row
 from .drift import judge_drift as judge_drift
 from .errors import PlacementReport as PlacementReport
 from .errors import Quantiles as Quantiles

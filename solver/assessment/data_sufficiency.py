@@ -6,12 +6,13 @@ A few samples, or many alike, leave small errors by any model, so small errors a
 import math
 from collections.abc import Sequence
 
+from ..data import Measurement
 from ..diagnostics import Diagnostic
 from .accuracy import accuracy_rows, size_known_row
 from .coverage import Coverage, travels
 from .formatting import joined, plural
 from .limits import LimitResult, Limits, Status, limit_row
-from .predictions import PlacementPrediction, Predictions
+from .predictions import Predictions
 from .scale_check import assumed_distances, distance_row, distortion_row, scale_row
 from .steady_drift import drift_rows
 
@@ -37,7 +38,10 @@ def rows_of_the_fit(
     if document.scale is not None:
         rows.append(scale_row(document.scale, document.placements, document.checks))
     tied = bool(document.settings.get("known"))
-    rows += [samples_row(predictions.placements, tied=tied), travel_row(covered)]
+    trained, held_out = (
+        [p.measured for p in predictions.placements if p.role == role] for role in ("train", "test")
+    )
+    rows += [samples_row(trained, held_out, tied=tied), travel_row(covered)]
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
     return [*rows, *accuracy_rows(document.uncertainty, limits.mean_absolute_error, covered)]
@@ -58,21 +62,21 @@ def checks_row(checks: Sequence[Diagnostic] | None) -> LimitResult:
     return limit_row(name, title, "not enough", reason, text="; ".join(dict.fromkeys(open_)))
 
 
-def samples_row(placements: Sequence[PlacementPrediction], *, tied: bool) -> LimitResult:
+def samples_row(
+    trained: Sequence[Measurement], held_out: Sequence[Measurement] = (), *, tied: bool
+) -> LimitResult:
     """Return whether enough samples lie in each socket.
 
     Args:
-        placements: All of the calibration.
+        trained: Placements to train on.
+        held_out: Those held out.
         tied: Distances between placements were given to the fit, so that two sockets of any count.
     """
-    points = points_row(placements)
-    if points is not None:
-        return points
-    trained = [p.measured.counts for p in placements if p.role == "train"]
-    held_out = [p.measured.counts for p in placements if p.role == "test"]
-    if tied:
-        trained = [tuple(n for counts in trained for n in counts)]
-    few = _second(trained)
+    if all(m.kind == "points" for m in trained):
+        return _points_row(trained, held_out)
+    counts = [m.counts for m in trained]
+    few = _second([tuple(n for own in counts for n in own)] if tied else counts)
+    proving = _second([m.counts for m in held_out])
     text = f"{plural(few, 'sample')} or more in each socket trained on"
     enough: Status = "pass"
     if few < LEAST_SAMPLES:
@@ -81,30 +85,28 @@ def samples_row(placements: Sequence[PlacementPrediction], *, tied: bool) -> Lim
             f"only {plural(few, 'sample')} in a socket trained on; record at least "
             f"{LEAST_SAMPLES} in each, better 30"
         )
-    elif held_out and _second(held_out) < LEAST_HELD_OUT:
+    elif held_out and proving < LEAST_HELD_OUT:
         enough = "not enough"
         text = (
-            f"only {plural(_second(held_out), 'sample')} in a socket held out; record at least "
+            f"only {plural(proving, 'sample')} in a socket held out; record at least "
             f"{LEAST_HELD_OUT} in each, better 30"
         )
     return limit_row("samples", "samples in each socket", enough, text)
 
 
-def points_row(placements: Sequence[PlacementPrediction]) -> LimitResult | None:
-    """Return whether an instrument measured enough points; None where sockets were trained on."""
-    counts: dict[str, int] = {"train": 0, "test": 0}
-    for one in placements:
-        if one.role == "train" and one.measured.kind == "sockets":
-            return None
-        counts[one.role] += sum(one.measured.counts)
-    fewest: dict[str, int] = {"train": 2 * LEAST_SAMPLES, "test": 2 * LEAST_HELD_OUT}
-    few = next((role for role in counts if 0 < counts[role] < fewest[role]), None)
-    if few is None:
-        text = f"{plural(counts['train'], 'measured point')} trained on"
-        return limit_row("samples", "measured points", "pass", text)
-    part = "trained on" if few == "train" else "held out"
-    text = f"only {plural(counts[few], 'measured point')} {part}; measure {fewest[few]} or more"
-    return limit_row("samples", "measured points", "not enough", text)
+def _points_row(trained: Sequence[Measurement], held_out: Sequence[Measurement]) -> LimitResult:
+    """Return whether an instrument measured enough points, where no socket was trained on."""
+    name, title = "samples", "measured points"
+    for placements, part, least in (
+        (trained, "trained on", 2 * LEAST_SAMPLES),
+        (held_out, "held out", 2 * LEAST_HELD_OUT),
+    ):
+        count = sum(n for m in placements for n in m.counts)
+        if 0 < count < least:
+            text = f"only {plural(count, 'measured point')} {part}; measure {least} or more"
+            return limit_row(name, title, "not enough", text)
+    count = sum(n for m in trained for n in m.counts)
+    return limit_row(name, title, "pass", f"{plural(count, 'measured point')} trained on")
 
 
 def _second(sockets: Sequence[tuple[int, ...]]) -> int:

@@ -2,11 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..data import Measurement
+from ..diagnostics import Survey, inspect_all
 from ..results import CalibratedRobot, CalibrationDocument, Summary
+from ..robot import Origin
+from .data_sufficiency import checks_row
 from .formatting import mm
 from .held_out import error_rows
 from .limits import Limits
@@ -18,7 +21,6 @@ EXPLAINS = 0.6
 WORSE = 1.5
 """Errors beyond this many times those at the calibration itself are a drift."""
 TRAINED = "all of these were trained on, so their errors prove nothing"
-_WORDS = {"pass": "valid", "fail": "invalid", "incomplete": "unknown"}
 
 
 @dataclass(frozen=True)
@@ -31,20 +33,14 @@ class Drift:
     advice: str = ""
 
     @property
-    def status(self) -> str:
-        """``valid``, ``invalid``, or ``unknown`` where nothing says what is good for the arm."""
-        return _WORDS[self.verdict.status]
-
-    @property
     def text(self) -> str:
         """The verdict in a sentence, and the advice."""
         return f"Verdict: {self.verdict.title}: {self.reason}{self.advice and ' '}{self.advice}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
-        cause = None if self.cause is None else vars(self.cause)
-        said = {"status": self.status, "text": self.text, "nearest_cause": cause}
-        return {**self.verdict.as_said(), **said}
+        nearest = None if self.cause is None else vars(self.cause)
+        return {**self.verdict.as_said(), "text": self.text, "nearest_cause": nearest}
 
 
 def judge_drift(
@@ -67,7 +63,8 @@ def judge_drift(
     rows = error_rows(None if summary is None else summary.loaded, full, limits, TRAINED)
     if summary is not None and summary.loaded.distance_error is None:
         rows = rows[:1]
-    verdict = judge(rows)
+    survey = _survey(document, calibrated, data if summary is not None else (), limits)
+    verdict = judge([*rows, checks_row(survey.diagnostics)], (), survey.hypotheses)
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
     if summary is None or allowed is None or most is None:
         return Drift(verdict, f"not known; {rows[0].reason}.")
@@ -75,6 +72,8 @@ def judge_drift(
     figures = f"{mm(mean)}, limit {mm(allowed)}"
     if verdict.status == "pass":
         return Drift(verdict, f"still valid ({figures}).")
+    if rows[0].status == rows[-1].status == "pass":
+        return Drift(verdict, f"within its limits ({figures}), but look: {verdict.text}")
     if mean <= allowed and length is not None:
         reason = f"not valid: the sockets' distance is off by {mm(length)}, limit {mm(most)}"
         return Drift(verdict, f"{reason}; check --distance, and calibrate again.")
@@ -95,3 +94,20 @@ def judge_drift(
         how_much = f"{1e3 * cause.offset:+.2f} mm"
     text += f"; nearest cause {cause.joint}, off by {how_much}: with it {mm(cause.error)} are left"
     return Drift(verdict, f"{text}.", cause, "Calibrate again.")
+
+
+def _survey(
+    document: CalibrationDocument,
+    calibrated: CalibratedRobot,
+    data: Sequence[Measurement],
+    limits: Limits,
+) -> Survey:
+    """Return what is seen in new recordings, by the arm as it was calibrated."""
+    pairs = zip(calibrated.robot.joints, calibrated.origins.tolist(), strict=True)
+    joints = tuple(replace(joint, origin=Origin.of(numbers)) for joint, numbers in pairs)
+    return inspect_all(
+        replace(calibrated.robot, joints=joints),
+        data,
+        zeros=bool(document.settings.get("zeros")),
+        repeatability=limits.repeatability,
+    )

@@ -26,6 +26,9 @@ MOST_DRIFT, PLAY = 3e-3, 0.015
 where gears have play."""
 LOOSE = 5e-4
 """Noise that gears with play would make as well [m]."""
+MANY = 5.0
+"""A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
+though nothing explains it."""
 NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
 """Causes that play does not look like."""
 CHECKS = (few_samples, duplicates, motionless_joints)
@@ -111,6 +114,8 @@ def inspect_all(
         own = [(f, d) for f, d in told if f.hypothesis.parameters.get("placement") == m.name]
         changes = [_change(f) for f, d in own if f.code == "moved" and d.level == "error"]
         diagnostics = [d for _, d in own] + [d for check in CHECKS for d in check(robot, m)]
+        if floors[m.name] > MANY * scene.noise and not any(d.level == "error" for _, d in told):
+            diagnostics.append(_unexplained(m, floors[m.name], scene.noise))
         inspections.append(
             Inspection(
                 m,
@@ -121,6 +126,15 @@ def inspect_all(
             )
         )
     return Survey(tuple(inspections), tuple(shared), found.scale, found.hypotheses)
+
+
+def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnostic:
+    text = (
+        f"fitted alone it leaves {1e3 * floor:.2f} mm, more than {MANY:.0f} times the "
+        f"{1e3 * noise:.2f} mm that are usual of this arm, and no single cause explains it"
+    )
+    advice = "look at ball, sockets and base, and record it again; or give --repeatability-mm"
+    return Diagnostic("warning", "floor", where_of([measured]), text, advice)
 
 
 def _change(finding: Finding) -> Change:

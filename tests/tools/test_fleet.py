@@ -44,9 +44,9 @@ def test_a_fleet_is_calibrated_and_compared(
     assert all(
         row["held_out"] and row["calibrated"] < row["nominal"] / 4 for row in one["sessions"]
     )
-    assert one["sessions"][1]["drift"]["status"] == "valid"
+    assert one["sessions"][1]["drift"]["status"] == "pass"
     drift = two["sessions"][1]["drift"]
-    assert drift["status"] == "invalid" and "panda_joint4" in drift["text"]
+    assert drift["status"] == "fail" and "panda_joint4" in drift["text"]
     assert three["sessions"] == [] and "hole_1.csv" in three["error"]
     assert "Mend the recordings" in three["again"]
     check_parameters(result["parameters"], [one["sessions"][1], two["sessions"][1]])

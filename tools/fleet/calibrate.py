@@ -114,7 +114,7 @@ def _drift(
     return FleetDrift(
         since=since,
         mean_absolute_error=summary.loaded.mean_absolute_error,
-        status=drift.status,
+        status=drift.verdict.status,
         text=drift.text,
         reason=drift.reason,
     )
@@ -129,7 +129,7 @@ def _again(arm: FleetArm) -> str | None:
         return "Measure the sockets' distance, and check the recordings; then calibrate again"
     if last.status != "pass":
         return last.todo.text if last.todo else last.text
-    if last.drift is not None and last.drift.status == "invalid":
+    if last.drift is not None and last.drift.status == "fail":
         old = f"that of {last.drift.since}" if last.drift.since else "the one before"
         return (
             f"Load the new {Path(last.outputs['urdf']).name} in place of {old}: {last.drift.reason}"

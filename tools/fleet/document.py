@@ -28,7 +28,7 @@ class FleetDrift(Document, kw_only=True, frozen=True):
     """Name of the session before."""
     mean_absolute_error: float
     status: str
-    """``valid``, ``invalid`` or ``unknown``, as ``mukca validate`` says it."""
+    """Of the verdict of ``mukca validate``."""
     text: str
     reason: str
     """The text without the advice that follows it."""
@@ -79,7 +79,7 @@ class FleetArm(Document, kw_only=True, frozen=True):
         last = self.sessions[-1] if self.sessions and self.error is None else None
         if last is None or last.status in ("fail", "refused"):
             return 1
-        drifted = last.drift is not None and last.drift.status == "invalid"
+        drifted = last.drift is not None and last.drift.status == "fail"
         return 1 if drifted else 3 if last.status == "incomplete" else 0
 
 
@@ -133,7 +133,7 @@ def summary_of(result: FleetDocument) -> str:
     passed = last.count("pass")
     todo = sum(arm.again is not None for arm in result.arms)
     drifted = sum(
-        session.drift is not None and session.drift.status == "invalid"
+        session.drift is not None and session.drift.status == "fail"
         for arm in result.arms
         for session in arm.sessions[-1:]
     )

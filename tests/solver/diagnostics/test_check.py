@@ -101,3 +101,16 @@ def test_the_drop_in_a_real_recording_is_found(recordings: Path) -> None:
             found |= {(one.measured.name, c.socket, c.sample + 1): c.jump for c in one.changes}
     assert found["dinova_2/front_rotated", 1, 12] == pytest.approx(4e-3, abs=5e-4)
     assert not [name for name, _, _ in found if not name.startswith("dinova_2")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [2e-3, 1e-2, 5e-2])
+def test_what_leaves_far_more_than_arms_repeat_is_never_sound(
+    look, change, placements, noise: float
+) -> None:
+    generator = np.random.default_rng(1)
+    for some in (placements, placements[:1]):
+        wild = [change(p, lambda q: q + generator.normal(0, noise, 7)) for p in some]
+        seen = look(wild)
+        assert min(one.floor for one in seen.placements) > 1e-3
+        assert {d.level for d in seen.diagnostics} & {"error", "warning"}

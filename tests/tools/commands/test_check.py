@@ -80,8 +80,8 @@ def test_what_was_measured_and_how_well_is_heeded(
 @pytest.mark.parametrize(
     ("counts", "status", "words"),
     [
-        ((3, 3), 0, "3 samples in socket 0; record 27 more"),
-        ((12, 3), 0, "3 samples in socket 1; record 27 more"),
+        ((3, 3), 3, "3 samples in socket 0; record 27 more"),
+        ((12, 3), 3, "3 samples in socket 1; record 27 more"),
         ((12, 0), 1, "only socket 0 has samples, so solve refuses it"),
     ],
 )
@@ -91,7 +91,8 @@ def test_too_little_is_told(
     thinned(copy / "front", *counts)
     got, told = run(capsys, "check", str(copy / "front"), "--robot", "panda")
     assert got == status, told
-    assert words in told and "Nothing wrong" not in told and "mukca check" not in told
+    assert words in told and ("NOT ENOUGH DATA: Only 3 samples" in told) == (status == 3)
+    assert "Nothing wrong" not in told and "mukca check" not in told
 
 
 @pytest.mark.slow

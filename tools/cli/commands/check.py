@@ -59,10 +59,9 @@ def run(options: Options, terminal: Terminal) -> int:
     seated = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in seated if m.distance_source == "default"]
     rows = [assessment.checks_row(findings), assessment.distance_row(assumed)]
-    verdict = assessment.judge(rows)
-    if cause := diagnostics.cause(survey.hypotheses):
-        terminal.say(f"Of all recordings, {cause}.")
-    if verdict.status == "incomplete":
+    rows.append(assessment.samples_row(placements, tied=bool(known)))
+    verdict = assessment.judge(rows, causes=survey.hypotheses)
+    if verdict.status != "pass":
         terminal.say(f"{verdict.title}: {verdict.text}")
     elif not findings:
         terminal.say("Nothing wrong was seen.")
@@ -76,7 +75,7 @@ def run(options: Options, terminal: Terminal) -> int:
             "predicted_distance_deviation": predicted,
             "next_placement": {"text": hint},
             "warnings": warnings,
-            "verdict": {"status": verdict.status, "kind": verdict.kind, "text": verdict.text},
+            "verdict": verdict.as_said(),
         }
     )
     return verdict.exit_status
