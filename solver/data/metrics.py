@@ -145,7 +145,8 @@ def cost_terms(points: np.ndarray, measured: Measurement) -> tuple[float, float]
         points: Predicted ball centres for ``measured.positions``, shape (N, 3) [m].
         measured: The placement.
     """
-    squares = float(np.sum((points - targets(points, measured)) ** 2))
+    frames = fit_frames([(points, measured)])
+    squares = float(np.sum((points - targets(points, measured, frames)) ** 2))
     centres = socket_centres(points, measured)
     return squares / len(points), (_distance_error(centres, measured) or 0.0) ** 2
 

@@ -10,6 +10,7 @@ Cullis 1995), that of the weights and the prior widths as everywhere, (A2) and (
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import log
 
 import numpy as np
@@ -54,10 +55,10 @@ class CurvePrior:
 class Marginal:
     """The errors' covariance, and what follows of the unknowns beside the curves."""
 
-    inverse: np.ndarray
-    """M^-1, shape (3 N, 3 N)."""
-    projected: np.ndarray
-    """V = M^-1 - M^-1 G Sigma G^T M^-1, shape (3 N, 3 N)."""
+    errors: np.ndarray
+    """M, shape (3 N, 3 N)."""
+    by_rest: np.ndarray
+    """M^-1 G, shape (3 N, free)."""
     covariance: np.ndarray
     """Sigma of y, zero for what is held, shape (d, d)."""
     change: np.ndarray
@@ -65,8 +66,27 @@ class Marginal:
     pulls: np.ndarray
     """p = M^-1 (a + G y), shape (3 N,): the curves are minus their covariance with the samples,
     times it."""
-    log_determinants: float
-    """log |M| - log |Sigma|."""
+    free: np.ndarray
+    """Which of y are not held, shape (d,)."""
+
+    @cached_property
+    def inverse(self) -> np.ndarray:
+        """M^-1, shape (3 N, 3 N)."""
+        return np.linalg.inv(self.errors)
+
+    @cached_property
+    def projected(self) -> np.ndarray:
+        """V = M^-1 - M^-1 G Sigma G^T M^-1, shape (3 N, 3 N)."""
+        sigma = self.covariance[np.ix_(self.free, self.free)]
+        return self.inverse - (self.by_rest @ sigma) @ self.by_rest.T
+
+    @property
+    def log_determinants(self) -> float:
+        """Log |M| - log |Sigma|."""
+        unit = np.sqrt(np.diag(self.covariance)[self.free])
+        sigma = self.covariance[np.ix_(self.free, self.free)] / unit[:, None] / unit
+        logs = np.linalg.slogdet(self.errors)[1] - np.linalg.slogdet(sigma)[1]
+        return float(logs - 2 * np.log(unit).sum())
 
 
 def curve_covariance(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndarray, np.ndarray]:
@@ -91,19 +111,17 @@ def marginal(samples: LinearSamples, K: np.ndarray, blocks: np.ndarray, rest: Re
     n, d, free = len(blocks), len(rest.free), rest.free
     M = K.copy()
     M.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)] += blocks
-    inverse = np.linalg.inv(M)
-    G = samples.by_rest.reshape(-1, d)[:, free]
-    WG = inverse @ G
+    G, a = samples.by_rest.reshape(-1, d)[:, free], samples.errors.ravel()
+    solved = np.linalg.solve(M, np.concatenate([G, a[:, None]], axis=1))
+    WG = solved[:, :-1]
     information = G.T @ WG + rest.precision[np.ix_(free, free)]
     unit = 1 / np.sqrt(np.diag(information))
     H = information * unit[:, None] * unit
     sigma = np.linalg.inv(H) * unit[:, None] * unit
-    a, change, covariance = samples.errors.ravel(), np.zeros(d), np.zeros((d, d))
+    change, covariance = np.zeros(d), np.zeros((d, d))
     change[free] = -sigma @ (WG.T @ a + rest.gradient[free])
     covariance[np.ix_(free, free)] = sigma
-    logs = np.linalg.slogdet(M)[1] + np.linalg.slogdet(H)[1] - 2 * np.log(unit).sum()
-    pulls = inverse @ a + WG @ change[free]
-    return Marginal(inverse, inverse - (WG @ sigma) @ WG.T, covariance, change, pulls, float(logs))
+    return Marginal(M, WG, covariance, change, solved[:, -1] + WG @ change[free], free)
 
 
 @dataclass(frozen=True)

@@ -257,18 +257,17 @@ def _curve_group(model: ExtendedModel, prior: CurvePrior, sigma: np.ndarray) -> 
     """Return the prior of a robot's curves."""
     own = model.slices[-1]
     members = np.arange(own.start, own.stop, dtype=np.int64)
-    turning = np.diag([float(joint.type != "prismatic") for joint in model.robot.actuated])
-    shape = np.kron(circulant(spectrum(prior.length)), turning)
-    precision = np.kron(circulant(1 / spectrum(prior.length)), turning) / prior.amplitude**2
-    there = int(turning.sum()) * KNOTS
-    effective = there - float(np.sum(precision * sigma[own, own]))
+    turning = [i for i, j in enumerate(model.robot.actuated) if j.type != "prismatic"]
+    blocks, effective = sigma[own, own].reshape(KNOTS, -1, KNOTS, len(model.robot.actuated)), 0.0
+    for i in turning:
+        decided = circulant(1 / spectrum(prior.length)) * blocks[:, i, :, i]
+        effective += KNOTS - float(np.sum(decided)) / prior.amplitude**2
     return PriorGroup(
         CURVE.name,
         CURVE.unit,
         members,
         prior.amplitude,
         effective=effective,
-        shape=shape,
         length=prior.length,
         optional=True,
     )

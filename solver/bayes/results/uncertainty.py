@@ -43,10 +43,11 @@ def deviations(posterior: Posterior) -> np.ndarray:
 
 
 def prior_covariance(posterior: Posterior) -> np.ndarray:
-    """Return the prior covariance of the model's unknowns, shape (size, size)."""
-    covariance = np.zeros((posterior.model.size,) * 2)
+    """Return the prior covariance of the model's scalars, shape (scalars, scalars)."""
+    covariance = np.zeros((posterior.model.scalars,) * 2)
     for group in posterior.groups:
-        covariance[np.ix_(group.members, group.members)] = group.covariance(group.deviation)
+        if group.length is None:
+            covariance[np.ix_(group.members, group.members)] = group.covariance(group.deviation)
     return covariance
 
 
@@ -137,7 +138,8 @@ def distance_deviations(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the distances of :func:`distance_slopes`, and their standard deviations [m]."""
     distances, slopes = distance_slopes(posterior.model, posterior.x, q, torque)
-    return distances, np.sqrt(np.sum(slopes @ _counted_once(posterior) * slopes, axis=1))
+    covariance = _counted_once(posterior)
+    return distances, np.sqrt([_variance(slope[None], covariance) for slope in slopes])
 
 
 def _counted_once(posterior: Posterior) -> np.ndarray:
@@ -170,14 +172,20 @@ def predicted_deviation(
         for begin in range(0, len(q), BATCH):
             some = slice(begin, begin + BATCH)
             _, J, by_joints = posterior.model.linearise(posterior.x, q[some], torque[some])
-            rows = J.reshape(-1, size)
-            total += float(np.sum((rows @ covariance) * rows))
+            total += sum(_variance(rows, covariance) for rows in J)
             sums += J.sum(axis=0)
             noise += float(np.trace(posterior.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
         total -= float(np.sum((sums @ covariance) * sums)) / len(q)
         total += noise * (1 - 1 / len(q))
         count += len(q)
     return (total / count) ** 0.5
+
+
+def _variance(rows: np.ndarray, covariance: np.ndarray) -> float:
+    """Return the sum of rows' variances; of a curve, a sample has but four coefficients."""
+    there = np.flatnonzero(rows.any(axis=0))
+    few = rows[:, there]
+    return float(np.sum((few @ covariance[there[:, None], there]) * few))
 
 
 def length_deviation(
