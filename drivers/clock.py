@@ -39,7 +39,7 @@ class Clock:
         try:
             return select.select(sources, [], [], seconds)[0]
         except ValueError:  # a closed source, or a descriptor beyond 1023, which select cannot take
-            with selectors.PollSelector() as selector:
+            with selectors.DefaultSelector() as selector:
                 keys = [selector.register(source, selectors.EVENT_READ) for source in sources]
                 ready = {key.fd for key, _ in selector.select(seconds)}
             return [s for s, key in zip(sources, keys, strict=True) if key.fd in ready]

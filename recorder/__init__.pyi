@@ -10,7 +10,9 @@ from .dataset import placement_name as placement_name
 from .dataset import placements_in as placements_in
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
+from .disk import APPEND as APPEND
 from .disk import append_bytes as append_bytes
+from .disk import lock_file as lock_file
 from .disk import replace_file as replace_file
 from .disk import sync_folder as sync_folder
 from .metadata import METADATA as METADATA

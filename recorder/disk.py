@@ -1,8 +1,13 @@
 """Writing to disk: all of it, or the file stays as it was."""
 
 import os
+import sys
 from contextlib import suppress
 from pathlib import Path
+
+APPEND: int = os.O_APPEND | getattr(os, "O_BINARY", 0)
+"""To open a file to which bytes are appended as they are; Windows would change ends of lines."""
+_BEYOND = 1 << 30
 
 
 def append_bytes(descriptor: int, data: bytes, *, sync: bool = True) -> None:
@@ -46,8 +51,30 @@ def replace_file(file: Path, content: bytes) -> None:
 
 def sync_folder(folder: Path) -> None:
     """Return once the names in a folder are on the disk."""
+    if sys.platform == "win32":
+        return  # folders cannot be opened there; NTFS keeps a journal of names
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def lock_file(descriptor: int) -> None:
+    """Lock an open file until it is closed.
+
+    Raises:
+        BlockingIOError: Another program holds it.
+    """
+    if sys.platform == "win32":
+        import msvcrt
+
+        os.lseek(descriptor, _BEYOND, os.SEEK_SET)  # what is locked there, nobody else can read
+        try:
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except PermissionError as error:
+            raise BlockingIOError(*error.args) from None
+    else:
+        import fcntl
+
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

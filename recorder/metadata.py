@@ -12,7 +12,7 @@ from typing import Any, cast
 
 from .._version import __version__
 from .csv_files import RecordingError
-from .disk import replace_file
+from .disk import lock_file, replace_file
 from .placement import DEFAULT_DISTANCE, SOCKETS
 from .samples import SAMPLES
 
@@ -167,11 +167,9 @@ def _locked(samples: Path) -> Generator[None, None, None]:
     if not samples.exists():
         yield
         return
-    import fcntl  # Windows, which can read recordings, has none
-
     descriptor = os.open(samples, os.O_RDONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock_file(descriptor)
         yield
     finally:
         os.close(descriptor)

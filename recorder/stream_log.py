@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..drivers import JointState
 from .csv_files import RecordingError
-from .disk import append_bytes
+from .disk import APPEND, append_bytes
 
 FORMAT = "mukca-stream-2"
 FORMAT_1 = "mukca-stream-1"
@@ -72,7 +72,7 @@ class StreamLog:
         self._count = len(joints)
         head = json.dumps({"format": FORMAT, "joints": list(joints), "digits": DIGITS})
         try:
-            flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | os.O_CLOEXEC
+            flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | APPEND
             self._fd = os.open(file, flags, 0o644)
             append_bytes(self._fd, head.encode() + b"\n")
         except OSError as error:

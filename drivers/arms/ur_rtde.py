@@ -82,13 +82,14 @@ class UrRtde(ValidatingDriver):
 
 def write_states(host: str, rate: float) -> None:
     """Write states to standard output as they come, until the connection ends."""
-    import fcntl
-
     from rtde_receive import RTDEReceiveInterface
 
-    # When standard input closes, as with the end of whoever reads, the kernel ends this process.
-    fcntl.fcntl(0, fcntl.F_SETOWN, os.getpid())
-    fcntl.fcntl(0, fcntl.F_SETFL, os.O_ASYNC)
+    if sys.platform != "win32":
+        import fcntl
+
+        # When standard input closes, as by the reader's end, the kernel ends this process.
+        fcntl.fcntl(0, fcntl.F_SETOWN, os.getpid())
+        fcntl.fcntl(0, fcntl.F_SETFL, os.O_ASYNC)
     states = os.dup(1)
     os.dup2(2, 1)  # the package prints
     robot = RTDEReceiveInterface(host, rate, [*OUTPUTS])

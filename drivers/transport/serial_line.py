@@ -1,6 +1,6 @@
 """A serial port, opened not to block, whose errors are the driver's own."""
 
-import termios
+import sys
 from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Any
@@ -9,6 +9,8 @@ import serial
 
 from .. import DriverError, Reason, clock
 
+TerminalError: type[Exception] = getattr(sys.modules.get("termios"), "error", OSError)
+"""Error of terminals that pyserial lets pass."""
 MOST_BYTES = 4096
 
 
@@ -36,7 +38,7 @@ class SerialLine:
             )
         except ValueError as error:
             raise DriverError(Reason.BAD_ADDRESS, f"serial port {port}: {error}") from None
-        except (OSError, termios.error) as error:
+        except (OSError, TerminalError) as error:
             raise DriverError(
                 Reason.UNREACHABLE,
                 f"serial port {port} cannot be opened: {error}; is the adapter plugged in, does "
@@ -51,6 +53,10 @@ class SerialLine:
     def read(self, most: int, wait: float) -> bytes:
         """Return at most so many bytes, as soon as one has come; none after the wait [s]."""
         with self._translated():
+            if sys.platform == "win32":  # where a port is nothing to wait on
+                self._port.timeout = max(0.0, wait)
+                first = bytes(self._port.read(1))
+                return first + bytes(self._port.read(min(most - 1, self._port.in_waiting)))
             if not clock.wait([self._port], max(0.0, wait)):
                 return b""
             return bytes(self._port.read(most))
@@ -68,7 +74,7 @@ class SerialLine:
         """Turn the errors of a lost line into the driver's own."""
         try:
             yield
-        except (OSError, TypeError, ValueError, termios.error) as error:
+        except (OSError, TypeError, ValueError, TerminalError) as error:
             raise DriverError(
                 Reason.UNREACHABLE, f"serial port {self._port.port} is lost: {error}"
             ) from None

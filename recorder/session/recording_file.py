@@ -4,13 +4,13 @@ A line that could be written only in part, as on a full disk, is cut off again. 
 killed in the middle of a line, the next one to open the recording moves that part to a file beside.
 """
 
-import fcntl
 import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
 from .. import (
+    APPEND,
     METADATA,
     SAMPLES,
     Metadata,
@@ -21,6 +21,7 @@ from .. import (
     capture_line,
     header_line,
     is_placement,
+    lock_file,
     mark_line,
     placements_in,
     read_metadata,
@@ -51,7 +52,7 @@ class Recording:
         earlier = self._agree(metadata)
         try:
             _make_folder(folder)
-            flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
+            flags = os.O_RDWR | os.O_CREAT | APPEND
             self._fd = os.open(self.file, flags, 0o644)
         except OSError as error:
             raise RecordingError(f"{self.file}: cannot be written: {error.strerror}") from None
@@ -155,7 +156,7 @@ class Recording:
 
     def _lock(self) -> None:
         try:
-            fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock_file(self._fd)
         except BlockingIOError:
             raise RecordingError(
                 f"{self.folder}: another mukca record is writing there; finish it first"

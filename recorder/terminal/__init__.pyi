@@ -1,3 +1,4 @@
+from .console_keyboard import ConsoleKeyboard as ConsoleKeyboard
 from .display import Lines as Lines
 from .display import Screen as Screen
 from .key_bindings import keys_with as keys_with

@@ -7,6 +7,7 @@ how busy the computer is. At its end the session is finished as by ``q``.
 import os
 import re
 import select
+import sys
 from collections import deque
 from dataclasses import dataclass
 
@@ -54,6 +55,8 @@ class Script:
         self._read_all = False
         self._empty = True
         self._begun: tuple[float, float] | None = None
+        if sys.platform == "win32":  # where it is nothing to wait on
+            self.read()
 
     def fileno(self) -> int:
         """The descriptor to wait on."""
@@ -107,7 +110,9 @@ class Script:
         Raises:
             ScriptError: A word that means nothing.
         """
-        while not self._read_all and select.select([self], [], [], 0)[0]:
+        while not self._read_all and (
+            sys.platform == "win32" or select.select([self], [], [], 0)[0]
+        ):
             data = os.read(self._descriptor, 65536)
             self._read_all = not data
             self._rest += data.decode(errors="replace")

@@ -3,7 +3,6 @@
 import os
 import re
 import sys
-import termios
 from contextlib import suppress
 from typing import Any
 
@@ -54,6 +53,10 @@ class Keyboard:
         return self._descriptor
 
     def __enter__(self) -> "Keyboard":
+        if sys.platform == "win32":
+            raise NotImplementedError  # a ConsoleKeyboard reads there
+        import termios
+
         self._before = termios.tcgetattr(self._descriptor)
         mode = termios.tcgetattr(self._descriptor)
         mode[0] &= ~(termios.IXON | termios.ICRNL)
@@ -65,7 +68,9 @@ class Keyboard:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._before is not None:
+        if sys.platform != "win32" and self._before is not None:
+            import termios
+
             with suppress(termios.error):  # the terminal may be gone
                 termios.tcflush(self._descriptor, termios.TCIFLUSH)
                 termios.tcsetattr(self._descriptor, termios.TCSANOW, self._before)
@@ -81,7 +86,7 @@ class Keyboard:
             HangUp: The terminal is gone.
         """
         try:
-            pressed = os.read(self._descriptor, 1024)
+            pressed = self._received()
         except OSError:
             pressed = b""
         if not pressed:
@@ -94,6 +99,9 @@ class Keyboard:
         text = _UNFINISHED.sub(b"", pressed)
         names = [_name(match[0]) for match in _KEY.finditer(text)]
         return [name for name in names if name]
+
+    def _received(self) -> bytes:
+        return os.read(self._descriptor, 1024)
 
 
 def _name(key: bytes) -> str:

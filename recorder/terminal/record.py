@@ -1,6 +1,5 @@
 """The recorder: one loop that joins states, keys, session, file and screen."""
 
-import signal
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -26,7 +25,7 @@ from .key_bindings import KEYS, capture_key
 from .key_handler import KeyHandler
 from .key_script import Script
 from .keyboard import HangUp, Keyboard
-from .signals import Signals
+from .signals import HANG_UP, Signals
 
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
@@ -124,7 +123,7 @@ class Recorder:
                         self._update(clock.now())
                         self._draw()
             except HangUp:
-                received = signal.SIGHUP
+                received = HANG_UP
             return Outcome(
                 self._actions.session,
                 signals.received or received,

@@ -4,12 +4,16 @@ A signal handler that raises an exception may do so anywhere, for instance betwe
 sync. Here a signal is only noted, and wakes the loop if it waits.
 """
 
-import os
 import signal
+import socket
 from types import FrameType
 from typing import Any
 
-_ENDING = (signal.SIGHUP, signal.SIGINT, signal.SIGQUIT, signal.SIGTERM)
+HANG_UP = 1
+"""SIGHUP, which Windows does not have."""
+_NAMES = ("SIGHUP", "SIGINT", "SIGQUIT", "SIGTERM", "SIGBREAK", "SIGWINCH")
+_KNOWN = {name: signal.Signals[name] for name in _NAMES if name in signal.Signals.__members__}
+"""Of this system."""
 
 
 class Signals:
@@ -21,11 +25,11 @@ class Signals:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> "Signals":
-        self._reader, self._writer = os.pipe()
-        os.set_blocking(self._reader, False)
-        os.set_blocking(self._writer, False)
-        self._wakeup = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
-        for number in (*_ENDING, signal.SIGWINCH):
+        self._reader, self._writer = socket.socketpair()  # what Windows can wait on, too
+        self._reader.setblocking(False)
+        self._writer.setblocking(False)
+        self._wakeup = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+        for number in _KNOWN.values():
             self._before[number] = signal.signal(number, self._note)
         return self
 
@@ -33,17 +37,17 @@ class Signals:
         for number, handler in self._before.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(self._wakeup)
-        os.close(self._reader)
-        os.close(self._writer)
+        self._reader.close()
+        self._writer.close()
 
     def fileno(self) -> int:
         """The descriptor that becomes readable with a signal."""
-        return self._reader
+        return self._reader.fileno()
 
     def read(self) -> None:
         """Empty the descriptor."""
-        os.read(self._reader, 1024)
+        self._reader.recv(1024)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        if number != signal.SIGWINCH and self.received is None:
+        if number != _KNOWN.get("SIGWINCH") and self.received is None:
             self.received = number

@@ -6,7 +6,7 @@ client may leave at any moment, or stop reading.
 
 import os
 import socket
-import tty
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -137,12 +137,8 @@ class SerialPort:
         if address:
             kind = type(emulator).__name__.removesuffix("Emulator").lower()
             raise MukcaError(f"{kind} opens a terminal of its own; leave --address out")
-        self._line, other = os.openpty()
+        self._line, self.name = _open_terminal()
         emulator.opened.callback(os.close, self._line)
-        tty.setraw(self._line)
-        tty.setraw(other)
-        os.set_blocking(self._line, False)
-        self.name = os.ttyname(other)
         self._heard, self._received, self._last = heard, bytearray(), 0.0
         emulator.watch(self._line, self._hear)
 
@@ -158,6 +154,19 @@ class SerialPort:
         with suppress(OSError):
             self._received += os.read(self._line, MOST_BYTES)
         self._heard(self._received)
+
+
+def _open_terminal() -> tuple[int, str]:
+    """Return the descriptor of a pseudo-terminal's one end, and the name of its other."""
+    if sys.platform == "win32":
+        raise MukcaError("Windows has no pseudo-terminals: emulate this controller elsewhere")
+    import tty
+
+    line, other = os.openpty()
+    tty.setraw(line)
+    tty.setraw(other)
+    os.set_blocking(line, False)
+    return line, os.ttyname(other)
 
 
 class CanPort:

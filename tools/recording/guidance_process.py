@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -77,8 +78,9 @@ class WorkerProcess:
 
 def _run(work: Callable[..., None], pipe: Connection, *setup: Any) -> None:
     """Work in a session and quiet of its own until the recorder ends, and give way to it."""
-    os.setsid()
-    os.nice(10)
+    if sys.platform != "win32":
+        os.setsid()
+        os.nice(10)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)

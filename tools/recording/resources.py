@@ -9,7 +9,7 @@ from ...drivers import Reconnecting, open_driver
 from ...recorder import Metadata, StreamLog, next_log_file
 from ...recorder.session import Recording
 from ...recorder.stream import JointLimits, Stream
-from ...recorder.terminal import Keyboard, Script
+from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver.calibration import UsageError
 from ...solver.robot import Robot
 from ..cli import Terminal
@@ -27,9 +27,17 @@ def _has_keyboard() -> bool:
     return sys.stdin is not None and sys.stdin.isatty()  # pyright: ignore[reportUnnecessaryComparison]
 
 
+def _open_keyboard() -> Keyboard:
+    if sys.platform == "win32":
+        import msvcrt
+
+        return ConsoleKeyboard(msvcrt)
+    return Keyboard()
+
+
 def keys_of(options: RecordOptions, stack: ExitStack) -> tuple[Keyboard | None, Script | None]:
     """Return the keyboard where there is a terminal, and the script where there is one."""
-    keyboard = Keyboard() if _has_keyboard() else None
+    keyboard = _open_keyboard() if _has_keyboard() else None
     if options.keys is not None:
         try:
             file = stack.enter_context(options.keys.open("rb"))

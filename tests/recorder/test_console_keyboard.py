@@ -1,0 +1,69 @@
+"""What of Windows can be tried elsewhere: keys of its console, and imports without POSIX."""
+
+import subprocess
+import sys
+from collections import deque
+
+import pytest
+from virtual_time import VirtualTime
+
+from mukca.drivers import clock
+from mukca.recorder.terminal import ConsoleKeyboard
+
+
+class Typed:
+    """The module msvcrt, with keys that were typed."""
+
+    def __init__(self, text: str) -> None:
+        self._text = deque(text)
+
+    def kbhit(self) -> bool:
+        return bool(self._text)
+
+    def getwch(self) -> str:
+        return self._text.popleft()
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("aQ 1", ["a", "q", "space", "1"]),
+        ("\r\b\t\x1b", ["Enter", "Backspace", "Tab"]),
+        ("\xe0H\xe0P\xe0K\xe0M", ["Up", "Down", "Left", "Right"]),
+        (
+            "\xe0G\xe0O\xe0I\xe0Q\xe0R\xe0S",
+            ["Home", "End", "PageUp", "PageDown", "Insert", "Delete"],
+        ),
+        ("\0;\0D\xe0\x85", ["F1", "F10", "F11"]),
+        ("\0\x01\xe0q", []),  # no other special key passes for a letter
+        ("ж€", []),
+    ],
+)
+def test_keys_of_a_console_are_those_of_a_terminal(text: str, names: list[str]) -> None:
+    with VirtualTime().running(), ConsoleKeyboard(Typed(text)) as keyboard:
+        keys: list[str] = []
+        while clock.wait([keyboard], 1.0):
+            keys += keyboard.read()
+    assert keys == names
+
+
+WITHOUT = """
+import builtins, pkgutil, importlib
+kept = builtins.__import__
+def without(name, globals=None, *rest):
+    if (globals or {}).get("__name__", "").startswith("mukca") and name in (
+        "termios", "fcntl", "tty", "pty", "resource", "pwd", "grp"
+    ):
+        raise ImportError(name)
+    return kept(name, globals, *rest)
+builtins.__import__ = without
+import mukca
+for module in pkgutil.walk_packages(mukca.__path__, "mukca."):
+    if module.name.split(".")[1] in ("drivers", "recorder", "solver", "tools"):
+        importlib.import_module(module.name)
+"""
+
+
+@pytest.mark.slow
+def test_all_is_imported_where_there_is_no_posix() -> None:
+    subprocess.run([sys.executable, "-c", WITHOUT], check=True)
