@@ -1,7 +1,7 @@
 # Every target does its own set-up: a fresh machine needs Python (3.10 or newer) with venv, and make.
 PYTHON ?= python3
 VENV := .venv
-BIN := $(VENV)/bin
+BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 # One test process more than cores: some tests wait for terminals.
 PYTEST := $(BIN)/pytest -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --dist worksteal
 PACKAGE := pyproject.toml constraints.txt
@@ -12,7 +12,7 @@ export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
 unexport PYTHONDONTWRITEBYTECODE
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-fast lint install docs wheel clean
+.PHONY: demo test test-fast portable lint install docs wheel clean
 
 demo: $(VENV)/.product  ## set up what the product needs, and run the main job on a simulated arm
 	$(BIN)/mukca demo --out demo --force
@@ -28,6 +28,10 @@ lint: $(VENV)/.tests  ## ruff and pyright (strict)
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
+portable: $(VENV)/.portable  ## what needs no terminal and no robot, for Windows: types, and the solver's tests
+	$(BIN)/pyright
+	$(BIN)/pytest -m "not slow" tests/solver tests/tools/printables $(ARGS)
+
 docs: $(VENV)/.docs  ## the documentation as static files in build/docs; every link is checked
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --site-dir build/docs
 
@@ -42,21 +46,25 @@ install: $(VENV)/.tests  ## .venv with the project in it, editable, and all that
 clean:
 	rm -rf $(VENV) build demo dist *.egg-info
 
-$(VENV)/bin/pip:
+$(BIN)/pip:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.product: $(PACKAGE) | $(VENV)/bin/pip
+$(VENV)/.product: $(PACKAGE) | $(BIN)/pip
 	$(BIN)/pip install --quiet --editable .
 	@touch $@
 
-$(VENV)/.docs: $(PACKAGE) | $(VENV)/bin/pip
+$(VENV)/.portable: $(PACKAGE) | $(BIN)/pip
+	$(BIN)/pip install --quiet --editable '.[isotp,lint,print,ros]' pytest trimesh
+	@touch $@
+
+$(VENV)/.docs: $(PACKAGE) | $(BIN)/pip
 	$(BIN)/pip install --quiet --editable '.[docs]'
 	@touch $@
 
-$(VENV)/.release: $(PACKAGE) | $(VENV)/bin/pip
+$(VENV)/.release: $(PACKAGE) | $(BIN)/pip
 	$(BIN)/pip install --quiet --editable '.[release]'
 	@touch $@
 
-$(VENV)/.tests: $(PACKAGE) | $(VENV)/bin/pip
+$(VENV)/.tests: $(PACKAGE) | $(BIN)/pip
 	$(BIN)/pip install --quiet --editable '.[test,lint]'
 	@touch $@ $(VENV)/.product

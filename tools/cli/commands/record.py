@@ -7,7 +7,6 @@ import sys
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
 
@@ -29,11 +28,6 @@ Options = RecordOptions
 
 def run(options: RecordOptions, terminal: Terminal) -> int:
     """Record until the operator finishes."""
-    if find_spec("termios") is None:
-        raise UsageError(
-            "recording does not yet work on Windows; record on Linux, on macOS or in WSL. "
-            "check, solve, validate and report do work here"
-        )
     if options.calibration and not options.quick:
         raise UsageError("--calibration is for --quick; mukca validate looks at recordings")
     with _interruptible():
