@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from .base import cuts
+from .base import changes
 from .kinds import Block, Kind, NoisePrior, Parameters
 from .scene import Scene
 
@@ -33,21 +33,12 @@ def one_sample(scene: Scene) -> Iterable[Block]:
 def bent(scene: Scene) -> Iterable[Block]:
     """Return blocks of balls that sit elsewhere on the flange from a sample on."""
     of_ball = [i for i, p in enumerate(scene.parameters) if p.of_ball and p.unit == "m"]
-    if not of_ball:
-        return
-    several = len(scene.places) > 1
-    for place, rows in enumerate(scene.places):
-        slopes = scene.by_geometry[scene.rows(rows)][:, of_ball]
-        found = [*([(0, np.ones(len(scene.times[place]), dtype=bool))] if several else [])]
-        found += list(cuts(scene, place))
-        if found:
-            masks = np.repeat(np.array([mask for _, mask in found], dtype=float), 3, axis=1)
-            names = [scene.first_from(place, rank) for rank, _ in found]
-            yield Block(scene.rows(rows), masks[:, :, None] * slopes, names, (1e-3, 1e-2))
+    slopes = scene.by_geometry[:, of_ball].reshape(len(scene.q), 3, 1, -1)
+    return changes(scene, slopes, (1e-3, 1e-2)) if of_ball else ()
 
 
-def standing_out(scene: Scene) -> Iterator[tuple[int, slice, Parameters]]:
-    """Return placements that scatter more than the others: index, samples, and name."""
+def standing_out(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
+    """Return placements that scatter more than the others: samples, and name."""
     left = [float(np.mean(scene.remaining[rows] ** 2)) ** 0.5 for rows in scene.places]
     for place, rows in enumerate(scene.places):
         apart = [
@@ -57,14 +48,26 @@ def standing_out(scene: Scene) -> Iterator[tuple[int, slice, Parameters]]:
         ]
         if any(apart) and rows.stop - rows.start <= MOST:
             here = max(left[place], scene.floors[place])
-            yield place, rows, {"placement": scene.measurements[place].name, "noise_here": here}
+            yield rows, {"placement": scene.measurements[place].name, "noise_here": here}
 
 
-def loose_here(scene: Scene) -> Iterable[Block]:
-    """Return blocks of placements whose samples all scatter, more than those of the others."""
-    for _, rows, parameters in standing_out(scene):
-        columns = np.eye(3 * (rows.stop - rows.start))[None]
-        yield Block(scene.rows(rows), columns, [parameters], LOOSE_HERE)
+def loose_here(
+    scene: Scene, roots: np.ndarray | None = None, widths: tuple[float, ...] = LOOSE_HERE
+) -> Iterable[Block]:
+    """Return blocks of placements whose samples all scatter, more than those of the others.
+
+    Args:
+        scene: The recordings.
+        roots: Roots of the covariance of each sample, shape (N, 3, 3); None for alike in space.
+        widths: How many times as large it is.
+    """
+    for rows, parameters in standing_out(scene):
+        count = rows.stop - rows.start
+        own = np.eye(3)[None] if roots is None else roots[rows]
+        columns = np.zeros((count, 3, count, 3))
+        columns[np.arange(count), :, np.arange(count)] = own
+        flat = columns.reshape(1, 3 * count, 3 * count)
+        yield Block(scene.rows(rows), flat, [parameters], widths)
 
 
 def _noise(p: Parameters) -> str:

@@ -1,6 +1,6 @@
 """The base: moved from a sample on, at the change of socket, or drifting while recorded."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -16,44 +16,50 @@ FAR = 0.03
 """A larger move is not linear beside the distance of the sockets [m]."""
 
 
-def cuts(scene: Scene, place: int) -> Iterator[tuple[int, np.ndarray]]:
-    """Return ranks in time at which something may change, each with the mask of rows from it on."""
-    times = scene.times[place]
-    ranks = np.unique(np.linspace(SIDE, len(times) - SIDE, min(len(times), MOST_CUTS)).astype(int))
-    for rank in ranks.tolist():
-        mask = times >= rank
-        parts = scene.sockets[scene.places[place]] - scene.sockets[scene.places[place].start]
-        after = np.bincount(parts, mask)
-        if np.all((after == 0) | (after == np.bincount(parts))):
-            continue  # all of a socket moved: its centre holds that
-        yield rank, mask
+def changes(
+    scene: Scene, slopes: np.ndarray, widths: tuple[float, ...], *, throughout: bool = True
+) -> Iterable[Block]:
+    """Return blocks of what may be off from some sample of a placement on.
+
+    Args:
+        scene: The recordings.
+        slopes: Derivatives of the residuals by k unknowns of each of C candidates, shape
+            (N, 3, C, k).
+        widths: Of the unknowns.
+        throughout: It may also be off in all samples of a placement, where there are several.
+    """
+    for place, rows in enumerate(scene.places):
+        times, found = scene.times[place], list[tuple[int, np.ndarray]]()
+        parts = scene.sockets[rows] - scene.sockets[rows.start]
+        ranks = np.linspace(SIDE, len(times) - SIDE, min(len(times), MOST_CUTS)).astype(int)
+        for rank in np.unique(ranks).tolist():
+            after = np.bincount(parts, times >= rank)
+            if np.any((after != 0) & (after != np.bincount(parts))):
+                found.append((rank, times >= rank))  # else its centre holds that a socket moved
+        if throughout and len(scene.places) > 1:
+            found.insert(0, (0, times >= 0))
+        if found:
+            masks = np.array([mask for _, mask in found], dtype=float)
+            C, k = slopes.shape[2:]
+            columns = np.einsum("fn,nick->fcnik", masks, slopes[rows])
+            names = [scene.first_from(place, rank) for rank, _ in found for _ in range(C)]
+            flat = columns.reshape(len(names), -1, k)
+            yield Block(scene.rows(rows), flat, names, widths)
 
 
 def moved(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that moved before some sample."""
-    for place, rows in enumerate(scene.places):
-        found = list(cuts(scene, place))
-        if found:
-            masks = np.array([mask for _, mask in found], dtype=float)
-            columns = masks[:, :, None, None] * np.eye(3)
-            names = [scene.first_from(place, rank) for rank, _ in found]
-            yield Block(scene.rows(rows), columns.reshape(len(found), -1, 3), names, MOVES)
+    slopes = np.tile(np.eye(3)[:, None, :], (len(scene.q), 1, 1, 1))
+    return changes(scene, slopes, MOVES, throughout=False)
 
 
 def between(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that moved while the ball changed its socket."""
-    first = 3 * len(scene.q)
-    for i, ruler in enumerate(scene.rulers):
-        if ruler.on_base:
-            rows = slice(first + i, first + i + 1)
-            name = scene.labels[ruler.first][0]
-            parameters = {
-                "placement": name,
-                "expected": scene.expected[i],
-                "given": ruler.distance,
-                "source": source_of(scene, name),
-            }
-            yield Block(rows, np.full((1, 1, 1), DISTANCE_WEIGHT), [parameters], MOVES)
+    for i, ruler, rows in scene.of_rulers(on_base=True):
+        name = scene.labels[ruler.first][0]
+        source = source_of(scene, name)
+        parameters = {**scene.length(i), "placement": name, "source": source}
+        yield Block(rows, np.full((1, 1, 1), DISTANCE_WEIGHT), [parameters], MOVES)
 
 
 def drifting(scene: Scene) -> Iterable[Block]:

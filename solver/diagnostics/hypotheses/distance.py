@@ -36,26 +36,20 @@ def source_of(scene: Scene, placement: str) -> str:
 
 def of_one_socket(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements whose ball was in one socket throughout."""
-    first = 3 * len(scene.q)
-    for i, ruler in enumerate(scene.rulers):
-        if ruler.on_base:
-            rows, name = slice(first + i, first + i + 1), scene.labels[ruler.first][0]
-            shift = np.full((1, 1), -DISTANCE_WEIGHT * ruler.distance)
-            names = {"placement": name, "expected": scene.expected[i], "given": ruler.distance}
-            yield Block(rows, np.zeros((1, 1, 0)), [names], shift=shift)
+    for i, ruler, rows in scene.of_rulers(on_base=True):
+        shift = np.full((1, 1), -DISTANCE_WEIGHT * ruler.distance)
+        names = {"placement": scene.labels[ruler.first][0], **scene.length(i)}
+        yield Block(rows, np.zeros((1, 1, 0)), [names], shift=shift)
 
 
 def of_known(scene: Scene) -> Iterable[Block]:
     """Return blocks of known distances beside those of bases, each of which may be wrong."""
-    first = 3 * len(scene.q)
-    for i, ruler in enumerate(scene.rulers):
-        if not ruler.on_base:
-            rows = slice(first + i, first + i + 1)
-            ends = "-".join(
-                f"{n}:{k}" for n, k in (scene.labels[ruler.first], scene.labels[ruler.second])
-            )
-            names = {"known": f"{ends}={ruler.distance}", "expected": scene.expected[i]}
-            yield Block(rows, np.full((1, 1, 1), DISTANCE_WEIGHT), [names], (1e-3, 0.1))
+    for i, ruler, rows in scene.of_rulers(on_base=False):
+        ends = "-".join(
+            f"{n}:{k}" for n, k in (scene.labels[ruler.first], scene.labels[ruler.second])
+        )
+        names = {"known": f"{ends}={ruler.distance}", **scene.length(i)}
+        yield Block(rows, np.full((1, 1, 1), DISTANCE_WEIGHT), [names], (1e-3, 0.1))
 
 
 def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:

@@ -1,10 +1,11 @@
 """Joints: a zero that is wrong or was lost, a gain, or readings that lag behind the arm."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
-from .base import cuts
+from .base import changes
 from .kinds import Block, Kind, Parameters
 from .scene import Scene
 
@@ -32,20 +33,10 @@ def of_gain(scene: Scene) -> Iterable[Block]:
 def of_lost_zero(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that are off from some sample of a placement on."""
     names = scene.robot.joint_names
-    several = len(scene.places) > 1
-    for place, rows in enumerate(scene.places):
-        found = [*([(0, np.ones(len(scene.times[place]), dtype=bool))] if several else [])]
-        found += list(cuts(scene, place))
-        if not found:
-            continue
-        slopes = -scene.by_joints[rows]
-        masks = np.array([mask for _, mask in found], dtype=float)
-        columns = masks[:, None, :, None] * slopes.transpose(2, 0, 1)[None]
-        parameters = [
-            {"joint": name, **scene.first_from(place, rank)} for rank, _ in found for name in names
-        ]
-        columns = columns.reshape(len(parameters), -1, 1)
-        yield Block(scene.rows(rows), columns, parameters, LOST)
+    for block in changes(scene, -scene.by_joints[:, :, :, None], LOST):
+        each = enumerate(block.parameters)
+        parameters = [{"joint": names[i % len(names)], **first} for i, first in each]
+        yield replace(block, parameters=parameters)
 
 
 def of_lag(scene: Scene) -> Iterable[Block]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from .ball import standing_out
+from .ball import loose_here, standing_out
 from .evidence import INDEPENDENT
 from .kinds import Block, Kind, NoisePrior, Parameters
 from .scene import Scene
@@ -77,14 +77,9 @@ def pushed(scene: Scene) -> Iterable[Block]:
 
 def pushed_here(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements in which the joints were turned so, unlike in the others."""
-    for _, rows, parameters in standing_out(scene):
-        J = scene.by_joints[rows]
-        roots = np.linalg.cholesky(J @ J.transpose(0, 2, 1) + 1e-6 * np.eye(3))
-        count = len(roots)
-        columns = np.zeros((count, 3, count, 3))
-        columns[np.arange(count), :, np.arange(count)] = roots
-        names, widths = [parameters], (5e-4, 4e-3, 0.05)
-        yield Block(scene.rows(rows), columns.reshape(1, 3 * count, 3 * count), names, widths)
+    J = scene.by_joints
+    roots = np.linalg.cholesky(J @ J.transpose(0, 2, 1) + 1e-6 * np.eye(3))
+    return loose_here(scene, roots, (5e-4, 4e-3, 0.05))
 
 
 def _gain(scene: Scene, widths: np.ndarray) -> float:

@@ -6,6 +6,7 @@ grow as a whole by no more than arms do.
 """
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -237,6 +238,17 @@ class Scene:
         B, r = self.nuisances, self.residuals
         A = B.T @ B + self.noise**2 * np.eye(B.shape[1])
         return (r - B @ np.linalg.solve(A, B.T @ r))[self.all_samples].reshape(-1, 3)
+
+    def of_rulers(self, *, on_base: bool) -> Iterator[tuple[int, Known[int], slice]]:
+        """Return known distances of one kind: index, distance, and the row of its residual."""
+        first = 3 * len(self.q)
+        for i, ruler in enumerate(self.rulers):
+            if ruler.on_base == on_base:
+                yield i, ruler, slice(first + i, first + i + 1)
+
+    def length(self, i: int) -> dict[str, float]:
+        """Return a known distance as the fit has it, and as it is given [m]."""
+        return {"expected": self.expected[i], "given": self.rulers[i].distance}
 
     def rows(self, samples: slice) -> slice:
         """Return the rows of some samples' residuals."""
