@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..data import Measurement, evaluate, mean_metrics, socket_centres, targets
+from ..diagnostics import Block, LinearEvidence
 from ..results import CalibratedRobot
 from ..robot import BallModel
 from .formatting import mm
@@ -121,30 +122,53 @@ def odds_of(
     """
     balls = _balls(calibrated, data)
     e = _errors(balls, data)
-    count = INDEPENDENT * (e.size - 3 * sum(len(measured.sockets) for measured in data))
+    share = INDEPENDENT * (1 - 3 * sum(len(measured.sockets) for measured in data) / e.size)
     sigma = before / MEAN_OF_SIGMA
-    joints = calibrated.robot.joint_names
-    slopes = [
-        (_errors(_balls(calibrated, data, j, STEP), data) - e) / STEP for j in range(len(joints))
-    ]
-    causes = _causes(slopes, _by_ball(calibrated, balls, data))
-    logs = [math.log(c.prior) + _evidence(e, c.A, count / e.size, sigma, c.factor) for c in causes]
-    odds: np.ndarray = np.exp(np.array(logs) - max(logs))
+    names = calibrated.robot.joint_names
+    beside = [_errors(_balls(calibrated, data, j, STEP), data) for j in range(len(names))]
+    slopes = OFFSET * (np.array(beside) - e)[:, :, None] / STEP
+    joints = Block(slice(0, e.size), slopes, [{} for _ in names])
+    nothing, by_ball = np.zeros((e.size, 0)), BALL * _by_ball(calibrated, balls, data)
+    where, again = (LinearEvidence(e, B, share) for B in (nothing, by_ball))
+    logs = np.array(
+        [
+            np.log(1 - PUT_ON_AGAIN) + _evidence(where, joints, sigma),
+            np.log(PUT_ON_AGAIN) + _evidence(again, joints, sigma),
+        ]
+    )
+    odds: np.ndarray = np.exp(logs - logs.max())
     odds = odds / odds.sum()
-    held = max((0, 1), key=lambda i: odds[i])
-    shifted = max(range(2, len(causes)), key=lambda i: odds[i])
-    joint = causes[shifted].joint
-    ball = _offsets(e, causes[held].A, sigma)
+    other, shifted = np.unravel_index(int(np.argmax(odds[:, 1:])), odds[:, 1:].shape)
+    offset = 0.0
+    if shifted:
+        one = joints.only([int(shifted) - 1])
+        offset = OFFSET * float((where, again)[other].posterior(one, sigma)[0][0])
+    put_on = Block(slice(0, e.size), by_ball[None], [{}])
+    ball = BALL * float(np.linalg.norm(where.posterior(put_on, sigma)[0]))
     return ValidityPosterior(
         error=_mean(balls, data),
         before=before,
         limit=limit,
-        unchanged=float(odds[:2].sum()),
-        joint=None if joint is None else joints[joint],
-        offset=0.0 if joint is None else OFFSET * float(_offsets(e, causes[shifted].A, sigma)[0]),
-        ball=BALL * float(np.linalg.norm(ball)) if len(ball) else None,
-        last=joints[-1],
+        unchanged=float(odds[:, 0].sum()),
+        joint=names[int(shifted) - 1] if shifted else None,
+        offset=offset,
+        ball=ball if odds[1, 0] > odds[0, 0] else None,
+        last=names[-1],
     )
+
+
+def _evidence(evidence: LinearEvidence, joints: Block, sigma: float) -> np.ndarray:
+    """Return prior and likelihood of nothing, all, and each joint changed, shape (2 + J,)."""
+    u = np.linspace(-4, 4, 161)
+    usual, changed = (sigma * np.exp(mean + width * u) for mean, width in (USUAL, CHANGED))
+    at_usual = evidence.log_likelihood(usual)
+    ratios = evidence.log_ratios(joints, evidence.terms(joints), usual)[:, 0, :]
+    logs = np.column_stack([at_usual, evidence.log_likelihood(changed), at_usual[:, None] + ratios])
+    logs = logs - 0.5 * u[:, None] ** 2
+    top = logs.max(axis=0)
+    count = ratios.shape[1]
+    priors = [PRIOR["unchanged"], PRIOR["else"], *[PRIOR["joint"] / count] * count]
+    return np.log(priors) + top + np.log(np.exp(logs - top).mean(axis=0))
 
 
 @dataclass(frozen=True)
@@ -173,42 +197,6 @@ def nearest_cause(
         slope = (beside - e) / STEP
         offset -= float(slope @ e) / max(float(slope @ slope), 1e-300)
     return NearestCause(odds.joint, offset, _mean(_balls(calibrated, data, j, offset), data))
-
-
-@dataclass(frozen=True)
-class _Cause:
-    """One explanation of the errors."""
-
-    joint: int | None
-    """Index of the joint that has shifted."""
-    factor: tuple[float, float]
-    """Logarithm of the factor on the errors, mean and standard deviation."""
-    prior: float
-    """Prior probability."""
-    A: np.ndarray
-    """Derivative of the errors by offsets that have the deviation 1 beforehand, a joint's first,
-    then the ball's, shape (errors, offsets)."""
-
-
-def _causes(slopes: Sequence[np.ndarray], by_ball: np.ndarray) -> list[_Cause]:
-    """Return all explanations, in pairs: the ball where it was, and put on again.
-
-    Args:
-        slopes: Derivatives of the errors by each joint, each of shape (errors,).
-        by_ball: Those by the ball's place, shape (errors, 3).
-    """
-    nothing = np.zeros((len(by_ball), 0))
-    of_joint = PRIOR["joint"] / len(slopes)
-    alone = [(None, USUAL, PRIOR["unchanged"], nothing), (None, CHANGED, PRIOR["else"], nothing)]
-    alone += [(j, USUAL, of_joint, OFFSET * a[:, None]) for j, a in enumerate(slopes)]
-    return [
-        cause
-        for joint, factor, prior, A in alone
-        for cause in (
-            _Cause(joint, factor, prior * (1 - PUT_ON_AGAIN), A),
-            _Cause(joint, factor, prior * PUT_ON_AGAIN, np.hstack([A, BALL * by_ball])),
-        )
-    ]
 
 
 def _balls(
@@ -247,36 +235,6 @@ def _by_ball(
     e, columns = _errors(balls, data), range(3)
     moved = [[b + STEP * s[:, :, k] for b, s in zip(balls, slopes, strict=True)] for k in columns]
     return np.stack([(_errors(each, data) - e) / STEP for each in moved], axis=1)
-
-
-def _offsets(e: np.ndarray, A: np.ndarray, sigma: float) -> np.ndarray:
-    """Return the most probable offsets d of e = A d + noise, each of deviation 1 beforehand."""
-    return np.linalg.solve(A.T @ A + sigma**2 * np.eye(A.shape[1]), A.T @ e)
-
-
-def _evidence(
-    e: np.ndarray, A: np.ndarray, share: float, sigma: float, factor: tuple[float, float]
-) -> float:
-    """Return the logarithm of the probability of the errors, averaged over factor and offsets.
-
-    Args:
-        e: The errors [m].
-        A: Their derivative by offsets of deviation 1 beforehand, shape (errors, offsets).
-        share: How much of the errors counts as independent.
-        sigma: Standard deviation of one, when the calibration was made [m].
-        factor: Mean and standard deviation of the logarithm of the factor on it.
-    """
-    u = np.linspace(-4, 4, 161)
-    variance = (sigma * np.exp(factor[0] + factor[1] * u)) ** 2
-    directions, sizes, _ = np.linalg.svd(A, full_matrices=False)
-    steep, along = share * sizes[:, None] ** 2, share * (directions.T @ e)[:, None] ** 2
-    left = share * float(e @ e) - np.sum(along * steep / (variance + steep), axis=0)
-    spread: np.ndarray = np.log1p(steep / variance).sum(axis=0)
-    log: np.ndarray = -0.5 * (
-        share * e.size * np.log(2 * np.pi * variance) + left / variance + spread + u**2
-    )
-    top = float(np.max(log))
-    return top + math.log(float(np.mean(np.exp(log - top))))
 
 
 def _percent(share: float) -> str:

@@ -9,6 +9,8 @@ from .distances import named as named
 from .distances import size_level as size_level
 from .fit_error import fitted_alone as fitted_alone
 from .fit_error import standing_out as standing_out
+from .hypotheses import Block as Block
+from .hypotheses import LinearEvidence as LinearEvidence
 from .hypothesis import Hypothesis as Hypothesis
 from .hypothesis import cause as cause
 from .inspection import Inspection as Inspection

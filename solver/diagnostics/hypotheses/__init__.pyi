@@ -2,7 +2,9 @@ from .compare import Candidate as Candidate
 from .compare import Comparison as Comparison
 from .compare import explained as explained
 from .compare import probabilities as probabilities
+from .evidence import LinearEvidence as LinearEvidence
 from .joints import of_zero as of_zero
+from .kinds import Block as Block
 from .scene import ARMS as ARMS
 from .scene import Scene as Scene
 from .table import OF_SIZE as OF_SIZE

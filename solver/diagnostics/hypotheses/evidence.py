@@ -38,12 +38,13 @@ class LinearEvidence:
     Args:
         r: The residuals, shape (R,) [m].
         B: Their derivatives by the nuisances, each in units of its prior's width, shape (R, n).
+        share: How much of the errors counts as independent.
     """
 
-    def __init__(self, r: np.ndarray, B: np.ndarray) -> None:
-        share = INDEPENDENT**0.5
-        self.r, self.B = share * r, share * B
-        self.count = INDEPENDENT * len(r)
+    def __init__(self, r: np.ndarray, B: np.ndarray, share: float = INDEPENDENT) -> None:
+        self._root = share**0.5
+        self.r, self.B = self._root * r, self._root * B
+        self.count = share * len(r)
         d2, self._V = np.linalg.eigh(self.B.T @ self.B)
         self._d2 = d2.clip(min=0.0)
         self._b = self._V.T @ (self.B.T @ self.r)
@@ -59,12 +60,11 @@ class LinearEvidence:
 
     def terms(self, block: Block) -> Terms:
         """Return the products by which a block's evidence follows for any noise."""
-        share, rows = INDEPENDENT**0.5, block.rows
-        columns = block.columns
+        rows, columns = block.rows, block.columns
         if block.shift is not None:
             columns = np.concatenate([columns, block.shift[:, :, None]], axis=2)
         C, R, k = columns.shape
-        flat = share * columns.transpose(1, 0, 2).reshape(R, C * k)
+        flat = self._root * columns.transpose(1, 0, 2).reshape(R, C * k)
         T = self._V.T @ (self.B[rows].T @ flat)
         A = flat.reshape(R, C, k).transpose(1, 2, 0)
         return Terms(T.reshape(len(T), C, k), A @ A.transpose(0, 2, 1), A @ self.r[rows])
