@@ -314,6 +314,9 @@ KINDS = {
     "copies": Kind(copied, (1e-6, 5e-4), ("copies",)),
     "one socket": Kind(one_socket, (0.0,), ("base_between", "one_socket")),
 }
+REFUSED = {"degrees": "units", "sign-flipped": "sign", "out of order": "order"}
+REFUSED |= {"same": "copies", "identical": "copies"}
+"""Words of errors by which no calibration was made, and the cause that each names."""
 VAGUE = ("sound", "unexplained", "", "few", "still", "floor", "model", "held-out")
 
 
@@ -374,8 +377,7 @@ def told(i: int) -> Told:
         calibration = mukca.calibrate(one.robot, train, test=test, **settings)
     except mukca.MukcaError as error:
         words = str(error)
-        cause = "copies" if "same" in words or "identical" in words else ""
-        cause = "units" if "degrees" in words else "sign" if "sign-flipped" in words else cause
+        cause = next((c for said, c in REFUSED.items() if said in words), "")
         return Told(name, label, "refused", False, cause, judged(kind, cause), words)
     verdict = calibration.verdict
     error = workspace_error(one.truth, calibration)

@@ -1,17 +1,14 @@
 """Errors of each sample, of each placement, and of each role as a whole."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ..data import as_point
 from ..results import Document, PlacementErrors, Role, Summary, fields_of
 from .formatting import short_where
-from .predictions import ByModel, ModelName, PlacementPrediction, Point, Predictions
-
-Figure = TypeVar("Figure")
+from .predictions import MODELS, ByModel, ModelName, PlacementPrediction, Point, Predictions
 
 
 class Quantiles(Document, kw_only=True, frozen=True):
@@ -67,8 +64,8 @@ class PlacementReport(PlacementErrors, kw_only=True, frozen=True):
     """Share of the samples within the task's tolerance, by the calibrated URDF."""
 
 
-class SampleErrors(Document, kw_only=True, frozen=True):
-    """One sample: the predicted ball centre less the mean of its socket, by both models [m]."""
+class SampleErrors(ByModel[Point], kw_only=True, frozen=True):
+    """One sample: the predicted ball centre less the mean of its socket, by each model [m]."""
 
     placement: int
     """Index of its placement."""
@@ -77,17 +74,8 @@ class SampleErrors(Document, kw_only=True, frozen=True):
     """Its place among the samples of its socket, from 1."""
     where: str
     """File and line."""
-    nominal: Point
-    calibrated: Point
-    geometric: Point | None = None
     weight: float | None = None
     """Robust weight in the fit, where there was one."""
-
-    def of(self, model: ModelName) -> Point:
-        """Return the deviation by one model [m]."""
-        if model == "geometric" and self.geometric is not None:
-            return self.geometric
-        return self.nominal if model == "nominal" else self.calibrated
 
     def error(self, model: ModelName = "calibrated") -> float:
         """Return the length of the deviation by one model [m]."""
@@ -111,72 +99,47 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
         predictions: The calibration.
         tolerance: The error that the task allows [m].
     """
+
+    def of(role: Role, given: Summary | None) -> RoleSummary | None:
+        placements = predictions.of_role(role)
+        if given is None or not placements:
+            return None
+        errors = _by_model(placements)
+        return RoleSummary(
+            **fields_of(given),
+            placements=len(placements),
+            samples=len(errors.nominal),
+            quantiles=errors.each(quantiles),
+            within_tolerance=errors.each(lambda those: _share_within(those, tolerance)),
+        )
+
     given = predictions.document.summary
-    return RoleSummaries(
-        train=_role_summary(predictions, "train", given.train, tolerance),
-        test=_role_summary(predictions, "test", given.test, tolerance),
-    )
-
-
-def _role_summary(
-    predictions: Predictions, role: Role, given: Summary | None, tolerance: float
-) -> RoleSummary | None:
-    placements = predictions.of_role(role)
-    if given is None or not placements:
-        return None
-    errors = _by_model(placements)
-    return RoleSummary(
-        **fields_of(given),
-        placements=len(placements),
-        samples=len(errors.nominal),
-        quantiles=_each(errors, quantiles),
-        within_tolerance=_each(errors, lambda those: _share_within(those, tolerance)),
-    )
+    return RoleSummaries(train=of("train", given.train), test=of("test", given.test))
 
 
 def _by_model(placements: Sequence[PlacementPrediction]) -> ByModel[np.ndarray]:
     """Return the errors of all samples of some placements, by each model [m]."""
-
-    def of(model: ModelName) -> np.ndarray:
-        return np.concatenate([placement.errors(model) for placement in placements])
-
     exported = placements[0].points.geometric is not None
-    return ByModel(
-        nominal=of("nominal"),
-        calibrated=of("calibrated"),
-        geometric=of("geometric") if exported else None,
-    )
-
-
-def _each(errors: ByModel[np.ndarray], figure: Callable[[np.ndarray], Figure]) -> ByModel[Figure]:
-    """Return a figure of each model's errors."""
-    return ByModel(
-        nominal=figure(errors.nominal),
-        calibrated=figure(errors.calibrated),
-        geometric=None if errors.geometric is None else figure(errors.geometric),
-    )
+    models: tuple[ModelName, ...] = (*MODELS, "geometric") if exported else MODELS
+    return ByModel(**{m: np.concatenate([p.errors(m) for p in placements]) for m in models})
 
 
 def placement_reports(predictions: Predictions, tolerance: float) -> tuple[PlacementReport, ...]:
     """Return each placement's errors, and where it stands."""
+    reports: list[PlacementReport] = []
     rows = zip(predictions.document.placements, predictions.placements, strict=True)
-    return tuple(_placement_report(given, placement, tolerance) for given, placement in rows)
-
-
-def _placement_report(
-    given: PlacementErrors, placement: PlacementPrediction, tolerance: float
-) -> PlacementReport:
-    errors = _by_model([placement])
-    return PlacementReport(
-        **fields_of(given),
-        position=as_point(placement.position),
-        sockets=tuple(
-            Socket(socket=k, centre=as_point(centre))
-            for k, centre in zip(placement.measured.sockets, placement.centres(), strict=True)
-        ),
-        quantiles=_each(errors, quantiles),
-        within_tolerance=_share_within(errors.loaded, tolerance),
-    )
+    for given, placement in rows:
+        errors = _by_model([placement])
+        centres = zip(placement.measured.sockets, placement.centres(), strict=True)
+        one = PlacementReport(
+            **fields_of(given),
+            position=as_point(placement.position),
+            sockets=tuple(Socket(socket=k, centre=as_point(centre)) for k, centre in centres),
+            quantiles=errors.each(quantiles),
+            within_tolerance=_share_within(errors.loaded, tolerance),
+        )
+        reports.append(one)
+    return tuple(reports)
 
 
 def sample_errors(predictions: Predictions, most: int) -> tuple[SampleErrors, ...]:
@@ -193,21 +156,12 @@ def _deviations(index: int, placement: PlacementPrediction) -> Iterator[SampleEr
     numbers: dict[int, int] = {}
     for i, sample in enumerate(placement.samples):
         numbers[sample.socket] = numbers.get(sample.socket, 0) + 1
+        by_model = placement.deviations.each(lambda rows, i=i: as_point(rows[i].round(8)))
         yield SampleErrors(
+            **fields_of(by_model),
             placement=index,
             socket=sample.socket,
             number=numbers[sample.socket],
             where=short_where(sample.where),
-            nominal=_rounded(placement.deviations.nominal[i]),
-            calibrated=_rounded(placement.deviations.calibrated[i]),
-            geometric=None
-            if placement.deviations.geometric is None
-            else _rounded(placement.deviations.geometric[i]),
             weight=sample.weight,
         )
-
-
-def _rounded(vector: np.ndarray) -> Point:
-    """Return a vector to hundredths of a micrometre."""
-    x, y, z = (round(value, 8) for value in vector.tolist())
-    return x, y, z

@@ -1,6 +1,6 @@
 """Predictions of the ball in each recorded sample by all models, on which every figure rests."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Generic, TypeVar
@@ -33,6 +33,7 @@ from ..results import (
 from ..robot import Robot
 
 Value = TypeVar("Value")
+Other = TypeVar("Other")
 Point = tuple[float, float, float]
 
 
@@ -55,6 +56,13 @@ class ByModel(Document, Generic[Value], kw_only=True, frozen=True):
     def loaded(self) -> Value:
         """The figure by ``calibrated.urdf``, which is what a user loads."""
         return self.of("geometric")
+
+    def each(self, figure: Callable[[Value], Other]) -> "ByModel[Other]":
+        """Return another figure of each model's."""
+        alone = None if self.geometric is None else figure(self.geometric)
+        return ByModel(
+            nominal=figure(self.nominal), calibrated=figure(self.calibrated), geometric=alone
+        )
 
 
 MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
@@ -83,13 +91,12 @@ class PlacementPrediction:
     @cached_property
     def deviations(self) -> ByModel[np.ndarray]:
         """Each predicted centre less its socket's mean, or the measured point, shape (N, 3) [m]."""
-
-        def of(model: ModelName) -> np.ndarray:
-            points = self.points.of(model)
-            return points - targets(points, self.measured, self.frames.get(model))
-
-        geometric = None if self.points.geometric is None else of("geometric")
-        return ByModel(nominal=of("nominal"), calibrated=of("calibrated"), geometric=geometric)
+        of = {
+            model: points - targets(points, self.measured, self.frames.get(model))
+            for model in (*MODELS, "geometric")
+            if (points := getattr(self.points, model)) is not None
+        }
+        return ByModel(**of)
 
     def errors(self, model: ModelName) -> np.ndarray:
         """Return the length of each deviation, shape (N,) [m]."""
