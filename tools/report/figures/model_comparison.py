@@ -43,6 +43,8 @@ class ErrorsAtPlacement(Document, kw_only=True, frozen=True):
     max_error: float
     distance_error: float | None
     """Predicted less measured; None where there is one socket only."""
+    orientation_error: float | None = None
+    """[rad]; None where no orientation was measured."""
     quantiles: Quantiles
     trained_on: bool
 
