@@ -14,15 +14,12 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
-from dataclasses import replace
 
 import numpy as np
 
 import mukca
-from mukca.solver.bayes.model import Deflection
 from mukca.solver.calibration import FullModel
 from mukca.solver.data import kabsch
-from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import shipped_robots, workspace
 
 WAYS = ("nominal", "calibrated.urdf", "virtual joints", "command")
@@ -57,15 +54,11 @@ def errors(name: str, count: int, seed: int) -> list[float]:
     flaws = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}
     truth, placements = mukca.simulate_recordings(robot, 2, seed=seed, **flaws)
     found = mukca.calibrate(robot, placements)
-    full = found.calibrated
-    values = full.values if full.exported is None else full.exported
-    rigid = replace(full, values=values, deflection=Deflection(), exported=None)
-    urdf, nominal = FullModel(rigid), FullModel(CalibratedRobot(robot, (), np.zeros(0)))
     near = workspace(robot, count, seed)
     points = found.ball(near)
-    by_urdf = commanded(urdf, points, near)
+    by_urdf = commanded(found.geometric, points, near)
     ways = (
-        commanded(nominal, points, near),
+        commanded(found.nominal, points, near),
         by_urdf,
         readings(found, by_urdf),
         commanded(found, points, near),

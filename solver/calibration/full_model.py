@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import lru_cache, partial
+from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..data import Load
 from ..results import CalibratedRobot
-from ..robot import Robot, Solutions, pose_on_flange
+from ..robot import Robot, Solutions, pose_on_flange, ur_controller
 from .joint_path import CommandError, JointPath, find_jumps, not_reached
 from .kinematics import Kinematics, LoadedArm, Payload
 from .poses import PoseError, as_poses, half_way, one_pose
@@ -21,6 +22,9 @@ MOST_HALVINGS = 8
 """Times that parts of a line are halved at most."""
 FARTHEST = 0.1
 """Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
+
+
+Controller = Robot | str | Path | None
 
 
 class Setup(TypedDict, total=False):
@@ -68,6 +72,21 @@ class FullModel:
     def load(self) -> Load:
         """Gravity [m/s^2] and payload at the ball [kg] that it was recorded with."""
         return self.calibrated.load
+
+    @staticmethod
+    def rigid(robot: Robot) -> "FullModel":
+        """Return the model of a robot as its URDF has it."""
+        return FullModel(CalibratedRobot(robot, (), np.zeros(0)))
+
+    @property
+    def nominal(self) -> "FullModel":
+        """The nominal robot, for comparisons."""
+        return self.rigid(self.robot)
+
+    @property
+    def geometric(self) -> "FullModel":
+        """The robot by ``calibrated.urdf`` alone."""
+        return FullModel(self.calibrated.geometric)
 
     def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return where the calibrated robot has the ball's centre, in its base frame [m].
@@ -250,7 +269,7 @@ class FullModel:
         pose: ArrayLike,
         near: ArrayLike | None = None,
         prefer: ArrayLike | None = None,
-        controller: Robot | None = None,
+        controller: Controller = None,
         **setup: "Unpack[Setup]",
     ) -> np.ndarray:
         """Return the pose to send to a Cartesian controller, so that the true tool stands at one.
@@ -263,28 +282,30 @@ class FullModel:
             pose: See :meth:`command`,
             near: and there,
             prefer: and there.
-            controller: The model by which the controller computes; None for the nominal one. A
-                controller with a factory calibration has its own: load that URDF.
+            controller: The model by which the controller computes; None for the nominal one. Of a
+                controller with a factory calibration, a robot loaded from that URDF; of Universal
+                Robots', the path of its ``calibration.conf``.
             setup: Tool, payload and base, see :class:`Setup`.
 
         Returns:
-            Shape (..., 4, 4), in the frame of the robot's base [m].
+            Shape (..., 4, 4), in the frame of the controller's model's base [m].
 
         Raises:
             CommandError: See :meth:`command`.
+            ModelError: A ``calibration.conf`` that is none, or not of this type of arm.
         """
-        on = self.kinematics(**setup)
-        sent = controller or on.arm.robot
-        believed = LoadedArm(CalibratedRobot(sent, (), np.zeros(0)))
-        q = self.command(pose, near, prefer, **setup)
-        return Kinematics(believed, on.tool, np.eye(4)).pose(q)
+        if isinstance(controller, str | Path):
+            controller = ur_controller(self.robot, controller)
+        believed = FullModel.rigid(controller or self.robot)
+        tool = self.kinematics(tool=setup.get("tool")).tool
+        return believed.flange(self.command(pose, near, prefer, **setup), tool=tool)
 
     def corrected_line(
         self,
         ends: ArrayLike,
         near: ArrayLike,
         tolerance: float = 1e-4,
-        controller: Robot | None = None,
+        controller: Controller = None,
         **setup: "Unpack[Setup]",
     ) -> np.ndarray:
         """Return the poses to send one after the other, so that the true tool goes straight.
@@ -300,7 +321,7 @@ class FullModel:
             setup: Tool, payload and base, see :class:`Setup`.
 
         Returns:
-            Shape (N, 4, 4), in the frame of the robot's base [m].
+            Shape (N, 4, 4), in the frame of the controller's model's base [m].
 
         Raises:
             CommandError: A pose of the line is not reached, or the joints jump on the way.

@@ -1,6 +1,6 @@
 """A calibrated robot: where its ball truly is, and the URDF that says so."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -80,6 +80,11 @@ class CalibratedRobot:
     def geometry(self) -> np.ndarray:
         """The best :attr:`values` for programs that do not correct joint positions, shape (n,)."""
         return self.values if self.exported is None else self.exported
+
+    @property
+    def geometric(self) -> "CalibratedRobot":
+        """The robot by ``calibrated.urdf`` alone, without any correction of joint positions."""
+        return replace(self, values=self.geometry, deflection=Deflection(), exported=None)
 
     @property
     def origins(self) -> np.ndarray:

@@ -4,6 +4,7 @@ from .chain import find_parents as find_parents
 from .chain import find_root as find_root
 from .chain import matrix_rpy as matrix_rpy
 from .chain import rpy_axes as rpy_axes
+from .factory import ur_controller as ur_controller
 from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .gravity import gravity_moments as gravity_moments
 from .gravity import gravity_torques as gravity_torques

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.bayes.model import Deflection
 from mukca.solver.calibration import CommandError, FullModel
-from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import workspace
 
 FLAWS = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}
@@ -158,24 +156,66 @@ def test_what_is_no_pose_is_said(bent_panda, pose, setup, said) -> None:
     assert "\n" not in str(stopped.value)
 
 
-def nominal(model: FullModel) -> FullModel:
-    """A controller: what it believes the arm to be."""
-    return FullModel(CalibratedRobot(model.robot, (), np.zeros(0)))
-
-
 def test_a_controller_that_is_sent_corrected_poses_reaches_the_true_ones(bent_panda) -> None:
     six = arm("ur5e")
     start = np.array([0.0, -1.2, 1.6, -1.9, -1.57, 0.0])
     T = six.flange(start)
     sent = six.corrected_pose(T, start)
-    assert np.abs(six.flange(nominal(six).command(sent, start)) - T).max() < 1e-9
+    assert np.abs(six.flange(six.nominal.command(sent, start)) - T).max() < 1e-9
     T, q = bent_panda.flange(POSTURE), np.array(POSTURE)
     q[2] += 0.2  # the controller's own choice of the elbow
     off: list[float] = []
     for _ in range(3):
-        q = nominal(bent_panda).command(bent_panda.corrected_pose(T, q), q)
+        q = bent_panda.nominal.command(bent_panda.corrected_pose(T, q), q)
         off.append(float(np.abs(bent_panda.flange(q) - T).max()))
     assert off[-1] < 2e-6 and off[-1] < off[0]
+
+
+CONF = """[mounting]
+delta_theta = [ 1e-4, -0.1, 0.15, -0.05, 2e-4, -1e-4]
+delta_a = [ 2e-4, 3e-4, -1e-4, 1e-4, -2e-4, 0]
+delta_d = [ 1e-4, 12.5, -12.6, 0.1, 1e-4, -3e-4]
+delta_alpha = [ 1e-3, -2e-3, 1e-3, 5e-4, -1e-3, 0]
+"""
+UR10E = np.array([[0.1807, 0, 0, 0.17415, 0.11985, 0.11655], [0, -0.6127, -0.57155, 0, 0, 0]])
+
+
+def by_table(q: np.ndarray) -> np.ndarray:
+    """The flange of a UR10e with that calibration: Denavit and Hartenberg, written out."""
+    rows = [
+        np.array(line.split("[")[1].strip("]").split(","), float) for line in CONF.split("\n")[1:5]
+    ]
+    T = np.eye(4)
+    for theta, d, a, alpha in zip(
+        q + rows[0], UR10E[0] + rows[2], UR10E[1] + rows[1],
+        rows[3] + np.pi / 2 * np.array([1, 0, 0, 1, -1, 0]), strict=True,
+    ):  # fmt: skip
+        (st, ct), (sa, ca) = ((np.sin(x), np.cos(x)) for x in (theta, alpha))
+        T = T @ [
+            [ct, -st * ca, st * sa, a * ct],
+            [st, ct * ca, -ct * sa, a * st],
+            [0, sa, ca, d],
+            [0, 0, 0, 1],
+        ]
+    return T
+
+
+def test_a_factory_calibration_is_what_its_controller_computes_by(tmp_path) -> None:
+    model, file, q = (
+        arm("ur10e"),
+        tmp_path / "calibration.conf",
+        np.array([0.1, -1.2, 1.6, -1.9, -1.5, 0.3]),
+    )
+    file.write_text(CONF)
+    sent = model.corrected_pose(model.flange(q), q, controller=file)
+    assert np.abs(sent - by_table(q)).max() < 1e-9
+    for name, text, said in (
+        ("ur10e", "", "six numbers delta_theta"),
+        ("panda", CONF, "one of UR3,"),
+    ):
+        file.write_text(text)
+        with pytest.raises(mukca.MukcaError, match=said):
+            arm(name).corrected_pose(np.eye(4), controller=file)
 
 
 def test_via_points_keep_a_line_straight(bent_panda) -> None:
@@ -183,7 +223,7 @@ def test_via_points_keep_a_line_straight(bent_panda) -> None:
     ends[1, 1, 3] += 0.2
     few, many = (bent_panda.corrected_line(ends, POSTURE, by) for by in (1e-2, 1e-5))
     assert len(few) == 2 < len(many) < 60
-    controller, bows = nominal(bent_panda), []
+    controller, bows = bent_panda.nominal, []
     for sent in (few, many):
         middles = (sent[:-1] + sent[1:]) / 2
         true = bent_panda.flange(controller.command(middles, POSTURE))[:, [0, 2], 3]
@@ -194,10 +234,9 @@ def test_via_points_keep_a_line_straight(bent_panda) -> None:
 def test_virtual_positions_make_the_urdf_exact(bent_panda) -> None:
     calibrated = replace(bent_panda.calibrated, exported=bent_panda.calibrated.values + 1e-4)
     model = FullModel(calibrated)
-    rigid = FullModel(replace(calibrated, values=calibrated.exported, deflection=Deflection()))
     q = np.add(POSTURE, 0.3 * np.sin(np.arange(70)).reshape(10, 7))
     virtual = model.virtual_positions(q)
-    assert np.abs(rigid.flange(virtual) - model.flange(q)).max() < 1e-9
+    assert np.abs(model.geometric.flange(virtual) - model.flange(q)).max() < 1e-9
     assert 1e-4 < np.abs(virtual - q).max() < 0.03
     with pytest.raises(CommandError, match="fewer than six"):
         arm("so101").virtual_positions(np.full(5, 0.3))

@@ -5,7 +5,6 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,6 @@ import pytest
 from imagined import configurations
 
 import mukca
-from mukca.solver.bayes.model import Deflection
-from mukca.solver.calibration import FullModel
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "controller"
 STRICT = ("-Wall", "-Wextra", "-pedantic", "-Werror")
@@ -70,7 +67,7 @@ def test_it_is_the_full_model(imagined, export, tmp_path) -> None:
     assert 1e-6 < np.abs(true - q).max() < 0.1
     assert np.abs(true - calibrated.true_positions(q)).max() < 1e-12
     q = np.clip(q, robot.lower + 0.05, robot.upper - 0.05)
-    rigid = FullModel(replace(calibrated, values=calibrated.geometry, deflection=Deflection()))
+    rigid = calibration.geometric
     regular = np.linalg.svd(rigid.jacobian(q), compute_uv=False)[:, -1] > 0.02
     commanded = model("command", q[regular], m)
     assert np.abs(calibration.flange(commanded) - rigid.flange(q[regular])).max() < 1e-9

@@ -100,6 +100,26 @@ def test_info_bears_any_metadata(
     assert "not known" in output_of(capsys, "info", str(recorded))
 
 
+def test_columns_of_another_programs_table_are_named(tmp_path: Path, capsys) -> None:
+    table, out = tmp_path / "table.csv", tmp_path / "front"
+    table.write_text("joint_1;joint_2;x_t;x_dif;y-t;z\n90;-45;1000;1.5;20;0.3\n0;10;1;2;3;4\n")
+    words = ["convert", str(table), "--to", "points", "--out", str(out), "--columns"]
+    place = ["x=x_t+x_dif [mm]", "y=y-t-x_dif [mm]", "z=z"]
+    assert main([*words, "q=joint_1..2 [deg]", *place]) == 0
+    (one, _) = (placement := mukca.read_placements(out)[0]).samples
+    assert placement.joint_names == ("joint_1", "joint_2")
+    assert one.position == pytest.approx((np.pi / 2, -np.pi / 4))
+    assert one.point == pytest.approx((1.0015, 0.0185, 0.3))
+    for wrong, said in (
+        (["q=joint_1..3 [deg]", *place], "no column 'joint_3'; there are joint_1,"),
+        (["q=joint_1..2 [mm]", *place], "write 'q=joint_1..6 [deg]'"),
+        (["q=joint_1..2"], "q is needed, and socket, or x, y and z"),
+    ):
+        capsys.readouterr()
+        assert main([*words, *wrong, "--force"]) == 2
+        assert said in capsys.readouterr().err
+
+
 def test_convert_there_and_back(
     recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

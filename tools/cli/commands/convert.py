@@ -1,6 +1,7 @@
 """``mukca convert``: write recordings in the other form."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,17 +14,27 @@ from ....recorder import (
     sample_files,
 )
 from ....solver.results import OutputError, refuse_existing, write_files
-from .. import POSITIVE, Terminal, argument, option
+from .. import POSITIVE, Terminal, argument, option, placement_of_table, point_files
 
-FORMS = {"samples": sample_files, "holes": hole_files}
+FORMS = {"samples": sample_files, "holes": hole_files, "points": point_files}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
     """Options of ``mukca convert``."""
 
-    path: Path = argument("a placement, or a folder of them", "PATH")
-    to: str = option("samples.csv, or hole_0.csv and hole_1.csv", default=..., choices=FORMS)
+    path: Path = argument("a placement, or a folder of them; with --columns a table", "PATH")
+    to: str = option(
+        "samples.csv; hole_0.csv and hole_1.csv; or points.csv of an instrument",
+        default=...,
+        choices=FORMS,
+    )
+    columns: Sequence[str] = option(
+        "what the columns of another program's table are, as in 'q=joint_1..6 [deg]' "
+        "'x=x_t+x_dif [mm]'; also y, z, socket, effort",
+        "NAME=COLUMNS",
+        (),
+    )
     out: Path = option("where to write", "DIR", ...)
     force: bool = option("overwrite files in DIR", default=False)
     distance: float | None = option(
@@ -36,8 +47,11 @@ class Options:
 def run(options: Options, terminal: Terminal) -> int:
     """Read all placements, then write them."""
     refuse_existing(options.out, force=options.force)
-    folders = find_placements([options.path])
-    placements = [read_placement(folder) for folder in folders]
+    folders = [options.path] if options.columns else find_placements([options.path])
+    placements = [
+        placement_of_table(folder, options.columns) if options.columns else read_placement(folder)
+        for folder in folders
+    ]
     outs = [options.out if f == options.path else options.out / f.name for f in folders]
     for folder, out in zip(folders, outs, strict=True):
         if out.resolve() == folder.resolve():
@@ -46,7 +60,7 @@ def run(options: Options, terminal: Terminal) -> int:
         terminal.warn(*placement.remarks)
         known = replace(placement, distance=placement.distance or options.distance)
         files = FORMS[options.to](known)
-        metadata = read_metadata(folder / METADATA)
+        metadata = {} if options.columns else read_metadata(folder / METADATA)
         if metadata:
             metadata["distance"] = known.distance
             files[METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"

@@ -1,0 +1,97 @@
+"""Arms of Universal Robots as their own controllers compute them, by the factory's calibration.
+
+A controller's ``calibration.conf`` has what the factory found each number of the Denavit-Hartenberg
+table to be off (``delta_theta``, ``delta_d``, ``delta_a``, ``delta_alpha``), and its kinematics are
+
+    T = A_1(q_1) ... A_6(q_6)      A(q) = Rz(q + delta_theta) Tz(d) Tx(a) Rx(alpha)
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+from .chain import Joint
+from .kinematics import link_frames
+from .urdf import Robot
+from .urdf_text import ModelError, Origin
+
+TABLES = {
+    "UR3": (0.1519, -0.24365, -0.21325, 0.11235, 0.08535, 0.0819),
+    "UR3e": (0.15185, -0.24355, -0.2132, 0.13105, 0.08535, 0.0921),
+    "UR5": (0.089159, -0.425, -0.39225, 0.10915, 0.09465, 0.0823),
+    "UR5e": (0.1625, -0.425, -0.3922, 0.1333, 0.0997, 0.0996),
+    "UR10": (0.1273, -0.612, -0.5723, 0.163941, 0.1157, 0.0922),
+    "UR10e": (0.1807, -0.6127, -0.57155, 0.17415, 0.11985, 0.11655),
+    "UR16e": (0.1807, -0.4784, -0.36, 0.17415, 0.11985, 0.11655),
+    "UR20": (0.2363, -0.8620, -0.7287, 0.2010, 0.1593, 0.1543),
+    "UR30": (0.2363, -0.6370, -0.5037, 0.2010, 0.1593, 0.1543),
+}
+"""d1, a2, a3, d4, d5, d6 of each type, by the maker's page on Denavit-Hartenberg parameters [m]."""
+ALPHA = np.pi / 2 * np.array([1, 0, 0, 1, -1, 0])
+SAME = 1e-4
+"""Largest difference of a URDF from its type's table [m, rad]."""
+_ROW = r"^\s*delta_{}\s*=\s*\[([^\]]*)\]"
+
+
+def ur_controller(robot: Robot, file: str | Path) -> Robot:
+    """Return an arm as its controller computes it, in the controller's own base frame.
+
+    Args:
+        robot: A model of the arm's type.
+        file: The controller's ``calibration.conf``.
+
+    Raises:
+        ModelError: The file cannot be read, a row is missing, or the robot is of no type known.
+    """
+    try:
+        text = Path(file).read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ModelError(f"{file}: cannot be read: {error}") from None
+    deltas: list[np.ndarray] = []
+    for name in ("theta", "d", "a", "alpha"):
+        row = re.search(_ROW.format(name), text, re.M)
+        try:
+            numbers = np.array([float(word) for word in row[1].split(",")] if row else ())
+        except ValueError:
+            numbers = np.zeros(0)
+        if numbers.shape != (6,) or not np.isfinite(numbers).all():
+            raise ModelError(f"{file}: no calibration.conf: it needs six numbers delta_{name}")
+        deltas.append(numbers)
+    moving = robot.actuated
+    before, last = (robot.joints.index(moving[i]) for i in (0, -1))
+    for sizes in TABLES.values() if len(moving) == 6 else ():
+        off = [
+            _frame(_chain(moving, sizes, np.zeros((4, 6))), q)
+            - _frame(robot.joints[: last + 1][before:], q)
+            for q in np.random.default_rng(0).uniform(-2, 2, (4, 6))
+        ]
+        if np.abs(off).max() < SAME:
+            joints = (*_chain(moving, sizes, np.array(deltas)), *robot.joints[last + 1 :])
+            return replace(robot, base="base", joints=joints)
+    raise ModelError(f"{robot.name}: {file} is for one of {', '.join(TABLES)}")
+
+
+def _chain(
+    moving: Sequence[Joint], sizes: tuple[float, ...], deltas: np.ndarray
+) -> tuple[Joint, ...]:
+    """Return a table's joints, each with the step A of the one before; the last one is fixed."""
+    d1, a2, a3, d4, d5, d6 = sizes
+    table = np.array([np.zeros(6), [d1, 0, 0, d4, d5, d6], [0, a2, a3, 0, 0, 0], ALPHA]) + deltas
+    theta, d, a, alpha = table
+    steps = np.stack([a * np.cos(theta), a * np.sin(theta), d, alpha, 0 * d, theta], axis=1)
+    origins = [Origin(), *map(Origin.of, steps)]
+    end = replace(moving[-1], name="flange_of_table", type="fixed")
+    about_z = [replace(joint, axis=(0.0, 0.0, 1.0)) for joint in moving]
+    return tuple(replace(j, origin=o) for j, o in zip((*about_z, end), origins, strict=True))
+
+
+def _frame(joints: Sequence[Joint], q: np.ndarray) -> np.ndarray:
+    """Return the pose of the last joint's child link in the first one's parent, shape (3, 4)."""
+    parts = link_frames(
+        joints, [x for j in joints for x in (*j.origin.xyz, *j.origin.rpy)], ca.DM(q)
+    )
+    return np.array(ca.DM(ca.horzcat(*parts[-1])))
