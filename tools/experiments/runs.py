@@ -54,14 +54,7 @@ class ExperimentRun:
 def run_experiment(
     settings: Settings, arm: Robot, name: str, urdf: bytes, progress: Callable[[str], None]
 ) -> ExperimentRun:
-    """Try a model on an arm.
-
-    Args:
-        settings: The experiment.
-        arm: The arm as it truly is.
-        name: Of the model.
-        urdf: Its text.
-        progress: Told the name after each motion.
+    """Try a model, by its name and text, on the true arm; progress is told the name each motion.
 
     Raises:
         ModelError: The model is not one of this arm.

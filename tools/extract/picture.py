@@ -32,11 +32,6 @@ def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal])
 
     A lane for each joint; a band for each rest, in the color of its socket, grey where it is no
     sample. Parts of the log, such as episodes, stand one behind the other.
-
-    Args:
-        log: The joint states.
-        names: Of the joints, in chain order.
-        proposals: The rests, in order.
     """
     times = log.stamps - log.stamps[0]
     for i in np.flatnonzero(np.diff(log.parts)) + 1:  # a second passes between two parts

@@ -44,11 +44,7 @@ def propose_samples(
 ) -> list[Proposal]:
     """Return for each rest its placement and socket, as the nominal model suggests.
 
-    Args:
-        robot: The nominal robot.
-        rests: The rests.
-        joints: Its joints that move, in chain order.
-        distance: Of the sockets of a base [m].
+    The joints are those that move, in chain order; the distance is that of a base's sockets [m].
     """
     if not rests:
         return []

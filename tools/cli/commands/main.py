@@ -59,11 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
-    """Run the verb that was typed, and return its exit status.
-
-    Raises:
-        MukcaError: What is wrong with the input, in one line.
-    """
+    """Run the verb that was typed, and return its exit status; a MukcaError is bad input."""
     from .. import read_options
 
     return _command(arguments.verb).run(read_options(arguments), terminal)

@@ -74,11 +74,7 @@ def next_folder(folder: Path) -> Path:
 
 @contextmanager
 def _interruptible() -> Generator[None, None, None]:
-    """Let Ctrl-C end the program at once while it loads and connects.
-
-    As an exception it could be swallowed by whatever is being imported. Nothing is open yet that
-    could be lost; once the session runs, it looks at signals by itself.
-    """
+    """Let Ctrl-C end the program at once while it loads and connects, with nothing open to lose."""
 
     def end(number: int, frame: FrameType | None) -> None:
         os.write(sys.stderr.fileno(), b"\nmukca record: interrupted\n")

@@ -11,18 +11,7 @@ from .types import REPORT, ReportDocument, ReportProvenance
 
 
 def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
-    """Return the figures of a report, without plots.
-
-    Args:
-        document: The calibration.
-        source: Its file, for messages.
-        options: Limits, known distances, the task's tolerance.
-
-    Raises:
-        DocumentError: Parts of the document do not fit each other; the line names the key.
-        MeasurementError: Its samples cannot be used.
-        KnownError: A known distance names no socket of the calibration.
-    """
+    """Return the figures of a report, without plots; errors as of :func:`.build.build_report`."""
     found = assess(document, source, options)
     predictions, placements = found.predictions, found.placements
     samples = sample_errors(predictions, DRAWN)

@@ -120,12 +120,7 @@ class _Compared:
 
 
 def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> ComparisonDocument:
-    """Return the comparison.
-
-    Args:
-        contenders: At least one; the nominal model of the first is compared as well.
-        data: Placements to compare them on.
-    """
+    """Return the comparison of calibrations, and of the first one's nominal model, on placements."""
     names = [NOMINAL, *(contender.name for contender in contenders)]
     first = contenders[0].calibration
     compared = [

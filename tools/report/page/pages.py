@@ -103,12 +103,7 @@ def _step(report: ReportDocument, allowed: float) -> AnswersFrom:
 
 
 def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
-    """Return the report of a calibration as HTML.
-
-    Args:
-        report: The figures.
-        plots: The plots by section; that of the first section stands with the answers.
-    """
+    """Return the report of a calibration as HTML; the first section's plot is with the answers."""
     (_, (table_map,)), *sections = plots.items()
     role, judged = report.summary.judged
     settings = report.provenance.settings.items()
@@ -142,12 +137,7 @@ def comparison_page(result: ComparisonDocument) -> str:
 
 
 def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -> str:
-    """Return a simulated experiment with two models side by side as HTML.
-
-    Args:
-        result: Results with both models.
-        pictures: The files' contents by name; none where they could not be made.
-    """
+    """Return a simulated experiment with both models as HTML, and its pictures by file name."""
     models = [*([] if result.beside is None else [("beside.", result.beside)]), ("", result)]
     names = [Path(model.model).name for _, model in models]
     places = [
