@@ -9,23 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ....solver.results import refuse_existing, write_files
-from ...printables import (
-    ARMS,
-    BEND_LIMIT,
-    FORCE,
-    FORMATS,
-    MOUNTS,
-    SCREWS,
-    AnchoredBase,
-    BallPart,
-    BoltCircle,
-    Grip,
-    PrintableError,
-    SocketBase,
-    build_parts,
-    encode,
-    part_names,
-)
+from ... import printables
 from .. import OutputOptions, Terminal, option
 
 _base = partial(option, group="socket base")
@@ -41,18 +25,18 @@ class Options(OutputOptions):
     mount: Sequence[str] | None = option(
         "what holds the ball at the arm, see below (default: all of them)",
         "NAME",
-        choices=[*MOUNTS, "none"],
+        choices=[*printables.MOUNTS, "none"],
     )
     format: Sequence[str] = option(
         "of the files (default: stl 3mf); step needs mukca[step]",
         default=("stl", "3mf"),
-        choices=FORMATS,
+        choices=printables.FORMATS,
     )
     sockets: int = _base("2, or 3 in a triangle", "N", 2)
     distance: float = _base("between the sockets' centres, in metres", "D", 0.05)
     height_mm: float = _base("of the sockets' centres above the table", "MM", 30.0)
     clearance_mm: float = _base("gap between ball and seat beside its pads", "MM", 0.5)
-    anchor: str | None = _base("with a clip for this arm's own base plate", choices=ARMS)
+    anchor: str | None = _base("with a clip for this arm's own base plate", choices=printables.ARMS)
     plate_mm: tuple[float, float] | None = _base(
         "of the arm's plate, measured: its width at its front edge, and how far that edge is from "
         "the first joint's axis",
@@ -66,7 +50,7 @@ class Options(OutputOptions):
     reach_mm: float | None = _ball("from the flange to the ball's centre, for one mount", "MM")
     bolt_circle_mm: float | None = _own("a plate with holes on a circle of this diameter", "MM")
     bolts: int | None = _own("holes in it (default: 4)", "N")
-    screw: str | None = _own("their screws (default: M6)", choices=SCREWS)
+    screw: str | None = _own("their screws (default: M6)", choices=printables.SCREWS)
     grip_mm: tuple[float, float, float] | None = _own(
         "a block for a gripper: between its fingers, along their width, along their length; the "
         "ball's place then counts from the fingertips",
@@ -78,19 +62,21 @@ def run(options: Options, terminal: Terminal) -> int:
     """Build, check and write the parts."""
     base, balls = _socket_base(options), _balls(options)
     if find_spec("manifold3d") is None:
-        raise PrintableError(
+        raise printables.PrintableError(
             "the parts are cut by manifold3d, which is not installed: pip install 'mukca[print]'"
         )
     kinds = list(dict.fromkeys(options.format))
     tables: dict[str, bytes] = {}
-    if isinstance(base, AnchoredBase):
+    if isinstance(base, printables.AnchoredBase):
         tables[f"sockets-at-{base.arm}.csv"] = base.sockets_at().encode()
-    names = [f"{part}.{suffix}" for part in (*part_names(base), *balls) for suffix in kinds]
+    names = [
+        f"{part}.{suffix}" for part in (*printables.part_names(base), *balls) for suffix in kinds
+    ]
     names += tables
     refuse_existing(options.out, names, force=options.force)
     with terminal.console.status("building and checking the parts"):
-        parts = list(build_parts(base, balls))
-        contents = [encode(suffix, part) for part in parts for suffix in kinds]
+        parts = list(printables.build_parts(base, balls))
+        contents = [printables.encode(suffix, part) for part in parts for suffix in kinds]
     write_files(options.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
     suffixes = ", ".join(f".{suffix}" for suffix in options.format)
     for part in parts:
@@ -103,7 +89,7 @@ def run(options: Options, terminal: Terminal) -> int:
     return 0
 
 
-def _socket_base(options: Options) -> SocketBase:
+def _socket_base(options: Options) -> printables.SocketBase:
     lengths: dict[str, Any] = {
         "distance": 1000 * options.distance,
         "sockets": options.sockets,
@@ -112,49 +98,51 @@ def _socket_base(options: Options) -> SocketBase:
         "height": options.height_mm,
     }
     if options.anchor is None and options.plate_mm is None:
-        return SocketBase(**lengths)
+        return printables.SocketBase(**lengths)
     if options.anchor is None or options.plate_mm is None:
-        raise PrintableError(
+        raise printables.PrintableError(
             "--anchor goes with --plate-mm WIDTH FRONT: the plate's size is not published"
         )
     width, front = options.plate_mm
-    return AnchoredBase(arm=options.anchor, width=width, front=front, **lengths)
+    return printables.AnchoredBase(arm=options.anchor, width=width, front=front, **lengths)
 
 
-def _balls(options: Options) -> Mapping[str, BallPart]:
+def _balls(options: Options) -> Mapping[str, printables.BallPart]:
     mounts = _mounts(options)
     if options.reach_mm is not None and len(mounts) != 1:
-        raise PrintableError("--reach-mm goes with one mount: name it with --mount")
-    balls: dict[str, BallPart] = {}
+        raise printables.PrintableError("--reach-mm goes with one mount: name it with --mount")
+    balls: dict[str, printables.BallPart] = {}
     for name, mount in mounts.items():
         try:
-            balls[f"ball-{name}"] = BallPart(
+            balls[f"ball-{name}"] = printables.BallPart(
                 mount.mount(),
                 ball=options.ball_diameter_mm,
                 neck=options.neck_mm,
                 reach=options.reach_mm,
                 bought=options.bought_ball,
             )
-        except PrintableError as error:
-            raise PrintableError(f"ball-{name}: {error}") from None
+        except printables.PrintableError as error:
+            raise printables.PrintableError(f"ball-{name}: {error}") from None
     return balls
 
 
-def _mounts(options: Options) -> dict[str, BoltCircle | Grip]:
+def _mounts(options: Options) -> dict[str, printables.BoltCircle | printables.Grip]:
     """Return the mounts that were asked for: named ones, the user's own, or else all."""
-    own: dict[str, BoltCircle | Grip] = {}
+    own: dict[str, printables.BoltCircle | printables.Grip] = {}
     if options.bolt_circle_mm is not None:
         bolts = 4 if options.bolts is None else options.bolts
-        own["bolt-circle"] = BoltCircle(options.bolt_circle_mm, bolts, options.screw or "M6")
+        own["bolt-circle"] = printables.BoltCircle(
+            options.bolt_circle_mm, bolts, options.screw or "M6"
+        )
     elif options.bolts is not None or options.screw is not None:
-        raise PrintableError("--bolts and --screw go with --bolt-circle-mm")
+        raise printables.PrintableError("--bolts and --screw go with --bolt-circle-mm")
     if options.grip_mm is not None:
-        own["gripper"] = Grip.of(*options.grip_mm)
+        own["gripper"] = printables.Grip.of(*options.grip_mm)
     if options.mount is None:
-        return own or dict(MOUNTS)
+        return own or dict(printables.MOUNTS)
     if "none" in options.mount and (own or len(options.mount) > 1):
-        raise PrintableError("--mount none stands alone")
-    return {name: MOUNTS[name] for name in options.mount if name != "none"} | own
+        raise printables.PrintableError("--mount none stands alone")
+    return {name: printables.MOUNTS[name] for name in options.mount if name != "none"} | own
 
 
 def _lines(facts: Mapping[str, Any]) -> list[str]:
@@ -190,8 +178,8 @@ def _lines(facts: Mapping[str, Any]) -> list[str]:
         ]
         lines += [
             *(places or [f"place: --flange LINK {where}"]),
-            f"bends {1000 * facts['bend']:.3f} mm under {FORCE:g} N sideways at the ball "
-            f"(limit {BEND_LIMIT:g} mm)",
+            f"bends {1000 * facts['bend']:.3f} mm under {printables.FORCE:g} N sideways at the "
+            f"ball (limit {printables.BEND_LIMIT:g} mm)",
             f"leans {math.degrees(facts['tilt']):.0f} degrees to all sides in all sockets of this "
             "base",
             *([facts["note"]] if facts["note"] else []),

@@ -7,14 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from ....errors import MukcaError
+from ....solver import results
 from ....solver.assessment import measurements_of
 from ....solver.data import Measurement
-from ....solver.results import (
-    CalibratedRobot,
-    CalibrationDocument,
-    calibrated_robot,
-    read_calibration,
-)
 
 NOMINAL = "nominal"
 
@@ -29,8 +24,8 @@ class Contender:
 
     name: str
     file: Path
-    document: CalibrationDocument
-    calibration: CalibratedRobot
+    document: results.CalibrationDocument
+    calibration: results.CalibratedRobot
 
     def trained_on(self, measured: Measurement) -> bool:
         """Return True where it was fitted to these very samples, wherever they lie now."""
@@ -50,8 +45,10 @@ def contenders_of(files: Sequence[Path]) -> list[Contender]:
     """
     contenders: list[Contender] = []
     for file, name in zip(files, _names(files), strict=True):
-        document = read_calibration(file)
-        contenders.append(Contender(name, file, document, calibrated_robot(document, str(file))))
+        document = results.read_calibration(file)
+        contenders.append(
+            Contender(name, file, document, results.calibrated_robot(document, str(file)))
+        )
     first = contenders[0].calibration.robot
     for other in contenders:
         joints = other.calibration.robot.joint_names

@@ -120,7 +120,7 @@ class _Compared:
 
 
 def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> ComparisonDocument:
-    """Return the comparison of calibrations, and of the first one's nominal model, on placements."""
+    """Compare calibrations, and the nominal model of the first of them, on placements."""
     names = [NOMINAL, *(contender.name for contender in contenders)]
     first = contenders[0].calibration
     compared = [

@@ -6,17 +6,7 @@ Lengths are metres, angles radians. Points are in the robot's base frame: x ahea
 from pathlib import Path
 from typing import Any, Literal
 
-from ....solver.assessment import (
-    Coverage,
-    KnownDistanceErrors,
-    Limits,
-    PlacementReport,
-    Point,
-    Premise,
-    RoleSummaries,
-    SampleErrors,
-    Verdict,
-)
+from ....solver import assessment
 from ....solver.results import Document, FitResult, Provenance, read
 
 REPORT = "mukca-report-1"
@@ -69,7 +59,7 @@ class NextAnswer(Document, kw_only=True, frozen=True):
     text: str
     train_on: str | None
     """A placement that is recorded already, and worth training on too."""
-    place: Point
+    place: assessment.Point
     """Position at which to record a new one [m]."""
     joints: tuple[str, ...]
     """Those that hardly moved."""
@@ -144,9 +134,9 @@ class ArmDrawing(Document, kw_only=True, frozen=True):
     nominal: list[list[list[float]]]
     """Places of the joints, shape (configurations, joints + 1, 3) [m]: base first, ball last."""
     calibrated: list[list[list[float]]]
-    low: Point
+    low: assessment.Point
     """Corner of what the calibrated arm fills [m]."""
-    high: Point
+    high: assessment.Point
     reach: float
     """Largest coordinate [m]."""
     displacement: Displacement
@@ -191,24 +181,24 @@ class ReportDocument(FitResult, kw_only=True, frozen=True):
     format: str
     robot_name: str
     """As the URDF names it."""
-    summary: RoleSummaries
-    placements: tuple[PlacementReport, ...]
-    between: tuple[KnownDistanceErrors, ...]
+    summary: assessment.RoleSummaries
+    placements: tuple[assessment.PlacementReport, ...]
+    between: tuple[assessment.KnownDistanceErrors, ...]
     tolerance: float
     """The error that the user's task allows [m]."""
-    limits: Limits
-    samples: tuple[SampleErrors, ...]
+    limits: assessment.Limits
+    samples: tuple[assessment.SampleErrors, ...]
     """Thinned out where there are many; all other figures rest on all of them."""
     cross_placement: CrossPlacement | None
     """None with a single placement."""
-    coverage: Coverage
+    coverage: assessment.Coverage
     distance_text: str = ""
     """The distances between sockets that were used, and the source of each."""
     provenance: ReportProvenance
     command: str
     """Command that makes the calibration again."""
-    verdict: Verdict
-    rests_on: tuple[Premise, ...]
+    verdict: assessment.Verdict
+    rests_on: tuple[assessment.Premise, ...]
     """Of the verdict: what no recording can tell."""
     todo: tuple[Step, ...] = ()
     """Steps to do next, the most useful first; empty where the verdict is PASS."""
