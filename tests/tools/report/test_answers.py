@@ -74,6 +74,18 @@ def test_a_placement_alone_leaves_the_same_everywhere(document, report, session,
     assert f"Fitted alone, the placements leave {low} to {high}: none stands out." in answer["text"]
 
 
+def test_data_are_not_all_right_where_one_place_leaves_ten_times_what_the_arm_repeats(
+    document, report
+) -> None:
+    answer = report(document)["answers"]["data"]
+    floors = {row["name"]: row["mean_absolute_error"] for row in answer["floors"]}
+    assert not answer["text"].startswith("No")
+    worst = max(floors, key=lambda name: floors[name])
+    document["settings"]["repeatability_mm"] = 1e2 * floors[worst] * 0.999
+    told = report(document)["answers"]["data"]["text"]
+    assert told.startswith(f"No: fitted alone, {worst} leaves more than ten times what the arm")
+
+
 def test_a_joint_that_hardly_moved_is_named(session: Path, tmp_path: Path) -> None:
     still = tmp_path / "still/front"
     still.mkdir(parents=True)

@@ -35,6 +35,8 @@ from .types import (
 
 FAR = 3.0
 """A sample this many times its placement's mean error from its socket deserves a look."""
+UNSOUND = 10.0
+"""A placement that fitted alone leaves this many times what the arm repeats is not all right."""
 
 
 def data_answer(
@@ -42,6 +44,7 @@ def data_answer(
     samples: Sequence[SampleErrors],
     floors: Mapping[str, float],
     checks: Sequence[Diagnostic] | None,
+    repeatability: float | None,
 ) -> DataAnswer:
     """Return the answer whether the recordings look sound; ``floors`` by placement's name [m]."""
     worst = worst_samples(placements, samples)
@@ -51,6 +54,7 @@ def data_answer(
     left = list(alone.values())
     typical = standing_out(left) if len(left) > 1 else left
     wrong = placements_with_errors(placements, checks)
+    most = np.inf if repeatability is None else UNSOUND * repeatability
     words = text(
         "answers.txt.j2",
         "data",
@@ -59,6 +63,8 @@ def data_answer(
         warnings=sum(check.level == "warning" for check in checks or ()),
         trained=[names[i] for i in wrong if placements[i].role == "train"],
         floors=left,
+        repeatability=repeatability,
+        unsound=[name for name, floor in alone.items() if floor > most],
         odd=[name for name, usual in zip(alone, typical, strict=True) if usual is not None],
         worst=worst[0],
         far=FAR,
@@ -137,7 +143,9 @@ def answers_of(found: Assessment, samples: Sequence[SampleErrors], tolerance: fl
     return Answers(
         use=_use_answer(found, document.uncertainty, tolerance),
         next=_next_answer(found, document.checks, document.next_placement),
-        data=data_answer(found.placements, samples, floors, document.checks),
+        data=data_answer(
+            found.placements, samples, floors, document.checks, found.limits.repeatability
+        ),
     )
 
 
