@@ -146,10 +146,14 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
     names = short_names([row.name for row in rows])
     predicted = [1e3 * (row.predicted_deviation or 0) for row in rows]
     found = [1e3 * (row.found_deviation or 0) for row in rows]
-    axis = Axis(0, 1.15 * max(*predicted, *found), "mm, 1 sigma")
+    repeatability = 1e3 * (report.limits.repeatability or 0)
+    axis = Axis(0, 1.15 * max(*predicted, *found, repeatability), "mm, 1 sigma")
     panel = named_rows("spread of the ball's positions", names, axis, pitch=28)
     panel.bars(predicted, found, "link")
     panel.dots(predicted, "predicted", "predicted")
     panel.dots(found, [f"calibrated {row.role}" for row in rows], "found")
+    if repeatability:
+        panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability)
     ratios = [(b / a, name) for a, b, name in zip(predicted, found, names, strict=True)]
-    return plot("predicted-found", panel, layout="half", ratios=ratios)
+    values = {"ratios": ratios, "repeatability": repeatability}
+    return plot("predicted-found", panel, layout="half", **values)

@@ -169,12 +169,15 @@ def joints(report: ReportDocument) -> Plot | None:
         [1e3 * value for value in values]
         for values in ([row.recorded for row in rows], [row.workspace for row in rows])
     )
-    axis = Axis(0, 1.05 * max(*recorded, *anywhere), "mm")
+    repeatability = 1e3 * (report.limits.repeatability or 0)
+    axis = Axis(0, 1.05 * max(*recorded, *anywhere, repeatability), "mm")
     panel = named_rows("what each joint moves the ball by, mm", names, axis)
     panel.bars([0] * len(rows), anywhere, "link", thick=14)
     panel.bars([0] * len(rows), recorded, "change", thick=7)
+    if repeatability:
+        panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability)
     most = sorted(zip(recorded, names, strict=True), reverse=True)[:2]
-    return plot("joints", panel, layout="half", most=most)
+    return plot("joints", panel, layout="half", most=most, repeatability=repeatability)
 
 
 def error_curves(report: ReportDocument) -> Plot | None:

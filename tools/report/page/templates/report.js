@@ -125,11 +125,17 @@ function ground(view, reach) {
 }
 
 function sockets(view) {
+  const taken = [];
   for (const placement of figures.placements) {
     const centres = placement.sockets.map((socket) => socket.centre);
     view.line(centres, "ink", 5);
     for (const centre of centres) view.dot(centre, 4, "ink", true);
-    view.text(centres[0], placement.name.split("/").pop(), "ink", 7, 14);
+    const name = placement.name.split("/").pop();
+    let [x, y] = view.project(centres[0]);
+    // A label that would stand on another one goes below it.
+    while (taken.some(([a, b]) => Math.abs(a - x) < 7 * name.length && Math.abs(b - y) < 13)) y += 3;
+    taken.push([x, y]);
+    view.text(centres[0], name, "ink", 7, 14 + y - view.project(centres[0])[1]);
   }
 }
 
