@@ -28,6 +28,13 @@ def test_every_shipped_robot_is_described(robots):
         assert row["title"] and "\n" not in row["title"]
         assert row["joints"] == len(mukca.load_robot(name).actuated)
         assert len(row["source"]) > 20
+        assert row["sources"][0].endswith(row["source"]) and "licences" in row
+
+
+def test_a_model_made_of_a_file_is_listed_with_its_licence(robots, capsys):
+    assert robots["ur5"]["licences"] == ["BSD-3-Clause"] and robots["piper"]["licences"] == ["MIT"]
+    assert main(["robots", "--licences"]) == 0
+    assert "C. Gaz, M. Cognetti" in capsys.readouterr().out
 
 
 def test_each_is_read_by_a_driver_that_is_there(robots):

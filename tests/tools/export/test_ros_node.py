@@ -1,5 +1,6 @@
-"""The node for ROS 2 in examples/, with a stand-in for rclpy."""
+"""The node for ROS 2 in packaging/, with a stand-in for rclpy."""
 
+import os
 import runpy
 import sys
 from pathlib import Path
@@ -10,13 +11,19 @@ import pytest
 
 import mukca
 
-SCRIPT = Path(__file__).parents[3] / "examples" / "ros" / "true_joint_states.py"
+ROS = Path(__file__).parents[3] / "packaging" / "ros2" / "mukca_ros"
+SCRIPT = ROS / "mukca_ros" / "true_joint_states.py"
 
 
 class Node:
     def __init__(self, name: str) -> None:
         self.published: list[SimpleNamespace] = []
         self.warned: list[str] = []
+
+    def declare_parameter(self, name: str, default: str) -> SimpleNamespace:
+        assert name == "calibration"
+        value = SimpleNamespace(string_value=os.environ["CALIBRATION"])
+        return SimpleNamespace(get_parameter_value=lambda: value)
 
     def get_logger(self) -> SimpleNamespace:
         return SimpleNamespace(warning=lambda text, **_: self.warned.append(text))
@@ -38,9 +45,12 @@ def module(monkeypatch: pytest.MonkeyPatch):
     return runpy.run_path(str(SCRIPT))
 
 
-def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations) -> None:
+def test_it_corrects_the_arms_joints_and_leaves_the_others(
+    module, calibrations, monkeypatch
+) -> None:
     file = calibrations / "panda.json"
-    node = module["TrueJointStates"](str(file))
+    monkeypatch.setenv("CALIBRATION", str(file))
+    node = module["TrueJointStates"]()
     arm = mukca.load_calibration(file)
     names = [*arm.robot.joint_names[::-1], "finger"]
     position = np.linspace(-1, 1, 8).tolist()

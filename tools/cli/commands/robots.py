@@ -1,13 +1,14 @@
 """``mukca robots``: the robot models that come with the package."""
 
 import re
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ....solver.assessment import ARMS
 from ....solver.robot import BallModel, Robot, link_frames, load_robot, shipped_robots, workspace
-from .. import JsonOption, Terminal
+from .. import JsonOption, Terminal, option
 
 DRIVERS = {
     **dict.fromkeys(("panda", "fr3"), "franka:HOST"),
@@ -25,7 +26,11 @@ CONFIGURATIONS = 256
 ROUNDS = 3
 
 
-Options = JsonOption
+@dataclass(frozen=True, kw_only=True)
+class Options(JsonOption):
+    """Options of ``mukca robots``."""
+
+    licences: bool = option("the sources of each model, and their licences", default=False)
 
 
 def run(options: Options, terminal: Terminal) -> int:
@@ -33,7 +38,11 @@ def run(options: Options, terminal: Terminal) -> int:
     robots = [describe(name) for name in shipped_robots()]
     terminal.emit({"robots": robots})
     width = max(len(one["name"]) for one in robots)
-    for one in robots if not options.json else ():
+    for one in robots if options.licences and not options.json else ():
+        licences = ", ".join(one["licences"]) or "no licence noted; the figures and names are from:"
+        terminal.say(f"{one['name']:{width}}  {licences}")
+        terminal.say(*(f"{'':{width}}    {source}" for source in one["sources"]))
+    for one in robots if not (options.licences or options.json) else ():
         repeats = one["repeatability"]
         known = f", repeats to {1e3 * repeats:g} mm" if repeats else ""
         terminal.say(
@@ -50,7 +59,7 @@ def describe(name: str) -> dict[str, Any]:
     robot = load_robot(name)
     comment = robot.text.data.decode().partition("<!--")[2].partition("-->")[0]
     title, _, rest = " ".join(comment.split()).partition(". Lengths in metres")
-    source = re.search(r"Source of [^:]*: (.*?)(?:\. [A-Z]|\.$|$)", rest)
+    sources = re.findall(r"Source of ([^:]*: .*?)(?=(?<!\b[A-Z])\. [A-Z]|\.$|$)", rest)
     arm = ARMS.get(name)
     return {
         "name": name,
@@ -59,7 +68,9 @@ def describe(name: str) -> dict[str, Any]:
         "reach": reach(robot),
         "driver": DRIVERS.get(name, "ros:HOST"),
         "repeatability": arm.repeatability if arm else None,
-        "source": source[1] if source else "",
+        "source": sources[0].partition(": ")[2] if sources else "",
+        "sources": sources,
+        "licences": sorted(set(re.findall(r"BSD-[23]-Clause|Apache-2\.0|MIT", rest))),
     }
 
 

@@ -155,5 +155,5 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
     if repeatability:
         panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability)
     ratios = [(b / a, name) for a, b, name in zip(predicted, found, names, strict=True)]
-    values = {"ratios": ratios, "repeatability": repeatability}
-    return plot("predicted-found", panel, layout="half", **values)
+    name, layout = "predicted-found", "half"
+    return plot(name, panel, layout=layout, ratios=ratios, repeatability=repeatability)

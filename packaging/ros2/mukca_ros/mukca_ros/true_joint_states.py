@@ -1,16 +1,12 @@
-r"""Republish joint states so that calibrated.urdf is exact: a node for ROS 2.
+"""Republish joint states so that calibrated.urdf is exact: a node for ROS 2.
 
-    ros2 run robot_state_publisher robot_state_publisher calibrated/calibrated.urdf \
-        --ros-args -r joint_states:=joint_states_true
-    python true_joint_states.py calibrated/calibration.json
+    ros2 run mukca_ros true_joint_states --ros-args -p calibration:=/path/to/calibrated
 
 Published are virtual joint positions: those at which the URDF has the flange where the calibrated
 arm, which bends, truly has it. So TF is that of the arm. Controllers stay on `joint_states`, which
 the arm reports. With fewer than six joints there are none: published is where the joints truly are.
 Near a singular posture there may be none, either: a warning says so, and nothing is published.
 """
-
-import sys
 
 import rclpy
 from rclpy.node import Node
@@ -22,8 +18,9 @@ import mukca
 class TrueJointStates(Node):
     """Listens to joint states, and publishes them corrected."""
 
-    def __init__(self, file: str) -> None:
+    def __init__(self) -> None:
         super().__init__("true_joint_states")
+        file = self.declare_parameter("calibration", "").get_parameter_value().string_value
         self.arm = mukca.load_calibration(file)
         self.publisher = self.create_publisher(JointState, "joint_states_true", 10)
         self.create_subscription(JointState, "joint_states", self.correct, 10)
@@ -46,6 +43,7 @@ class TrueJointStates(Node):
         self.publisher.publish(message)
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Run the node until it is interrupted."""
     rclpy.init()
-    rclpy.spin(TrueJointStates(sys.argv[1]))
+    rclpy.spin(TrueJointStates())

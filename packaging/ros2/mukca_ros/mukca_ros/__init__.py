@@ -1,0 +1,1 @@
+"""A calibrated arm in ROS 2."""

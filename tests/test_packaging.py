@@ -1,0 +1,56 @@
+"""The folders below packaging/ hold together with the project."""
+
+import re
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import jinja2
+import pytest
+
+import mukca
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).parents[1]
+ROS = ROOT / "packaging" / "ros2" / "mukca_ros"
+
+
+def test_the_recipe_requires_what_the_project_requires() -> None:
+    recipe = jinja2.Template((ROOT / "packaging/conda/meta.yaml").read_text()).render(PYTHON="py")
+    run = re.findall(r"^    - (.*)$", recipe.split("  run:\n")[1].split("\ntest:")[0], re.M)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    plain = {re.sub(r"\s", "", need) for need in project["dependencies"] if ";" not in need}
+    assert {need.replace(" ", "") for need in run} == plain | {
+        f"python{project['requires-python']}"
+    }
+    assert f"mukca = {project['scripts']['mukca']}" in recipe
+
+
+@pytest.mark.slow
+def test_the_ros_package_installs_what_ament_looks_for(tmp_path: Path) -> None:
+    source, out = shutil.copytree(ROS, tmp_path / "mukca_ros"), tmp_path / "out"
+    out.mkdir()
+    steps = ["install_data", f"--install-dir={out}", "build_py", f"--build-lib={out}"]
+    words = [sys.executable, "setup.py", "-q", *steps, "egg_info", f"--egg-base={out}"]
+    subprocess.run(words, cwd=source, check=True, capture_output=True)
+    assert (out / "share/ament_index/resource_index/packages/mukca_ros").is_file()
+    assert (out / "share/mukca_ros/launch/calibrated.launch.py").is_file()
+    entry = (out / "mukca_ros.egg-info/entry_points.txt").read_text()
+    module, _, function = entry.split(" = ")[1].strip().partition(":")
+    file = out.joinpath(*module.split(".")).with_suffix(".py")
+    assert f"def {function}()" in file.read_text()
+    package = ElementTree.parse(ROS / "package.xml").getroot()
+    assert package.findtext("version") == mukca.__version__.partition("+")[0]
+    assert package.findtext("export/build_type") == "ament_python"
+
+
+def test_the_launch_file_feeds_the_urdf_with_the_corrected_states() -> None:
+    launch = (ROS / "launch/calibrated.launch.py").read_text()
+    node = (ROS / "mukca_ros/true_joint_states.py").read_text()
+    assert '("joint_states", "joint_states_true")' in launch and '"joint_states_true"' in node
