@@ -25,6 +25,7 @@ OPTIONAL = {
     "full",
     "full_status",
     "geometric_error",
+    "orientation_error",
     "scale",
     "ball_refitted",
     "checks",
