@@ -1,6 +1,8 @@
 """The documents lead where they say, and none is left out of the site."""
 
+import importlib.util
 import itertools
+import json
 import math
 import re
 import shlex
@@ -48,7 +50,8 @@ def test_every_command_in_the_documents_is_one() -> None:
     from mukca.tools.cli import VERBS, build_parser
 
     wrong: list[str] = []
-    for page in [*PAGES, ROOT / "README.md"]:
+    pages = [page for page in PAGES if page.name != "benchmarks.md"]  # that shows what was printed
+    for page in [*pages, ROOT / "README.md"]:
         text = page.read_text().replace("\\\n", " ")
         for line in re.findall(rf"\bmukca (?:{'|'.join(VERBS)}) [^`|&\n]+$", text, re.M):
             words = shlex.split(line, comments=True)[1:]
@@ -95,3 +98,21 @@ def test_the_readme_says_how_far_distances_between_bases_are_off(recordings: Pat
         f"wrong by {np.mean(before):.2f} mm on average before ({max(before):.1f} at most)" in text
     )
     assert f"by {np.mean(after):.2f} mm after ({max(after):.2f})" in text
+
+
+def test_figures_are_those_of_the_benchmarks() -> None:
+    """After ``python benchmarks/page.py --measure ...`` the other pages take what it found."""
+    path = ROOT / "benchmarks" / "page.py"
+    spec = importlib.util.spec_from_file_location("benchmarks_page", path)
+    assert spec is not None and spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    figures = json.loads((ROOT / "docs" / "benchmarks.json").read_text())
+    assert script.page(figures) == (ROOT / "docs" / "benchmarks.md").read_text()
+    rows = script.table_rows(figures["accuracy"]["found"])
+    nominal, refitted, urdf, full = script.instrument(figures)
+    for page in ("README.md", "docs/accuracy.md"):
+        text = " ".join((ROOT / page).read_text().split())
+        assert [row for row in rows if row not in text] == [], page
+        assert f"{nominal} mm nominal" in text and f"**{full} mm**" in text, page
+    assert f"{refitted} mm with the reflector's place refitted, {urdf} mm by the URDF alone" in text
