@@ -4,6 +4,7 @@ import ast
 import json
 import re
 import runpy
+import shlex
 import shutil
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.tools.cli import main
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
@@ -132,6 +134,22 @@ def test_the_code_in_the_documents_runs(
     (last,) = snippets("model.md")
     exec(last, names)
     assert names["calibration"].robot.name == "panda"
+
+
+@pytest.mark.slow
+def test_the_tours_run_from_top_to_bottom(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (EXAMPLES.parent / "docs" / "tours.md").read_text().replace("range(1, 7)", "range(1, 3)")
+    names: dict[str, Any] = {}
+    statuses: list[int] = []
+    for kind, block in re.findall(r"^```(\w*)\n(.*?)^```", text, re.M | re.S):
+        if kind == "python":
+            exec(block, names)
+        else:
+            statuses += [main(shlex.split(line)[1:]) for line in block.splitlines()]
+    assert len(statuses) == 7 and set(statuses) <= {0, 3}
+    assert names["found"] < 0.1 * names["nominal"]
+    assert Path("fleet-report/fleet.html").exists() and Path("my_arm_new.json").exists()
 
 
 @pytest.mark.slow
