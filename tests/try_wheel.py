@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 SHIPPED = re.compile(
     r"mukca/((drivers|recorder|solver|tools)/.*|__init__|__main__)(?<!test)\.(py|urdf|html|css|js|j2)$"
-    r"|mukca/solver/robot/shipped/elasticity\.json$"
+    r"|mukca/solver/robot/shipped/elasticity\.json$|mukca/tools/cli/commands/verbs\.txt$"
     r"|mukca/py\.typed$|mukca-[^/]*\.dist-info/"
 )
 
