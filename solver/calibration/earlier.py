@@ -1,25 +1,30 @@
 """An earlier calibration of the same arm as prior of a new one (``--prior``).
 
-Its file holds all samples that it was fitted to, so it is fitted again, and its posterior is what
-is known before the new samples come: geometry, elasticity, error curves, and how they go together.
+Its posterior is what is known before the new samples come: geometry, elasticity, error curves, and
+how they go together. Its file holds it; older files hold the samples, which are fitted again.
 """
 
+import base64
+import zlib
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..bayes.model import GivenPrior
-from ..data import Load, RobotRecordings, measure, spaced
-from ..results import CalibrationDocument, calibrated_robot, read_calibration
-from ..robot import Robot
+from ..bayes.inference import JointPosterior, Posterior, restored_covariance
+from ..bayes.model import KINDS, GivenPrior, Noise, extend
+from ..data import Load, Pose, RobotRecordings, as_point, measure, observe_all, spaced
+from ..results import (
+    CalibrationDocument,
+    StoredPosterior,
+    calibrated_robot,
+    misfit,
+    read_calibration,
+)
+from ..robot import Origin, Robot
 from .options import SolveOptions, UsageError, option_table
 from .type_prior import TypePriors, type_priors
-
-if TYPE_CHECKING:
-    from ..bayes.inference import Posterior
 
 TOOL, BASE = "tool", "base"
 Priors = TypePriors | GivenPrior
@@ -58,13 +63,13 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
     nominal = np.array([origins[p.index] for p in model.parameters])
     mean = found.x.copy()
     mean[: model.geometry] = found.values - nominal
-    curves = found.groups[-1]
+    curves = document.curves
     size = model.size
     prior = GivenPrior(
         tuple(names),
         mean,
         found.covariance[:size, :size],
-        (0.0, 0.0) if curves.length is None else (curves.width, curves.length),
+        (0.0, 0.0) if curves is None else (curves.amplitude, curves.length),
     )
     first = model.parameters[0].joint if model.parameters else ""
     moved = {
@@ -75,8 +80,23 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
     return prior.without(moved)
 
 
-def posterior_of(document: CalibrationDocument, source: str) -> "Posterior":
-    """Return the posterior of a calibration, fitted again to the samples in its file.
+def stored_posterior(found: JointPosterior) -> StoredPosterior | None:
+    """Return what a calibration's file keeps of a posterior; None of several robots."""
+    arm, *others = found.arms
+    if others:
+        return None
+    kept = np.r_[: arm.model.scalars, arm.model.size : len(found.covariance)]
+    triangle = found.covariance[np.ix_(kept, kept)][np.tril_indices(len(kept))].astype("<f8")
+    text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
+    noises = {kind: (one.space, one.joint, one.nu) for kind, one in arm.noises.items()}
+    centres = tuple(map(as_point, arm.centres))
+    return StoredPosterior(covariance=text, noises=noises, centres=centres)
+
+
+def posterior_of(document: CalibrationDocument, source: str) -> Posterior:
+    """Return the posterior of a calibration: as its file holds it, or else fitted again.
+
+    What an older file lacks, as one does whose zeros were found since, its samples give.
 
     Args:
         document: The calibration.
@@ -84,9 +104,72 @@ def posterior_of(document: CalibrationDocument, source: str) -> "Posterior":
 
     Raises:
         UsageError: It is of several arms, or by a method that leaves no posterior.
+        DocumentError: The file is damaged.
     """
     from .fit import fit_robots
 
+    arm, options = _recordings(document, source)
+    kept, settings = document.posterior, document.settings
+    chained = document.curves is not None and settings.get("prior")
+    if kept is not None and not (document.later_zeros or settings.get("zeros") or chained):
+        return _stored(document, kept, arm, options, source)
+    (fit,) = fit_robots([arm], options)
+    assert fit.posterior is not None
+    return fit.posterior
+
+
+def _stored(
+    document: CalibrationDocument,
+    kept: StoredPosterior,
+    arm: RobotRecordings,
+    options: SolveOptions,
+    source: str,
+) -> Posterior:
+    """Return the posterior that a file holds."""
+    calibrated = calibrated_robot(document, source)
+    model = extend(calibrated.robot, calibrated.parameters, calibrated.deflection.extensions)
+    changes = calibrated.values - model.ball.nominal
+    x = np.concatenate([changes, *calibrated.deflection.coefficients])
+    scene = observe_all(
+        [arm], known=options.distances, sockets_at=options.located, require_scale=False
+    )
+    data, count = scene.arms[0], model.scalars + 6 * len(scene.arms[0].frames)
+    count += 3 * data.socket_count
+    try:
+        triangle = np.frombuffer(zlib.decompress(base64.b64decode(kept.covariance)), "<f8")
+        covariance = np.zeros((count, count))
+        covariance[np.tril_indices(count)] = triangle
+    except (ValueError, zlib.error):
+        raise misfit(source, "posterior.covariance", "damaged; calibrate again") from None
+    covariance += np.tril(covariance, -1).T
+    trained = [part for part in document.data if part.role == "train"]
+    rows = [s for part in trained for s in sorted(part.samples, key=lambda one: one.socket)]
+    told = [*(s.weight for s in rows), *(s.orientation_weight for s in rows if s.orientation)]
+    frames = {frame.name: Pose.of(Origin(frame.xyz, frame.rpy)) for frame in document.frames or ()}
+    found = Posterior(
+        model,
+        data,
+        x,
+        np.reshape(kept.centres, (-1, 3)),
+        covariance,
+        (),
+        {kind: Noise(*kept.noises[kind]) for kind in KINDS if kind in kept.noises},
+        model.predict(x, data.positions, data.torques),
+        np.array(told, dtype=float),
+        document.log_evidence or 0.0,
+        (x,),
+    )
+    poses, curves = tuple(frames[name] for name in data.frames), document.curves
+    scales = (0.0, 0.0) if curves is None else (curves.amplitude, curves.length)
+    return replace(found, covariance=restored_covariance(found, scene, poses, scales))
+
+
+def _recordings(document: CalibrationDocument, source: str) -> tuple[RobotRecordings, SolveOptions]:
+    """Return what a calibration was fitted to.
+
+    Raises:
+        UsageError: It is of several arms, or by a method that leaves no posterior.
+    """
     if document.method != "auto" or document.arms is not None:
         raise UsageError(f"{source}: give a calibration of one arm by --method auto")
 
@@ -105,6 +188,4 @@ def posterior_of(document: CalibrationDocument, source: str) -> "Posterior":
         for p in placements
     ]
     load = Load(document.load.gravity, document.load.payload)
-    (fit,) = fit_robots([RobotRecordings(robot, train, load)], options)
-    assert fit.posterior is not None
-    return fit.posterior
+    return RobotRecordings(robot, train, load), options

@@ -14,9 +14,9 @@ from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Selected, select_models
 from ..data import CALIPER_DEVIATION, Load, Measurement, RobotRecordings, observe_all
 from ..paper import NotConverged, build_problem, covariance, solve
-from ..results import CalibratedRobot
+from ..results import CalibratedRobot, StoredPosterior
 from ..robot import BallModel, Parameter, choose_parameters
-from .earlier import Priors, priors_of
+from .earlier import Priors, priors_of, stored_posterior
 from .options import SolveOptions
 
 Predict = Callable[[Measurement], np.ndarray]
@@ -44,6 +44,11 @@ class Fit:
     covariance: np.ndarray | None = None
     """By the paper's method: how far the parameters would move if the same were recorded again,
     shape (n, n)."""
+
+    @property
+    def stored_posterior(self) -> StoredPosterior | None:
+        """What a later calibration begins with; None where there is nothing."""
+        return None if self.joint_posterior is None else stored_posterior(self.joint_posterior)
 
     @property
     def iterations(self) -> int:

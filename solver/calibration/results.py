@@ -9,6 +9,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from msgspec import structs
 
 from ..._version import __version__
 from ..bayes.inference import Posterior
@@ -74,6 +75,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         deflection={name: tuple(values.tolist()) for name, values in coefficients},
         load=CarriedLoad(**asdict(calibrated.load)),
         data=_samples(problem, fit.posterior),
+        posterior=fit.stored_posterior,
         scale=estimates.scale_of(fit),
         outlook=estimates.outlook_of(problem, fit),
         **known,
@@ -120,9 +122,11 @@ def _samples(
     problem: CalibrationProblem, posterior: Posterior | None
 ) -> tuple[PlacementSamples, ...]:
     """Return all samples; those trained on have robust weights, which come socket by socket."""
-    weights: list[float] = []
+    weights, of_turns = list[float](), list[float]()
     if posterior is not None:
-        weights = posterior.weights[~posterior.data.turned].tolist()
+        turned = posterior.data.turned
+        weights = posterior.weights[~turned].tolist()
+        of_turns = posterior.weights[turned].tolist()
     rows: list[PlacementSamples] = []
     for role, measured in problem.placements:
         count = len(measured.positions)
@@ -130,7 +134,13 @@ def _samples(
         place: list[int] = np.argsort(
             np.argsort(measured.placement.sockets, kind="stable")
         ).tolist()
-        rows.append(_recorded(measured, role, [own[i] for i in place] if own else [None] * count))
+        row = _recorded(measured, role, [own[i] for i in place] if own else [None] * count)
+        if own and measured.has_orientations:
+            turns, of_turns = of_turns[:count], of_turns[count:]
+            pairs = zip(row.samples, turns, strict=True)
+            samples = tuple(structs.replace(s, orientation_weight=w) for s, w in pairs)
+            row = structs.replace(row, samples=samples)
+        rows.append(row)
     return tuple(rows)
 
 

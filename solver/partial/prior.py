@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..bayes.inference import Posterior
 from ..bayes.model import ExtendedModel, Noise, extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, posterior_of
@@ -89,7 +88,7 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
     covariance[np.ix_(into, into)] = found.covariance[
         : size + 3 * len(places), : size + 3 * len(places)
     ]
-    prior = ArmPrior(model, mean, covariance, places, arm.calibrated.load, _noise(found))
+    prior = ArmPrior(model, mean, covariance, places, arm.calibrated.load, found.noise)
     return _with_later_zeros(prior, document)
 
 
@@ -97,11 +96,6 @@ def _model(robot: Robot, names: list[str], extensions: tuple[str, ...]) -> Exten
     """Return a model with some parameters free, the ball's place and the zeros in any case."""
     free = [p for p in all_parameters(robot) if p.name in names or (p.of_ball and p.unit == "m")]
     return extend(robot, free, (JOINT_OFFSET.name, *extensions))
-
-
-def _noise(found: Posterior) -> Noise:
-    measured = found.measured_noise
-    return found.noise if (found.data.sockets >= 0).any() or measured is None else measured
 
 
 def _with_later_zeros(prior: ArmPrior, document: CalibrationDocument) -> ArmPrior:

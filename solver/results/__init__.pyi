@@ -35,6 +35,7 @@ from .estimates import Outlook as Outlook
 from .estimates import ParameterValue as ParameterValue
 from .estimates import PriorWidth as PriorWidth
 from .estimates import Scale as Scale
+from .estimates import StoredPosterior as StoredPosterior
 from .estimates import ToolFrame as ToolFrame
 from .estimates import Uncertainty as Uncertainty
 from .estimates import VisitedSocket as VisitedSocket

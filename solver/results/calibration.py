@@ -27,6 +27,7 @@ from .estimates import (
     ParameterValue,
     PriorWidth,
     Scale,
+    StoredPosterior,
     ToolFrame,
     Uncertainty,
 )
@@ -131,6 +132,8 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     """Coefficients of each extension of the geometry."""
     load: CarriedLoad
     data: tuple[PlacementSamples, ...]
+    posterior: StoredPosterior | None = None
+    """None by the paper's method, of several robots, and in older files."""
 
 
 class TypeElasticity(Document, kw_only=True, frozen=True):

@@ -108,6 +108,19 @@ class NoiseScale(Document, kw_only=True, frozen=True):
     """Of orientations that an instrument measured, about each axis [rad]."""
 
 
+class StoredPosterior(Document, kw_only=True, frozen=True):
+    """What a later calibration begins with: with values and samples, it gives all covariances."""
+
+    version: int = 1
+    covariance: str
+    """Lower triangle of the covariance of parameters, coefficients but for curves, frames (a turn
+    about the world's axes, then a shift) and sockets: float64, deflate, base64."""
+    noises: dict[str, tuple[float, float, float]]
+    """By kind of samples, noise in space [m] or turn [rad] and of the joints [rad], and nu."""
+    centres: tuple[tuple[float, float, float], ...] = ()
+    """Of the sockets in the base [m]."""
+
+
 class Scale(Document, kw_only=True, frozen=True):
     """By how much the arm's lengths came out larger than nominal."""
 

@@ -101,6 +101,8 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     """File and line."""
     weight: float | None = None
     """Robust weight in the fit: 1 and less; None where there was none."""
+    orientation_weight: float | None = None
+    """The same of the measured orientation."""
 
 
 class PlacementSamples(Document, kw_only=True, frozen=True):

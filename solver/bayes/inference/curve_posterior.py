@@ -71,7 +71,7 @@ def solve(
     """
     C, nu = samples.scales(noises), samples.degrees(noises)
     inverse, (index, basis) = np.linalg.inv(C), _places(samples)
-    H, slope = _normal_equations(samples, prior, rest, weights[:, None, None] * inverse)
+    H, slope = curvature_of(samples, prior, rest, weights[:, None, None] * inverse)
     solution, d = -np.linalg.solve(H, slope), int(rest.free.sum())
     y, c = np.zeros(len(rest.free)), solution[d:]
     y[rest.free] = solution[:d]
@@ -82,7 +82,7 @@ def solve(
     return y, c.reshape(shape), (nu + 3) / (nu + squares)
 
 
-def _normal_equations(
+def curvature_of(
     samples: LinearSamples, prior: CurvePrior, rest: Rest, weighted: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return curvature and slope at y = 0 and no curves, by what of y is free, then by all curves.
@@ -182,7 +182,7 @@ def _with_samples(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndarray
 def _by_splines(
     samples: LinearSamples, prior: CurvePrior, rest: Rest, weighted: np.ndarray
 ) -> np.ndarray:
-    H, _ = _normal_equations(samples, prior, rest, weighted)
+    H, _ = curvature_of(samples, prior, rest, weighted)
     unit = 1 / np.sqrt(np.diag(H))
     inverse = np.linalg.inv(H * unit[:, None] * unit)
     inverse *= unit[:, None]

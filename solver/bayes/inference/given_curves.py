@@ -12,9 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import ExtendedModel
+from ...data import MultiRobotObservations, Pose
+from ..model import ExtendedModel, extend
 from ..model.effects import CURVE, KNOTS
-from .linear_samples import LinearSamples
+from .curve_hyperparameters import CurvePrior
+from .curve_posterior import curvature_of
+from .linear_samples import LinearSamples, Rest, linear_samples, with_curves
+from .objective import State, build_objective, linearise
+from .posterior import Posterior
 
 
 @dataclass(frozen=True)
@@ -77,3 +82,51 @@ def given_curves(models: Sequence[ExtendedModel]) -> GivenCurves | None:
     covariance = np.zeros((len(names), len(names)))
     covariance[np.ix_(rows, rows)] = S[:n, :n] - by_others @ S[n:, :n]
     return GivenCurves(mean, known, by_unknowns, covariance, model.given.curve_scales)
+
+
+def restored_covariance(
+    found: Posterior,
+    scene: MultiRobotObservations,
+    frames: tuple[Pose, ...],
+    scales: tuple[float, float],
+) -> np.ndarray:
+    """Return the covariance of a robot's unknowns and sockets from that of all but its curves.
+
+    Given the other unknowns y, the curves c are Gaussian: c = A y + e, with A = -H_cc^-1 H_cy and
+    e ~ N(0, H_cc^-1), where H is the samples' curvature with the curves' prior.
+
+    Args:
+        found: The result, with the covariance of y: the unknowns but for curves, the frames, the
+            sockets.
+        scene: What it was fitted to.
+        frames: Poses of the instruments' frames.
+        scales: Amplitude and length of the curves [rad]; zero without any.
+    """
+    model, size, of_rest = found.model, found.model.scalars, found.covariance
+    names = [e for e in model.extensions if e != CURVE.name]
+    rest = extend(model.robot, model.parameters, names)
+    curves, x, d = (
+        found.x[size:].reshape(-1, len(model.robot.joint_names)),
+        found.x[:size],
+        len(of_rest),
+    )
+    kept = np.r_[:size, d - found.centres.size : d]
+    if not curves.size:
+        return of_rest[np.ix_(kept, kept)]
+    objective, shifts = with_curves(build_objective([rest], scene), curves.T[None])
+    noises = tuple(found.noises[kind] for _, kind in objective.rows.source_kinds)
+    linear = linearise(objective, x, found.centres, frames)
+    state = State(x, found.centres, frames, (), noises, x != x, linear)
+    samples = linear_samples(objective, state, shifts)
+    nu = samples.degrees(noises)
+    told = found.weights * (nu + 3) ** 2 / (nu * (nu + 5))
+    inverse = np.linalg.inv(samples.scales(noises)) * told[:, None, None]
+    nothing = Rest(np.zeros((d, d)), np.zeros(d), np.full(d, fill_value=True))
+    H, _ = curvature_of(samples, CurvePrior(*scales), nothing, inverse)
+    apart = np.linalg.inv(H[d:, d:])
+    gain = -apart @ H[d:, :d]
+    of_curves = apart + gain @ of_rest @ gain.T
+    whole = np.block([[of_rest, of_rest @ gain.T], [gain @ of_rest, of_curves]])
+    order = d + np.arange(curves.size).reshape(curves.shape[::-1]).T.ravel()
+    picked = np.r_[:size, order, kept[size:]]
+    return whole[np.ix_(picked, picked)]

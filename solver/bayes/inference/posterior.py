@@ -87,8 +87,7 @@ class JointPosterior:
 
     def noises_of(self, rows: SampleRows) -> tuple[Noise, ...]:
         """Return the noise of each source of samples of the same robots."""
-        pairs: list[tuple[Posterior, Kind]] = [(self.arms[i], k) for i, k in rows.source_kinds]
-        return tuple(arm.noises.get(kind) or arm.noise for arm, kind in pairs)
+        return tuple(self.arms[i].noises.get(k) or self.arms[i].noise for i, k in rows.source_kinds)
 
     def frame_covariance(self, frame: str) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6).

@@ -2,6 +2,7 @@ from .deflection import Deflection as Deflection
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import extend as extend
 from .given_prior import GivenPrior as GivenPrior
+from .multi_robot import KINDS as KINDS
 from .multi_robot import Kind as Kind
 from .multi_robot import MultiRobotModel as MultiRobotModel
 from .multi_robot import SampleRows as SampleRows

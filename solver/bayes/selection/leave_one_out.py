@@ -15,16 +15,14 @@ Refit = Callable[[JointPosterior, MultiRobotObservations], JointPosterior]
 """Fits a model again, to other data of the same robots."""
 
 
-def improvement(
-    refit: Refit, geometric: JointPosterior, full: JointPosterior
-) -> tuple[float, float]:
-    """Return the mean fall of the held-out errors by a full model, and its standard error [m]."""
-    fall = _held_out_errors(refit, geometric) - _held_out_errors(refit, full)
+def mean_fall(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """Return the mean fall of held-out errors from model to model, and its standard error [m]."""
+    fall = before - after
     fall = fall[np.isfinite(fall)]
     return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))
 
 
-def _held_out_errors(refit: Refit, whole: JointPosterior) -> np.ndarray:
+def held_out_errors(refit: Refit, whole: JointPosterior) -> np.ndarray:
     """Return each placement's error by a fit to others [m]; NaN where a robot is not tied then."""
     names = whole.scene.placements
     errors = np.full(len(names), np.nan)

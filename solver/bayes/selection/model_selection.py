@@ -14,11 +14,11 @@ import numpy as np
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
-from ..inference import JointPosterior, Posterior, estimate, may_have_curves, with_joint_curves
+from ..inference import JointPosterior, estimate, may_have_curves, with_joint_curves
 from ..model import Expected, GivenPrior, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
-from .leave_one_out import improvement
+from .leave_one_out import held_out_errors, mean_fall
 from .model_averaging import averaged, model_probabilities
 
 LOG_BAYES_FACTOR = log(150)
@@ -102,13 +102,7 @@ def select_models(
     tried = _search(fit, geometric, order, progress)
     models, words = _supported(fit, [*tried.models, *_by_type(fit, tried.fits, types, progress)])
     probabilities = model_probabilities(models)
-    notes: list[list[str]] = [[] for _ in robots]
-    for (stage, i), gain in tried.gains.items():
-        there = [bool({*EXTENSIONS[stage]} & {*_active(model)[i]}) for model in models]
-        notes[i].append(f"{stage}: {_note(gain, float(probabilities[there].sum()), words)}")
-    for i, own in enumerate(notes if any(types) else ()):
-        if types[i]:
-            own.append(_type_note([model.arms[i] for model in models], probabilities))
+    notes = _notes(tried, types, models, probabilities, words)
     full = averaged(models, probabilities) if len(models) > 1 else models[0]
     if CURVE.extension in stages:
         full = _with_curves(full, notes, progress)
@@ -118,9 +112,24 @@ def select_models(
     return Selected(geometric, full, tuple(map(tuple, notes)))
 
 
-def _type_note(arms: Sequence[Posterior], probabilities: np.ndarray) -> str:
-    by_type = [bool(arm.model.of_type) for arm in arms]
-    return f"type prior: counts by {100 * float(probabilities[by_type].sum()):.0f} %"
+def _notes(
+    tried: "_Tried",
+    types: Sequence[Mapping[str, Expected]],
+    models: Sequence[JointPosterior],
+    probabilities: np.ndarray,
+    words: str,
+) -> list[list[str]]:
+    """Return for each robot what became of each extension, and of what is known of its type."""
+    notes: list[list[str]] = [[] for _ in models[0].arms]
+    for (stage, i), gain in tried.gains.items():
+        there = [bool({*EXTENSIONS[stage]} & {*_active(model)[i]}) for model in models]
+        notes[i].append(f"{stage}: {_note(gain, float(probabilities[there].sum()), words)}")
+    for i, own in enumerate(notes if any(types) else ()):
+        if types[i]:
+            by_type = [bool(model.arms[i].model.of_type) for model in models]
+            share = 100 * float(probabilities[by_type].sum())
+            own.append(f"type prior: counts by {share:.0f} %")
+    return notes
 
 
 def _with_curves(
@@ -213,13 +222,18 @@ def _supported(fit: Fit, models: list[JointPosterior]) -> tuple[list[JointPoster
     if best.log_evidence - geometric.log_evidence < LOG_BAYES_FACTOR:
         return [geometric], ""
 
-    def refit(whole: JointPosterior, observed: MultiRobotObservations) -> JointPosterior:
-        return fit(whole, [arm.model.extensions for arm in whole.arms], observed)
+    def errors(whole: JointPosterior) -> np.ndarray:
+        return held_out_errors(
+            lambda near, observed: fit(near, [a.model.extensions for a in near.arms], observed),
+            whole,
+        )
 
     words = ""
     if len(best.scene.placements) >= ENOUGH_PLACEMENTS:
         try:
-            helps, spread = improvement(refit, geometric, best)
+            after = errors(best)
+            models, best, after = _without_harmful_type(models, best, after, errors)
+            helps, spread = mean_fall(errors(geometric), after)
         except NotConverged:
             return [geometric], "; the fit does not settle without each placement"
         words = (
@@ -230,6 +244,21 @@ def _supported(fit: Fit, models: list[JointPosterior]) -> tuple[list[JointPoster
             return [geometric], words
     probable = zip(models, model_probabilities(models), strict=True)
     return [model for model, probability in probable if probability > LIKELY], words
+
+
+def _without_harmful_type(
+    models: list[JointPosterior],
+    best: JointPosterior,
+    after: np.ndarray,
+    errors: Callable[[JointPosterior], np.ndarray],
+) -> tuple[list[JointPosterior], JointPosterior, np.ndarray]:
+    """Return models, the best and its held-out errors, without type priors where these harm."""
+    own = [model for model in models if not any(arm.model.of_type for arm in model.arms)]
+    alone = max(own, key=lambda model: model.log_evidence)
+    if best in own:
+        return models, best, after
+    before = errors(alone)
+    return (models, best, after) if mean_fall(before, after)[0] > 0 else (own, alone, before)
 
 
 def _note(gain: float | None, probability: float, words: str) -> str:

@@ -5,9 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 import mukca
 from mukca.solver.bayes.model.effects import CURVE, KNOTS, SPACING, curve_values, kernel, spectrum
+from mukca.solver.calibration import posterior_of
 from mukca.solver.results import ErrorCurves, JointCurve, agreement, agreement_words
 
 _PARTS = ((0, 400, 4), (1, 400, 10), (2, 400, 4))
@@ -116,3 +118,17 @@ def test_an_earlier_calibration_is_where_the_next_one_begins(
         mukca.calibrate(mukca.load_robot("panda"), data, prior=prior)
     with pytest.raises(mukca.MukcaError, match="Name it by --prior"):
         mukca.calibrate(robot, new, remounted=("tool",))
+
+
+def test_a_file_holds_the_posterior_of_its_calibration() -> None:
+    robot = mukca.load_robot("ur5e")
+    _, train = mukca.simulate_recordings(robot, 2, samples=20, seed=2, curves=6e-4)
+    document = mukca.calibrate(robot, train).document
+    assert "curve" in document.deflection
+    kept = posterior_of(document, "file")
+    again = posterior_of(structs.replace(document, posterior=None), "file")
+    assert kept.model.names == again.model.names
+    assert np.allclose(kept.x, again.x, atol=1e-9) and np.allclose(kept.centres, again.centres)
+    deviations = np.sqrt(np.diag(again.covariance))
+    apart = np.abs(kept.covariance - again.covariance)
+    assert (apart <= 0.01 * np.outer(deviations, deviations) + 1e-18).all()
