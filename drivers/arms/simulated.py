@@ -25,7 +25,7 @@ class Mock(Driver):
     Args:
         address: As in the module's docstring; ignored where an arm is given.
         joint_names: The model's actuated joints, in chain order.
-        arm: The arm to connect to, for use from Python.
+        arm: The arm to connect to, for use from Python; see :func:`arm_at`.
 
     Raises:
         DriverError: BAD_ADDRESS for an address without a recording or with an option that does
@@ -44,7 +44,7 @@ class Mock(Driver):
         arm: SimulatedArm | None = None,
     ) -> None:
         self._address = address
-        self._arm = arm or self._left.pop(address, None) or _arm_at(address)
+        self._arm = arm or self._left.pop(address, None) or arm_at(address)
         self._names = self._arm.joint_names
         if joint_names is not None:
             self._names = match_joints(joint_names, len(self._names), "the recording")
@@ -110,8 +110,12 @@ class Mock(Driver):
         return self._last
 
 
-def _arm_at(address: str) -> SimulatedArm:
-    """Build the arm that an address describes."""
+def arm_at(address: str) -> SimulatedArm:
+    """Return the arm that an address describes.
+
+    Raises:
+        DriverError: BAD_ADDRESS, as :class:`Mock`.
+    """
     path, _, query = address.partition("?")
     if not path:
         raise DriverError(

@@ -2,6 +2,7 @@ from .actions import Check as Check
 from .actions import SessionActions as SessionActions
 from .actions import Sound as Sound
 from .guidance import Advice as Advice
+from .guidance import Alarm as Alarm
 from .guidance import GuidanceClient as GuidanceClient
 from .guidance import GuidanceProvider as GuidanceProvider
 from .guidance import GuidanceRequest as GuidanceRequest

@@ -14,8 +14,8 @@ CAPTURED, REFUSED, DONE = 1, 2, 3
 APART = 0.25
 """Time between two tones [s]; terminals merge tones that are closer."""
 Check = Callable[[Sequence[Sample]], str | None]
-"""A test of the last of some samples by the model: its oddity in words that follow its name, as in
-"puts the ball 80 mm from the others"; None if nothing is odd."""
+"""A test of the last of some poses by the model: its oddity in words, as in "puts the ball 80 mm
+from the others"; None if nothing is odd."""
 
 
 class Sound:
@@ -51,7 +51,6 @@ class SessionActions:
         session: Its beginning.
         recording: Its file.
         sound: Of captures and refusals.
-        check: Of a sample that was captured.
         plausible: Of a pose that is to be captured without a key.
     """
 
@@ -60,17 +59,15 @@ class SessionActions:
         session: Session,
         recording: Recording,
         sound: Sound,
-        check: Check | None = None,
         plausible: Check | None = None,
     ) -> None:
         self.session = session
         self.refused = 0
         """Number of refused captures."""
-        self.suspect = False
-        """True if the last sample was found odd."""
+        self.moved: tuple[Sample, ...] = ()
+        """Samples that belong to the next placement."""
         self._recording = recording
         self._sound = sound
-        self._check = check
         self._plausible = plausible
 
     def notify(self, text: str) -> None:
@@ -116,11 +113,6 @@ class SessionActions:
         message += f"; that is the target: {further}q to finish" if done else ""
         self.notify(message)
         self._sound.play(DONE if done else CAPTURED)
-        odd = self._check and self._check(self.session.live)
-        self.suspect = bool(odd)
-        if odd:
-            back = "u takes it back. Or has the base moved? n: new placement"
-            self.alarm(f"sample {sample.number} {odd} {back}")
         return sample
 
     def undo(self) -> None:
@@ -162,6 +154,16 @@ class SessionActions:
             self.session = moved
             self.notify(f"sample {number} is now of socket {socket}, before of {sample.socket}")
 
+    def move_on(self, first: int) -> bool:
+        """Take the samples from a number on to the next placement; False if that failed."""
+        moved = [s for s in self.session.live if s.number >= first]
+        for sample in moved:
+            if not self._mark(UNDO, sample):
+                return False
+            self.session = self.session.without(sample.number)
+        self.moved = tuple(moved)
+        return True
+
     def switch(self, socket: int) -> None:
         """Go on in another socket."""
         if not self._has(socket):
@@ -189,7 +191,6 @@ class SessionActions:
     def _take_back(self, sample: Sample) -> None:
         if self._mark(UNDO, sample):
             self.session = self.session.without(sample.number)
-            self.suspect = False
             self.notify(f"took back sample {sample.number} of socket {sample.socket}")
 
     def _mark(self, event: str, sample: Sample) -> bool:

@@ -1,13 +1,15 @@
 """Guidance of the operator: request and reply as values, their provider, and the client."""
 
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol
 
 from .. import Sample
 from .actions import DONE, SessionActions, Sound
 
 INFORMATIVE = 3
 """Samples from which on a prediction rests on more than the prior of the ball's place."""
+NEAR = 2
+"""Samples by which the begin of one fault may be told differently as more are recorded."""
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,36 @@ class GuidanceRequest:
     """The active one."""
     position: tuple[float, ...] | None
     """Configuration of the arm [rad], [m] for a prismatic joint."""
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """A fault that the samples show."""
+
+    cause: Literal["base", "ball", "socket", "other"]
+    words: str
+    """It in a word or two."""
+    text: str
+    """It in a line, with the sample since which it holds."""
+    samples: tuple[int, ...] = ()
+    """Numbers of the samples that it concerns; none where it concerns all."""
+    socket: int = 0
+    """The one in which the ball truly was."""
+
+    @property
+    def reason(self) -> str:
+        """The line, with the keys that cure it."""
+        cures = {
+            "base": "n new placement from there, ",
+            "ball": "x takes it back, n base moved, ",
+            "socket": f"s puts them in socket {self.socket}, ",
+        }
+        return f"{self.text}: {cures.get(self.cause, '')}k keep"
+
+    def is_like(self, other: "Alarm") -> bool:
+        """Return whether two alarms tell of one fault, which further samples locate better."""
+        first, second = (*self.samples, 0)[0], (*other.samples, 0)[0]
+        return self.cause == other.cause and abs(first - second) <= NEAR
 
 
 @dataclass(frozen=True)
@@ -52,8 +84,8 @@ class Advice:
     """The configuration that would improve it most."""
     gain: float = 0.0
     """Share by which the target would lower the predicted error."""
-    implausible: str | None = None
-    """Contradiction between the samples and the model, in words."""
+    alarms: tuple[Alarm, ...] = ()
+    """Faults that the samples show, the most probable first."""
     closing: tuple[str, ...] = ()
     """Lines on the gain of another placement, once this one is enough."""
 
@@ -111,12 +143,27 @@ class GuidanceClient:
         self._actions = actions
         self._sound = sound
         self._asked: object = None
+        self._kept: list[Alarm] = []
 
     @property
     def here(self) -> Advice | None:
         """The advice, if it was given for the socket that is active."""
         advice = self.advice
         return advice if advice and advice.socket == self._actions.session.socket else None
+
+    @property
+    def alarm(self) -> Alarm | None:
+        """The most probable fault that the operator has not answered yet."""
+        alarms = self.advice.alarms if self.advice else ()
+        return next((a for a in alarms if not any(map(a.is_like, self._kept))), None)
+
+    def answered(self, alarm: Alarm, *, keep: bool = False) -> None:
+        """Tell no more of a fault: its samples are kept as they are, or were put right."""
+        if keep:
+            self._kept.append(alarm)
+        if self.advice:
+            left = tuple(a for a in self.advice.alarms if a != alarm)
+            self.advice = replace(self.advice, alarms=left)
 
     def update(self, position: tuple[float, ...] | None) -> None:
         """Take an answer that has come, and ask anew for the arm's position if need be."""
@@ -138,9 +185,10 @@ class GuidanceClient:
         session = self._actions.session
         if advice is None or (advice.count, advice.socket) != (len(session.live), session.socket):
             return
-        before, self.advice = self.advice, advice
-        if advice.implausible and not (before and before.implausible):
-            self._actions.alarm(advice.implausible)
-        done = advice.enough or advice.leave
+        told, before, self.advice = self.alarm, self.advice, advice
+        if self.alarm and not (told and told.cause == self.alarm.cause):
+            self._actions.alarm(self.alarm.text)
+            return
+        done = (advice.enough or advice.leave) and not self.alarm
         if done and not (before and (before.enough or before.leave)):
             self._sound.play(DONE)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .guidance import Advice
+from .guidance import Advice, Alarm
 from .session import Session
 
 
@@ -39,8 +39,10 @@ class OperatorContext:
     """True while a key is awaited before anything is captured."""
     typed: str = ""
     """Line that is being typed; keys do not capture meanwhile."""
-    asking: bool = False
-    """True while the operator is asked about the recording that is continued."""
+    question: str = ""
+    """The operator is asked this, in a word or two, a colon, and the answers' keys."""
+    alarm: Alarm | None = None
+    """A fault that the samples show, and that was not answered."""
     capture_key: str = "space"
 
 
@@ -100,14 +102,17 @@ def _before_all(now: OperatorContext) -> OperatorPrompt | None:
     """Return the step that does not depend on the arm's pose."""
     session = now.session
     key = now.capture_key
-    if now.asking:
-        return OperatorPrompt("GO ON?", _NEXT, "y: go on   n: new placement   q: leave")
+    if now.question:
+        words, _, reason = now.question.partition(": ")
+        return OperatorPrompt(words, _NEXT, reason)
     if now.typed:
         return OperatorPrompt("WHICH?", _NEXT, now.typed)
     if now.trouble or now.position is None:
         return OperatorPrompt("WAIT", _BAD, now.trouble or "no state yet")
     if now.captured is not None:
         return OperatorPrompt(f"GOT {now.captured}", _GOOD, f"sample {now.captured} is on the disk")
+    if now.alarm:
+        return OperatorPrompt(now.alarm.words, _BAD, now.alarm.reason)
     if now.enough or session.complete:
         more = "" if now.hands_free else f", {key} captures one more"
         why = f"; {now.enough}" if now.enough else ""

@@ -21,6 +21,7 @@ KEYS: Mapping[str, str] = {
     "?": "help",
     "y": "yes",
     "n": "new",
+    "k": "keep",
 }
 """Default action of each key; digits choose a socket."""
 

@@ -3,8 +3,12 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from ..session import SessionActions
+from ..session import Alarm, GuidanceClient, SessionActions
 from .key_bindings import TypedLine
+
+RESUME = "GO ON?: is the base where it was?   y yes, go on   n new placement   q leave"
+MOVED = "MOVED?: is the base elsewhere now, or will it be?   y new placement   n go on"
+"""Questions, each with its answers."""
 
 
 class KeyHandler:
@@ -13,8 +17,9 @@ class KeyHandler:
     Args:
         actions: On the session.
         keys: Action of each key.
+        guidance: Knows what alarm there is.
         capture: Captures now, or tells why not.
-        asking: True to ask first about the recording that is continued.
+        question: Asked first; empty for none.
         hands_free: True where there is capturing without a key.
         paused: True to await a key before anything is captured.
     """
@@ -23,20 +28,22 @@ class KeyHandler:
         self,
         actions: SessionActions,
         keys: Mapping[str, str],
+        guidance: GuidanceClient,
         capture: Callable[[], None],
         *,
-        asking: bool = False,
+        question: str = "",
         hands_free: bool = False,
         paused: bool = False,
     ) -> None:
         self.help = False
         self.line: TypedLine | None = None
-        self.asking, self.paused = asking, paused
+        self.question, self.paused = question, paused
         self.new_placement = False
         """True if the operator goes on at a new placement."""
         self._hands_free = hands_free
         self._actions = actions
         self._keys = keys
+        self._guidance = guidance
         self._capture = capture
         self._by_name: dict[str, Callable[[], None]] = {
             "capture": self._go_on_or_capture,
@@ -46,7 +53,7 @@ class KeyHandler:
             "relabel": lambda: self._type("relabel"),
             "next": lambda: self._switch(actions.session.next_socket),
             "finish": self.finish,
-            "new": self._start_new_placement,
+            "new": self._ask_whether_moved,
         }
 
     def press(self, key: str) -> None:
@@ -56,9 +63,9 @@ class KeyHandler:
             self._do(word, [int(number) for number in numbers.split(":")])
         elif self.line:
             self._type_on(self.line, key)
-        elif self.asking:
+        elif self.question:
             self._answer(self._keys.get(key))
-        else:
+        elif not self._cure(self._guidance.alarm, self._keys.get(key)):
             action = self._keys.get(key)
             self.help = action == "help" and not self.help
             if key in "0123456789":
@@ -71,13 +78,36 @@ class KeyHandler:
         self._actions.session = replace(self._actions.session, finished=True)
 
     def _answer(self, action: str | None) -> None:
-        """Take the answer to the question whether to go on."""
-        if action == "new":
-            self.new_placement = True
+        """Take the answer to a question; any key but its own leaves it open."""
+        new = "yes" if self.question == MOVED else "new"
+        if action == new:
+            self._start_new_placement()
+        elif action == "finish" and self.question == RESUME:
             self.finish()
-        elif action == "finish":
-            self.finish()
-        self.asking = action != "yes"
+        elif action in ("yes", "new", "finish"):
+            self.question = ""
+
+    def _cure(self, alarm: Alarm | None, action: str | None) -> bool:
+        """Carry out a key that answers an alarm; return False if it is none of those."""
+        if alarm is None:
+            return False
+        if action == "keep":
+            self._actions.notify(f"kept as it is: {alarm.text}")
+        elif action == "new" and alarm.samples:
+            self._start_new_placement(alarm.samples[0])
+        elif action == "delete" and alarm.cause == "ball":
+            for number in alarm.samples:
+                self._actions.delete(number)
+        elif action == "next" and alarm.cause == "socket":
+            for number in alarm.samples:
+                self._actions.relabel(number, alarm.socket)
+            last = self._actions.session.last
+            if last and last.number == alarm.samples[-1]:
+                self._switch(alarm.socket)
+        else:
+            return False
+        self._guidance.answered(alarm, keep=action == "keep")
+        return True
 
     def _go_on_or_capture(self) -> None:
         if self.paused:
@@ -91,14 +121,14 @@ class KeyHandler:
         self.paused = False
         self._actions.switch(socket)
 
-    def _start_new_placement(self) -> None:
-        """Go on at a new placement, if the last sample was found to be of another one."""
-        if not self._actions.suspect:
-            self._actions.alarm("q finishes; n is for a base that moved, once a sample shows it")
-            return
-        self._actions.undo()
-        self.new_placement = True
-        self.finish()
+    def _ask_whether_moved(self) -> None:
+        self.question = MOVED
+
+    def _start_new_placement(self, first: int | None = None) -> None:
+        """Go on at a new placement, with the samples from a number on, if any."""
+        if first is None or self._actions.move_on(first):
+            self.new_placement = True
+            self.finish()
 
     def _type(self, action: str) -> None:
         self.line = TypedLine(action)

@@ -5,6 +5,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 
 from ...drivers import clock
+from .. import Sample
 from ..session import (
     Advice,
     Check,
@@ -22,7 +23,7 @@ from ..session import (
 from ..stream import ContactDetector, StationaryPose, Stream, StreamMonitor
 from .display import Display
 from .key_bindings import KEYS, capture_key
-from .key_handler import KeyHandler
+from .key_handler import RESUME, KeyHandler
 from .key_script import Script
 from .keyboard import HangUp, Keyboard
 from .signals import HANG_UP, Signals
@@ -46,6 +47,8 @@ class Outcome:
     """Number of refused captures."""
     new_placement: bool = False
     """True if the operator goes on at a new placement."""
+    moved: tuple[Sample, ...] = ()
+    """Samples that belong to it."""
     advice: Advice | None = None
     """The last that was given."""
 
@@ -66,8 +69,6 @@ class Recorder:
     keyboard: Keyboard | None = None
     script: Script | None = None
     contact: ContactDetector | None = None
-    check: Check | None = None
-    """Test of a sample that was captured."""
     plausible: Check | None = None
     """Test of a pose that is to be captured without a key."""
     keys: Mapping[str, str] = field(default_factory=lambda: KEYS)
@@ -85,14 +86,14 @@ class Recorder:
 
     def __post_init__(self) -> None:
         self._sound = Sound(self.display.bell, on=self.sound)
-        self._actions = SessionActions(
-            self.session, self.recording, self._sound, self.check, self.plausible
-        )
+        self._actions = SessionActions(self.session, self.recording, self._sound, self.plausible)
+        self._client = GuidanceClient(self.guidance, self._actions, self._sound)
         self._handler = KeyHandler(
             self._actions,
             self.keys,
+            self._client,
             self._capture,
-            asking=bool(self.resume_summary),
+            question=RESUME if self.resume_summary else "",
             hands_free=self.hands_free,
             paused=self.hands_free or self.moved,
         )
@@ -104,7 +105,6 @@ class Recorder:
         self._implausible: StationaryPose | None = None
         self._alerts = StreamAlerts(self.stream, self.monitor, self._actions)
         self._trouble = self._alerts.trouble
-        self._client = GuidanceClient(self.guidance, self._actions, self._sound)
         self._next_frame = 0.0
 
     def run(self) -> Outcome:
@@ -129,6 +129,7 @@ class Recorder:
                 signals.received or received,
                 self._actions.refused,
                 self._handler.new_placement,
+                self._actions.moved,
                 self._client.advice,
             )
 
@@ -260,7 +261,8 @@ class Recorder:
             hands_free=self.hands_free,
             paused=self._handler.paused,
             typed=line.text if line else "",
-            asking=self._handler.asking,
+            question=self._handler.question,
+            alarm=self._client.alarm,
             capture_key=capture_key(self.keys),
         )
 
@@ -286,7 +288,7 @@ class Recorder:
             missed=self.stream.missed,
             drops=self.stream.drops,
             discarded=self.stream.rejected,
-            resume_summary=tuple(self.resume_summary) if self._handler.asking else (),
+            resume_summary=tuple(self.resume_summary) if self._handler.question == RESUME else (),
             help=self._handler.help,
             scripted=self.script is not None,
         )

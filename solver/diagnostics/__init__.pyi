@@ -16,3 +16,5 @@ from .hypothesis import cause as cause
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey
 from .inspection import inspect_all as inspect_all
+from .live import Fault as Fault
+from .live import LiveCheck as LiveCheck

@@ -16,7 +16,7 @@ from virtual_time import VirtualTime
 
 from mukca.drivers import Reconnecting, clock, open_driver
 from mukca.recorder import Metadata, Sample
-from mukca.recorder.session import Advice, GuidanceRequest, Recording, Session, View
+from mukca.recorder.session import Advice, Alarm, GuidanceRequest, Recording, Session, View
 from mukca.recorder.stream import JointLimits, Stream, StreamMonitor
 from mukca.recorder.terminal import Outcome, Recorder, Script, keys_with
 
@@ -315,17 +315,11 @@ def test_press_is_never_said_where_it_would_be_refused(arm, by_hand) -> None:
     assert {"GOT 1", "NEXT POSE", "MOVE", "SOCKET 1 NOW", "PRESS"} <= set(words_of(seen))
 
 
-def test_a_moved_base_is_left_for_a_new_placement(arm, by_hand) -> None:
-    """The sample that showed it is taken back first; without one, the key does nothing."""
-
-    def jumped(samples: Sequence[Sample]) -> str | None:
-        return "is off." if len(samples) == 2 else None
-
-    typed = (0.5, "a"), (1.2, "n"), (2.5, "a"), (3.0, "n"), (6.0, "q")
-    outcome, seen = by_hand(arm(speed=1.0), *typed, check=jumped)
-    assert outcome.new_placement and [s.number for s in outcome.session.live] == [1]
-    assert "n is for a base that moved" in seen.alarms[0]
-    assert "has the base moved?" in seen.alarms[1]
+def test_a_new_placement_is_asked_for_first(arm, by_hand) -> None:
+    typed = (0.5, "a"), (1.2, "n"), (1.3, "n"), (2.5, "a"), (3.0, "n"), (3.2, "y"), (6.0, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed)
+    assert outcome.new_placement and outcome.moved == () and len(outcome.session.live) == 2
+    assert "MOVED?" in words_of(seen)
 
 
 def test_nothing_is_captured_while_a_number_is_typed(arm, by_hand) -> None:
@@ -380,8 +374,7 @@ class Guidance:
 
 
 def test_advice_ends_a_socket_and_the_placement(arm, by_hand) -> None:
-    odd = {"implausible": "this moves like a crane"}
-    adviser = Guidance({}, {"leave": True} | odd, {"enough": True, "closing": ("go left",)})
+    adviser = Guidance({}, {"leave": True}, {"enough": True, "closing": ("go left",)})
     typed = (0.5, "a"), (1.9, "s"), (2.2, "a"), (4.5, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser, sound=True)
     assert outcome.session.counts == (1, 1)
@@ -389,8 +382,37 @@ def test_advice_ends_a_socket_and_the_placement(arm, by_hand) -> None:
     words = words_of(seen)
     assert words.index("SOCKET 1 NOW") < words.index("ENOUGH")
     assert outcome.advice and outcome.advice.closing == ("go left",)
-    assert seen.alarms == ["this moves like a crane"]
     assert seen.bells == 1 + 3 + 1  # captured, done here, captured
+
+
+BASE = Alarm("base", "BASE MOVED", "by 5.0 mm since sample 2", (2, 3))
+BALL = Alarm("ball", "NOT SEATED", "sample 2 is 5.0 mm off", (2,))
+FORGOTTEN = Alarm("socket", "WRONG SOCKET", "samples 2 to 3 lie in socket 1, not 0", (2, 3), 1)
+
+
+@pytest.mark.parametrize(
+    ("alarm", "key", "left", "moved"),
+    [
+        (BASE, "n", [(1, 0)], [2, 3]),
+        (BASE, "k", [(1, 0), (2, 0), (3, 0)], []),
+        (BALL, "x", [(1, 0), (3, 0)], []),
+        (BALL, "n", [(1, 0)], [2, 3]),
+        (FORGOTTEN, "s", [(1, 0), (2, 1), (3, 1)], []),
+    ],
+)
+def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(
+    arm, by_hand, alarm: Alarm, key: str, left: list[tuple[int, int]], moved: list[int]
+) -> None:
+    adviser = Guidance({}, {}, {}, {"alarms": (alarm,), "enough": True})
+    typed = (0.5, "a"), (2.2, "a"), (3.8, "a"), (5.2, key), (5.6, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser, sound=True)
+    assert [(s.number, s.socket) for s in outcome.session.live] == left
+    assert [s.number for s in outcome.moved] == moved
+    assert outcome.new_placement == bool(moved)
+    assert alarm.text in seen.alarms and seen.bells >= 1 + 3 + 1 + 2
+    prompts = [view.prompt for view in seen.views]
+    assert any(p.words == alarm.words and f"{key} " in p.reason for p in prompts)
+    assert next(p.words for p in prompts if p.words in ("ENOUGH", alarm.words)) != "ENOUGH"
 
 
 def test_advice_that_fails_ends_no_session(arm, by_hand) -> None:

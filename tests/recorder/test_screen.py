@@ -14,7 +14,7 @@ from mukca.recorder.session import Advice, OperatorContext, Session, View, promp
 from mukca.recorder.stream import JointLimits
 from mukca.recorder.terminal import render
 
-MOMENT = ("trouble", "moving", "contact", "captured", "asking", "typed")
+MOMENT = ("trouble", "moving", "contact", "captured", "question", "typed", "alarm")
 JOINTS = tuple(JointLimits(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
 
 
@@ -127,10 +127,12 @@ def test_what_is_continued_is_asked_in_a_small_window_too() -> None:
     card = (
         "Continues 2 in socket 0, 1 in socket 1; the last 2026-11-22 02:33; in /data/arm/front",
         "Sockets 50 mm apart. The ball was last in socket 1.",
-        "Has the base not moved since?",
+        "Is the base where it was?",
     )
-    shown = " ".join(" ".join(drawn(view(asking=True, resume_summary=card), 60, 14)).split())
-    assert "y: go on n: new placement q: leave" in shown
+    shown = " ".join(
+        " ".join(drawn(view(question="GO ON?: y go on", resume_summary=card), 60, 14)).split()
+    )
+    assert "y go on" in shown
     assert all(line in shown for line in card)
 
 
@@ -213,7 +215,7 @@ def test_a_window_that_is_too_small_says_what_is_needed(width: int, height: int)
         ("PRESS", {}),
         ("GOT 17", {"captured": 17}),
         ("WHICH?", {"typed": "delete"}),
-        ("GO ON?", {"asking": True}),
+        ("GO ON?", {"question": "GO ON?: y go on"}),
         ("WAIT", {"trouble": "silent"}),
         ("LET GO", {"contact": "elbow"}),
     ],

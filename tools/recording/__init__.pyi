@@ -7,5 +7,7 @@ from .options import RecordOptions as RecordOptions
 from .quick import verify_calibration as verify_calibration
 from .quick import worth_calibrating as worth_calibrating
 from .resources import is_scripted as is_scripted
+from .session_alarms import SessionAlarms as SessionAlarms
+from .session_start import Before as Before
 from .setup import joints_of as joints_of
 from .setup import record_session as record_session

@@ -23,7 +23,7 @@ from ...solver.design import (
 )
 from ...solver.paper import NotConverged
 from ...solver.robot import Robot, choose_parameters
-from .outlier_checks import wrong_model_check
+from .session_alarms import SessionAlarms
 
 MIN_FITTED = 6
 """Samples in each of two sockets from which on a fit is tried."""
@@ -54,9 +54,17 @@ class PoseSelector:
         distance: Between sockets 0 and 1 [m].
         goal: Of the predicted error of distances [m].
         sockets: Number of the base's sockets.
+        earlier: Placements that were recorded before with this arm.
     """
 
-    def __init__(self, robot: Robot, distance: float, goal: float, sockets: int = 2) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        distance: float,
+        goal: float,
+        sockets: int = 2,
+        earlier: Sequence[Placement] = (),
+    ) -> None:
         self._robot = robot
         self._distance = distance
         self._goal = goal
@@ -65,7 +73,8 @@ class PoseSelector:
         self._nominal = np.zeros(self._model.size)
         self._reach = Reach(robot)
         self._poses: dict[int, np.ndarray] = {}
-        self._wrong_model = wrong_model_check(robot)
+        self._alarms = SessionAlarms(robot)
+        self._earlier = tuple(earlier)
         self._history: dict[int, float] = {}
 
     def advise(
@@ -95,7 +104,7 @@ class PoseSelector:
             enough=enough,
             target=target,
             gain=gain,
-            implausible=self._wrong_model(samples) if samples else None,
+            alarms=self._alarms([*self._earlier, self._placement(samples)]),
         )
         return advice if posterior is None else _with_fit(advice, posterior, samples)
 

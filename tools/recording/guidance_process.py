@@ -4,14 +4,14 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from ...recorder import Sample
+from ...recorder import Placement, Sample
 from ...recorder.session import Advice, GuidanceRequest
 from ...solver.assessment import ARMS, RESOLUTION, known_arm
 from ...solver.robot import Robot, load_robot
@@ -108,14 +108,22 @@ class BackgroundGuidance(WorkerProcess):
         distance: Between the sockets [m].
         sockets: Number of sockets.
         goal: Of the predicted error of distances [m].
+        earlier: Placements that were recorded before with this arm.
     """
 
-    def __init__(self, robot: RobotOptions, distance: float, sockets: int, goal: float) -> None:
-        super().__init__(_advise, robot.model_arguments(), distance, goal, sockets)
+    def __init__(
+        self,
+        robot: RobotOptions,
+        distance: float,
+        sockets: int,
+        goal: float,
+        earlier: Sequence[Placement] = (),
+    ) -> None:
+        super().__init__(_advise, robot.model_arguments(), distance, goal, sockets, earlier)
 
     def ask(self, request: GuidanceRequest) -> None:
         """Make a request; never waits."""
-        samples = (Sample(s.position, s.socket) for s in request.samples)
+        samples = (Sample(s.position, s.socket, number=s.number) for s in request.samples)
         self.send(replace(request, samples=tuple(samples)))
 
     def answer(self, wait: float = 0.0) -> Advice | None:
@@ -124,16 +132,21 @@ class BackgroundGuidance(WorkerProcess):
 
 
 def _advise(
-    pipe: Connection, robot: Mapping[str, Any], distance: float, goal: float, sockets: int
+    pipe: Connection,
+    robot: Mapping[str, Any],
+    distance: float,
+    goal: float,
+    sockets: int,
+    earlier: Sequence[Placement],
 ) -> None:
     """Answer requests in the worker."""
     from .guidance import PoseSelector
 
-    selector = PoseSelector(load_robot(**robot), distance, goal, sockets)
+    selector = PoseSelector(load_robot(**robot), distance, goal, sockets, earlier)
     closing: tuple[str, ...] = ()
     while True:
         request: GuidanceRequest = pipe.recv()
-        samples = [replace(s, number=i) for i, s in enumerate(request.samples, start=1)]
+        samples = request.samples
         advice = selector.advise(samples, request.socket, request.position)
         pipe.send(replace(advice, closing=closing))
         if advice.enough and not closing:

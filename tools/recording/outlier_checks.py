@@ -10,11 +10,9 @@ from ...solver.data import Load
 from ...solver.robot import BallModel, Robot, gravity_torques, load_robot, shipped_robots
 
 ENOUGH = 5
-"""Samples in a socket before one of them can be called an outlier by :data:`FAR`."""
-FAR, FAR_SHARE = 0.025, 4.0
+"""Samples in a socket from which on their usual distance from each other counts."""
+FAR, FAR_SHARE = 0.06, 4.0
 """An outlier is this far from the others [m], and so many times as far as they usually are."""
-FIRST_FAR = 0.06
-"""With fewer samples, one is an outlier that is this far from them [m]."""
 FIRST_POSES = 3
 """Poses in a socket that show a wrong model."""
 WRONG_SCATTER, WRONG_RATIO = 0.06, 4.0
@@ -36,10 +34,8 @@ def gravity_of(robot: Robot, load: Load) -> Callable[[Sequence[float]], Sequence
     return gravity
 
 
-def outlier_check(
-    robot: Robot, distance: float, far: float = FAR
-) -> Callable[[Sequence[Sample]], str | None]:
-    """Return a check that says what is odd in the last of some samples by the nominal model.
+def outlier_check(robot: Robot, distance: float) -> Callable[[Sequence[Sample]], str | None]:
+    """Return a check that says what is odd in the last of some poses by the nominal model.
 
     By it the ball's centres of one socket lie within a few millimetres up to some 20 mm, and those
     of the other socket as far away as the sockets are apart.
@@ -59,10 +55,10 @@ def outlier_check(
         there = [points[s.number] for s in earlier if s.socket != last.socket]
         if not earlier:
             return None
-        allowed = FIRST_FAR if here else FIRST_FAR + distance
+        allowed = FAR if here else FAR + distance
         if len(here) + 1 >= ENOUGH:
             away = np.linalg.norm(np.array(here) - np.median(here, axis=0), axis=1)
-            allowed = max(far, FAR_SHARE * float(np.median(away)))
+            allowed = max(FAR, FAR_SHARE * float(np.median(away)))
         off = float(np.linalg.norm(ball(last) - np.median(here or there, axis=0)))
         if off <= allowed:
             return None

@@ -13,6 +13,7 @@ from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver.calibration import UsageError
 from ...solver.robot import Robot
 from ..cli import Terminal
+from ..simulation import practice_driver
 from .options import RecordOptions, SettledOptions
 
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
@@ -53,10 +54,12 @@ def keys_of(options: RecordOptions, stack: ExitStack) -> tuple[Keyboard | None, 
     return None, Script(sys.stdin.fileno())
 
 
-def connect(text: str, joint_names: tuple[str, ...]) -> Reconnecting:
+def connect(text: str, robot: Robot) -> Reconnecting:
     """Open ``NAME[:ADDRESS]`` as a driver that connects again by itself."""
     name, _, address = text.partition(":")
-    return Reconnecting(lambda: open_driver(name, address, joint_names))
+    if name == "mock" and "fault=" in address:
+        return Reconnecting(practice_driver(address, robot))
+    return Reconnecting(lambda: open_driver(name, address, robot.joint_names))
 
 
 def open_recording(

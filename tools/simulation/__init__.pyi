@@ -6,9 +6,16 @@ from .demo import demo_arm as demo_arm
 from .demo import demo_bases as demo_bases
 from .demo import simulate_hand as simulate_hand
 from .recordings import Base as Base
+from .recordings import lead as lead
+from .recordings import placement_of as placement_of
 from .recordings import reachable_bases as reachable_bases
 from .recordings import record as record
 from .recordings import simulate_recordings as simulate_recordings
+from .session_faults import SESSION_FAULTS as SESSION_FAULTS
+from .session_faults import Session as Session
+from .session_faults import SessionFault as SessionFault
+from .session_faults import practice_driver as practice_driver
+from .session_faults import with_faults as with_faults
 from .simulated_arms import NOISE as NOISE
 from .simulated_arms import TRANSLATION as TRANSLATION
 from .simulated_arms import TURN as TURN

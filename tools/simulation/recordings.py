@@ -181,7 +181,37 @@ def record(
         SimulationError: The base is out of the arm's reach.
     """
     how = imperfection or Imperfection(noise)
-    seats = np.repeat(base.sockets, samples, axis=0)
+    sockets = np.repeat([0, 1], samples)
+    read = lead(arm, np.array(base.sockets)[sockets], generator, how, guide)
+    return placement_of(arm, base, read, sockets)
+
+
+def placement_of(arm: Robot, base: Base, read: np.ndarray, sockets: np.ndarray) -> Placement:
+    """Return a placement of readings, shape (N, m), in some sockets, shape (N,)."""
+    rows = zip(read.tolist(), sockets.tolist(), strict=True)
+    recorded = tuple(Sample(tuple(q), socket=k) for q, k in rows)
+    return Placement(base.name, recorded, arm.joint_names, base.distance)
+
+
+def lead(
+    arm: Robot,
+    seats: np.ndarray,
+    generator: np.random.Generator,
+    how: Imperfection,
+    guide: InverseKinematics | None = None,
+) -> np.ndarray:
+    """Return what the encoders read with the ball in some seats, shape (N, m).
+
+    Args:
+        arm: With its true kinematics.
+        seats: Where the ball belongs, shape (N, 3) [m].
+        generator: Source of randomness.
+        how: What is not ideal.
+        guide: Who leads the arm from pose to pose; None for poses at random.
+
+    Raises:
+        SimulationError: A seat is out of the arm's reach.
+    """
     seats = seats + generator.normal(0, 1, seats.shape) * how.noise
     true = (guide or InverseKinematics(arm)).reach(seats, generator)
     moments = gravity_moments(arm, true)
@@ -192,11 +222,7 @@ def record(
     torques, either = moments[:, :m], generator.choice([-1.0, 1.0], read.shape)
     side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
     read = read + 0.5 * how.play * side
-    if how.resolution:
-        read = how.resolution * np.round(read / how.resolution)
-    rows = enumerate(read.tolist())
-    recorded = tuple(Sample(tuple(q), socket=i // samples) for i, q in rows)
-    return Placement(base.name, recorded, arm.joint_names, base.distance)
+    return how.resolution * np.round(read / how.resolution) if how.resolution else read
 
 
 def _seated(

@@ -7,5 +7,6 @@ from .joints import of_zero as of_zero
 from .kinds import Block as Block
 from .scene import ARMS as ARMS
 from .scene import Scene as Scene
+from .table import CURABLE as CURABLE
 from .table import OF_SIZE as OF_SIZE
 from .table import ONLY_SOUND as ONLY_SOUND

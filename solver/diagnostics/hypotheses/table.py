@@ -53,3 +53,13 @@ KINDS: tuple[Kind, ...] = (
 )
 ONLY_SOUND: tuple[Kind, ...] = (SOUND,)
 OF_SIZE: tuple[Kind, ...] = (DISTANCE,)
+CURABLE: tuple[Kind, ...] = (
+    SOUND,
+    DISTANCE,
+    BASE_MOVED,
+    DRIFT,
+    BALL_SAMPLE,
+    BALL_BENT,
+    ZERO_LOST,
+)
+"""Those that a hand can cure while it records."""

@@ -115,7 +115,9 @@ def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) 
     assert scripted(out, "a*2 s a q").status == 0
     pedal = ["--key", "capture=Enter,PageDown", "--sound", "off"]
     with TerminalSession(command(hand, out, *pedal)) as terminal:
-        terminal.wait_for("GO ON?", "2 in socket 0, 1 in socket 1", "last in socket 1", "not moved")
+        terminal.wait_for(
+            "GO ON?", "2 in socket 0, 1 in socket 1", "last in socket 1", "where it was?"
+        )
         terminal.press("a")
         terminal.wait_for("GO ON?")
         terminal.press("n")

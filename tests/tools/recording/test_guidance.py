@@ -135,8 +135,8 @@ def test_another_placement_is_weighed(coach: PoseSelector, samples: list[Sample]
 
 def test_another_arm_is_known_by_how_it_moves(samples: list[Sample]) -> None:
     other = PoseSelector(load_robot("iiwa14"), 0.05, goal=1e-6)
-    assert other.advise(samples[:2], 0).implausible is None
-    told = str(other.advise(samples[:3], 0).implausible).replace("fr3", "panda")
+    assert not other.advise(samples[:2], 0).alarms
+    told = other.advise(samples[:3], 0).alarms[0].text.replace("fr3", "panda")
     assert "this moves like a panda" in told
 
 
@@ -144,7 +144,7 @@ def test_the_nearest_of_the_good_poses_is_proposed(
     coach: PoseSelector, samples: list[Sample]
 ) -> None:
     anywhere = coach.advise(samples[:8], 0)
-    assert anywhere.implausible is None and anywhere.target is not None
+    assert not anywhere.alarms and anywhere.target is not None
     targets: set[object] = set()
     for sample in samples[:4]:
         advised = coach.advise(samples[:8], 0, sample.position)

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
+from ....recorder import Placement
 from ....recorder.terminal import Outcome
 from ....solver import calibration
 from ....solver.calibration import UsageError
@@ -37,9 +38,19 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
         robot, settled = options.load_robot(), options.settled()
         known = options.calibration and calibration.load_calibration(options.calibration)
         outcome = recording.record_session(settled, robot, terminal)
-        while outcome.new_placement and outcome.signal is None:
+        earlier = recording.Before()
+        while True:
+            live = outcome.session.live
+            here = Placement(settled.out.name, live, robot.joint_names, settled.distance)
+            if recording.is_scripted(options) and not settled.no_guide:
+                for alarm in recording.SessionAlarms(robot)([*earlier.placements, here]):
+                    terminal.say(f"! {alarm.words}: {alarm.text}")
+            if not outcome.new_placement or outcome.signal is not None:
+                break
             settled = replace(settled, out=next_folder(settled.out))
-            outcome = recording.record_session(settled, robot, terminal, moved=True)
+            done = (*earlier.placements, here) if live else earlier.placements
+            earlier = recording.Before(outcome.moved, done)
+            outcome = recording.record_session(settled, robot, terminal, earlier)
     try:
         _say_outcome(outcome, settled, terminal)
         sys.stdout.flush()

@@ -1,0 +1,177 @@
+"""Faults of a session while it goes on, by their evidence in the samples so far.
+
+The explanations are those of :mod:`.hypotheses` that a hand can cure at the arm, and samples whose
+ball was in another socket than they say. All are held against sound samples; the threshold is set
+by how often sound sessions may pass it (``benchmarks/sessions.py``).
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+
+from ...recorder import Placement
+from ..data import CALIPER_DEVIATION, Measurement
+from ..robot import Robot, choose_parameters
+from .distances import rulers
+from .explain import scene_of
+from .hypotheses import CURABLE, ONLY_SOUND, Candidate, Comparison, Scene, explained
+from .hypothesis import Hypothesis
+from .robust_fit import RigidModel
+
+LEAST = 6
+"""Samples from which on faults are looked for."""
+EVIDENCE = 5.0
+"""Logarithm of how much more probable than sound samples a fault must be."""
+FORGOTTEN = 0.06
+"""Prior probability of samples in another socket than they say."""
+DOUBT = -2.0
+"""Evidence of some fault, from which samples in other sockets are looked for."""
+FAULTS = 3
+"""Faults that are told at most."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of a session, with the samples that it concerns."""
+
+    hypothesis: Hypothesis
+    placement: int
+    """Index of the placement."""
+    samples: tuple[int, ...]
+    """Numbers of the samples that are affected, as they were recorded."""
+    evidence: float
+    """Logarithm of its probability beside that of sound samples."""
+    socket: int | None = None
+    """Socket in which the ball truly was, where it was in another."""
+
+
+class LiveCheck:
+    """Check of all samples so far, in some hundredths of a second.
+
+    Args:
+        robot: The nominal robot.
+        repeatability: Of the arm [m]; None where nothing is known of it.
+        zeros: Its joints may have offsets of degrees, and play, as those made of servos do.
+    """
+
+    def __init__(self, robot: Robot, repeatability: float | None, *, zeros: bool) -> None:
+        self._model = RigidModel(robot, choose_parameters(robot), zeros=zeros)
+        self._repeatability = repeatability
+
+    def faults(self, placements: Sequence[Placement]) -> tuple[Fault, ...]:
+        """Return the faults whose evidence suffices, the most probable first.
+
+        Args:
+            placements: In the order of recording, the last one still going on, with their joints
+                in the robot's order, and with distances.
+        """
+        found: list[Fault] = []
+        if sum(len(p.samples) for p in placements) < LEAST:
+            return ()
+        scene, given = self._scene(placements), placements
+        while len(found) < FAULTS:
+            comparison = Comparison(scene, CURABLE)
+            sound = max(c.log_evidence for c in comparison.candidates if c.kind.name == "sound")
+            others = [c for c in comparison.candidates if c.kind.name != "sound"]
+            best = max(others, key=lambda c: c.log_evidence)
+            if best.log_evidence - sound < DOUBT:
+                break
+            log, moved, fault = max(
+                self._elsewhere(given),
+                key=lambda one: one[0],
+                default=(-math.inf, given, None),
+            )
+            if fault is not None and log > best.log_evidence and log - sound > EVIDENCE:
+                found.append(replace(fault, evidence=log - sound))
+                given, scene = moved, self._scene(moved)
+            elif best.log_evidence - sound > EVIDENCE:
+                found.append(_fault(comparison, best, best.log_evidence - sound))
+                scene = explained(scene, best)
+            else:
+                break
+        return tuple(found)
+
+    def _scene(self, placements: Sequence[Placement]) -> Scene:
+        measured = [Measurement(p, p.distance or 0.0) for p in placements]
+        known = rulers(measured, (), CALIPER_DEVIATION)
+        return scene_of(self._model, measured, known, self._repeatability, [0.0] * len(measured))
+
+    def _elsewhere(
+        self, placements: Sequence[Placement]
+    ) -> Iterator[tuple[float, Sequence[Placement], Fault]]:
+        """Return evidence, placements put right, and fault, of samples in another socket."""
+        *before, here = placements
+        runs = list(_runs(here))
+        prior = math.log(FORGOTTEN / max(len(runs), 1))
+        for rows, to in runs:
+            samples = tuple(
+                replace(s, socket=to) if i in rows else s for i, s in enumerate(here.samples)
+            )
+            right = [*before, replace(here, samples=samples)]
+            sound = Comparison(self._scene(right), ONLY_SOUND).candidates[0]
+            log = sound.log_evidence + prior
+            yield log, right, _forgotten(here, len(before), rows, to, sound.sigma)
+
+
+def _runs(placement: Placement) -> Iterator[tuple[range, int]]:
+    """Return samples that may lie in another socket, in the order of recording.
+
+    The first ones after a change of socket may lie in the socket before, where the ball was
+    forgotten; the last ones before it in the next socket, where the change was told late.
+    """
+    blocks = [
+        list(rows)
+        for _, rows in groupby(
+            range(len(placement.samples)), key=lambda i: placement.samples[i].socket
+        )
+    ]
+    labels = [placement.samples[rows[0]].socket for rows in blocks]
+    for b, (rows, label) in enumerate(zip(blocks, labels, strict=True)):
+        if b:
+            for count in range(1, len(rows) + 1):
+                yield range(rows[0], rows[0] + count), labels[b - 1]
+        following = labels[b + 1] if b + 1 < len(labels) else label + 1 if b == 0 else labels[b - 1]
+        for count in range(1, len(rows)):
+            yield range(rows[-1] + 1 - count, rows[-1] + 1), following
+
+
+def _forgotten(here: Placement, index: int, rows: range, to: int, noise: float) -> Fault:
+    numbers = tuple(_number(here, i) for i in rows)
+    label = here.samples[rows[0]].socket
+    which = (
+        f"sample {numbers[0]}" if len(numbers) == 1 else f"samples {numbers[0]} to {numbers[-1]}"
+    )
+    text = f"{which} lie in socket {to}, not {label}"
+    parameters: dict[str, float | str | list[float]] = {
+        "placement": here.name,
+        "sample": rows[0],
+        "socket": label,
+        "noise": noise,
+    }
+    advice = "was a change of socket forgotten?"
+    return Fault(Hypothesis("socket", 1.0, parameters, text, advice, ""), index, numbers, 0.0, to)
+
+
+def _number(placement: Placement, row: int) -> int:
+    return placement.samples[row].number or row + 1
+
+
+def _fault(comparison: Comparison, candidate: Candidate, evidence: float) -> Fault:
+    """Return a candidate as a fault, with the numbers of its samples in the order of recording."""
+    scene, (parameters, text) = comparison.scene, comparison.found(candidate)
+    name = candidate.kind.name
+    hypothesis = Hypothesis(name, 1.0, dict(parameters), text, candidate.kind.advice, "")
+    names = [m.name for m in scene.measurements]
+    place = names.index(parameters["placement"]) if "placement" in parameters else len(names) - 1
+    placement, rows = scene.measurements[place].placement, scene.places[place]
+    first = 0
+    if "sample" in parameters:
+        own = scene.sockets[rows] == scene.labels.index((names[place], parameters["socket"]))
+        at = np.flatnonzero(own & (scene.numbers[rows] == parameters["sample"]))[0]
+        first = int(scene.times[place][at])
+    last = first + 1 if name == "ball_sample" else len(placement.samples)
+    numbers = tuple(_number(placement, i) for i in range(first, last))
+    return Fault(hypothesis, place, numbers, evidence)

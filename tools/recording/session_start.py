@@ -1,0 +1,81 @@
+"""Start of a session: anew, as an earlier one left it, or with samples of a base that moved."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ...recorder import Placement, Sample
+from ...recorder.session import Recording, Session
+from ...recorder.stream import JointLimits
+from ...solver.robot import Robot
+from .options import SettledOptions
+from .outlier_checks import similar_models
+
+
+@dataclass(frozen=True)
+class Before:
+    """All that was recorded with this arm before, in the same run."""
+
+    moved: tuple[Sample, ...] = ()
+    """Samples since the base moved."""
+    placements: tuple[Placement, ...] = ()
+    """In the order of recording."""
+
+
+def first_session(
+    options: SettledOptions,
+    robot: Robot,
+    joints: tuple[JointLimits, ...],
+    recording: Recording,
+    moved: Sequence[Sample],
+) -> Session:
+    """Return the session as an earlier start left it, with samples of a base that moved."""
+    content = recording.content
+    first = len(content.samples) + 1
+    moved = [replace(sample, number=i) for i, sample in enumerate(moved, first)]
+    for sample in moved:
+        recording.capture(sample)
+    socket = moved[-1].socket if moved else recording.socket
+    session = Session(
+        joints,
+        sockets=options.sockets,
+        target=options.target,
+        socket=min(socket, options.sockets - 1),
+        samples=(*content.samples, *moved),
+        withdrawn=content.withdrawn,
+        similar_models=similar_models(robot),
+    )
+    for remark in recording.remarks:
+        session = session.with_message(remark, alarm=True)
+    if moved:
+        text = f"a new placement: {options.out}, with {len(moved)} samples since the base moved"
+        return session.with_message(text)
+    if session.samples:
+        session = session.with_message(f"continues a recording of {len(session.live)} samples")
+    return session
+
+
+def with_address(session: Session, url: str, host: str) -> Session:
+    """Return the session with messages on the page's address."""
+    session = session.with_message(f"page: {url}")
+    if host in ("127.0.0.1", "localhost", "::1"):
+        return session
+    warning = "whoever knows this address can watch, from anywhere in the network"
+    return session.with_message(warning, alarm=True)
+
+
+def resume_summary_of(
+    recording: Recording, session: Session, options: SettledOptions
+) -> tuple[str, ...]:
+    """Return the recording that is continued, in lines; none at a new placement."""
+    if not recording.content.samples:
+        return ()
+    counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
+    last = session.samples[-1].time
+    when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last)) if last else "at an unknown time"
+    return (
+        f"Continues {counts}; the last {when}; in {options.out}",
+        f"Sockets {1e3 * options.distance:g} mm apart. The ball was last in socket "
+        f"{session.socket}.",
+        "Is the base where it was?",
+    )

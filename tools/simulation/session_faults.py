@@ -1,0 +1,194 @@
+"""Faults of a session at the arm, such as a base that is bumped, for practice and for trials.
+
+``KIND[@SAMPLE[+COUNT]][:SIZE]`` as in ``base@6:5mm``: from sample 6 on, for COUNT samples where it
+is given, by so much. docs/simulation.md lists the kinds.
+"""
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...drivers import Driver, DriverError, Reason
+from ...drivers.arms import Mock, arm_at
+from ...solver.robot import BallModel, Robot, all_parameters
+
+APART = 0.03
+"""Balls that lie farther apart than this were in two sockets [m]."""
+_TEXT = re.compile(r"([a-z]+)(?:@(\d+)(?:\+(\d+))?)?(?::([\d.]+)(mm|deg))?")
+
+
+@dataclass(frozen=True)
+class Session:
+    """A session as it would be without its faults."""
+
+    robot: Robot
+    positions: np.ndarray
+    """Joint positions of its samples in the order of recording, shape (N, m)."""
+    sockets: np.ndarray
+    """Sockets that they are said to be in, shape (N,)."""
+    centres: np.ndarray
+    """Of the sockets, shape (S, 3) [m]."""
+    generator: np.random.Generator
+
+    def direction(self) -> np.ndarray:
+        """A random unit vector in space."""
+        v = self.generator.normal(size=3)
+        return v / np.linalg.norm(v)
+
+    @property
+    def along(self) -> np.ndarray:
+        """Unit vector from socket 0 to socket 1."""
+        v = self.centres[1] - self.centres[0]
+        return v / np.linalg.norm(v)
+
+
+def _once(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+    return np.outer(on, size * s.direction())
+
+
+def _drift(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+    return np.outer(on.cumsum() / max(on.sum(), 1), size * s.direction())
+
+
+def _turn(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+    away = s.centres[s.sockets] - s.centres[0]
+    around = np.cross([0.0, 0.0, 1.0], away)
+    return on[:, None] * (math.sin(size) * around + (math.cos(size) - 1) * away)
+
+
+def _ball(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+    return on[:, None] * np.array([size * s.direction() for _ in on])
+
+
+def _loose(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+    return on[:, None] * s.generator.normal(0, size, (len(on), 3))
+
+
+def _socket(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+    return on[:, None] * (s.centres[1 - s.sockets.clip(0, 1)] - s.centres[s.sockets])
+
+
+def _distance(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+    return np.outer(s.sockets == 1, size * s.along)
+
+
+def _bent(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+    place = [p.index for p in all_parameters(s.robot) if p.of_ball and p.unit == "m"]
+    model = BallModel(s.robot, place)
+    turned = model.linearise(model.nominal, s.positions).by_parameters
+    return on[:, None] * (turned @ (size * s.direction()))
+
+
+def _zero(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+    joint = s.positions.shape[1] // 2
+    slopes = BallModel(s.robot, []).linearise(np.zeros(0), s.positions).by_joints
+    return -on[:, None] * slopes[:, :, joint] * size
+
+
+SESSION_FAULTS: dict[str, tuple[str, float, Callable[[Session, np.ndarray, float], np.ndarray]]] = {
+    "base": ("mm", 5e-3, _once),
+    "turn": ("deg", math.radians(3), _turn),
+    "drift": ("mm", 3e-3, _drift),
+    "ball": ("mm", 5e-3, _ball),
+    "bent": ("mm", 3e-3, _bent),
+    "loose": ("mm", 2e-3, _loose),
+    "socket": ("mm", 0.0, _socket),
+    "distance": ("mm", 2e-3, _distance),
+    "zero": ("deg", math.radians(1), _zero),
+}
+"""Unit and usual size [m, rad] of each kind, and by how much it moves the balls."""
+
+
+@dataclass(frozen=True)
+class SessionFault:
+    """A fault of a session: its kind, the samples that it concerns, and its size."""
+
+    kind: str
+    start: int = 1
+    """Number of the first sample, from 1."""
+    count: int | None = None
+    """How many; None for all that follow."""
+    size: float = 0.0
+    """[m, rad]."""
+
+    @classmethod
+    def parse(cls, text: str) -> "SessionFault | None":
+        """Return the fault that a text names; None where it is none of a session's.
+
+        Raises:
+            ValueError: It is one, wrongly written.
+        """
+        kind = re.split(r"[@:]", text)[0]
+        if kind not in SESSION_FAULTS:
+            return None
+        unit, usual, _ = SESSION_FAULTS[kind]
+        found = _TEXT.fullmatch(text)
+        if not found or found[5] not in (None, unit):
+            raise ValueError(
+                f"fault {text!r}: expected KIND[@SAMPLE[+COUNT]][:SIZE{unit}], as in base@6:5mm"
+            )
+        size = usual if found[4] is None else float(found[4])
+        if found[4] is not None:
+            size = math.radians(size) if unit == "deg" else 1e-3 * size
+        count = int(found[3]) if found[3] else 1 if kind == "ball" else None
+        return cls(kind, int(found[2] or 1), count, size)
+
+    def shift(self, session: Session) -> np.ndarray:
+        """Return by how much it moves the ball of each sample, shape (N, 3) [m]."""
+        numbers = np.arange(1, len(session.positions) + 1)
+        last = np.inf if self.count is None else self.start + self.count
+        on = ((numbers >= self.start) & (numbers < last)).astype(float)
+        return SESSION_FAULTS[self.kind][2](session, on, self.size)
+
+
+def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
+    """Return the joint positions of a session with faults, which move the balls, shape (N, m).
+
+    The joints follow by the least change.
+    """
+    model, nothing = BallModel(session.robot, []), np.zeros(0)
+    q = session.positions.copy()
+    goal = model.points(nothing, q) + sum(fault.shift(session) for fault in faults)
+    for _ in range(6):
+        linear = model.linearise(nothing, q)
+        back = np.linalg.pinv(linear.by_joints, rcond=0.05)
+        q = q + np.clip((back @ (goal - linear.points)[:, :, None])[:, :, 0], -0.2, 0.2)
+    return q
+
+
+def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
+    """Return what connects to the simulated arm at an address, with a session's faults in it.
+
+    Args:
+        address: As of ``mock``; its samples are the recording's, in their order.
+        robot: The model by which the ball is moved.
+
+    Raises:
+        DriverError: BAD_ADDRESS for a fault wrongly written, and as of ``mock``.
+    """
+    path, mark, query = address.partition("?")
+    words = query.split("&") if query else []
+    try:
+        told = {w: SessionFault.parse(w.removeprefix("fault=")) for w in words if "fault=" in w}
+    except ValueError as error:
+        raise DriverError(Reason.BAD_ADDRESS, f"mock:{address}: {error}") from None
+    faults = [fault for fault in told.values() if fault]
+    left = f"{path}{mark}{'&'.join(word for word in words if not told.get(word))}"
+    if not faults:
+        return lambda: Mock(left, robot.joint_names)
+    arm = arm_at(left)
+    q = np.array(arm.motion.configurations)
+    if q.shape[1] != len(robot.joint_names):
+        return lambda: Mock(left, robot.joint_names)  # which says what is wrong
+    balls = BallModel(robot, []).points(np.zeros(0), q)
+    away = np.linalg.norm(balls - balls[0], axis=1)
+    sockets = (away > max(APART, 0.5 * float(away.max()))).astype(int)
+    centres = [np.median(balls[sockets == k], axis=0) for k in range(sockets.max() + 1)]
+    generator = np.random.default_rng(arm.seed)
+    session = Session(robot, q, sockets, np.array([*centres, balls[0]])[:2], generator)
+    moved = with_faults(session, faults).tolist()
+    arm.motion = replace(arm.motion, configurations=moved)
+    return lambda: Mock(joint_names=robot.joint_names, arm=arm)
