@@ -23,18 +23,6 @@ def active_set_step(
     would turn negative is held at zero instead, and freed again if the slope then says that the
     function falls with it (the active set method; Nocedal and Wright, Numerical Optimization,
     chapter 16).
-
-    Args:
-        H: Curvature, positive definite where free.
-        gradient: Slope g, shape (n,).
-        x: Where the step begins, shape (n,).
-        free: Which of x may change at all, shape (n,); the sockets' centres all do.
-        bounded: Which of those are never negative, shape (n,).
-        unheld: Inverse of the curvature where all that is free may change, if it is known already.
-
-    Returns:
-        The step d, shape (n,), which leads to zero exactly where x is held; and the inverse of the
-        curvature, zero for what is held.
     """
     held = bounded & (x == 0) & (gradient > 0)
     unheld = unheld or H.inverse(free[: len(H.beside)])

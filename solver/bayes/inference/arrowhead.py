@@ -51,11 +51,7 @@ class ArrowheadMatrix:
         return np.concatenate([of_x, of_m]) + self.known.T @ (self.known @ vector)
 
     def inverse(self, free: np.ndarray) -> "Inverse":
-        """Return the inverse of a positive definite H whose rows have different units.
-
-        Args:
-            free: Which of x and the frames count, shape (d,); the others are zero in the inverse.
-        """
+        """Return the inverse of a positive definite H whose rows have different units."""
         d = len(free)
         B_x, B_m = self.known[:, :d], self.known[:, d:]
         apart = np.linalg.inv(self.own)

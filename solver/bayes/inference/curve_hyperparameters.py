@@ -193,16 +193,7 @@ def marginalised(
     *,
     learn: bool = True,
 ) -> Marginalised:
-    """Return the scales of highest evidence, and the fit with them.
-
-    Args:
-        objective: The objective.
-        state: Around which the samples are linear, and whose scales to begin with.
-        samples: All samples, or some of them.
-        prior: The curves' scales to begin with; an amplitude of 0 stays 0.
-        weights: Robust weights to begin with, shape (N,).
-        learn: Whether the scales change at all.
-    """
+    """Return the scales of highest evidence, and the fit with them."""
     fit = _iteration(objective, state, samples, prior, weights)
     for _ in range(STEPS):
         weights = fit.next_weights

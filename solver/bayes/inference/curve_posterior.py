@@ -21,13 +21,7 @@ BATCH = 1000
 
 
 def spline_coefficients(samples: LinearSamples, prior: CurvePrior, pulls: np.ndarray) -> np.ndarray:
-    """Return the curves that the samples' pulls belong to, shape (robots, m, KNOTS) [rad].
-
-    Args:
-        samples: The samples.
-        prior: Of the curves.
-        pulls: p_i, see :class:`.Marginalised`.
-    """
+    """Return the curves that the samples' pulls belong to, shape (robots, m, KNOTS) [rad]."""
     m = samples.readings.shape[1]
     if samples.given is not None:
         pulled = samples.basis.reshape(pulls.size, -1).T @ pulls.ravel()
@@ -56,19 +50,7 @@ def solve(
     rest: Rest,
     weights: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the most probable unknowns by the normal equations, for any number of samples.
-
-    Args:
-        samples: The samples.
-        noises: Of each of their sources.
-        prior: Of the curves.
-        rest: What else is known of y.
-        weights: Robust weights w_i, shape (N,).
-
-    Returns:
-        y; the curves' coefficients, shape (robots, m, KNOTS) [rad]; and the weights by the errors
-        that are left.
-    """
+    """Return the most probable unknowns by the normal equations, for any number of samples."""
     C, nu = samples.scales(noises), samples.degrees(noises)
     inverse, (index, basis) = np.linalg.inv(C), _places(samples)
     H, slope = curvature_of(samples, prior, rest, weights[:, None, None] * inverse)
@@ -85,14 +67,7 @@ def solve(
 def curvature_of(
     samples: LinearSamples, prior: CurvePrior, rest: Rest, weighted: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return curvature and slope at y = 0 and no curves, by what of y is free, then by all curves.
-
-    Args:
-        samples: The samples.
-        prior: Of the curves.
-        rest: What else is known of y.
-        weighted: w_i C_i^-1, shape (N, 3, 3).
-    """
+    """Return curvature and slope at y = 0 and no curves, by what of y is free, then by curves."""
     (n, _, m), d = samples.slopes.shape, int(rest.free.sum())
     size = samples.count * m * KNOTS
     H, slope = np.zeros((d + size, d + size)), np.zeros(d + size)
@@ -132,16 +107,7 @@ def covariance(
     *,
     by_splines: bool,
 ) -> np.ndarray:
-    """Return the covariance of y, then of all curves' coefficients.
-
-    Args:
-        samples: The samples.
-        noises: Of each of their sources.
-        prior: Of the curves.
-        rest: What else is known of y.
-        weights: Robust weights w_i, shape (N,).
-        by_splines: Whether it comes from the normal equations.
-    """
+    """Return the covariance of y, then of all curves' coefficients."""
     C, nu = samples.scales(noises), samples.degrees(noises)
     told = weights * (nu + 3) / (nu + 5)
     if by_splines:

@@ -14,9 +14,10 @@ from ..model.effects import CURVE, KNOTS, circulant, spectrum
 from .curve_hyperparameters import CurvePrior, Marginalised, marginalised
 from .curve_posterior import covariance, solve, spline_coefficients
 from .given_curves import GivenCurves, given_curves
+from .laplace import joint_posterior
 from .linear_samples import LinearSamples, linear_samples, rest_of, resumed, with_curves
 from .objective import Objective, State, build_objective, linearise
-from .posterior import JointPosterior, Posterior
+from .posterior import JointPosterior
 
 LOG_EVIDENCE = 10.0
 """Least rise of the logarithm of the evidence by which curves are kept. On arms without curves,
@@ -157,7 +158,7 @@ def _settled(
         whole = given.whole(whole)
     weights = weights * samples.degrees(state.noises) / (samples.degrees(state.noises) + 3)
     return _posterior(
-        found, objective, replace(fitted, state=state, weights=weights), coefficients, whole
+        found, readings, replace(fitted, state=state, weights=weights), coefficients, whole
     )
 
 
@@ -180,88 +181,55 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
 
 def _posterior(
     found: JointPosterior,
-    objective: Objective,
+    readings: Objective,
     fitted: Marginalised,
     coefficients: np.ndarray,
     whole: np.ndarray,
 ) -> JointPosterior:
-    """Return the result with the curves among the unknowns of each robot.
+    """Return the result with the curves, of shape (robots, m, KNOTS), among each robot's unknowns.
 
-    Args:
-        found: The result without curves.
-        objective: At the joint positions by the curves.
-        fitted: State, weights and scales of the result.
-        coefficients: Of the curves, shape (robots, m, KNOTS) [rad].
-        whole: Covariance of all other unknowns, then of the curves.
+    ``whole`` is the covariance of all other unknowns, then of the curves.
     """
     models = tuple(
         replace(arm.model, extensions=(*arm.model.extensions, CURVE.name)) for arm in found.arms
     )
     world, state = MultiRobotModel(models), fitted.state
-    m, size = coefficients.shape[1], objective.model.size
-    order: list[np.ndarray] = []
-    for i, (own, model) in enumerate(zip(objective.model.own, models, strict=True)):
-        knots = objective.size + (i * m + np.arange(len(model.robot.joint_names))) * KNOTS
+    m, size = coefficients.shape[1], readings.model.size
+    order, x, groups = list[np.ndarray](), list[np.ndarray](), list[PriorGroup]()
+    for i, (own, model) in enumerate(zip(readings.model.own, models, strict=True)):
+        joints, begin = len(model.robot.joint_names), world.own[i].start
+        knots = readings.size + (i * m + np.arange(joints)) * KNOTS
         order += [np.arange(own.start, own.stop), (np.arange(KNOTS)[:, None] + knots).ravel()]
-    picked = np.concatenate([*order, np.arange(size, objective.size)])
-    whole = whole[np.ix_(picked, picked)]
-    arms = tuple(
-        _of_arm(found, objective, fitted, i, model, coefficients[i])
-        for i, model in enumerate(models)
-    )
-    centres = np.arange(len(picked) - 3 * objective.rows.socket_count, len(picked))
-    completed: list[Posterior] = []
-    for arm, own in zip(arms, world.own, strict=True):
-        rows = np.r_[own, centres]
-        sigma = whole[np.ix_(rows, rows)]
-        groups = (*arm.groups, _curve_group(arm.model, fitted.prior, sigma))
-        completed.append(replace(arm, covariance=sigma, groups=groups))
-    frames = dict(zip(found.frames, state.frames, strict=True))
-    evidence = completed[0].log_evidence
-    return JointPosterior(tuple(completed), world.own, found.scene, frames, whole, evidence)
-
-
-def _of_arm(
-    found: JointPosterior,
-    objective: Objective,
-    fitted: Marginalised,
-    robot: int,
-    model: ExtendedModel,
-    curves: np.ndarray,
-) -> Posterior:
-    """Return one of the robots, its covariance and its curves' prior still left out."""
-    arm, state, rows = found.arms[robot], fitted.state, objective.rows
-    own = objective.model.own[robot]
-    x = np.concatenate([state.x[own], curves[: len(model.robot.joint_names)].T.ravel()])
-    base, samples = rows.base(robot, state.frames), rows.own[robot]
-    kinds = zip(rows.source_kinds, state.noises, strict=True)
-    return replace(
-        arm,
-        model=model,
-        x=x,
-        centres=state.centres if base is None else base.inverse().apply(state.centres),
-        groups=tuple(
-            replace(g, members=g.members - own.start)
-            for g in state.groups
-            if own.start <= g.members[0] < own.stop
-        ),
-        noises={kind: noise for (i, kind), noise in kinds if i == robot},
-        points=model.predict(x, arm.data.positions, arm.data.torques),
-        weights=fitted.weights[samples],
-        log_evidence=found.log_evidence + fitted.log_evidence,
-        iterates=(*(np.pad(one, (0, len(x) - len(one))) for one in arm.iterates), x),
+        x += [state.x[own], coefficients[i, :joints].T.ravel()]
+        mine = [g for g in state.groups if own.start <= g.members[0] < own.stop]
+        groups += [replace(g, members=g.members - own.start + begin) for g in mine]
+        members = begin + np.arange(model.slices[-1].start, model.size, dtype=np.int64)
+        sigma = whole[np.ix_(order[-1], order[-1])]
+        groups.append(_curve_group(model, members, fitted.prior, sigma))
+    picked = np.concatenate([*order, np.arange(size, readings.size)])
+    state = replace(state, x=np.concatenate(x), groups=tuple(groups))
+    sizes = [(0, one.size - arm.model.size) for one, arm in zip(models, found.arms, strict=True)]
+    rounds = zip(*(arm.iterates for arm in found.arms), strict=True)
+    iterates = [np.concatenate(list(map(np.pad, each, sizes))) for each in rounds]
+    return joint_posterior(
+        replace(readings, model=world),
+        state,
+        whole[np.ix_(picked, picked)],
+        fitted.weights,
+        found.log_evidence + fitted.log_evidence,
+        [*iterates, state.x],
     )
 
 
-def _curve_group(model: ExtendedModel, prior: CurvePrior, sigma: np.ndarray) -> PriorGroup:
-    """Return the prior of a robot's curves."""
-    own = model.slices[-1]
-    members = np.arange(own.start, own.stop, dtype=np.int64)
-    turning = [i for i, j in enumerate(model.robot.actuated) if j.type != "prismatic"]
-    blocks, effective = sigma[own, own].reshape(KNOTS, -1, KNOTS, len(model.robot.actuated)), 0.0
-    for i in turning:
-        decided = circulant(1 / spectrum(prior.length)) * blocks[:, i, :, i]
-        effective += KNOTS - float(np.sum(decided)) / prior.amplitude**2
+def _curve_group(
+    model: ExtendedModel, members: np.ndarray, prior: CurvePrior, sigma: np.ndarray
+) -> PriorGroup:
+    """Return the prior of a robot's curves, by the covariance of their coefficients."""
+    effective, blocks = 0.0, sigma.reshape(KNOTS, -1, KNOTS, len(model.robot.actuated))
+    for i, joint in enumerate(model.robot.actuated):
+        if joint.type != "prismatic":
+            decided = circulant(1 / spectrum(prior.length)) * blocks[:, i, :, i]
+            effective += KNOTS - float(np.sum(decided)) / prior.amplitude**2
     return PriorGroup(
         CURVE.name,
         CURVE.unit,

@@ -34,11 +34,6 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     The unknowns are its mean, which differs from the most probable ones where some of them are
     never negative. The widths of the priors are estimates, too; their own uncertainty makes the
     covariance larger.
-
-    Args:
-        objective: What was minimised.
-        state: At its minimum.
-        iterates: x after each iteration.
     """
     gaussian = _gaussian(objective, state)
     widened = prior_precision(objective, gaussian.state, widened=True) + np.diag(gaussian.bounds)
@@ -51,15 +46,25 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
         iterates = [*iterates, mean.x]
     nu = degrees(objective, mean)
     weights = robust_weights(objective, mean)[2] * nu / (nu + 3)
+    return joint_posterior(objective, mean, covariance, weights, gaussian.log_evidence, iterates)
+
+
+def joint_posterior(
+    objective: Objective,
+    state: State,
+    covariance: np.ndarray,
+    weights: np.ndarray,
+    evidence: float,
+    iterates: list[np.ndarray],
+) -> JointPosterior:
+    """Return the result of all robots; of the state, the points of the balls."""
     arms = tuple(
-        _of_arm(objective, mean, i, covariance, weights, gaussian.log_evidence, iterates)
+        _of_arm(objective, state, i, covariance, weights, evidence, iterates)
         for i in range(len(objective.model.models))
     )
-    poses = dict(zip(objective.rows.scene.arms[0].frames, mean.frames, strict=True))
     scene = objective.rows.scene
-    return JointPosterior(
-        arms, objective.model.own, scene, poses, covariance, gaussian.log_evidence
-    )
+    poses = dict(zip(scene.arms[0].frames, state.frames, strict=True))
+    return JointPosterior(arms, objective.model.own, scene, poses, covariance, evidence)
 
 
 def _of_data(objective: Objective, state: State, normal: NormalEquations) -> ArrowheadMatrix:
@@ -81,10 +86,6 @@ def _efficiency(squares: np.ndarray, noise: Noise) -> float:
     It is a^2 / (b k), with a and b the means of psi's slope and square, psi being the slope of t in
     (A1): the variance of a robust fit is b / a^2 (Huber 1967). 1 for Student's errors, less for
     Gaussian ones (0.89 if nu is 5). Only the errors' distribution counts, not how large they are.
-
-    Args:
-        squares: e_i^T C_i^-1 e_i, shape (N,).
-        noise: Their noise.
     """
     if not squares.any():
         return 1.0

@@ -89,13 +89,7 @@ class LinearSamples:
 
 
 def linear_samples(objective: Objective, state: State, curves: np.ndarray) -> LinearSamples:
-    """Return the samples around a state of the unknowns beside the curves.
-
-    Args:
-        objective: Of the samples at the joint positions that the curves make of the readings.
-        state: There.
-        curves: The curves' part of these positions, shape (N, m) [rad].
-    """
+    """Return the samples around a state of the unknowns beside the curves."""
     rows, linear = objective.rows, state.linear
     arms, sources = np.zeros((2, len(curves)), dtype=np.int64)
     slopes = linear.by_joints.copy()
@@ -141,14 +135,7 @@ class Rest:
 def rest_of(
     objective: Objective, state: State, share: float = 1.0, *, widened: bool = False
 ) -> Rest:
-    """Return what priors, known distances and the volume say of the unknowns beside the curves.
-
-    Args:
-        objective: The objective.
-        state: Where it is linear, with the priors.
-        share: Of the samples that count; the volume's part is in proportion.
-        widened: Whether to count that the priors' widths are uncertain themselves.
-    """
+    """Return what priors, known distances and the volume say of the unknowns beside the curves."""
     d = objective.dense
     prior = prior_precision(objective, state, widened=widened)
     B, b = constraint_residuals(objective, state)
@@ -177,15 +164,7 @@ def resumed(found: JointPosterior, objective: Objective) -> State:
 
 
 def with_curves(objective: Objective, coefficients: np.ndarray) -> tuple[Objective, np.ndarray]:
-    """Return the objective of samples at the joint positions that curves make of the readings.
-
-    Args:
-        objective: Of the samples at their readings.
-        coefficients: Of the curves, shape (robots, m, KNOTS) [rad].
-
-    Returns:
-        The objective, and the curves' part of its joint positions, shape (N, m) [rad].
-    """
+    """Return the objective of samples at the joint positions that curves make of the readings."""
     scene = objective.rows.scene
     parts = [
         curve_values(arm.positions, own[: arm.positions.shape[1]].T.ravel())

@@ -100,11 +100,6 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
         H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (A3)
 
     See :func:`~mukca.solver.bayes.inference.normal_equations.normal_equations` for the data's part.
-
-    Args:
-        objective: What is minimised.
-        state: Where.
-        may_leave: Which elasticity that is held at zero may leave it, shape (size,).
     """
     normal = normal_equations(objective, state)
     prior = prior_precision(objective, state)

@@ -41,9 +41,6 @@ def robust_weights(objective: Objective, state: State) -> tuple[np.ndarray, np.n
 
     A sample whose error is large beside its noise weighs little. With these weights, a weighted
     sum of squares has the same slope as Student's distribution.
-
-    Returns:
-        C_i^-1, shape (N, 3, 3) [1/m^2]; e_i^T C_i^-1 e_i, shape (N,); w_i, shape (N,).
     """
     inverse, nu = np.linalg.inv(scales(objective, state)), degrees(objective, state)
     e = state.linear.errors
@@ -74,14 +71,7 @@ def value(
     volume: float = 1.0,
     normal: NormalEquations | None = None,
 ) -> float:
-    """Return L of (A1) at a state, but for a constant.
-
-    Args:
-        objective: What is minimised.
-        state: Where.
-        volume: How much of the last term counts.
-        normal: The normal equations there, where they are known already.
-    """
+    """Return L of (A1) at a state, but for a constant."""
     if normal is None:
         (inverse, squares, _), known = (
             robust_weights(objective, state),
@@ -129,14 +119,6 @@ def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.n
     C_i counts as constant in a step. But as the robot turns as a whole by w, C_i turns, too, and
     nothing has changed: sum over i of w_i (w x e_i)^T C_i^-1 e_i is no reason to turn. It is not
     zero where the model cannot be right, and would turn the robot ever farther.
-
-    Args:
-        objective: The objective.
-        state: Where.
-        weighed: w_i C_i^-1 e_i, shape (N, 3).
-
-    Returns:
-        Shape (n,).
     """
     torques, slope = np.cross(state.linear.errors, weighed), np.zeros(objective.size)
     models = zip(objective.model.own, objective.model.models, objective.rows.own, strict=True)
@@ -154,14 +136,7 @@ def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.n
 def curvature(
     objective: Objective, state: State, weighted: np.ndarray, known: np.ndarray
 ) -> ArrowheadMatrix:
-    """Return sum_i [J_i, -I]^T V_i [J_i, -I] + B^T B.
-
-    Args:
-        objective: The objective.
-        state: Where J is taken.
-        weighted: V_i, shape (N, 3, 3).
-        known: B, shape (K, n).
-    """
+    """Return sum_i [J_i, -I]^T V_i [J_i, -I] + B^T B."""
     size, rows = objective.dense, objective.rows
     own = rows.by_socket(weighted)
     centres = -np.linalg.inv(own) @ rows.by_socket(weighted @ state.linear.by_unknowns)
@@ -171,29 +146,14 @@ def curvature(
 
 
 def _beside(objective: Objective, state: State, centres: np.ndarray) -> np.ndarray:
-    """Return the errors' derivatives while the centres go along, shape (N, 3, dense).
-
-    Args:
-        objective: The objective.
-        state: Where.
-        centres: Minus the centres' derivatives by x and the frames, shape (S, 3, dense).
-    """
+    """Return the errors' derivatives while the centres go along, shape (N, 3, dense)."""
     J, seated = state.linear.by_unknowns.copy(), objective.rows.seated
     J[seated] += centres[objective.rows.sockets[seated]]
     return J
 
 
 def leverage(objective: Objective, state: State, covariance: Inverse) -> np.ndarray:
-    """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T.
-
-    Args:
-        objective: The objective.
-        state: Where J is taken.
-        covariance: Sigma.
-
-    Returns:
-        Shape (N, 3, 3) [m^2].
-    """
+    """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T."""
     own, seated = covariance.own, objective.rows.seated
     J = _beside(objective, state, covariance.centres.reshape(len(own), 3, objective.dense))
     spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)

@@ -203,9 +203,6 @@ def constraint_residuals(objective: Objective, state: State) -> tuple[np.ndarray
     First the measured distances: W B, where B is the derivative of the distances by all unknowns,
     and W (l - d), how far each is off, relative to its uncertainty. Then the measured coordinates,
     three rows a socket, likewise.
-
-    Returns:
-        The derivatives, shape (K + 3 L, n), and the values, shape (K + 3 L,).
     """
     known, located = objective.rows.scene.arms[0].known, objective.rows.located
     rows = np.zeros((len(known), objective.size))
@@ -251,11 +248,6 @@ def prior_precision(objective: Objective, state: State, *, widened: bool = False
 
     For the frames it is small: it keeps steps finite where nothing holds them. Since it counts
     from where they stand, it pulls at nothing.
-
-    Args:
-        objective: The objective.
-        state: Its groups.
-        widened: Whether to count that the widths are uncertain themselves.
     """
     P = np.zeros((objective.dense, objective.dense))
     for group, free in priors(state):

@@ -29,17 +29,7 @@ class Step:
 
 
 def start(objective: Objective, joint_noise: bool, near: JointPosterior | None = None) -> State:
-    """Return the first state: nominal robots, each socket at the median of its balls.
-
-    Args:
-        objective: What will be minimised.
-        joint_noise: Whether the joint angles may be noisy.
-        near: A result that is much like the one sought, of fewer extensions or of somewhat
-            different data. The search then starts there, and is over sooner.
-
-    Raises:
-        FrameError: Nothing ties a frame to the robots, or its coordinates cannot be.
-    """
+    """Return the first state: nominal robots, each socket at the median of its balls."""
     rows, model = objective.rows, objective.model
     x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
     groups: list[PriorGroup] = []

@@ -27,12 +27,7 @@ class TruncatedGaussian:
 
 
 def expectation_propagation(mean: np.ndarray, covariance: np.ndarray) -> TruncatedGaussian:
-    """Return factors that stand for x >= 0.
-
-    Args:
-        mean: Of the Gaussian without bounds, shape (b,).
-        covariance: Its covariance, shape (b, b).
-    """
+    """Return factors that stand for x >= 0."""
     unit = np.sqrt(np.diag(covariance))  # unknowns in units of their own deviation
     S, m = covariance / np.outer(unit, unit), mean / unit
     P = np.linalg.inv(S)
@@ -59,12 +54,7 @@ def expectation_propagation(mean: np.ndarray, covariance: np.ndarray) -> Truncat
 
 
 def _half(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return figures of a standard Gaussian around z of which only x >= 0 is left.
-
-    Returns:
-        phi(z) / Phi(z), the curve's height at the bound over what is left; the mean of what is
-        left; and log Phi(z).
-    """
+    """Return figures of a standard Gaussian around z of which only x >= 0 is left."""
     hazard, excess, log_half = np.empty(len(z)), np.empty(len(z)), np.empty(len(z))
     for i, one in enumerate(z.tolist()):
         density = -0.5 * one**2 - 0.5 * log(2 * pi)

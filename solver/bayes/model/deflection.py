@@ -15,18 +15,7 @@ from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect
 def design_matrix(
     effects: Sequence[Effect], q: np.ndarray, moments: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the axes that the coefficients of some effects turn, and the turns per unit.
-
-    Args:
-        effects: The effects.
-        q: Joint positions as the encoders read them, shape (N, m) [rad].
-        moments: What holds the joints, shape (N, 3 m) [N m]: torques about their own axes, then
-            moments about those across. Without tilt, the torques alone are enough, shape (N, m).
-
-    Returns:
-        For each of the p coefficients, effect after effect, the index among (q', u, v) of what it
-        turns, shape (p,); and the derivatives of that by the coefficient, shape (N, p).
-    """
+    """Return the axes that the coefficients of some effects turn, and the turns per unit."""
     m = int(q.shape[1])
     own: np.ndarray = np.arange(m)
     turned = [own[:0], *(m * axis + own for e in effects for axis in e.axes.values())]
@@ -37,14 +26,7 @@ def design_matrix(
 def deflected(
     q: np.ndarray, turned: np.ndarray, turns: np.ndarray, coefficients: np.ndarray
 ) -> np.ndarray:
-    """Return the true joint positions, followed by the tilts where there are any.
-
-    Args:
-        q: Joint positions as the encoders read them, shape (N, m) [rad].
-        turned: What :func:`design_matrix` returns for them,
-        turns: and for the same effects.
-        coefficients: Of these effects, one after the other, shape (p,).
-    """
+    """Return the true joint positions, followed by the tilts where there are any."""
     m = q.shape[1]
     onto = np.eye(3 * m if (turned >= m).any() else m)[turned]
     true = (turns * coefficients) @ onto

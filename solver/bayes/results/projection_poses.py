@@ -54,17 +54,7 @@ def simulated_poses(full: Posterior, load: Load) -> Poses:
 def poses_near(
     robot: Robot, recorded: np.ndarray, counts: tuple[int, int], away: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return configurations like those recorded, with the ball at places near theirs.
-
-    Args:
-        robot: The nominal robot.
-        recorded: Joint positions, shape (N, m) [rad].
-        counts: Of places, and of postures at each.
-        away: Standard deviation of a place from a recorded one, per axis [m].
-
-    Returns:
-        Joint positions, shape (K, m), and the index of the place of each, shape (K,).
-    """
+    """Return configurations like those recorded, with the ball at places near theirs."""
     generator = np.random.default_rng(0)
     ball = BallModel(robot, [])
     length = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())

@@ -240,14 +240,7 @@ class PredictedErrors:
 def predicted_errors(
     posterior: Posterior, load: Load, q: np.ndarray, exported: np.ndarray | None = None
 ) -> PredictedErrors:
-    """Return the predicted errors of distances between pairs of poses.
-
-    Args:
-        posterior: The full model.
-        load: What pulls at the joints.
-        q: Joint positions, shape (2 N, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs.
-        exported: The free numbers of the geometry that is used by itself; None for the full model.
-    """
+    """Return the predicted errors of distances between pairs of poses."""
     torque = load.moments(posterior.model.robot, q, None)
     distances, deviation = distance_deviations(posterior, q, torque)
     alone = deviation
