@@ -11,20 +11,18 @@ Cullis 1995), that of the weights and the prior widths as everywhere, (A2) and (
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import log
 
 import numpy as np
 
 from ..model import (
     NEGLIGIBLE,
-    TYPICAL_SPREAD,
     Noise,
     PriorGroup,
     degrees_of_freedom,
-    log_constant,
-    log_prior,
 )
 from ..model.effects import kernel
+from .hyperparameters import updated_groups
+from .laplace import log_evidence_of_scales
 from .linear_samples import LinearSamples, Rest, rest_of
 from .objective import Objective, State, priors
 
@@ -200,7 +198,9 @@ def marginalised(
         change = 0.2 * float(np.abs(np.log(weights / fit.weights)).max())
         if learn:
             by_scales, prior, noises = _updated_scales(fit)
-            state, by_groups = _updated_groups(fit, _with_tails(fit, noises))
+            x = fit.state.x + fit.found.change[: len(fit.state.x)]
+            groups, by_groups = updated_groups(fit.state, x, fit.found.covariance, _is_decided)
+            state = replace(fit.state, groups=groups, noises=_with_tails(fit, noises))
             change = max(change, by_scales, by_groups)
         if change < SETTLED:
             break
@@ -208,6 +208,10 @@ def marginalised(
     pulls = fit.found.pulls.reshape(-1, 3)
     evidence = _log_evidence(fit) if learn else -np.inf
     return Marginalised(fit.prior, fit.state, weights, fit.found.change, pulls, evidence)
+
+
+def _is_decided(group: PriorGroup) -> bool:
+    return group.effective > DECIDED
 
 
 def _updated_scales(fit: _Iteration) -> tuple[float, CurvePrior, list[Noise]]:
@@ -257,22 +261,6 @@ def _with_tails(fit: _Iteration, noises: list[Noise]) -> tuple[Noise, ...]:
     return tuple(updated)
 
 
-def _updated_groups(fit: _Iteration, noises: tuple[Noise, ...]) -> tuple[State, float]:
-    """Return the state with the noises and a step of the prior widths, and the largest change."""
-    state, change = fit.state, 0.0
-    groups: list[PriorGroup] = []
-    for group in state.groups:
-        new, free = group, ~state.at_zero[group.members]
-        if group.learned and group.width and free.any():
-            members = group.members[free]
-            off = state.x[members] + fit.found.change[members] - group.mean[free]
-            new = group.updated(off, fit.found.covariance[members[:, None], members], free)
-            if new.effective > DECIDED:
-                change = max(change, abs(log(new.width / group.width)))
-        groups.append(new)
-    return replace(state, groups=tuple(groups), noises=noises), change
-
-
 def _log_evidence(fit: _Iteration) -> float:
     """Return the logarithm of the evidence but for a constant, as in (A6)."""
     state, samples, C = fit.state, fit.samples, fit.scales
@@ -286,12 +274,7 @@ def _log_evidence(fit: _Iteration) -> float:
         -0.5 * float(y @ fit.rest.precision @ y) - float(fit.rest.gradient @ y),
         -0.5 * float(p @ fit.curves[0] @ p),
     ]
-    for k, noise in enumerate(state.noises):
-        count = int(np.sum(samples.sources == k))
-        terms.append(count * log_constant(noise.nu) + log_prior(noise.nu))
     for group, free in priors(state):
-        P, off = group.precision(group.width, free), (state.x[group.members] - group.mean)[free]
-        terms.append(0.5 * float(np.linalg.slogdet(P)[1]) - 0.5 * float(off @ P @ off))
-        if group.typical:
-            terms.append(-0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2)
-    return sum(terms)
+        off = (state.x[group.members] - group.mean)[free]
+        terms.append(-0.5 * float(off @ group.precision(group.width, free) @ off))
+    return sum(terms) + log_evidence_of_scales(state, np.bincount(samples.sources).tolist())

@@ -4,6 +4,7 @@ In Bayesian estimation they are called hyperparameters: docs/model.md introduces
 """
 
 from bisect import bisect
+from collections.abc import Callable
 from dataclasses import replace
 from math import log
 
@@ -18,27 +19,30 @@ MOST_HIDDEN = 0.9
 """Share of an error that a fit can hide, for all that its tails are judged by."""
 
 
-def updated_groups(state: State, step: Step) -> tuple[tuple[PriorGroup, ...], float]:
+def updated_groups(
+    state: State, x: np.ndarray, covariance: np.ndarray, counts: Callable[[PriorGroup], bool]
+) -> tuple[tuple[PriorGroup, ...], float]:
     """Return the groups after a step of their widths (A4), and the largest relative change.
 
-    Widths whose effect is negligible do not count for the change.
+    Only the widths of groups that count, as one whose effect is negligible does not, are to settle.
     """
     groups: list[PriorGroup] = []
     change = 0.0
     for group in state.groups:
-        new = group
-        if group.learned:
-            free = ~state.at_zero[group.members]
+        new, free = group, ~state.at_zero[group.members]
+        if group.learned and group.width and free.any():
             members = group.members[free]
-            new = group.updated(
-                state.x[members] - group.mean[free],
-                step.covariance.dense[members[:, None], members],
-                free,
-            )
-            if _effect(state, new) > NEGLIGIBLE:
+            off = x[members] - group.mean[free]
+            new = group.updated(off, covariance[members[:, None], members], free)
+            if counts(new):
                 change = max(change, abs(log(new.width / group.width)))
         groups.append(new)
     return tuple(groups), change
+
+
+def is_effective(state: State, group: PriorGroup) -> bool:
+    """Tell whether a group's width moves the balls at all."""
+    return _effect(state, group) > NEGLIGIBLE
 
 
 def updated_noises(

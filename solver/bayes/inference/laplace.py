@@ -4,6 +4,7 @@ The curvature H of the objective at its minimum says how sharp the best fit is: 
 covariance of the unknowns. The same curvature gives the evidence, see docs/model.md.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import erfc, log, sqrt
 
@@ -167,7 +168,9 @@ def _gaussian(objective: Objective, state: State) -> _Gaussian:
     hessian = normal.information.plus(prior)
     covariance = hessian.inverse(free)
     mean = x - covariance.times(slope)
-    result = _log_evidence(objective, state) + 0.5 * float(slope @ (x - mean))
+    counts = [len(state.linear.errors[source]) for source in objective.rows.sources]
+    result = log_evidence_of_scales(state, counts) - value(objective, state)
+    result += 0.5 * float(slope @ (x - mean))
     result -= 0.5 * covariance.log_determinant
     b = np.flatnonzero(limited)
     precision, pulled = np.zeros(objective.size), np.zeros(objective.size)
@@ -194,15 +197,13 @@ def _log_prior_share(state: State) -> float:
     return float(np.sum(np.log(shares)))
 
 
-def _log_evidence(objective: Objective, state: State) -> float:
-    """Return the part of (A6) that needs no curvature."""
-    result = -value(objective, state)
-    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
-        count = len(state.linear.errors[source])
+def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
+    """Return the part of (A6) by the widths and noises alone, for so many samples of each."""
+    result = 0.0
+    for count, noise in zip(counts, state.noises, strict=True):
         result += count * log_constant(noise.nu) + log_prior(noise.nu)
     for group, free in priors(state):
-        P = group.precision(group.width, free)
-        result += 0.5 * float(np.linalg.slogdet(P)[1])
+        result += 0.5 * float(np.linalg.slogdet(group.precision(group.width, free))[1])
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
     return result

@@ -8,6 +8,7 @@ that the data do not support falls to nearly zero; the group is then taken out.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from math import log
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel
 from .active_set import active_set_step
 from .hyperparameters import (
     following_noise,
+    is_effective,
     prune_groups,
     updated_groups,
     updated_noises,
@@ -155,7 +157,9 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     noises = updated_noises(objective, state, there, step)
     # -slope is the step's length squared, in standard deviations of the unknowns
     if -step.slope < objective.size:
-        groups, change = updated_groups(there, step)
+        groups, change = updated_groups(
+            there, there.x, step.covariance.dense, partial(is_effective, there)
+        )
         noises = with_degrees_of_freedom(objective, there, noises, step)
     groups = following_noise(objective, groups, noises)
     for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):

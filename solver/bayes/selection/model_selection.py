@@ -95,8 +95,7 @@ def select_models(
     geometric = fit(None, [(*first, *_effects_of(robot, given)) for robot, _ in robots], data)
     required = {name: {EFFECTS[e].requires for e in own} for name, own in EXTENSIONS.items()}
     names = [name for name in EXTENSIONS if name in stages and required[name] <= {"", *first}]
-    names = [name for name in names if name != CURVE.extension]
-    order = [(name, i) for name in names for i in range(len(robots))]
+    order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
     tried = _search(fit, geometric, order, progress)
