@@ -1,15 +1,36 @@
 """One thing fitted with the calibrated chain held: the figures of docs/hold.md.
 
-python benchmarks/partial.py rezero RECORDINGS    5 mrad put into a real arm's joints (panda_3)
+python benchmarks/partial.py rezero --recordings DIR    5 mrad put into a real arm (panda_3)
+python benchmarks/partial.py tool --robot ur5e          a tip's spread elsewhere, simulated arms
+python benchmarks/partial.py handeye                    a board's elsewhere, simulated arms
 """
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 import mukca
+from mukca.recorder import Sample
+from mukca.solver.calibration import FullModel, quaternion_of
+from mukca.solver.data import hand_eye, turn
+from mukca.solver.results import CalibratedRobot
+from mukca.solver.robot import BallModel, Origin
+from mukca.tools.simulation import (
+    TRANSLATION,
+    TURN,
+    Imperfection,
+    perturb,
+    reachable_bases,
+    realistic_flaws,
+    record,
+)
 
 TRAINED = ("frontcenter", "backleft")
 PUT_IN = 5e-3
@@ -53,13 +74,187 @@ def few(placement: mukca.Placement, count: int, generator: np.random.Generator) 
     return mukca.Placement.of_arrays("since", q, sockets[rows], names, distance=0.05)
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """A simulated arm that bends, and its calibration by 2 x (30 + 30) samples."""
+
+    arm: mukca.Robot
+    how: Imperfection
+    calibration: mukca.Calibration
+
+    @property
+    def truth(self) -> CalibratedRobot:
+        """The true arm, by its readings."""
+        return CalibratedRobot(self.arm, (), np.zeros(0), self.how.deflection)
+
+    def carrying(self, tip: np.ndarray) -> mukca.Robot:
+        """Return the true arm with its ball at a tip on the flange [m]."""
+        ball = self.arm.ball_joint
+        joint = replace(ball, origin=Origin.of([*tip, *ball.origin.rpy]))
+        return replace(self.arm, joints=(*self.arm.joints[:-1], joint))
+
+
+def drawn(name: str, draws: int) -> Iterator[tuple[Drawn, np.random.Generator]]:
+    """Yield simulated arms."""
+    robot = mukca.load_robot(name)
+    for draw in range(draws):
+        generator = np.random.default_rng([7, draw])
+        arm = perturb(robot, generator, TRANSLATION, TURN)
+        how = realistic_flaws(robot, generator)
+        bases = reachable_bases(arm, generator, 2)
+        train = [record(arm, base, generator, imperfection=how) for base in bases]
+        yield Drawn(arm, how, mukca.calibrate(robot, train)), generator
+
+
+def tool(name: str, draws: int) -> Iterator[str]:
+    """Scatter of a tip about points elsewhere, found by 4, 8 and 12 touches of one point."""
+    rows: dict[int, list[tuple[float, float, float, float]]] = {4: [], 8: [], 12: []}
+    for one, generator in drawn(name, draws):
+        tip = np.array([0.02, -0.03, 0.12]) + one.arm.ball_joint.origin.xyz
+        arm = one.carrying(tip)
+        first, *others = reachable_bases(arm, generator, 4)
+        exact, seated = (replace(one.how, noise=noise) for noise in (0.0, 1e-4))
+        later = [record(arm, b, generator, samples=8, imperfection=exact) for b in others]
+        q = np.concatenate([p.positions for p in later]).reshape(6, 8, -1)
+        touched = record(arm, first, generator, samples=12, imperfection=seated).positions
+        for count, found in rows.items():
+            touches = mukca.Placement.of_arrays("touches", touched[:count], [0] * count)
+            result = mukca.tool(one.calibration, touches)
+            full = scatter(result.calibration.flange(q, tool="tool")[..., :3, 3])
+            alone, nominal = (
+                scatter(by_urdf(robot, touched[:count], q))
+                for robot in (exported(one.calibration), one.calibration.robot)
+            )
+            found.append((full, result.elsewhere or 0.0, alone, nominal))
+    for count, found in rows.items():
+        full, stated, alone, nominal = 1e3 * np.mean(found, axis=0)
+        yield (
+            f"{name}, {count} touches: {full:.2f} mm (stated {stated:.2f}), calibrated.urdf "
+            f"{alone:.2f}, nominal {nominal:.2f}"
+        )
+
+
+def handeye(name: str, draws: int) -> Iterator[str]:
+    """Scatter of a board elsewhere, seen by a camera on the arm found by 8, 15 and 30 views."""
+    rows: dict[int, list[tuple[float, float, float]]] = {8: [], 15: [], 30: []}
+    X = matrix(turn(np.array([0.1, -0.2, 0.4])), np.array([0.05, -0.02, 0.06]))
+    for one, generator in drawn(name, draws):
+        truth = FullModel(one.truth)
+        first, *others = (base.centre for base in reachable_bases(one.arm, generator, 4))
+        q, seen = views(truth, X, first, 30, generator)
+        noisy = [
+            matrix(
+                turn(generator.normal(0, 1e-3, 3)) @ B[:3, :3],
+                B[:3, 3] + generator.normal(0, 3e-4, 3),
+            )
+            for B in seen
+        ]
+        later = [views(truth, X, centre, 8, generator) for centre in others]
+        for count, found in rows.items():
+            result = mukca.handeye(one.calibration, board(q[:count], noisy[:count]), "on-arm")
+            known = result.calibration
+            tips = np.array([known.flange(own, tool="camera") @ B for own, B in later])
+            errors = [scatter(tips[..., :3, 3])]
+            for robot in (exported(one.calibration), one.calibration.robot):
+                model = FullModel(CalibratedRobot(robot, (), np.zeros(0)))
+                F, M = model.flange(q[:count]), np.linalg.inv(noisy[:count])
+                start = hand_eye(F[:, :3, :3], F[:, :3, 3], M[:, :3, :3], M[:, :3, 3])
+                U = matrix(start.tool.rotation, start.tool.translation)
+                tips = np.array([model.flange(own) @ U @ B for own, B in later])
+                errors.append(scatter(tips[..., :3, 3]))
+            found.append((errors[0], errors[1], errors[2]))
+    for count, found in rows.items():
+        full, alone, nominal = 1e3 * np.mean(found, axis=0)
+        yield (
+            f"{name}, {count} views: {full:.2f} mm, calibrated.urdf {alone:.2f}, "
+            f"nominal {nominal:.2f}"
+        )
+
+
+def matrix(R: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Return the pose [R p; 0 1]."""
+    return np.block([[R, p[:, None]], [np.zeros(3), 1.0]])
+
+
+def views(
+    arm: FullModel, X: np.ndarray, centre: np.ndarray, count: int, generator: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return readings at which a camera sees a board from above, and the board in the camera."""
+    down = np.diag([1.0, -1.0, -1.0])
+    board, found = matrix(np.eye(3), centre), list[tuple[np.ndarray, np.ndarray]]()
+    while len(found) < count:
+        lean = turn(generator.uniform(-0.6, 0.6, 3) * [1, 1, 2])
+        R = lean @ down
+        camera = matrix(R, centre - R @ [0, 0, generator.uniform(0.25, 0.45)])
+        try:
+            q = arm.command(camera, tool=X)
+        except mukca.MukcaError:
+            continue
+        found.append((q, np.linalg.inv(camera) @ board))
+    return np.array([q for q, _ in found]), np.array([B for _, B in found])
+
+
+def board(q: np.ndarray, poses: list[np.ndarray]) -> mukca.Placement:
+    """Return poses of a board as a recording."""
+    turns = quaternion_of(np.array(poses)[:, :3, :3]).tolist()
+    rows = zip(q.tolist(), poses, turns, strict=True)
+    samples = [
+        Sample(tuple(own), 0, point=tuple(B[:3, 3].tolist()), orientation=tuple(R))
+        for own, B, R in rows
+    ]
+    return mukca.Placement("views", tuple(samples))
+
+
+def scatter(tips: np.ndarray) -> float:
+    """Return the mean distance of tips from where each set of them is on average [m]."""
+    apart = tips - tips.mean(axis=1, keepdims=True)
+    return float(np.mean(np.linalg.norm(apart, axis=-1)))
+
+
+def exported(calibration: mukca.Calibration) -> mukca.Robot:
+    """Return the robot of ``calibrated.urdf``."""
+    calibrated = calibration.calibrated
+    joints = zip(calibration.robot.joints, calibrated.origins.tolist(), strict=True)
+    moved = tuple(replace(joint, origin=Origin.of(own)) for joint, own in joints)
+    return replace(calibration.robot, joints=moved)
+
+
+def by_urdf(robot: mukca.Robot, touched: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return tips by a URDF alone, the tool by least squares to touches of one point."""
+
+    def flanges(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        points = [
+            BallModel(replace(robot, joints=(*robot.joints[:-1], ball)), []).points(
+                np.zeros(0), rows
+            )
+            for ball in (
+                replace(robot.ball_joint, origin=Origin.of([*place, 0, 0, 0]))
+                for place in np.vstack([np.zeros(3), np.eye(3)])
+            )
+        ]
+        return points[0], np.stack([one - points[0] for one in points[1:]], axis=2)
+
+    p, R = flanges(touched)
+    ones = np.tile(-np.eye(3), (len(p), 1, 1))
+    unknowns = np.concatenate([R, ones], axis=2).reshape(-1, 6)
+    tip = np.linalg.lstsq(unknowns, -p.ravel(), rcond=None)[0][:3]
+    p, R = flanges(q.reshape(-1, q.shape[-1]))
+    return (p + R @ tip).reshape(*q.shape[:-1], 3)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("rezero",))
-    parser.add_argument("recordings", type=Path, nargs="?")
-    parser.add_argument("--draws", type=int, default=30)
-    arguments = parser.parse_args()
-    for line in rezero(arguments.recordings, arguments.draws):
+    parser.add_argument("what", choices=("rezero", "tool", "handeye"))
+    parser.add_argument("--recordings", type=Path)
+    parser.add_argument("--robot", default="panda")
+    parser.add_argument("--draws", type=int, default=20)
+    given = parser.parse_args()
+    simulated = {"tool": tool, "handeye": handeye}
+    if given.what == "rezero":
+        lines = rezero(given.recordings, given.draws)
+    else:
+        lines = simulated[given.what](given.robot, given.draws)
+    for line in lines:
         print(line, flush=True)
 
 

@@ -1,12 +1,14 @@
 """A simulated arm, its calibration, and what it would record since."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 import mukca
 from mukca.recorder import Placement
 from mukca.solver.results import CalibratedRobot
+from mukca.solver.robot import Origin
+from mukca.tools.simulation import Imperfection, reachable_bases, record
 
 
 @dataclass(frozen=True)
@@ -18,6 +20,23 @@ class Simulated:
     calibration: mukca.Calibration
     later: Placement
     """Recorded since, joints in order, 8 samples in each socket."""
+
+    def touched(self, tip: np.ndarray, count: int = 10, seed: int = 0) -> Placement:
+        """Return touches of one fixed point by a tip on the flange [m], to 0.05 mm."""
+        generator = np.random.default_rng(seed)
+        arm = self.with_tip(tip)
+        (base,) = reachable_bases(arm, np.random.default_rng(1), 1)
+        how = Imperfection(5e-5, self.truth.deflection)
+        q = record(arm, base, generator, samples=count, imperfection=how).positions[:count]
+        return Placement.of_arrays("touches", q, [0] * count, arm.joint_names)
+
+    def with_tip(self, tip: np.ndarray) -> mukca.Robot:
+        """Return the true arm, its ball at a tip on the flange [m]."""
+        origins = self.truth.model.origins(self.truth.values)
+        origins[-1, :3] = tip
+        joints = zip(self.truth.robot.joints, origins.tolist(), strict=True)
+        moved = tuple(replace(joint, origin=Origin.of(own)) for joint, own in joints)
+        return replace(self.truth.robot, joints=moved)
 
     def read(self, offsets: dict[int, float]) -> Placement:
         """Return the later placement, read by joints whose zeros are off [rad]."""

@@ -171,6 +171,12 @@ class System:
         found = S - across.T @ np.linalg.solve(C, across)
         return (found + found.T) / 2
 
+    def covariance_on_flange(self, some: np.ndarray) -> np.ndarray:
+        """Return the same for the arm as it came out: how far the flange itself is off is left."""
+        prior = self.task.prior
+        held = replace(self.task, prior=replace(prior, covariance=0 * prior.covariance))
+        return linear(held, self.state).posterior_covariance(some)
+
     @cached_property
     def residuals(self) -> np.ndarray:
         """Errors of the samples at the most probable unknowns, shape (N, axes) [m, rad]."""

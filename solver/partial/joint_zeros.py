@@ -18,7 +18,7 @@ from .evidence import Explanation, probabilities
 from .fit import System, Task, fit
 from .prior import prior_of
 from .sockets import socket_task
-from .updated import urdf_with_zeros, with_zeros
+from .updated import updated, urdf_with_zeros
 
 WIDTHS = (2e-3, 2e-2, 0.2)
 """Typical changes of a joint's zero [rad], [m]."""
@@ -70,6 +70,8 @@ class Zeros:
     """Of the ball in its sockets, a standard deviation per axis [m]."""
     untold: tuple[str, ...]
     """Joints that such samples cannot tell, and what would tell them, in words."""
+    system: System
+    """The fit."""
 
     @property
     def changed(self) -> tuple[JointZero, ...]:
@@ -81,11 +83,11 @@ class Zeros:
         """The calibration with the new zeros; None of an arm that has none."""
         if isinstance(self.arm, Robot):
             return None
-        later = [
+        zeros = [
             LaterZero(joint=one.joint, offset=one.offset, standard_deviation=one.standard_deviation)
-            for one in self.changed
+            for one in self.joints
         ]
-        return with_zeros(self.arm, later)
+        return updated(self.arm, self.system, zeros)
 
     def urdf(self) -> bytes:
         """Return the URDF with the new zeros in its origins."""
@@ -170,7 +172,7 @@ def rezero(
     found, unchanged, system = find_zeros(task, joints)
     named = [one for one in found if not joints or one.joint in joints]
     untold = tuple(_untold(prior.robot, one, stood) for one in named if not one.told)
-    return Zeros(arm, found, unchanged, system.state.noise.place, untold)
+    return Zeros(arm, found, unchanged, system.state.noise.place, untold, system)
 
 
 def _untold(robot: Robot, zero: JointZero, stood: str) -> str:

@@ -103,5 +103,5 @@ def _with_later_zeros(prior: ArmPrior, document: CalibrationDocument) -> ArmPrio
     for zero in document.later_zeros:
         i = prior.zeros.start + prior.robot.joint_names.index(zero.joint)
         prior.mean[i] += zero.offset
-        prior.covariance[i, i] += zero.standard_deviation**2
+        prior.covariance[i, i] += zero.standard_deviation**2 if zero.offset else 0.0
     return prior

@@ -1,105 +1,117 @@
-"""A calibration with something found since: zeros of joints, or a tool."""
+"""A calibration with what was found since: zeros of joints, a tool, an arm a little moved."""
 
 from collections.abc import Sequence
-from itertools import starmap
+from dataclasses import replace
 
 import msgspec
 import numpy as np
 
-from ..bayes.model.effects import EFFECTS, JOINT_OFFSET
+from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import offsets_in_origins
-from ..calibration import Calibration
-from ..results import (
-    CalibratedRobot,
-    CalibrationDocument,
-    Coefficient,
-    LaterZero,
-    ParameterValue,
-    ToolFrame,
-    calibrated_robot,
-)
-from ..robot import BallModel, Origin, Robot, add_link, all_parameters, scan
+from ..calibration import Calibration, UsageError
+from ..results import CalibratedRobot, Coefficient, LaterZero, ToolFrame
+from ..robot import BallModel, Robot, add_link, all_parameters, scan
+from .fit import System
 
 
-def with_zeros(calibration: Calibration, later: Sequence[LaterZero]) -> Calibration:
-    """Return a calibration whose joints have other zeros since.
-
-    The geometry and everything else stay. The samples in it are put into the new readings' terms,
-    so that its errors stay, too.
+def updated(
+    calibration: Calibration,
+    system: System,
+    zeros: Sequence[LaterZero] = (),
+    tool: ToolFrame | None = None,
+) -> Calibration:
+    """Return a calibration whose arm moved as a fit moved it.
 
     Args:
-        calibration: The calibration.
-        later: What has to be added to the readings of each joint that changed.
+        calibration: The calibration that the fit held.
+        system: The fit.
+        zeros: Each joint's new zero; the samples in the calibration are put into the new readings'
+            terms, so that its errors stay.
+        tool: A tool that was found, in place of the ball in the fit: one more link on the flange.
+
+    Raises:
+        UsageError: A new zero of a joint whose origin the calibration held fixed.
+        ModelError: The model already has a link of the tool's name.
     """
-    document, robot = calibration.document, calibration.robot
-    names = robot.joint_names
-    offsets, known = np.zeros(len(names)), {zero.joint: zero for zero in document.later_zeros}
-    for zero in later:
-        offsets[names.index(zero.joint)] = zero.offset
-        before = known[zero.joint].offset if zero.joint in known else 0.0
-        known[zero.joint] = msgspec.structs.replace(zero, offset=before + zero.offset)
-    old = dict(document.deflection)
-    zeros = np.array(old.get(JOINT_OFFSET.name, np.zeros(len(names)))) + offsets
-    deflection = {JOINT_OFFSET.name: tuple(zeros.tolist()), **old}
-    deflection[JOINT_OFFSET.name] = tuple(zeros.tolist())
-    ordered = {name: deflection[name] for name in EFFECTS if name in deflection}
-    calibrated = calibration.calibrated
-    exported = offsets_in_origins(
-        calibrated.model, calibrated.parameters, calibrated.geometry, offsets
-    )
-    coefficients = {one.name: one for one in document.coefficients or ()}
-    for name, value, joint in zip(
-        JOINT_OFFSET.coefficient_names(names), zeros.tolist(), names, strict=True
-    ):
-        if joint in known:
-            deviation = known[joint].standard_deviation
-            coefficients[name] = Coefficient(
-                name=name, unit="rad", value=value, standard_deviation=deviation
-            )
-    return _calibration(
-        msgspec.structs.replace(
-            document,
-            later_zeros=tuple(known.values()),
-            deflection=ordered,
-            coefficients=tuple(coefficients.values()),
-            parameters=tuple(starmap(_exported, zip(document.parameters, exported, strict=True))),
-            data=tuple(data.shifted((-offsets).tolist()) for data in document.data),
+    document, old = calibration.document, calibration.calibrated
+    model, x = system.task.prior.model, system.state.x
+    moved = dict(zip(model.names, (x - system.task.prior.mean)[: model.size], strict=False))
+    offsets = np.array([zero.offset for zero in zeros])
+    change = np.array([0.0 if tool and p.of_ball else moved[p.name] for p in old.parameters])
+    values, exported = old.values + change, old.geometry + change
+    if zeros:
+        values, exported = (_with_zeros(old, given, offsets) for given in (values, exported))
+    deflection = model.deflection(x[: model.size]).without_joint_offsets
+    text = old.robot.text
+    if tool:
+        text = scan(add_link(text, tool.parent, tool.origin, tool.name), "nominal_urdf")
+    robot = replace(old.robot, text=text)
+    beyond = exported if deflection.extensions else None
+    calibrated = CalibratedRobot(robot, old.parameters, values, deflection, old.load, beyond)
+    rows = zip(document.parameters, values.tolist(), calibrated.geometry.tolist(), strict=True)
+    names = zip(deflection.extensions, deflection.coefficients, strict=True)
+    replaced = msgspec.structs.replace(
+        document,
+        parameters=tuple(
+            msgspec.structs.replace(one, calibrated=v, change=v - one.nominal, exported=e)
+            for one, v, e in rows
         ),
-        calibration.source,
+        deflection={name: tuple(own.tolist()) for name, own in names},
+        model=msgspec.structs.replace(
+            document.model,
+            nominal_urdf=text.data.decode(),
+            calibrated_urdf=calibrated.urdf().decode(),
+        ),
+        tools=(*document.tools, *([tool] if tool else [])),
     )
+    if zeros:
+        replaced = msgspec.structs.replace(
+            replaced,
+            later_zeros=_summed(document.later_zeros, zeros),
+            coefficients=_coefficients(document.coefficients or (), zeros),
+            data=tuple(data.shifted((-offsets).tolist()) for data in document.data),
+        )
+    return Calibration(replaced, calibrated, calibration.source)
 
 
 def urdf_with_zeros(robot: Robot, offsets: Sequence[float]) -> bytes:
     """Return the URDF of a nominal robot with zeros of its joints [rad] put into its origins."""
-    parameters = all_parameters(robot)
-    model = BallModel(robot, [p.index for p in parameters])
-    values = offsets_in_origins(model, parameters, model.nominal, np.array(offsets))
-    return CalibratedRobot(robot, tuple(parameters), values).urdf()
+    parameters = tuple(all_parameters(robot))
+    nominal = BallModel(robot, [p.index for p in parameters]).nominal
+    arm = CalibratedRobot(robot, parameters, nominal)
+    return replace(arm, values=_with_zeros(arm, nominal, np.array(offsets))).urdf()
 
 
-def with_tool(calibration: Calibration, tool: ToolFrame) -> Calibration:
-    """Return a calibration whose robot has one more link, fixed to the flange.
+def _with_zeros(arm: CalibratedRobot, values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    try:
+        return offsets_in_origins(arm.model, arm.parameters, values, offsets)
+    except KeyError:
+        raise UsageError(
+            "a joint's new zero goes into the angles of its origin, which this calibration held "
+            "fixed (--free, --fix); calibrate with all of them free"
+        ) from None
 
-    Raises:
-        ModelError: The model already has such a link.
-    """
-    document, robot = calibration.document, calibration.robot
-    origin = Origin(tool.xyz, tool.rpy)
-    text = add_link(robot.text, robot.ball_joint.parent, origin, tool.name)
-    model = msgspec.structs.replace(document.model, nominal_urdf=text.decode())
-    tools = (*document.tools, tool)
-    scan(text, "nominal_urdf")
-    return _calibration(
-        msgspec.structs.replace(document, model=model, tools=tools), calibration.source
+
+def _summed(old: Sequence[LaterZero], new: Sequence[LaterZero]) -> tuple[LaterZero, ...]:
+    before = {zero.joint: zero.offset for zero in old}
+    return tuple(
+        msgspec.structs.replace(zero, offset=zero.offset + before.get(zero.joint, 0.0))
+        for zero in new
     )
 
 
-def _calibration(document: CalibrationDocument, source: str) -> Calibration:
-    """Return the calibration of a document whose robot changed."""
-    calibrated = calibrated_robot(document, source)
-    model = msgspec.structs.replace(document.model, calibrated_urdf=calibrated.urdf().decode())
-    return Calibration(msgspec.structs.replace(document, model=model), calibrated, source)
-
-
-def _exported(value: ParameterValue, exported: float) -> ParameterValue:
-    return msgspec.structs.replace(value, exported=float(exported))
+def _coefficients(
+    old: Sequence[Coefficient], zeros: Sequence[LaterZero]
+) -> tuple[Coefficient, ...]:
+    """Return the coefficients with the zeros of all joints, as exports to servos read them."""
+    known = {one.name: one for one in old}
+    for zero in zeros:
+        (name,) = JOINT_OFFSET.coefficient_names([zero.joint])
+        before = known[name].value if name in known else 0.0
+        known[name] = Coefficient(
+            name=name,
+            unit="rad",
+            value=before + zero.offset,
+            standard_deviation=zero.standard_deviation,
+        )
+    return tuple(known.values())

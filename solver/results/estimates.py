@@ -7,6 +7,7 @@ from typing import Any
 
 from ..bayes.results import UNSEEN, Correlation, Direction
 from ..design import ErrorMap, JointEffect
+from ..robot import Origin
 from .files import Document
 
 
@@ -44,16 +45,23 @@ class LaterZero(Document, kw_only=True, frozen=True):
 
 
 class ToolFrame(Document, kw_only=True, frozen=True):
-    """A tool whose place was found since the calibration was made (``mukca tool``)."""
+    """A tool or camera found since the calibration was made (``mukca tool``, ``handeye``)."""
 
     name: str
     """Of its link."""
+    parent: str
+    """Link that carries it: the flange, or the base for a camera beside the arm."""
     xyz: tuple[float, float, float]
-    """Its tip on the flange [m]."""
+    """Its place there [m]."""
     rpy: tuple[float, float, float]
     """Its turn [rad]."""
     covariance: list[list[float]]
     """Of xyz, shape (3, 3) [m^2]."""
+
+    @property
+    def origin(self) -> Origin:
+        """Place and turn, as a joint's origin."""
+        return Origin(self.xyz, self.rpy)
 
 
 class JointCurve(Document, kw_only=True, frozen=True):

@@ -1,0 +1,234 @@
+"""A camera on the arm or beside it, by a board's poses in it, the calibrated chain held.
+
+With F(q) the flange and B_i the board's pose in the camera,
+
+    on the arm   F(q_i) U B_i = V     U the camera on the flange, V the board in the base
+    beside it    F(q_i) U = V B_i     U the board on the flange, V the camera in the base
+
+An instrument that measures poses of what the flange carries is a camera beside the arm.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from ...recorder import Placement
+from ..calibration import Calibration, UsageError, as_list, quaternion_of
+from ..data import HandEye, Pose, hand_eye, measure
+from ..results import ToolFrame
+from .fit import FAR, NoiseBelief, System, Task, fit
+from .prior import ArmPrior, prior_of
+from .rows import Rows, flanges
+from .updated import updated
+
+Camera = Literal["on-arm", "beside"]
+DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
+"""Noise of a detector before its poses are seen."""
+LEAST = 5
+"""Fewest views: three leave nothing to tell a bad one by."""
+OUTLIER = 0.25
+"""Robust weight below which a view is named: an error of six times its deviation."""
+OTHER_WAY = 0.25
+"""Share of the angles left below which poses the other way round are what was measured."""
+NOTHING_FITS = 0.1
+"""Typical angle that no arm and no detector errs by [rad]."""
+
+
+@dataclass(frozen=True)
+class CameraPose:
+    """A camera, found with the calibrated chain held."""
+
+    camera: Camera
+    frame: ToolFrame
+    """Its pose on the flange or in the base, and the covariance of its place."""
+    target: Pose
+    """The board in the base, or on the flange."""
+    noise: tuple[float, float]
+    """Of a board's place [m] and turn [rad], standard deviations per axis."""
+    held_out: tuple[float, float]
+    """Error of views that are left out, root mean squares of place [m] and turn [rad]."""
+    residuals: np.ndarray
+    """Errors of the views, shape (N, 6) [m, rad]."""
+    outliers: tuple[str, ...]
+    """Views that fit no other, in words."""
+    calibration: Calibration
+    """The calibration with the camera as a link."""
+
+    def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
+        """Write ``calibrated.urdf`` and ``calibration.json`` with the camera's link.
+
+        Raises:
+            OutputError: The folder is there already, or cannot be written.
+        """
+        return self.calibration.save(folder, force=force, accept_distorted=True)
+
+    @property
+    def quaternion(self) -> tuple[float, ...]:
+        """Orientation of the camera, x y z w."""
+        R = Pose.of(self.frame.origin).rotation
+        return tuple(quaternion_of(R[None])[0].tolist())
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """What was found, in lines."""
+        frame, (place, turn) = self.frame, self.held_out
+        at = zip((*"xyz", "qx", "qy", "qz", "qw"), (*frame.xyz, *self.quaternion), strict=True)
+        numbers = " ".join(f"--{name} {value:.6f}" for name, value in at)
+        return (
+            f"Views left out are {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad off (rms); the "
+            f"detector scatters by {1e3 * self.noise[0]:.2f} mm and {1e3 * self.noise[1]:.2f} mrad "
+            "an axis.",
+            *self.outliers,
+            f"{frame.name} in {frame.parent}: {numbers}",
+            f"ros2 run tf2_ros static_transform_publisher {numbers} --frame-id {frame.parent} "
+            f"--child-frame-id {frame.name}",
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it by name."""
+        origin = self.target.origin
+        return {
+            "camera": self.camera,
+            "name": self.frame.name,
+            "parent": self.frame.parent,
+            "xyz": list(self.frame.xyz),
+            "rpy": list(self.frame.rpy),
+            "quaternion": list(self.quaternion),
+            "covariance": self.frame.covariance,
+            "target": {"xyz": list(origin.xyz), "rpy": list(origin.rpy)},
+            "noise": {"place": self.noise[0], "turn": self.noise[1]},
+            "held_out": {"place": self.held_out[0], "turn": self.held_out[1]},
+            "residuals": self.residuals.tolist(),
+            "outliers": list(self.outliers),
+        }
+
+
+def handeye(
+    calibration: Calibration,
+    data: Placement | Sequence[Placement],
+    camera: Camera,
+    name: str = "camera",
+) -> CameraPose:
+    """Find where a camera is, by poses of a board in it.
+
+    Args:
+        calibration: The calibration; the arm is held as it left it, within its covariance.
+        data: Joint positions and the board's poses in the camera (``poses.csv``), 15 or so, turned
+            about two axes at least.
+        camera: ``on-arm`` with the board fixed, ``beside`` with the board on the arm.
+        name: Of the camera's link in the URDF.
+
+    Raises:
+        UsageError: Too few views, the other kind of camera, or poses the other way round.
+        FrameError: The flange turns about one axis only.
+        ModelError: The model already has a link of that name.
+        MeasurementError: Samples of another arm.
+    """
+    if camera not in get_args(Camera):
+        raise UsageError(f"--camera {camera}: choose among {', '.join(get_args(Camera))}")
+    prior = prior_of(calibration)
+    task = camera_task(prior, as_list(data), camera)
+    system = fit(task)
+    on_arm, state = camera == "on-arm", system.state
+    U, V = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
+    where, target = (U, V) if on_arm else (V, U)
+    own = prior.ball if on_arm else task.place(0)[:3]
+    origin, robot = where.origin, calibration.robot
+    frame = ToolFrame(
+        name=name,
+        parent=robot.ball_joint.parent if on_arm else robot.base,
+        xyz=origin.xyz,
+        rpy=origin.rpy,
+        covariance=system.covariance_on_flange(own).tolist(),
+    )
+    return CameraPose(
+        camera,
+        frame,
+        target,
+        (state.noise.place, state.noise.turn),
+        _held_out(system),
+        system.residuals,
+        _outliers(system),
+        updated(calibration, system, tool=frame),
+    )
+
+
+def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera) -> Task:
+    """Return the views of a board, with the camera's and the board's poses to be found."""
+    data = [
+        measure(replace(p, poses_of="camera"), prior.robot, poses_of="camera") for p in placements
+    ]
+    where = ", ".join(str(m.placement.files[0]) if m.placement.files else m.name for m in data)
+    if not all(m.has_orientations for m in data):
+        raise UsageError(f"{where}: no orientations; a view needs x,y,z,qx,qy,qz,qw of the board")
+    q = np.concatenate([m.positions for m in data])
+    if len(q) < LEAST:
+        raise UsageError(f"{where}: {len(q)} views; {LEAST} are needed, 15 are advised")
+    B = np.tile(np.eye(4), (len(q), 1, 1))
+    B[:, :3, :3] = np.concatenate([m.rotations for m in data])
+    B[:, :3, 3] = np.concatenate([m.points for m in data])
+    moments = np.concatenate([prior.load.torques(prior.robot, m) for m in data])
+    wheres = tuple(s.where for m in data for s in m.placement.samples)
+    x = prior.mean[: prior.model.size]
+    at = flanges(prior.model, prior.ball, x, q, moments)
+    ways = {"beside": B, "on-arm": np.linalg.inv(B)}
+    starts = {
+        way: hand_eye(at.R, at.p, M[:, :3, :3], M[:, :3, 3], where) for way, M in ways.items()
+    }
+    _check_way(camera, starts, B, where)
+    start = starts[camera]
+    sides = {"left" if camera == "on-arm" else "right": B}
+    rows = Rows(q, moments, np.zeros(len(q), dtype=np.int64), ("",), wheres=wheres, **sides)
+    noise = replace(DETECTOR, joint=prior.noise.joint)
+    free = dict.fromkeys(prior.ball.tolist(), FAR)
+    return Task(prior, rows, noise, free, (), _matrix(start.tool), _matrix(start.frame)[None])
+
+
+def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:
+    """Refuse poses that fit the other way round, or no way."""
+    angles = {way: float(np.median(start.angles)) for way, start in starts.items()}
+    other = next(way for way in angles if way != camera)
+    if angles[other] < OTHER_WAY * angles[camera]:
+        mend = [f"use --camera {other}", "invert them, if they are the camera's in the board"]
+        if not (B[:, 2, 3] > 0).all():  # a camera sees only what is before it
+            mend.reverse()
+        raise UsageError(
+            f"{where}: {angles[camera]:.2g} rad are left by a camera {camera}, "
+            f"{angles[other]:.2g} by one {other} or by inverse poses: {'; or '.join(mend)}"
+        )
+    if angles[camera] > NOTHING_FITS:
+        raise UsageError(
+            f"{where}: the poses fit no camera on or beside this arm ({angles[camera]:.2g} rad "
+            "left): do joints and poses belong together, in radians, and qx,qy,qz,qw in this order?"
+        )
+
+
+def _matrix(pose: Pose) -> np.ndarray:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = pose.rotation, pose.translation
+    return T
+
+
+def _held_out(system: System) -> tuple[float, float]:
+    """Return the rms errors of each view by all others, those that fit no other left out."""
+    N, d, _ = system.by_joints.shape
+    inverse = np.linalg.inv(system.spread + system.scatter(system.state.noise))
+    pulls = (inverse @ system.errors).reshape(N, d)
+    own = inverse.reshape(N, d, N, d)[np.arange(N), :, np.arange(N)]
+    left = np.linalg.solve(own, pulls[..., None])[..., 0]
+    left = left[system.state.weights > OUTLIER].reshape(-1, 2, 3)
+    place, turn = np.sqrt(np.mean(np.sum(left**2, axis=2), axis=0)).tolist()
+    return place, turn
+
+
+def _outliers(system: System) -> tuple[str, ...]:
+    """Return the views that fit no other, in words."""
+    rows, left = system.task.rows, np.linalg.norm(system.residuals.reshape(-1, 2, 3), axis=2)
+    return tuple(
+        f"{rows.wheres[i] or f'view {i}'}: fits no other, {1e3 * left[i, 0]:.1f} mm and "
+        f"{1e3 * left[i, 1]:.1f} mrad off; it hardly counts."
+        for i in np.flatnonzero(system.state.weights < OUTLIER).tolist()
+    )

@@ -1,0 +1,209 @@
+"""A tool's tip on the flange, by points that it touched, the calibrated chain held."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...recorder import Placement
+from ..calibration import Calibration, UsageError, as_list
+from ..data import Measurement, Pose, measure
+from ..results import ToolFrame
+from ..robot import BallModel, InverseKinematics, Origin, SimulationError, workspace
+from .fit import FAR, NoiseBelief, System, Task, fit
+from .prior import ArmPrior, prior_of
+from .sockets import socket_task
+from .updated import updated
+
+TOUCH, SPREAD = 1e-4, 1.0
+"""Noise of touching a point [m], and the standard deviation of its logarithm."""
+LEAST, LEAST_EACH = 4, 3
+"""Touches that a tip needs, and of each point."""
+UNTOLD = 2e-3
+"""A tip that is less known along some direction is not told [m]."""
+ELSEWHERE, POSTURES = 4, 8
+"""Points elsewhere at which the tip's spread is predicted, and postures at each."""
+NEAR, FAR_OUT = 0.35, 0.65
+"""Distances of these from the base, as shares of the arm's reach: where arms work."""
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A tool on the flange, found with the calibrated chain held."""
+
+    frame: ToolFrame
+    """Its place, and the covariance of it on the flange as the calibration with it has that."""
+    noise: float
+    """Of touching a point, a standard deviation per axis [m]."""
+    elsewhere: float | None
+    """Predicted scatter of the tip about a point that it touches elsewhere, a root mean square [m];
+    None where no such postures were found."""
+    residuals: np.ndarray
+    """Distance that each touch leaves to its point, shape (N,) [m]."""
+    untold: tuple[str, ...]
+    """What the touches cannot tell, in words."""
+    calibration: Calibration
+    """The calibration with the tool as a link on its flange."""
+
+    def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
+        """Write ``calibrated.urdf`` and ``calibration.json`` with the tool's link.
+
+        Raises:
+            OutputError: The folder is there already, or cannot be written.
+        """
+        return self.calibration.save(folder, force=force, accept_distorted=True)
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """What was found, in lines."""
+        sigma = np.sqrt(np.diag(self.frame.covariance))
+        place = " ".join(
+            f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in zip(self.frame.xyz, sigma, strict=True)
+        )
+        lines = [f"{self.frame.name} on {self.frame.parent}: x y z {place} mm"]
+        if any(self.frame.rpy):
+            lines.append("roll pitch yaw " + " ".join(f"{v:+.5f}" for v in self.frame.rpy) + " rad")
+        lines.append(f"Touches scatter by {1e3 * self.noise:.3f} mm an axis.")
+        if self.elsewhere is not None:
+            lines.append(
+                f"Turned about a point elsewhere, the tip is expected to stay within "
+                f"{1e3 * self.elsewhere:.2f} mm of it (1 sigma)."
+            )
+        return (*lines, *self.untold)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it by name."""
+        frame = self.frame
+        return {
+            "name": frame.name,
+            "parent": frame.parent,
+            "xyz": list(frame.xyz),
+            "rpy": list(frame.rpy),
+            "covariance": frame.covariance,
+            "noise": self.noise,
+            "elsewhere": self.elsewhere,
+            "residuals": self.residuals.tolist(),
+            "untold": list(self.untold),
+        }
+
+
+def tool(
+    calibration: Calibration,
+    data: Placement | Sequence[Placement],
+    name: str = "tool",
+    *,
+    axis: Placement | Sequence[Placement] = (),
+    face: tuple[Placement, Placement] | None = None,
+) -> Tool:
+    """Find where a tool's tip is on the flange, by points that it touched.
+
+    Args:
+        calibration: The calibration; the arm is held as it left it, within its covariance.
+        data: Touches of fixed points, each a socket of a placement: 4 or more of a point, the tool
+            turned as far as it goes between them. The ball is no longer on the flange.
+        name: Of the tool's link in the URDF.
+        axis: Touches by a second point of the tool, up its shaft: the link's z points from there to
+            the tip.
+        face: Touches by two more points of a flat tool, in place of ``axis``: z is normal to the
+            three, away from the flange, and x points to the first of the two.
+
+    Raises:
+        UsageError: Too few touches, or a calibration that leaves no posterior.
+        ModelError: The model already has a link of that name.
+        MeasurementError: Samples of another arm.
+    """
+    prior = prior_of(calibration)
+    system = _touched(prior, as_list(data))
+    covariance = system.covariance_on_flange(prior.ball)
+    sizes, directions = np.linalg.eigh(covariance)
+    untold: tuple[str, ...] = ()
+    if sizes[-1] > UNTOLD**2:
+        along = " ".join(f"{v:+.2f}" for v in directions[:, -1])
+        untold = (
+            f"These touches cannot tell the tip along ({along}) on the flange, +- "
+            f"{1e3 * sizes[-1] ** 0.5:.1f} mm: turn the tool about two more axes at the point.",
+        )
+    tip = system.state.tool[:3, 3]
+    others = [as_list(axis)] if axis else [[one] for one in face or ()]
+    R = _turned(tip, [_touched(prior, one).state.tool[:3, 3] for one in others])
+    origin = Pose(R, tip).origin
+    frame = ToolFrame(
+        name=name,
+        parent=calibration.robot.ball_joint.parent,
+        xyz=origin.xyz,
+        rpy=origin.rpy,
+        covariance=covariance.tolist(),
+    )
+    return Tool(
+        frame,
+        system.state.noise.place,
+        _elsewhere(system),
+        np.linalg.norm(system.residuals, axis=1),
+        untold,
+        updated(calibration, system, tool=frame),
+    )
+
+
+def tip_task(prior: ArmPrior, data: Sequence[Measurement]) -> Task:
+    """Return points that a tool's tip touched, one a socket."""
+    noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
+    free = dict.fromkeys(prior.ball.tolist(), FAR)
+    return replace(socket_task(prior, data), free=free, noise=noise)
+
+
+def _touched(prior: ArmPrior, placements: Sequence[Placement]) -> System:
+    """Return the fit of a tip by its touches."""
+    data = [measure(p, prior.robot, sockets=1) for p in placements]
+    counts = [count for m in data for count in m.counts]
+    if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
+        raise UsageError(
+            f"{', '.join(m.name for m in data)}: {' + '.join(map(str, counts))} touches; a tip "
+            f"needs {LEAST} or more in all, and {LEAST_EACH} or more of each point; 8 are advised"
+        )
+    return fit(tip_task(prior, data))
+
+
+def _turned(tip: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the tool's rotation by further points of it, the flange's own without any."""
+    if not others:
+        return np.eye(3)
+    if len(others) == 1:
+        z = tip - others[0]
+        x = np.eye(3)[int(np.argmin(np.abs(z)))]
+    else:
+        x, z = others[0] - tip, np.cross(others[0] - tip, others[1] - tip)
+        z = z * (np.sign(z @ tip) or 1.0)
+    z = z / np.linalg.norm(z)
+    x = x - (x @ z) * z
+    x = x / np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def _elsewhere(system: System) -> float | None:
+    """Return the predicted scatter of the tip about points that it touches elsewhere [m]."""
+    prior, x = system.task.prior, system.state.x
+    model = prior.model
+    x, generator = x[: model.size], np.random.default_rng(0)
+    values = model.ball.origins(model.values(x)).tolist()
+    joints = tuple(
+        replace(joint, origin=Origin.of(own))
+        for joint, own in zip(prior.robot.joints, values, strict=True)
+    )
+    robot = replace(prior.robot, joints=joints)
+    guide, P = InverseKinematics(robot), system.posterior_covariance(np.arange(model.size))
+    squares: list[float] = []
+    points = BallModel(robot, []).points(np.zeros(0), workspace(robot, 50 * ELSEWHERE))
+    share = np.linalg.norm(points, axis=1) / guide.longest
+    for point in points[(share > NEAR) & (share < FAR_OUT) & (points[:, 2] > 0)]:
+        try:
+            q = guide.reach(np.tile(point, (POSTURES, 1)), generator, rounds=1)
+        except SimulationError:
+            continue
+        slopes = model.linearise(x, q, prior.load.moments(prior.robot, q, None))[1]
+        apart = slopes - slopes.mean(axis=0)
+        squares.append(float(np.einsum("nij,jk,nik->", apart, P, apart)) / POSTURES)
+        if len(squares) == ELSEWHERE:
+            break
+    return float(np.mean(squares)) ** 0.5 if squares else None

@@ -1,0 +1,116 @@
+"""A camera on the arm or beside it, found with the calibrated chain held."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+from calibrated_arm import Simulated
+
+import mukca
+from mukca import MukcaError
+from mukca.recorder import Sample
+from mukca.solver.calibration import FullModel, quaternion_of
+from mukca.solver.data import Pose, turn
+
+Camera = Literal["on-arm", "beside"]
+
+
+def pose(rotation: np.ndarray, place: list[float]) -> np.ndarray:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation, place
+    return T
+
+
+MOUNTED = pose(turn(np.array([0.1, -0.3, 0.4])), [0.05, -0.02, 0.08])
+STANDING = pose(turn(np.array([2.8, 0.3, 0.1])), [0.5, 0.1, 1.6])
+
+
+def views(simulated: Simulated, camera: Camera, count: int = 15, seed: int = 0) -> np.ndarray:
+    """Return joints and the board's poses in the camera, 0.2 mm and 0.5 mrad noisy."""
+    generator = np.random.default_rng(seed)
+    robot = simulated.calibration.robot
+    q = simulated.later.positions[:count] + generator.normal(0, 0.1, (count, 7))
+    q = np.clip(q, robot.lower, robot.upper)
+    F = FullModel(simulated.truth).flange(q)
+    board = np.linalg.inv(F @ MOUNTED) @ pose(np.eye(3), [0.6, 0, -0.2])
+    if camera == "beside":
+        board = np.linalg.inv(STANDING) @ F @ MOUNTED
+    for B in board:
+        B[:3, 3] += generator.normal(0, 2e-4, 3)
+        B[:3, :3] = turn(generator.normal(0, 5e-4, 3)) @ B[:3, :3]
+    return np.hstack([q, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
+
+
+def recorded(rows: np.ndarray) -> mukca.Placement:
+    samples = [
+        Sample(tuple(r[:7]), 0, point=tuple(r[7:10]), orientation=tuple(r[10:]))
+        for r in rows.tolist()
+    ]
+    return mukca.Placement("views", tuple(samples))
+
+
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+def test_a_board_seen_elsewhere_stays_where_it_is(simulated: Simulated, camera: Camera) -> None:
+    found = mukca.handeye(simulated.calibration, recorded(views(simulated, camera)), camera)
+    later = views(simulated, camera, seed=5)
+    own, target = Pose.of(found.frame.origin), found.target
+    flange = found.calibration.flange(later[:, :7])
+    if camera == "on-arm":
+        carried = own.apply(later[:, 7:10])
+        expected = np.tile(target.translation, (len(later), 1))
+    else:
+        carried = np.tile(target.translation, (len(later), 1))
+        expected = own.apply(later[:, 7:10])
+    seen = np.einsum("nij,nj->ni", flange[:, :3, :3], carried) + flange[:, :3, 3]
+    off = float(np.mean(np.sum((seen - expected) ** 2, axis=1))) ** 0.5
+    assert off < 1e-3
+    assert off == pytest.approx(found.held_out[0], rel=0.5)
+    assert 1e-4 < found.noise[0] < 4e-4
+
+
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+def test_another_camera_and_inverse_poses_are_told(simulated: Simulated, camera: Camera) -> None:
+    rows = views(simulated, camera)
+    other: Camera = "beside" if camera == "on-arm" else "on-arm"
+    with pytest.raises(MukcaError, match=f"use --camera {camera}"):
+        mukca.handeye(simulated.calibration, recorded(rows), other)
+
+
+def test_a_flipped_view_is_named_and_hardly_counts(simulated: Simulated) -> None:
+    rows = views(simulated, "on-arm")
+    sound = mukca.handeye(simulated.calibration, recorded(rows), "on-arm")
+    rows[4, 10:] = rows[4, [13, 12, 11, 10]] * [1, 1, -1, -1]
+    found = mukca.handeye(simulated.calibration, recorded(rows), "on-arm")
+    assert not sound.outliers
+    assert len(found.outliers) == 1 and "view 4" in found.outliers[0]
+    assert np.array(found.frame.xyz) == pytest.approx(np.array(sound.frame.xyz), abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [(slice(4), "4 views; 5 are needed"), ([0] * 3 + [1] * 3, "about one axis only")],
+)
+def test_views_that_cannot_tell_are_refused(
+    simulated: Simulated, rows: slice | list[int], message: str
+) -> None:
+    with pytest.raises(MukcaError, match=message):
+        mukca.handeye(simulated.calibration, recorded(views(simulated, "on-arm")[rows]), "on-arm")
+
+
+def test_the_command_writes_the_camera_into_the_urdf(
+    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
+) -> None:
+    names = (*simulated.calibration.robot.joint_names, "x", "y", "z", "qx", "qy", "qz", "qw")
+    rows = [",".join(map(repr, row)) for row in views(simulated, "beside").tolist()]
+    (tmp_path / "poses.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
+    simulated.calibration.save(tmp_path / "cal")
+    words = ("handeye", tmp_path / "cal", tmp_path / "poses.csv", "--camera")
+    status, out, _ = command(*words, "beside", "--json", "--out", tmp_path / "new")
+    said = json.loads(out)
+    assert status == 0 and said["parent"] == simulated.calibration.robot.base
+    assert "camera" in mukca.load_robot(said["outputs"]["urdf"]).text.links
+    status, _, error = command(*words, "on-arm")
+    assert status == 2 and error.count("\n") == 1

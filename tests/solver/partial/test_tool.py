@@ -1,0 +1,71 @@
+"""A tool's tip found with the calibrated chain held."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calibrated_arm import Simulated
+
+import mukca
+from mukca import MukcaError
+
+TIP, SHAFT = np.array([0.03, -0.02, 0.2]), np.array([0.03, -0.02, 0.15])
+
+
+def test_the_tip_stays_at_points_elsewhere_as_closely_as_is_predicted(
+    simulated: Simulated,
+) -> None:
+    found = mukca.tool(simulated.calibration, simulated.touched(TIP), "spike")
+    elsewhere = simulated.touched(TIP, 12, seed=5).positions
+    held = found.calibration.flange(elsewhere, tool="spike")[:, :3, 3]
+    scatter = float(np.mean(np.sum((held - held.mean(axis=0)) ** 2, axis=1))) ** 0.5
+    assert found.elsewhere is not None
+    assert scatter < 3 * found.elsewhere < 1.5e-3
+    assert b'link name="spike"' in found.calibration.urdf()
+
+
+def test_a_bad_touch_weighs_little(simulated: Simulated) -> None:
+    touched = simulated.touched(TIP)
+    q = touched.positions.copy()
+    q[3, 3] += 0.02
+    bad = mukca.Placement.of_arrays("bad", q, [0] * len(q))
+    sound, found = (mukca.tool(simulated.calibration, one) for one in (touched, bad))
+    assert found.residuals.argmax() == 3 and found.residuals[3] > 3e-3
+    assert np.array(found.frame.xyz) == pytest.approx(np.array(sound.frame.xyz), abs=1e-3)
+
+
+def test_a_second_point_gives_the_axis(simulated: Simulated) -> None:
+    touches, shaft = simulated.touched(TIP), simulated.touched(SHAFT, seed=3)
+    found = mukca.tool(simulated.calibration, touches, "spike", axis=shaft)
+    z = found.calibration.kinematics(tool="spike").tool[:3, 2]
+    assert z == pytest.approx([0, 0, 1], abs=0.03)
+
+
+def test_postures_alike_leave_a_direction_open(simulated: Simulated) -> None:
+    q = simulated.touched(TIP).positions[:1] + np.linspace(0, 2e-4, 6)[:, None]
+    found = mukca.tool(simulated.calibration, mukca.Placement.of_arrays("alike", q, [0] * 6))
+    assert "turn the tool about two more axes" in found.untold[0]
+
+
+def test_too_few_touches_are_refused(simulated: Simulated) -> None:
+    few = simulated.touched(TIP, 3)
+    with pytest.raises(MukcaError, match="3 touches; a tip needs 4"):
+        mukca.tool(simulated.calibration, few)
+
+
+def test_the_command_takes_a_csv_file(
+    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
+) -> None:
+    touched = simulated.touched(TIP)
+    rows = [",".join(map(repr, row)) for row in touched.positions.tolist()]
+    header = ",".join(simulated.calibration.robot.joint_names)
+    (tmp_path / "spike.csv").write_text("\n".join([header, *rows]) + "\n")
+    simulated.calibration.save(tmp_path / "cal")
+    words = ("tool", tmp_path / "cal", tmp_path / "spike.csv", "--name", "spike", "--json")
+    status, out, _ = command(*words, "--out", tmp_path / "new")
+    said = json.loads(out)
+    assert status == 0 and said["elsewhere"] < 5e-4
+    robot = mukca.load_robot(said["outputs"]["urdf"])
+    assert "spike" in robot.text.links

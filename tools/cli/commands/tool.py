@@ -1,0 +1,81 @@
+"""``mukca tool``: where a tool's tip is on a calibrated arm's flange."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ....solver.results import refuse_existing
+from .. import OutputOptions, Terminal, argument, option
+from .command import read_rows
+
+if TYPE_CHECKING:
+    from ....recorder import Placement
+    from ....solver.robot import Robot
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(OutputOptions):
+    """Options of ``mukca tool``."""
+
+    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
+    data: Sequence[Path] = argument("placements, or CSV files of joint positions", "DATA")
+    name: str = option("name of the tool's link", "LINK", "tool")
+    axis: Sequence[Path] = option(
+        "touches by a second point up the tool's shaft: z of the link points from there to the tip",
+        "DATA",
+        (),
+    )
+    face: tuple[Path, Path] | None = option(
+        "touches by two more points of a flat tool: z is normal to the three", ("DATA", "DATA")
+    )
+
+
+def run(options: Options, terminal: Terminal) -> int:
+    """Print the tool's place, and write the calibration with its link."""
+    from ....solver.calibration import load_calibration
+    from ....solver.partial import tool
+
+    if options.out is not None:
+        refuse_existing(options.out, force=options.force)
+    calibration = load_calibration(options.calibration)
+    robot = calibration.robot
+    face = None
+    if options.face is not None:
+        (first,), (second,) = (touches([file], robot) for file in options.face)
+        face = first, second
+    found = tool(
+        calibration,
+        touches(options.data, robot),
+        options.name,
+        axis=touches(options.axis, robot) if options.axis else (),
+        face=face,
+    )
+    terminal.say(*found.text)
+    outputs: dict[str, str] = {}
+    if options.out is not None:
+        outputs = found.save(options.out, force=options.force)
+        terminal.say(*(f"Wrote {file}" for file in outputs.values()))
+    else:
+        terminal.say(f"Nothing was written; add --out DIR for a URDF with the link {options.name}.")
+    terminal.emit({**found.as_dict(), "outputs": outputs})
+    return 3 if found.untold else 0
+
+
+def touches(files: Sequence[Path], robot: "Robot") -> "list[Placement]":
+    """Return placements by their folders; of a CSV file each ``point`` is a socket."""
+    from ....recorder import Placement, Sample, read_placements
+
+    found: list[Placement] = []
+    for file in files:
+        if not file.is_file() or file.suffix != ".csv":
+            found += read_placements(file)
+            continue
+        names = robot.joint_names
+        rows, wheres = read_rows(file, [names, (*names, "point")])
+        samples = [
+            Sample(tuple(row[: len(names)]), int(sum(row[len(names) :])), where=where)
+            for row, where in zip(rows.tolist(), wheres, strict=True)
+        ]
+        found.append(Placement(file.stem, tuple(samples), names, files=(file,)))
+    return found
