@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from ....solver import assessment, calibration
+from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
-from ....solver.results import agreement_words, encode, refuse_existing, write_files
+from ....solver.results import encode, refuse_existing, write_files
 from ... import fleet
 from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, argument, option, part, table
 
@@ -34,7 +34,7 @@ def run(options: Options, terminal: Terminal) -> int:
         curves=fleet.compare_curves(arms),
     )
     for pair in result.curves:
-        terminal.say(f"{pair.a} and {pair.b}: {agreement_words(pair.joints)}")
+        terminal.say(f"{pair.a} and {pair.b}: {results.agreement_words(pair.joints)}")
     page = fleet.fleet_page(result).encode("utf-8", "replace")
     files = {"fleet.html": page, "fleet.json": encode(result, indent=1)}
     usable = [Path(last.outputs["calibration"]) for last in fleet.last_sessions(arms)]

@@ -10,13 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
-from ....recorder import Placement
-from ....recorder.terminal import Outcome
+from .... import recorder
+from ....recorder import terminal as recorder_terminal
 from ....solver import calibration
 from ....solver.calibration import UsageError
 from ... import recording
 from ...recording import RecordOptions
-from ...report.figures import as_options
+from ...report import figures
 from .. import Terminal
 
 LEAST_POSES = 5
@@ -41,7 +41,7 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
         earlier = recording.Before()
         while True:
             live = outcome.session.live
-            here = Placement(settled.out.name, live, robot.joint_names, settled.distance)
+            here = recorder.Placement(settled.out.name, live, robot.joint_names, settled.distance)
             if recording.is_scripted(options) and not settled.no_guide:
                 for alarm in recording.SessionAlarms(robot)([*earlier.placements, here]):
                     terminal.say(f"! {alarm.words}: {alarm.text}")
@@ -98,7 +98,9 @@ def _interruptible() -> Generator[None, None, None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _say_outcome(outcome: Outcome, options: RecordOptions, terminal: Terminal) -> None:
+def _say_outcome(
+    outcome: "recorder_terminal.Outcome", options: RecordOptions, terminal: Terminal
+) -> None:
     session = outcome.session
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     taken_back = f" ({len(session.withdrawn)} taken back)" if session.withdrawn else ""
@@ -111,11 +113,11 @@ def _say_outcome(outcome: Outcome, options: RecordOptions, terminal: Terminal) -
         terminal.say(*_next_steps(outcome, options))
 
 
-def _next_steps(outcome: Outcome, options: RecordOptions) -> list[str]:
+def _next_steps(outcome: "recorder_terminal.Outcome", options: RecordOptions) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
 
     def given(*names: str) -> list[str]:
-        return as_options({name: getattr(options, name) for name in names})
+        return figures.as_options({name: getattr(options, name) for name in names})
 
     robot = given("robot", "base", "flange", "tip", "ball")
     out = str(options.out)

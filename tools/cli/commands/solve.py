@@ -9,9 +9,8 @@ from .... import recorder
 from ....solver import assessment, calibration, results
 from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions
-from ....solver.robot import COMPONENTS
 from ... import report
-from ...report.figures import steps
+from ...report import figures
 from .. import OutputOptions, RobotsOptions, Terminal, argument, option, part, split_by_robot, table
 from .validate import show_errors
 
@@ -64,7 +63,7 @@ def _judge(name: str, one: "calibration.Calibration", terminal: Terminal) -> "as
     """Print the verdict, and return it."""
     _say_name(name, terminal)
     found = one.assessment
-    todo = steps(found.predictions, found.placements, found.verdict)
+    todo = figures.steps(found.predictions, found.placements, found.verdict)
     report.show_verdict(terminal.console, found.verdict, found.limits, todo)
     return found.verdict
 
@@ -106,6 +105,8 @@ def show(terminal: Terminal, one: "calibration.Calibration") -> None:
 
 def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Terminal) -> None:
     """Show what the calibration changed, in mm and mrad; one line a joint."""
+    from ....solver.robot import COMPONENTS
+
     changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}
     joints = dict.fromkeys(row.joint for row in rows)
     cells = [[joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)] for joint in joints]

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ....solver import assessment, calibration
+from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
-from ....solver.results import beyond_words
 from .. import JsonOption, Terminal, argument, for_each_arm, measure_all, part, table
 from .report import metres
 
@@ -32,7 +31,8 @@ def _run(options: Options, terminal: Terminal) -> int:
     data = measure_all(options.data, robot, options.settings.distance, sockets=1)
     for m in data:
         terminal.warn(
-            *m.warnings, *beyond_words(document.curves, robot.joint_names, m.positions, m.name)
+            *m.warnings,
+            *results.beyond_words(document.curves, robot.joint_names, m.positions, m.name),
         )
     errors = calibrated.errors_of(data)
     show_errors(errors, terminal)
