@@ -148,7 +148,7 @@ def test_the_tours_run_from_top_to_bottom(tmp_path: Path, monkeypatch: pytest.Mo
         else:
             statuses += [main(shlex.split(line)[1:]) for line in block.splitlines()]
     assert len(statuses) == 7 and set(statuses) <= {0, 3}
-    assert names["found"] < 0.1 * names["nominal"]
+    assert names["found"] < 0.1 * names["nominal"] and names["apart"].mean() < 0.2
     assert Path("fleet-report/fleet.html").exists() and Path("my_arm_new.json").exists()
 
 
