@@ -5,9 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from ....solver import design
-from ....solver.assessment import plural
-from ....solver.results import refuse_existing, write_files
+from ....solver import assessment, design, results
 from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option, table
 
 
@@ -27,7 +25,7 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
 def run(options: Options, terminal: Terminal) -> int:
     """Show the table, and write the picture."""
     if options.out:
-        refuse_existing(options.out.parent, [options.out.name], force=options.force)
+        results.refuse_existing(options.out.parent, [options.out.name], force=options.force)
     robot = options.load_robot()
     work = partial(design.plan, robot, placements=options.placements, samples=options.samples)
     with terminal.progress(len(options.distance)) as progress:
@@ -38,7 +36,7 @@ def run(options: Options, terminal: Terminal) -> int:
         )
     _show(plans, options, terminal)
     if options.out:
-        write_files(
+        results.write_files(
             options.out.parent, {options.out.name: design.picture(robot, plans[0]).encode()}
         )
         terminal.say(f"Picture: {options.out}")
@@ -49,7 +47,7 @@ def run(options: Options, terminal: Terminal) -> int:
 
 def _show(plans: "list[design.Plan]", options: Options, terminal: Terminal) -> None:
     counts = range(1, options.placements + 1)
-    heads = ["sockets apart", *(plural(count, "placement") for count in counts)]
+    heads = ["sockets apart", *(assessment.plural(count, "placement") for count in counts)]
     rows: list[list[str]] = []
     for one in plans:
         cells = [f"{1e3 * error:.2f}" for error in one.errors]
