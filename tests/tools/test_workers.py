@@ -160,8 +160,8 @@ def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path: Pa
         "work = partial(pieces_of_work.square_after_one_death, Path(sys.argv[1]))\n"
         "workers = Workers(cluster=sys.argv[2])\n"
         "print(workers.map(work, range(8)))\n"
-        "from mukca.tools.parallel import dask_cluster\n"
-        "dask_cluster.SHARE_SECONDS = 0  # each gives the rest back\n"
+        "from mukca.tools.parallel import processes\n"
+        "processes.SHARE_SECONDS = 0  # each gives the rest back\n"
         "done, many = [], range(40)\n"
         "print(workers.map(work, many, done.append) == [n * n for n in many])\n"
         "print(sorted(done) == [*many], workers.map(work, []))\n"
@@ -177,7 +177,7 @@ def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path: Pa
 def test_a_cluster_that_is_not_there_is_told() -> None:
     pytest.importorskip("distributed")
     code = (
-        "from mukca.tools.parallel import Workers, dask_cluster as cluster\n"
+        "from mukca.tools.parallel import Workers, processes as cluster\n"
         "cluster.ANSWER_SECONDS = 0.3\n"
         "try: Workers(cluster='tcp://127.0.0.1:9').map(abs, [1, 2])\n"
         "except cluster.UsageError as error: print(error)\n"
