@@ -17,27 +17,10 @@ from .frames import REWEIGHTINGS, FrameError, Pose
 
 ALONG_ONE_AXIS = 1e-3
 """Share of the turns about other axes below which the poses turn about one axis only."""
-STRANGE = 0.1
-"""Typical angle that no arm errs by [rad]: columns are wrong."""
+DOUBTFUL, STRANGE = 5e-3, 0.1
+"""Typical angles [rad]: beyond the first other columns are tried, and no arm errs by the second."""
 BETTER = 0.25
-"""Share of the angle that is left if other columns are meant."""
-_MEANT = {
-    "qw first (they stand in the order qw, qx, qy, qz)": ((3, 0, 1, 2), (1, 1, 1, 1)),
-    "the inverse (poses of the instrument, as a camera's, or qw with the other sign)": (
-        (0, 1, 2, 3),
-        (-1, -1, -1, 1),
-    ),
-    "qx and qy swapped": ((1, 0, 2, 3), (1, 1, 1, 1)),
-    "qx and qz swapped": ((2, 1, 0, 3), (1, 1, 1, 1)),
-    "qy and qz swapped": ((0, 2, 1, 3), (1, 1, 1, 1)),
-    "qx and qw swapped": ((3, 1, 2, 0), (1, 1, 1, 1)),
-    "qy and qw swapped": ((0, 3, 2, 1), (1, 1, 1, 1)),
-    "qz and qw swapped": ((0, 1, 3, 2), (1, 1, 1, 1)),
-    "qx with the other sign": ((0, 1, 2, 3), (-1, 1, 1, 1)),
-    "qy with the other sign": ((0, 1, 2, 3), (1, -1, 1, 1)),
-    "qz with the other sign": ((0, 1, 2, 3), (1, 1, -1, 1)),
-}
-"""Mistakes in the columns of quaternions: the order and the signs that were meant."""
+"""Share of the angle that is left if they turn the other way."""
 
 
 def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
@@ -94,14 +77,7 @@ def hand_eye(
             f"{where}: the link turns about one axis only, which leaves open what it carries; turn "
             "it about two axes at least"
         )
-    K = np.einsum("nbc,nad->abdc", M, R).reshape(9, 9)
-    tool = _nearest(np.linalg.svd(K)[2][0].reshape(3, 3))
-    frame, weights, angles = tool, np.ones(len(R)), np.zeros(len(R))
-    for _ in range(REWEIGHTINGS):
-        frame = _nearest(np.einsum("n,nij->ij", weights, R @ tool @ M.swapaxes(1, 2)))
-        tool = _nearest(np.einsum("n,nij->ij", weights, R.swapaxes(1, 2) @ frame @ M))
-        left = rotation_vectors(R @ tool @ (frame @ M).swapaxes(1, 2))
-        angles, weights = _weighed(left)
+    tool, frame, angles = _turns(R, M)
     rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], axis=2)
     known = t @ frame.T - p
     distances, weights = np.zeros(len(R)), np.ones(len(R))
@@ -114,6 +90,19 @@ def hand_eye(
     return HandEye(Pose(tool, both[:3]), Pose(frame, both[3:]), angles, distances)
 
 
+def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rotations of the tool and of the frame, and the angles that they leave."""
+    K = np.einsum("nbc,nad->abdc", M, R).reshape(9, 9)
+    tool = _nearest(np.linalg.svd(K)[2][0].reshape(3, 3))
+    frame, weights, angles = tool, np.ones(len(R)), np.zeros(len(R))
+    for _ in range(REWEIGHTINGS):
+        frame = _nearest(np.einsum("n,nij->ij", weights, R @ tool @ M.swapaxes(1, 2)))
+        tool = _nearest(np.einsum("n,nij->ij", weights, R.swapaxes(1, 2) @ frame @ M))
+        left = rotation_vectors(R @ tool @ (frame @ M).swapaxes(1, 2))
+        angles, weights = _weighed(left)
+    return tool, frame, angles
+
+
 def _weighed(errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the sizes of errors, shape (N, 3), and weights that fall with them."""
     sizes = np.linalg.norm(errors, axis=1)
@@ -123,32 +112,33 @@ def _weighed(errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def check_orientations(R: np.ndarray, quaternions: np.ndarray, where: str) -> None:
     """See that measured orientations turn as the link does.
 
+    Two columns swapped, another order, a sign, the inverse: all of these turn the other way, so
+    they are told from right columns, and not from each other.
+
     Args:
         R: The link's rotations in the base, shape (N, 3, 3).
         quaternions: The measured orientations x, y, z, w, shape (N, 4).
         where: The file, for messages.
 
     Raises:
-        FrameError: They do not; it names the columns that are wrong, where others fit.
+        FrameError: They do not.
     """
-    none = np.zeros((len(R), 3))
-
-    def left(order: tuple[int, ...], signs: tuple[int, ...]) -> float:
-        M = rotation_matrices(quaternions[:, order] * signs)
-        return float(np.median(hand_eye(R, none, M, none, where).angles))
-
-    as_is = left((0, 1, 2, 3), (1, 1, 1, 1))
-    if as_is < STRANGE:
+    M = rotation_matrices(quaternions)
+    as_is = float(np.median(_turns(R, M)[2]))
+    if as_is < DOUBTFUL:
         return
-    others = {words: left(*meant) for words, meant in _MEANT.items()}
-    best = 2 * min(others.values()) + 1e-3
-    fit = " or ".join(words for words, angle in others.items() if angle < min(best, BETTER * as_is))
-    words = f"they fit with {fit}"
-    if not fit:
-        words = "see the order of the joints, their unit (radians) and the robot's model"
-    raise FrameError(
-        f"{where}: the orientations are {as_is:.2g} rad off those of the robot's flange; {words}"
-    )
+    other_way = float(np.median(_turns(R, M.swapaxes(1, 2))[2])) < BETTER * as_is
+    if other_way or as_is > STRANGE:
+        words = (
+            "they turn the other way: two of the columns qx,qy,qz,qw are swapped, they stand in "
+            "another order (qw first?), one has the wrong sign, or the poses are inverse, as a "
+            "camera's are"
+        )
+        if not other_way:
+            words = "see the order of the joints, their unit (radians) and the robot's model"
+        raise FrameError(
+            f"{where}: orientations are {as_is:.2g} rad off those of the robot's flange; {words}"
+        )
 
 
 def _nearest(matrix: np.ndarray) -> np.ndarray:

@@ -9,25 +9,20 @@ from typing import Literal
 
 import numpy as np
 
-from ...errors import MukcaError
 from ...recorder import DEFAULT_DISTANCE, Placement
-from ..robot import Robot
-from .measured_poses import rotation_matrices
+from ..robot import BallModel, Robot
+from .joint_limits import MeasurementError, check_limits
+from .measured_poses import check_orientations, rotation_matrices
 
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
-_FAR_OUTSIDE = 1.0
-"""Distance from its limits at which a joint cannot have been [rad or m]: the units are wrong."""
 LEAST_POINTS = 4
 """Three points fix the instrument's frame, and say nothing else."""
+ENOUGH_POSES = 10
+"""Poses from which on wrong columns of their orientations are told."""
 SAME_ROW, COPIED = 1e-6, 0.5
 """Rows that differ by less are one [rad], [m]; a larger share of them is a copy, rounded maybe."""
-_BARELY_OUTSIDE = math.radians(5)
 _LONGEST_BASE = 1.0
-
-
-class MeasurementError(MukcaError):
-    """A placement does not hold what a calibration needs."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +147,7 @@ def measure(
             f"({', '.join(robot.joint_names)}); the columns are taken in order"
         )
     ordered = placement.for_joints(robot.joint_names)
-    _check_limits(ordered, robot, warnings)
+    check_limits(ordered, robot, warnings)
     said = None if placement.distance_assumed else placement.distance
     if distance is not None and said not in (None, distance):
         warnings.append(
@@ -173,7 +168,7 @@ def measure(
         raise MeasurementError(f"{placement.path or placement.name}: {error}") from None
     measured = Measurement(ordered, chosen, source, warnings=tuple(warnings))
     _check_sockets(measured, sockets)
-    _check_poses(measured, poses_of)
+    _check_poses(measured, robot, poses_of)
     return measured
 
 
@@ -235,54 +230,13 @@ def _samples_of(measured: Measurement, socket: int) -> str:
     return f"{path or measured.name} socket {socket}"
 
 
-def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> None:
-    positions = placement.positions
-    lower = np.array([joint.lower for joint in robot.actuated])
-    upper = np.array([joint.upper for joint in robot.actuated])
-    endless = np.isinf(lower) & np.isinf(upper)
-    lower, upper = np.where(endless, -4 * np.pi, lower), np.where(endless, 4 * np.pi, upper)
-    positions = positions - _whole_turns(positions, lower, upper, robot)
-    excess = np.maximum(lower - positions, positions - upper)
-    row, column = np.unravel_index(int(np.argmax(excess)), excess.shape)
-    joint = robot.actuated[int(column)]
-    where = placement.samples[int(row)].where or placement.name
-    text = (
-        f"{where}: joint {joint.name!r} at {positions[row, column]:.4g} is outside its limits, "
-        f"{lower[column]:.4g} to {upper[column]:.4g} {'m' if joint.type == 'prismatic' else 'rad'}"
-    )
-    if excess[row, column] > _FAR_OUTSIDE:
-        turned = -positions[:, column]
-        if np.all((lower[column] <= turned) & (turned <= upper[column])):
-            raise MeasurementError(
-                f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
-            )
-        guess = "are these degrees" if abs(positions).max() > 2 * np.pi else "is it another robot"
-        raise MeasurementError(
-            f"{text}; angles are radians ({guess}?), in the order of the chain's joints"
-        )
-    if excess[row, column] > _BARELY_OUTSIDE:
-        warnings.append(text)
-
-
-def _whole_turns(
-    positions: np.ndarray, lower: np.ndarray, upper: np.ndarray, robot: Robot
-) -> np.ndarray:
-    """Return whole turns of joints without which all of a column is inside its limits [rad]."""
-    turns = np.zeros(len(lower))
-    for j, joint in enumerate(robot.actuated):
-        values, turn = positions[:, j], 2 * math.pi
-        away = turn * round(float(values.mean() - (lower[j] + upper[j]) / 2) / turn)
-        inside = np.all((lower[j] <= values - away) & (values - away <= upper[j]))
-        if joint.type != "prismatic" and abs(away) <= 2 * turn and inside:
-            turns[j] = away
-    return turns
-
-
-def _check_poses(measured: Measurement, meaning: str) -> None:
-    """Refuse orientations of something else."""
+def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
+    """Refuse orientations of something else, or that do not turn as the robot does."""
     placement = measured.placement
-    if measured.has_orientations and placement.poses_of != meaning:
-        where = placement.files[0] if placement.files else measured.name
+    if not measured.has_orientations:
+        return
+    where = placement.files[0] if placement.files else measured.name
+    if placement.poses_of != meaning:
         told = "does not tell what its poses are"
         if placement.poses_of is not None:
             told = f"holds poses of another kind: {placement.poses_of}"
@@ -290,6 +244,9 @@ def _check_poses(measured: Measurement, meaning: str) -> None:
             f"{where}: {told}; where an instrument measured what the flange carries, let the first "
             'line be "# measured flange poses", or write {"poses_of": "flange"} into placement.json'
         )
+    if meaning == "flange" and len(placement.samples) >= ENOUGH_POSES:
+        R = BallModel(robot, []).rotations(np.zeros(0), measured.positions).points
+        check_orientations(R, measured.quaternions, str(where))
 
 
 def _check_sockets(measured: Measurement, least: int) -> None:
