@@ -12,6 +12,7 @@ from .solver.calibration import load_calibration as load_calibration
 from .solver.partial import handeye as handeye
 from .solver.partial import rezero as rezero
 from .solver.partial import tool as tool
+from .solver.partial import what_changed as what_changed
 from .solver.robot import Robot as Robot
 from .solver.robot import load_robot as load_robot
 from .tools.export import export as export

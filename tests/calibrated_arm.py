@@ -30,6 +30,12 @@ class Simulated:
         q = record(arm, base, generator, samples=count, imperfection=how).positions[:count]
         return Placement.of_arrays("touches", q, [0] * count, arm.joint_names)
 
+    def recorded_by(self, arm: mukca.Robot) -> Placement:
+        """Return samples of an arm, 6 in each socket of another base."""
+        (base,) = reachable_bases(arm, np.random.default_rng(1), 1)
+        how = Imperfection(5e-5, self.truth.deflection)
+        return record(arm, base, np.random.default_rng(2), samples=6, imperfection=how)
+
     def with_tip(self, tip: np.ndarray) -> mukca.Robot:
         """Return the true arm, its ball at a tip on the flange [m]."""
         origins = self.truth.model.origins(self.truth.values)

@@ -27,6 +27,7 @@ from .limits import RESOLUTION as RESOLUTION
 from .limits import Limits as Limits
 from .limits import Options as Options
 from .limits import known_arm as known_arm
+from .limits import limit_row as limit_row
 from .limits import limits_of as limits_of
 from .limits import repeatability_of as repeatability_of
 from .limits import setting as setting

@@ -1,4 +1,4 @@
-# keep: Zeros, Tool, CameraPose
+# keep: Zeros, Tool, CameraPose, Validity
 from .camera_pose import Camera as Camera
 from .camera_pose import CameraPose as CameraPose
 from .camera_pose import handeye as handeye
@@ -6,3 +6,5 @@ from .joint_zeros import Zeros as Zeros
 from .joint_zeros import rezero as rezero
 from .tool_tip import Tool as Tool
 from .tool_tip import tool as tool
+from .validity import Validity as Validity
+from .validity import what_changed as what_changed

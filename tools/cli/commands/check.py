@@ -5,9 +5,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from ....solver import assessment, data, design, diagnostics
-from ....solver.calibration import SolveOptions
-from .. import JsonOption, RobotOptions, Terminal, argument, part, survey_of
+from ....recorder import read_placements
+from ....solver import assessment, calibration, data, design, diagnostics, partial
+from ....solver.calibration import SolveOptions, UsageError
+from .. import JsonOption, RobotOptions, Terminal, argument, option, part, survey_of
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
 
@@ -21,6 +22,17 @@ POINTS_HINT = (
 class Options(RobotOptions, JsonOption):
     """Options of ``mukca check``."""
 
+    robot: str = option("a shipped robot's name, or a URDF file", "R", "", group="robot")
+    calibration: Path | None = option(
+        "in place of --robot: tell what changed since this calibration, a joint, the tool, the "
+        "base or everything (mukca validate: how large the errors are)",
+        "CALIBRATION",
+    )
+    stood: str = option(
+        "with --calibration: placement of it whose base still stands where it stood",
+        "PLACEMENT",
+        "",
+    )
     data: Sequence[Path] = argument("placements", "DATA")
     settings: SolveOptions = part(
         SolveOptions,
@@ -34,8 +46,24 @@ class Options(RobotOptions, JsonOption):
     )
 
 
+def _what_changed(options: Options, file: Path, terminal: Terminal) -> int:
+    """Print what changed since a calibration, and the next step."""
+    since = calibration.load_calibration(file)
+    data, distance = read_placements(*options.data), options.settings.distance
+    found = partial.what_changed(since, data, options.stood, distance)
+    verdict = found.verdict
+    terminal.say(f"Verdict: {verdict.title}: {found.text}.")
+    said = {"probabilities": found.probabilities, "likeliest": found.likeliest}
+    terminal.emit({"robot": since.document.robot, **said, "verdict": verdict.as_said()})
+    return verdict.exit_status
+
+
 def run(options: Options, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
+    if options.calibration is not None:
+        return _what_changed(options, options.calibration, terminal)
+    if not options.robot:
+        raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
     robot, settings = options.load_robot(), options.settings.validated()
     placements, survey = survey_of(options.data, robot, settings, sockets=1)
     warnings = [line for measured in placements for line in measured.warnings]

@@ -1,0 +1,54 @@
+"""What changed since a calibration, by the evidence."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calibrated_arm import Simulated
+
+import mukca
+from mukca.recorder import sample_files
+from mukca.solver.results import write_files
+
+
+@pytest.mark.parametrize(("offsets", "likeliest"), [({}, "nothing"), ({3: 3e-3}, "panda_joint4")])
+def test_nothing_and_a_joint_are_told_apart(
+    simulated: Simulated, offsets: dict[int, float], likeliest: str
+) -> None:
+    found = mukca.what_changed(simulated.calibration, simulated.read(offsets))
+    assert found.likeliest == likeliest and found.probabilities[likeliest] > 0.6
+    assert sum(found.probabilities.values()) == pytest.approx(1)
+    assert found.verdict.exit_status == (1 if offsets else 0)
+
+
+def test_a_tool_that_was_moved_is_told(simulated: Simulated) -> None:
+    arm = simulated.with_tip(simulated.truth.model.origins(simulated.truth.values)[-1, :3] + 4e-3)
+    found = mukca.what_changed(simulated.calibration, simulated.recorded_by(arm))
+    assert found.likeliest == "tool"
+    assert "mukca tool" in found.text
+
+
+def test_a_base_that_does_not_stand_where_it_stood_is_told(simulated: Simulated) -> None:
+    first, second = simulated.calibration.document.data[:2]
+    q = np.array([s.position for s in second.samples])
+    moved = mukca.Placement.of_arrays("moved", q, [s.socket for s in second.samples], distance=0.05)
+    stays = mukca.what_changed(simulated.calibration, moved, stood=second.name)
+    elsewhere = mukca.what_changed(simulated.calibration, moved, stood=first.name)
+    assert stays.likeliest == "nothing"
+    assert elsewhere.likeliest != "nothing"
+
+
+def test_the_command_says_what_to_do_next(
+    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
+) -> None:
+    write_files(tmp_path / "since", sample_files(simulated.read({3: 3e-3})))
+    simulated.calibration.save(tmp_path / "cal")
+    words = ("check", tmp_path / "since", "--calibration", tmp_path / "cal")
+    status, out, _ = command(*words)
+    assert status == 1 and "mukca rezero --joint panda_joint4" in out
+    status, out, _ = command(*words, "--json")
+    assert status == 1 and json.loads(out)["likeliest"] == "panda_joint4"
+    status, _, error = command("check", tmp_path / "since")
+    assert status == 2 and "--robot" in error
