@@ -5,7 +5,7 @@
     python benchmarks/joint_curves.py none [--arms 20]
     python benchmarks/joint_curves.py growth --samples 200 1000 3000 12000
 
-`points` splits a recording of an instrument: at random into a part to fit and the rest, or into
+`points` splits points or poses of an instrument: at random into a part to fit and the rest, or into
 folds. `sockets` simulates arms with curves, 30 + 30 samples at each placement, and judges them at
 three others; `none` simulates arms without curves, two placements each, and counts how often curves
 are kept. `growth` times points of a simulated UR10. Errors are means over held-out samples in mm.
@@ -45,10 +45,13 @@ def parts_of(points: Placement, rows: np.ndarray) -> tuple[Placement, Placement]
 
 
 def held_out(robot: Robot, train: object, test: object, **options: object) -> tuple[float, str]:
-    """Return the mean held-out error in mm, and the note on curves."""
+    """Return the mean held-out error in mm, and the note on curves, after that in mrad of poses."""
     found = mukca.calibrate(robot, train, test=test, **options)
     assert found.errors.summary.test is not None
-    return 1e3 * found.errors.summary.test.calibrated.mean_absolute_error, _note(found)
+    metrics = found.errors.summary.test.calibrated
+    turned = metrics.orientation_error
+    angle = "" if turned is None else f"{1e3 * turned:.3f} mrad; "
+    return 1e3 * metrics.mean_absolute_error, f"{angle}{_note(found)}"
 
 
 def _note(found: mukca.Calibration) -> str:
@@ -69,9 +72,10 @@ def points(robot: Robot, arguments: argparse.Namespace) -> None:
     (measured,) = mukca.read_placements(arguments.folder)
     for name, rows in splits(len(measured.samples), arguments):
         train, test = parts_of(measured, rows)
-        plain, _ = held_out(robot, train, test, without=WITHOUT)
+        plain, before = held_out(robot, train, test, without=WITHOUT)
         error, note = held_out(robot, train, test)
-        print(f"{name}: without {plain:.4f}, with curves {error:.4f} ({note})", flush=True)
+        words = f"without {plain:.4f} ({before}), with curves {error:.4f} ({note})"
+        print(f"{name}: {words}", flush=True)
 
 
 def sockets(robot: Robot, arguments: argparse.Namespace) -> None:

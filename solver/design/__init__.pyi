@@ -13,6 +13,7 @@ from .information import from_fit as from_fit
 from .information import from_prior as from_prior
 from .information import workspace_of as workspace_of
 from .plan_placements import Plan as Plan
+from .plan_placements import curve_advice as curve_advice
 from .plan_placements import picture as picture
 from .plan_placements import plan as plan
 from .reachability import Reach as Reach

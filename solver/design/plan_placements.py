@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..bayes.model import Noise, extend
+from ..bayes.model.effects import TYPES_WITH_CURVES
 from ..data import as_point
 from ..robot import Robot, SimulationError, choose_parameters
 from .base_placement import Site, best_site, site_at, sites_around, with_site
@@ -63,6 +64,16 @@ def plan(robot: Robot, distance: float, placements: int, samples: int) -> Plan:
         distance,
         tuple(as_point(site.centres.mean(axis=0).round(3)) for site in sites),
         tuple(known.error(where) for known in after),
+    )
+
+
+def curve_advice(robot: Robot) -> str:
+    """Return what to record of an arm whose type has joint error curves; empty for others."""
+    if robot.name not in TYPES_WITH_CURVES:
+        return ""
+    return (
+        "Arms of this type have an error curve of each joint: turn every joint through many angles "
+        "and record at two places of the base at least, better four."
     )
 
 

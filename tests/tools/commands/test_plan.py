@@ -6,6 +6,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+from mukca import load_robot
+from mukca.solver.design import curve_advice
 from mukca.tools.cli import main
 
 WORDS = ["plan", "--robot", "ur3e", "--placements", "2", "--samples", "4"]
@@ -20,6 +22,9 @@ def test_a_plan_is_a_table_a_picture_and_json(
     assert main(words) == 0
     said = capsys.readouterr()
     plans = json.loads(said.out)["plans"]
+    assert json.loads(said.out)["advice"] == "" and "every joint" in curve_advice(
+        load_robot("ur10")
+    )
     for plan in plans:
         assert len(plan["places"]) == 2
         assert plan["predicted"][1] < plan["predicted"][0] < 0.01

@@ -40,8 +40,12 @@ def run(options: Options, terminal: Terminal) -> int:
             options.out.parent, {options.out.name: design.picture(robot, plans[0]).encode()}
         )
         terminal.say(f"Picture: {options.out}")
+    advice = design.curve_advice(robot)
+    if advice:
+        terminal.say(advice)
     rows = [one.as_dict() for one in plans]
-    terminal.emit({"robot": options.robot, "samples": options.samples, "plans": rows})
+    document = {"robot": options.robot, "samples": options.samples, "plans": rows}
+    terminal.emit({**document, "advice": advice})
     return 0
 
 

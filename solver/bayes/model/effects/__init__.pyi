@@ -2,6 +2,7 @@ from .compliance import COMPLIANCE as COMPLIANCE
 from .curve import CURVE as CURVE
 from .curve import KNOTS as KNOTS
 from .curve import SPACING as SPACING
+from .curve import TYPES_WITH_CURVES as TYPES_WITH_CURVES
 from .curve import circulant as circulant
 from .curve import curve_values as curve_values
 from .curve import kernel as kernel

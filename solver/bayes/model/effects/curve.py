@@ -121,6 +121,9 @@ def _derivatives(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
     return slopes.reshape(n, KNOTS * m)
 
 
+TYPES_WITH_CURVES = ("ur5", "ur10")
+"""Types of which every measured arm had such curves (a UR5, a UR10)."""
+
 CURVE = Effect(
     name="curve",
     extension="curves",
