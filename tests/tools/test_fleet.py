@@ -83,3 +83,20 @@ def test_a_folder_that_is_no_fleet_is_told(
     out = tmp_path / "out"
     assert main(["fleet", str(fleet / place), "--robot", "panda", "--out", str(out)]) == 2
     assert told in capsys.readouterr().err and not out.exists()
+
+
+@pytest.mark.slow
+def test_error_curves_of_arms_of_one_type_are_compared(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    points = Path(__file__).parents[3] / "shared" / "tracker" / "ur10" / "points.csv"
+    if not points.exists():
+        pytest.skip("needs the shared tracker recordings")
+    for arm in ("a", "b"):
+        (tmp_path / "fleet" / arm / "points").mkdir(parents=True)
+        shutil.copy(points, tmp_path / "fleet" / arm / "points")
+    words = ["fleet", str(tmp_path / "fleet"), "--out", str(tmp_path / "out"), "--robot", "ur10"]
+    main([*words, "--flange", "tool0", "--ball", "0", "0", "0.05", "--processes", "1", "--json"])
+    (pair,) = json.loads(capsys.readouterr().out)["curves"]
+    assert (pair["a"], pair["b"]) == ("a", "b")
+    assert all(row["difference"] == 0 for row in pair["joints"])
