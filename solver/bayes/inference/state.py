@@ -36,7 +36,7 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
     for i, (own, one, arm) in enumerate(zip(model.own, model.models, rows.scene.arms, strict=True)):
         mine = prior_groups(one, arm)
         for group in mine:
-            if group.name == "ball":  # found by the orientations, and anywhere
+            if group.name in ("ball", "given"):  # known to be anywhere, far from nominal
                 x[own.start + group.members] = group.mean
         if near is not None:
             x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
