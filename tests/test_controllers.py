@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import mukca
 from mukca.solver.calibration import FullModel
+from mukca.solver.results import CalibratedRobot
 
 PAGE = Path(__file__).parents[1] / "docs" / "controllers.md"
 ARMS = {"Universal Robots": "ur5e", "Franka": "panda", "KUKA": "ur10", "UFACTORY xArm": "xarm6"}
@@ -80,7 +81,8 @@ def reaches(controller: FullModel, arm: FullModel, sent: np.ndarray, q: np.ndarr
 
 
 def check_ur(arm, q, T, sent, names) -> None:
-    controller = FullModel.rigid(mukca.load_robot("ur5e", base="base_link_inertia"))
+    robot = mukca.load_robot("ur5e", base="base_link_inertia")
+    controller = FullModel(CalibratedRobot(robot, (), np.zeros(0)))
     written = np.array(re.search(r"\[(.*)\]", names["script"])[1].split(","), dtype=float)
     for six in (written, np.array(sent["moveL"][0])):
         reaches(controller, arm, pose(six[:3], Rotation.from_rotvec(six[3:])), q, T)

@@ -9,9 +9,9 @@ from .error_table import HEADS as HEADS
 from .error_table import Errors as Errors
 from .fit import fit_robots as fit_robots
 from .full_model import FullModel as FullModel
-from .full_model import Setup as Setup
 from .joint_path import CommandError as CommandError
 from .joint_path import JointPath as JointPath
+from .kinematics import Setup as Setup
 from .loading import calibration_files as calibration_files
 from .loading import load_calibration as load_calibration
 from .multi_robot_calibration import MultiRobotCalibration as MultiRobotCalibration

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,7 @@ from ..data import Load
 from ..results import CalibratedRobot
 from ..robot import Robot, Solutions, pose_on_flange, ur_controller
 from .joint_path import CommandError, JointPath, find_jumps, not_reached
-from .kinematics import Kinematics, LoadedArm, Payload
+from .kinematics import Controller, Kinematics, LoadedArm, Setup, warn_outside
 from .poses import PoseError, as_poses, half_way, one_pose
 
 if TYPE_CHECKING:
@@ -20,29 +20,6 @@ if TYPE_CHECKING:
 
 MOST_HALVINGS = 8
 """Times that parts of a line are halved at most."""
-FARTHEST = 0.1
-"""Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
-
-
-Controller = Robot | str | Path | None
-
-
-class Setup(TypedDict, total=False):
-    """What is on the arm, and where it stands; each may be left out, or None."""
-
-    tool: str | ArrayLike | None
-    """The tool's pose on the flange, shape (4, 4) [m], or the name of a link of the URDF that
-    stands still on it; None for the flange itself, the link that carries the ball."""
-    payload: Payload | None
-    """Mass [kg], and its centre in the flange's frame [m], as ``(1.2, (0, 0, 0.05))``, beyond the
-    masses of the URDF; None for the load of the recordings."""
-    base: ArrayLike | None
-    """Pose of the robot's base in the frame in which poses are given, shape (4, 4) [m]."""
-    frame: str | None
-    """Of several robots, in place of ``base``: the frame in which poses are given, as ``right``,
-    another's base, or ``right/flange``, see :meth:`.MultiRobotCalibration.base_in`."""
-    at: ArrayLike | None
-    """Joint positions of that other robot, shape (m,) [rad]."""
 
 
 def _alone(frame: str, _: ArrayLike | None) -> np.ndarray:
@@ -73,15 +50,10 @@ class FullModel:
         """Gravity [m/s^2] and payload at the ball [kg] that it was recorded with."""
         return self.calibrated.load
 
-    @staticmethod
-    def rigid(robot: Robot) -> "FullModel":
-        """Return the model of a robot as its URDF has it."""
-        return FullModel(CalibratedRobot(robot, (), np.zeros(0)))
-
     @property
     def nominal(self) -> "FullModel":
         """The nominal robot, for comparisons."""
-        return self.rigid(self.robot)
+        return FullModel(CalibratedRobot(self.robot, (), np.zeros(0)))
 
     @property
     def geometric(self) -> "FullModel":
@@ -93,14 +65,18 @@ class FullModel:
 
         Args and errors are those of :meth:`.CalibratedRobot.ball`.
         """
-        return self.calibrated.ball(q, effort)
+        found = self.calibrated.ball(q, effort)
+        warn_outside(self.robot, self.calibrated.positions(q))
+        return found
 
     def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return where the joints truly are while their encoders read q [rad].
 
         Args, shapes and errors are those of :meth:`ball`; shape (m,) or (N, m).
         """
-        return self.calibrated.true_positions(q, effort)
+        found = self.calibrated.true_positions(q, effort)
+        warn_outside(self.robot, self.calibrated.positions(q))
+        return found
 
     def virtual_positions(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
         """Return positions at which ``calibrated.urdf`` has its flange where the full model has it.
@@ -116,23 +92,8 @@ class FullModel:
 
         Raises:
             CommandError: There are none nearby: the arm is singular, or has fewer than six joints.
-            JointsError: See :meth:`flange`.
         """
-        on = self.kinematics(**setup)
-        rows, leading = on.rows(q)
-        found = on.arm.of_urdf.solve(on.arm.poses(rows)[0][:, :12], rows)
-        far = np.abs(found.positions - rows).max(axis=1, initial=0) > FARTHEST
-        for row in np.flatnonzero(far | ~found.reached)[:1].tolist():
-            raise CommandError(
-                f"row {row}: the URDF has no joint positions nearby that put its flange where the "
-                f"full model has it, {1e3 * found.left[row, 0]:.3g} mm and "
-                f"{1e3 * found.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
-                "fewer than six joints",
-                found.positions[row],
-                found.left[row],
-                "",
-            )
-        return found.positions.reshape(*leading, -1)
+        return self.kinematics(**setup).virtual_positions(q)
 
     def kinematics(self, **setup: "Unpack[Setup]") -> Kinematics:
         """Return the kinematics of a tool, by which the methods below compute.
@@ -206,7 +167,6 @@ class FullModel:
             CommandError: A pose was not reached; it holds the nearest joint positions, what is
                 left, and the joint at its limit.
             PoseError: Numbers that are no pose.
-            JointsError: See :meth:`flange`.
         """
         on = self.kinematics(**setup)
         targets, goal, leading = on.targets(pose)
@@ -234,9 +194,6 @@ class FullModel:
         Returns:
             A table; its :meth:`.JointPath.checked` refuses poses that are not reached, and jumps.
 
-        Raises:
-            PoseError: Numbers that are no pose.
-            JointsError: See :meth:`flange`.
         """
         on = self.kinematics(**setup)
         targets, goal, _ = on.targets(poses)
@@ -291,12 +248,11 @@ class FullModel:
             Shape (..., 4, 4), in the frame of the controller's model's base [m].
 
         Raises:
-            CommandError: See :meth:`command`.
             ModelError: A ``calibration.conf`` that is none, or not of this type of arm.
         """
         if isinstance(controller, str | Path):
             controller = ur_controller(self.robot, controller)
-        believed = FullModel.rigid(controller or self.robot)
+        believed = FullModel(CalibratedRobot(controller or self.robot, (), np.zeros(0)))
         tool = self.kinematics(tool=setup.get("tool")).tool
         return believed.flange(self.command(pose, near, prefer, **setup), tool=tool)
 

@@ -4,6 +4,8 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import TypedDict
 
 import casadi as ca
 import numpy as np
@@ -11,15 +13,38 @@ from numpy.typing import ArrayLike
 
 from ..data import Load
 from ..results import CalibratedRobot, JointsError
-from ..robot import ColumnFunction, Goal, PoseModel, PoseSolver, Solutions
+from ..robot import ColumnFunction, Goal, PoseModel, PoseSolver, Robot, Solutions
+from .joint_path import CommandError
 from .poses import as_poses
 
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
+Controller = Robot | str | Path | None
+"""Model of a controller, or file of its factory calibration; None for the nominal one."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit stands at it [rad, m]."""
+FARTHEST = 0.1
+"""Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
 MARGIN = 1e-3
 """Positions farther than this outside of the limits are said, since encoders err [rad, m]."""
+
+
+class Setup(TypedDict, total=False):
+    """What is on the arm, and where it stands; each may be left out, or None."""
+
+    tool: str | ArrayLike | None
+    """The tool's pose on the flange, shape (4, 4) [m], or the name of a link of the URDF that
+    stands still on it; None for the flange itself, the link that carries the ball."""
+    payload: Payload | None
+    """Mass [kg], and its centre in the flange's frame [m], as ``(1.2, (0, 0, 0.05))``, beyond the
+    masses of the URDF; None for the load of the recordings."""
+    base: ArrayLike | None
+    """Pose of the robot's base in the frame in which poses are given, shape (4, 4) [m]."""
+    frame: str | None
+    """Of several robots, in place of ``base``: the frame in which poses are given, as ``right``,
+    another's base, or ``right/flange``, see :meth:`.MultiRobotCalibration.base_in`."""
+    at: ArrayLike | None
+    """Joint positions of that other robot, shape (m,) [rad]."""
 
 
 class LoadedArm:
@@ -89,6 +114,23 @@ class Kinematics:
         J = self.arm.jacobians(rows, self.tool[:3, 3])[0].reshape(len(rows), 2, 3, -1)
         return (self.base[:3, :3] @ J).reshape(*leading, 6, rows.shape[1])
 
+    def virtual_positions(self, q: ArrayLike) -> np.ndarray:
+        """Return positions for ``calibrated.urdf``; see :meth:`.FullModel.virtual_positions`."""
+        rows, leading = self.rows(q)
+        found = self.arm.of_urdf.solve(self.arm.poses(rows)[0][:, :12], rows)
+        far = np.abs(found.positions - rows).max(axis=1, initial=0) > FARTHEST
+        for row in np.flatnonzero(far | ~found.reached)[:1].tolist():
+            raise CommandError(
+                f"row {row}: the URDF has no joint positions nearby that put its flange where the "
+                f"full model has it, {1e3 * found.left[row, 0]:.3g} mm and "
+                f"{1e3 * found.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
+                "fewer than six joints",
+                found.positions[row],
+                found.left[row],
+                "",
+            )
+        return found.positions.reshape(*leading, -1)
+
     def search(
         self, targets: np.ndarray, goal: Goal, near: ArrayLike | None, prefer: ArrayLike | None
     ) -> Solutions:
@@ -126,14 +168,7 @@ class Kinematics:
     def _positions(self, q: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
         """Return the same, and say where a joint is outside of its limits."""
         checked, leading = self.rows(q)
-        robot = self.arm.robot
-        outside = np.argwhere((checked < robot.lower - MARGIN) | (checked > robot.upper + MARGIN))
-        for row, i in outside[:1].tolist():
-            warnings.warn(
-                f"joint positions: row {row}, {robot.joint_names[i]!r} is {checked[row, i]:.4g}, "
-                f"outside its limits {robot.lower[i]:.4g} to {robot.upper[i]:.4g}",
-                stacklevel=4,
-            )
+        warn_outside(self.arm.robot, checked)
         return checked, leading
 
     def stopped(self, q: np.ndarray) -> str:
@@ -141,3 +176,14 @@ class Kinematics:
         robot = self.arm.robot
         stopped = (q < robot.lower + AT_LIMIT) | (q > robot.upper - AT_LIMIT)
         return next((name for name, at in zip(robot.joint_names, stopped, strict=True) if at), "")
+
+
+def warn_outside(robot: Robot, q: np.ndarray) -> None:
+    """Say where a joint is outside of its limits."""
+    outside = np.argwhere((q < robot.lower - MARGIN) | (q > robot.upper + MARGIN))
+    for row, i in outside[:1].tolist():
+        warnings.warn(
+            f"joint positions: row {row}, {robot.joint_names[i]!r} is {q[row, i]:.4g}, outside its "
+            f"limits {robot.lower[i]:.4g} to {robot.upper[i]:.4g}",
+            stacklevel=3,
+        )

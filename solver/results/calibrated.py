@@ -108,12 +108,9 @@ class CalibratedRobot:
         return self._points(self.values, self._corrected(q, effort), q)
 
     def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
-        """Return where the joints truly are while their encoders read q [rad].
+        """Return where the joints truly are while their encoders read q, of q's shape [rad].
 
-        Args, units and errors are those of :meth:`ball`.
-
-        Returns:
-            Shape (m,) or (N, m). Tilts of the joints are no positions, and not in it.
+        Args and errors are those of :meth:`ball`. Tilts of the joints are no positions.
         """
         rows = self._corrected(q, effort)[:, : len(self.robot.joint_names)]
         return rows[0] if np.ndim(q) == 1 else rows
@@ -133,10 +130,7 @@ class CalibratedRobot:
         return self.deflection.true_positions(positions, moments)
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:
-        """Return the ball's centre by the exported URDF alone, without any correction of q.
-
-        Shapes, units and errors are those of :meth:`ball`.
-        """
+        """Return :meth:`ball` by the exported URDF alone, without any correction of q."""
         return self._points(self.geometry, self.positions(q), q)
 
     def rotations(self, model: ModelName, measured: Measurement) -> np.ndarray:
@@ -152,10 +146,7 @@ class CalibratedRobot:
         return self.model.rotations(by_model.get(model, self.values), q).points
 
     def nominal_ball(self, q: ArrayLike) -> np.ndarray:
-        """Return the ball's centre by the nominal URDF.
-
-        Shapes, units and errors are those of :meth:`ball`.
-        """
+        """Return :meth:`ball` by the nominal URDF."""
         return self._points(self.model.nominal, self.positions(q), q)
 
     def positions(self, q: ArrayLike) -> np.ndarray:

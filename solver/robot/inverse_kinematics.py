@@ -5,13 +5,13 @@ so that the answers are spread over all that the arm can do.
 """
 
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ...errors import MukcaError
 from .kinematics import link_frames
+from .pose_model import PoseModel
 from .row_function import RowFunction
 from .urdf import Joint, Robot
 
@@ -19,8 +19,6 @@ BATCH = 256
 """Random starts that are drawn at once."""
 FIRST = 64
 """Number of them that are followed first, and then all others."""
-ROWS = 16
-"""Poses are computed for a multiple of so many configurations."""
 MARGIN = 0.1
 """A start that is this far outside of the limits at the target stays outside [rad, m]."""
 MAX_STEP = 0.5
@@ -141,9 +139,8 @@ class InverseKinematics:
     def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
         N, m = q.shape
-        # CasADi prepares a function for each number of rows: some rows twice cost less
-        pose, by_q = self._pose(np.resize(q, (-(-N // ROWS) * ROWS, m)))
-        return pose[:N], by_q[:N].reshape(N, 6, m)
+        pose, by_q = self._pose(q)
+        return pose, by_q.reshape(N, 6, m)
 
 
 @lru_cache(maxsize=16)
@@ -151,16 +148,12 @@ def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     """Return ball, neck and their derivatives as a function of joint positions."""
     q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
     origins = ca.DM([value for j in joints for value in (*j.origin.xyz, *j.origin.rpy)])
-    frames = link_frames(joints, origins, q)
-    neck, ball = ca.SX(frames[-1][0])[:, 2], frames[-1][1]
-    columns: list[Any] = []  # by hand, in a third of the operations that ca.jacobian takes
-    for joint, (R, p) in zip(joints, frames, strict=True):
-        axis = R @ ca.DM(joint.axis)
-        if joint.actuated and joint.type == "prismatic":
-            columns.append(ca.vertcat(axis, ca.DM.zeros(3)))
-        elif joint.actuated:
-            columns.append(ca.vertcat(ca.cross(axis, ball - p), ca.cross(axis, neck)))
-    return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
+    model = PoseModel(q, q, joints, tuple(link_frames(joints, origins, q)))
+    neck, ball = ca.SX(model.frames[-1][0])[:, 2], model.ball
+    J = model.by_corrected(len(joints) - 1, ball)
+    by_neck = [ca.cross(J[3:, k], neck) for k in range(q.numel())]
+    by_q = ca.vertcat(J[:3, :], ca.horzcat(*by_neck))
+    return RowFunction("pose", [q], [ca.vertcat(ball, neck), by_q])
 
 
 def _random_necks(generator: np.random.Generator) -> np.ndarray:

@@ -106,10 +106,9 @@ class PoseSolver:
         prefer: np.ndarray | None = None,
         tool: np.ndarray = NO_TOOL,
     ) -> Solutions:
-        """Return joint positions for poses, with new starts where the first one leads nowhere.
+        """Return what :meth:`solve` does, with new starts where the first one leads nowhere.
 
-        Of several that are found, the nearest to the first start is taken. Arguments are those of
-        :meth:`solve`.
+        Of several solutions the nearest to the first start is taken.
         """
         found = self.solve(targets, near, prefer, tool)
         generator = np.random.default_rng(0)

@@ -99,7 +99,7 @@ def test_the_command_line_is_a_layer_over_it(calibration, saved, session, tmp_pa
 
 def test_what_is_saved_is_loaded_again(calibration, saved, session) -> None:
     again = mukca.load_calibration(saved / "calibration.json")
-    q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
+    q = mukca.read_placements(session / "front")[0].positions
     assert np.array_equal(again.ball(q), calibration.ball(q))
     assert again.errors.as_dict() == calibration.errors.as_dict()
     validated = again.validate(mukca.read_placements(session))

@@ -68,3 +68,10 @@ def test_a_robot_knows_its_limits_and_misspelt_ones_are_offered(panda) -> None:
 def test_a_ball_of_ones_own_goes_onto_a_shipped_model(panda) -> None:
     own = mukca.load_robot("panda", flange="panda_hand_tcp", ball=(0.0, 0.0, 0.03))
     assert own.ball_joint.origin.xyz == (0.0, 0.0, 0.03) and own.tip != panda.tip
+
+
+def test_joints_outside_their_limits_are_said(saved) -> None:
+    q = np.array([3.5, -0.3, 0.2, -1.8, 0.1, 1.5, 0.7])
+    for ask in (saved[0].ball, saved[0].true_positions, saved[0].flange):
+        with pytest.warns(UserWarning, match=r"'panda_joint1' is 3.5, outside its limits -2.897"):
+            ask(q)

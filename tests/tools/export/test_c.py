@@ -61,7 +61,7 @@ def test_it_is_the_full_model(imagined, export, tmp_path) -> None:
     model, calibrated, robot = Model(out), calibration.calibrated, calibration.robot
     m = len(robot.actuated)
     q = configurations(robot, 1500)
-    assert np.abs(model("ball", q, 3) - calibration.ball(q)).max() < 1e-12
+    assert np.abs(model("ball", q, 3) - calibration.calibrated.ball(q)).max() < 1e-12
     check_gravity(model("gravity", q[:200], m), robot, q[:200])
     true = model("true_positions", q, m)
     assert 1e-6 < np.abs(true - q).max() < 0.1
@@ -92,7 +92,7 @@ def check_flange(model, robot, calibration, q: np.ndarray) -> None:
     calibrated = calibration.calibrated
     place = calibrated.model.origins(calibrated.values)[-1, :3]
     found = T[:, :3, :3] @ place + T[:, :3, 3]
-    assert np.abs(found - calibration.ball(q)).max() < 1e-12
+    assert np.abs(found - calibration.calibrated.ball(q)).max() < 1e-12
     J = model("jacobian", q, 6 * m).reshape(-1, 6, m)
     slopes = moved(lambda x: model("flange", x, 16), q).reshape(-1, 4, 4, m)
     assert np.abs(J[:, :3] - slopes[:, :3, 3]).max() < 1e-8
@@ -183,7 +183,7 @@ def test_the_examples_run(arm, calibrations, tmp_path) -> None:
     ball = np.array([float(word) for word in shown.splitlines()[0].split(":")[1].split()])
     calibration = mukca.load_calibration(calibrations / "panda.json")
     middle = (calibration.robot.lower.clip(-3) + calibration.robot.upper.clip(max=3)) / 2
-    expected = calibration.ball(middle + 0.3)
+    expected = calibration.calibrated.ball(middle + 0.3)
     assert np.abs(ball - expected).max() < 1e-12
 
 

@@ -27,7 +27,7 @@ def test_what_a_format_cannot_say_has_its_price(export, calibrations, tmp_path) 
     calibration = mukca.load_calibration(file)
     q = np.array([sample.position for sample in calibration.document.data[0].samples])
     # distances between balls do not depend on where the base frame stands
-    full, rigid = calibration.ball(q), calibration.calibrated.geometric_ball(q)
+    full, rigid = calibration.calibrated.ball(q), calibration.calibrated.geometric_ball(q)
     changed = [np.linalg.norm(p[:, None] - p[None], axis=2) for p in (full, rigid)]
     assert np.abs(changed[0] - changed[1]).max() <= 2 * loss["largest"]
     assert 0 < loss["mean"] <= np.linalg.norm(full - rigid, axis=1).max()
