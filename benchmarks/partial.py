@@ -206,9 +206,9 @@ def board(q: np.ndarray, poses: list[np.ndarray]) -> mukca.Placement:
 
 
 def scatter(tips: np.ndarray) -> float:
-    """Return the mean distance of tips from where each set of them is on average [m]."""
+    """Return the rms distance of tips from where each set of them is on average [m]."""
     apart = tips - tips.mean(axis=1, keepdims=True)
-    return float(np.mean(np.linalg.norm(apart, axis=-1)))
+    return float(np.mean(np.sum(apart**2, axis=-1))) ** 0.5
 
 
 def exported(calibration: mukca.Calibration) -> mukca.Robot:

@@ -1,7 +1,8 @@
 """``points.csv`` and ``poses.csv``: joint positions, and what an instrument measured there.
 
 A header of the joints' names in any order, and x, y, z [m], the ball's position in the instrument's
-frame; ``poses.csv`` has qx, qy, qz, qw besides, the orientation of its link as a unit quaternion.
+frame; ``poses.csv`` has the orientation of its link besides: a unit quaternion qx, qy, qz, qw, a
+rotation vector rx, ry, rz [rad], or a rotation matrix r11, r12, r13, r21, .. r33 by rows.
 Other units stand in the header, as ``x [mm]`` or ``JOINT [deg]``.
 """
 
@@ -16,6 +17,8 @@ from .samples import Sample
 POINTS, POSES = "points.csv", "poses.csv"
 _AXES = ("x", "y", "z")
 _QUATERNION = ("qx", "qy", "qz", "qw")
+_VECTOR = ("rx", "ry", "rz")
+_MATRIX = tuple(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))
 _COLUMN = re.compile(r"(.+?)\s*(?:\[([a-zA-Z]+)\])?")
 _MEANINGS = (("flange", "measured flange poses"), ("camera", "camera"), ("commands", "command"))
 """Meaning of poses, and a word of the first line that tells of it."""
@@ -37,13 +40,15 @@ def read_points(file: Path, name: str) -> Placement:
     table = read_table(file)
     columns = [_COLUMN.fullmatch(cell.strip()) for cell in table.header or ()]
     names = [None if column is None else column[1] for column in columns]
-    measured = (*_AXES, *(_QUATERNION if file.name == POSES else ()))
+    forms = (_QUATERNION, _VECTOR, _MATRIX) if file.name == POSES else ((),)
+    turns = next((form for form in forms if set(form) <= set(names)), forms[0])
+    measured = (*_AXES, *turns)
     joints = [i for i, name in enumerate(names) if name not in measured]
     known = len(names) == len(joints) + len(measured) and not set(measured) - set(names)
     if None in names or not joints or not known:
         raise RecordingError(
             f"{file}:1: expected a header of the joints' names in chain order, then "
-            f"{','.join(measured)}"
+            f"{','.join(measured)}" + ("; or rx,ry,rz; or r11,..,r33" if turns else "")
         )
     scales = [_scale(file, column) for column in columns if column is not None]
     place = [names.index(axis) for axis in measured]
@@ -51,9 +56,9 @@ def read_points(file: Path, name: str) -> Placement:
     for line, row in zip(table.lines, table.rows, strict=True):
         numbers = [a * b for a, b in zip(row, scales, strict=True)]
         where = f"{file}:{line}"
-        x, y, z, *quaternion = (numbers[i] for i in place)
+        x, y, z, *turn = (numbers[i] for i in place)
         position = tuple(numbers[i] for i in joints)
-        turned = _unit(quaternion, where) if quaternion else None
+        turned = _unit(_quaternion(turn, where), where) if turn else None
         samples.append(Sample(position, 0, where=where, point=(x, y, z), orientation=turned))
     comment = comment_line(file).lower()
     return Placement(
@@ -68,14 +73,37 @@ def read_points(file: Path, name: str) -> Placement:
 def _scale(file: Path, column: re.Match[str]) -> float:
     """Return the unit of a column in metres or radians; 1 where none is named."""
     name, unit = column[1], column[2] or ""
-    fit = {"": 1.0} if name in _QUATERNION else {"": 1.0, "m": 1.0, "mm": 1e-3}
-    if name not in (*_AXES, *_QUATERNION):
+    fit = {"": 1.0} if name in (*_QUATERNION, *_MATRIX) else {"": 1.0, "m": 1.0, "mm": 1e-3}
+    if name not in (*_AXES, *_QUATERNION, *_MATRIX):
         fit |= {"rad": 1.0, "deg": math.pi / 180}
     if unit not in fit:
         known = "known are " + ", ".join(f"[{word}]" for word in fit if word)
         known = known if len(fit) > 1 else "it has none"
         raise RecordingError(f"{file}:1: column {name} has unit {unit!r}; {known}")
     return fit[unit]
+
+
+def _quaternion(turn: list[float], where: str) -> list[float]:
+    """Return the quaternion of a rotation vector [rad] or matrix."""
+    if len(turn) == 4:
+        return turn
+    if len(turn) == 3:
+        angle = math.hypot(*turn)
+        share = math.sin(angle / 2) / angle if angle else 0.5
+        return [*(share * value for value in turn), math.cos(angle / 2)]
+    a, b, c, d, e, f, g, h, i = turn
+    # the outer product of the quaternion with itself, times 4; its largest column is the surest
+    columns = [
+        [1 + a - e - i, b + d, c + g, h - f],
+        [b + d, 1 - a + e - i, f + h, c - g],
+        [c + g, f + h, 1 - a - e + i, d - b],
+        [h - f, c - g, d - b, 1 + a + e + i],
+    ]
+    largest = max(range(4), key=lambda k: columns[k][k])
+    length = math.hypot(*columns[largest])
+    if abs(length**2 / (4 * columns[largest][largest]) - 1) > 2 * _ROUNDED:
+        raise RecordingError(f"{where}: r11 to r33 are no rotation; are these its rows?")
+    return [value / length for value in columns[largest]]
 
 
 def _unit(quaternion: list[float], where: str) -> tuple[float, float, float, float]:

@@ -3,13 +3,16 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import cast
+
+import numpy as np
 
 from ...recorder import Placement
 from ..assessment import repeatability_of
 from ..data import Measurement, check_distinct, measure, spaced
 from ..diagnostics import Diagnostic, Hypothesis, inspect_all, named, next_placement, split_at
-from ..results import NextPlacement, Role
+from ..results import DocumentError, NextPlacement, Role, calibrated_robot, read_calibration
 from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
@@ -105,6 +108,25 @@ def _prepare(
     return _inspected(_measured(robot, train, test, options))
 
 
+def _held_as_exact(robot: Robot, options: SolveOptions) -> list[str]:
+    """Return what a few free numbers of a calibrated URDF cannot know."""
+    file = Path(robot.source).with_name("calibration.json")
+    if not options.free or options.prior or Path(robot.source).suffix != ".urdf":
+        return []
+    try:
+        known = calibrated_robot(read_calibration(file), str(file))
+    except DocumentError:
+        return []
+    same = robot.joint_names == known.robot.joint_names
+    if not same or not np.array_equal(robot.origins, known.origins):
+        return []
+    return [
+        f"{robot.source}: calibrated, and --free takes the rest of it for exact: neither its "
+        f"elasticity nor how well it is known is in a URDF. mukca rezero, tool or handeye {file} "
+        f"hold it with both; mukca solve --prior {file} fits all of it again"
+    ]
+
+
 def _check_zeros(robot: Robot, parameters: Sequence[Parameter], options: SolveOptions) -> None:
     """Refuse zeros that the URDF could not hold."""
     free = {parameter.name for parameter in parameters}
@@ -138,6 +160,7 @@ def _measured(
         for placements in (train, kept)
     )
     check_distinct([*fitted, *held_out])
+    warnings += _held_as_exact(robot, options)
     warnings += [line for m in (*fitted, *held_out) for line in m.warnings]
     return CalibrationProblem(robot, options, fitted, held_out, tuple(warnings))
 

@@ -11,7 +11,7 @@ from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
 from ..data import Measurement, Pose, measure
 from ..results import ToolFrame
-from ..robot import BallModel, InverseKinematics, Origin, SimulationError, workspace
+from ..robot import InverseKinematics, Origin, SimulationError
 from .fit import FAR, NoiseBelief, System, Task, fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
@@ -23,10 +23,10 @@ LEAST, LEAST_EACH = 4, 3
 """Touches that a tip needs, and of each point."""
 UNTOLD = 2e-3
 """A tip that is less known along some direction is not told [m]."""
-ELSEWHERE, POSTURES = 4, 8
+ELSEWHERE, POSTURES = 6, 8
 """Points elsewhere at which the tip's spread is predicted, and postures at each."""
-NEAR, FAR_OUT = 0.35, 0.65
-"""Distances of these from the base, as shares of the arm's reach: where arms work."""
+NEAR, FAR_OUT, HIGH = 0.35, 0.65, 0.25
+"""Distance of these from the base's axis, and height, as shares of the reach: where arms work."""
 
 
 @dataclass(frozen=True)
@@ -194,9 +194,9 @@ def _elsewhere(system: System) -> float | None:
     robot = replace(prior.robot, joints=joints)
     guide, P = InverseKinematics(robot), system.posterior_covariance(np.arange(model.size))
     squares: list[float] = []
-    points = BallModel(robot, []).points(np.zeros(0), workspace(robot, 50 * ELSEWHERE))
-    share = np.linalg.norm(points, axis=1) / guide.longest
-    for point in points[(share > NEAR) & (share < FAR_OUT) & (points[:, 2] > 0)]:
+    for _ in range(10 * ELSEWHERE):
+        far, angle, height = generator.uniform((NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH))
+        point = guide.longest * np.array([far * np.cos(angle), far * np.sin(angle), height])
         try:
             q = guide.reach(np.tile(point, (POSTURES, 1)), generator, rounds=1)
         except SimulationError:

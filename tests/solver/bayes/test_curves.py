@@ -8,9 +8,24 @@ import pytest
 from msgspec import structs
 
 import mukca
-from mukca.solver.bayes.model.effects import CURVE, KNOTS, SPACING, curve_values, kernel, spectrum
-from mukca.solver.calibration import posterior_of
-from mukca.solver.results import ErrorCurves, JointCurve, agreement, agreement_words
+from mukca.solver.bayes.model import Deflection
+from mukca.solver.bayes.model.effects import (
+    CURVE,
+    KNOTS,
+    SPACING,
+    curve_values,
+    kernel,
+    random_curves,
+    spectrum,
+)
+from mukca.solver.calibration import FullModel, posterior_of
+from mukca.solver.results import (
+    CalibratedRobot,
+    ErrorCurves,
+    JointCurve,
+    agreement,
+    agreement_words,
+)
 
 _PARTS = ((0, 400, 4), (1, 400, 10), (2, 400, 4))
 UR10 = Path(__file__).parents[4] / "shared" / "tracker" / "ur10" / "points.csv"
@@ -132,3 +147,14 @@ def test_a_file_holds_the_posterior_of_its_calibration() -> None:
     deviations = np.sqrt(np.diag(again.covariance))
     apart = np.abs(kept.covariance - again.covariance)
     assert (apart <= 0.01 * np.outer(deviations, deviations) + 1e-18).all()
+
+
+def test_the_flange_of_an_arm_with_curves_alone_follows_them() -> None:
+    robot = mukca.load_robot("ur5e")
+    curves = Deflection(("curve",), (5e-4 * random_curves(6, 0.07, np.random.default_rng(0)),))
+    wiggly, rigid = (
+        CalibratedRobot(robot, (), np.zeros(0), deflection) for deflection in (curves, Deflection())
+    )
+    q = np.random.default_rng(1).uniform(-2, 2, (5, 6))
+    there = FullModel(rigid).flange(wiggly.true_positions(q))
+    assert FullModel(wiggly).flange(q) == pytest.approx(there, abs=1e-12)

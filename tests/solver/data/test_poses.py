@@ -7,10 +7,12 @@ import pytest
 
 import mukca
 from mukca.recorder import Sample
+from mukca.solver.calibration import quaternion_of
 from mukca.solver.data import (
     check_orientations,
     hand_eye,
     measure,
+    rotation_matrices,
     rotation_vectors,
     turn,
 )
@@ -153,3 +155,26 @@ def test_poses_calibrate_and_judge_places_and_turns(true_panda: mukca.Robot) -> 
     (again,) = mukca.Calibration(found.document).validate(test)
     assert again.calibrated.orientation_error is not None
     assert again.calibrated.orientation_error < 5e-4 and "mrad" in repr(found.errors)
+
+
+def test_a_rotation_vector_and_a_matrix_are_read_as_the_quaternion(tmp_path: Path) -> None:
+    turns = [turn(v) for v in np.random.default_rng(0).normal(0, 1.2, (5, 3))]
+    turns.append(np.diag([1.0, -1.0, -1.0]))
+    forms = {
+        "qx,qy,qz,qw": [quaternion_of(R[None])[0] for R in turns],
+        "rx,ry,rz": [*rotation_vectors(np.array(turns[:-1])), np.array([np.pi, 0, 0])],
+        ",".join(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)): [R.ravel() for R in turns],
+    }
+    for form, rows in forms.items():
+        lines = [",".join(map(repr, [0.1, 1.0, 2.0, 3.0, *row.tolist()])) for row in rows]
+        (tmp_path / "poses.csv").write_text("\n".join([f"joint,x,y,z,{form}", *lines]) + "\n")
+        (placement,) = mukca.read_placements(tmp_path)
+        read = np.array([sample.orientation for sample in placement.samples])
+        assert rotation_matrices(read) == pytest.approx(np.array(turns), abs=1e-9)
+
+
+def test_nine_numbers_that_are_no_rotation_are_refused(tmp_path: Path) -> None:
+    names = ",".join(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))
+    (tmp_path / "poses.csv").write_text(f"joint,x,y,z,{names}\n0,0,0,0,1,0,0,0,2,0,0,0,1\n")
+    with pytest.raises(mukca.MukcaError, match=":2: r11 to r33 are no rotation"):
+        mukca.read_placements(tmp_path)

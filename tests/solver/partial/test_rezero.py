@@ -87,3 +87,15 @@ def test_the_command_says_and_writes_what_was_found(
     assert status == 2 and "--joint elbow: the joints are panda_joint1" in error
     status, _, error = command(*words, "--stood", "kitchen")
     assert status == 2 and error.count("\n") == 1 and "kitchen" in error
+
+
+def test_a_few_free_numbers_of_a_calibrated_urdf_are_told_what_they_hold(
+    simulated: Simulated, tmp_path: Path
+) -> None:
+    outputs = simulated.calibration.save(tmp_path / "cal")
+    free = {"free": ["panda_joint4.yaw"]}
+    since = simulated.read({3: 5e-3})
+    held = mukca.calibrate(mukca.load_robot(outputs["urdf"]), since, **free)
+    assert any("mukca rezero" in line for line in held.document.warnings)
+    nominal = mukca.calibrate(mukca.load_robot("panda"), since, **free)
+    assert not any("mukca rezero" in line for line in nominal.document.warnings)
