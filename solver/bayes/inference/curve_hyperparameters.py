@@ -67,16 +67,15 @@ class Marginal:
     free: np.ndarray
     """Which of y are not held, shape (d,)."""
 
-    @cached_property
-    def inverse(self) -> np.ndarray:
-        """M^-1, shape (3 N, 3 N)."""
-        return np.linalg.inv(self.errors)
+    inverse: np.ndarray | None
+    """M^-1, shape (3 N, 3 N), where it was asked for."""
 
     @cached_property
     def projected(self) -> np.ndarray:
         """V = M^-1 - M^-1 G Sigma G^T M^-1, shape (3 N, 3 N)."""
         sigma = self.covariance[np.ix_(self.free, self.free)]
-        return self.inverse - (self.by_rest @ sigma) @ self.by_rest.T
+        inverse = np.linalg.inv(self.errors) if self.inverse is None else self.inverse
+        return inverse - (self.by_rest @ sigma) @ self.by_rest.T
 
     @property
     def log_determinants(self) -> float:
@@ -104,13 +103,22 @@ def curve_covariance(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndar
     return K, by_length
 
 
-def marginal(samples: LinearSamples, K: np.ndarray, blocks: np.ndarray, rest: Rest) -> Marginal:
+def marginal(
+    samples: LinearSamples,
+    K: np.ndarray,
+    blocks: np.ndarray,
+    rest: Rest,
+    *,
+    inverted: bool = False,
+) -> Marginal:
     """Return what follows of M for some blocks C_i / w_i, shape (N, 3, 3)."""
     n, d, free = len(blocks), len(rest.free), rest.free
     M = K.copy()
     M.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)] += blocks
     G, a = samples.by_rest.reshape(-1, d)[:, free], samples.errors.ravel()
-    solved = np.linalg.solve(M, np.concatenate([G, a[:, None]], axis=1))
+    both = np.concatenate([G, a[:, None]], axis=1)
+    inverse = np.linalg.inv(M) if inverted else None
+    solved = np.linalg.solve(M, both) if inverse is None else inverse @ both
     WG = solved[:, :-1]
     information = G.T @ WG + rest.precision[np.ix_(free, free)]
     unit = 1 / np.sqrt(np.diag(information))
@@ -119,7 +127,7 @@ def marginal(samples: LinearSamples, K: np.ndarray, blocks: np.ndarray, rest: Re
     change, covariance = np.zeros(d), np.zeros((d, d))
     change[free] = -sigma @ (WG.T @ a + rest.gradient[free])
     covariance[np.ix_(free, free)] = sigma
-    return Marginal(M, WG, covariance, change, solved[:, -1] + WG @ change[free], free)
+    return Marginal(M, WG, covariance, change, solved[:, -1] + WG @ change[free], free, inverse)
 
 
 @dataclass(frozen=True)
@@ -154,12 +162,13 @@ def _iteration(
     samples: LinearSamples,
     prior: CurvePrior,
     weights: np.ndarray,
+    learn: bool,
 ) -> _Iteration:
     """Return the fit at a state's noises and prior widths."""
     rest = rest_of(objective, state, len(weights) / len(state.linear.errors))
     C, curves = samples.scales(state.noises), curve_covariance(samples, prior)
     blocks = C / weights[:, None, None]
-    found = marginal(samples, curves[0], blocks, rest)
+    found = marginal(samples, curves[0], blocks, rest, inverted=learn)
     errors = blocks @ found.pulls.reshape(-1, 3, 1)
     squares: np.ndarray = np.sum(errors * np.linalg.solve(C, errors), axis=(1, 2))
     return _Iteration(samples, state, prior, weights, rest, curves, C, found, squares)
@@ -192,7 +201,7 @@ def marginalised(
     learn: bool = True,
 ) -> Marginalised:
     """Return the scales of highest evidence, and the fit with them."""
-    fit = _iteration(objective, state, samples, prior, weights)
+    fit = _iteration(objective, state, samples, prior, weights, learn)
     for _ in range(STEPS):
         weights = fit.next_weights
         change = 0.2 * float(np.abs(np.log(weights / fit.weights)).max())
@@ -204,7 +213,7 @@ def marginalised(
             change = max(change, by_scales, by_groups)
         if change < SETTLED:
             break
-        fit = _iteration(objective, state, samples, prior, weights)
+        fit = _iteration(objective, state, samples, prior, weights, learn)
     pulls = fit.found.pulls.reshape(-1, 3)
     evidence = _log_evidence(fit) if learn else -np.inf
     return Marginalised(fit.prior, fit.state, weights, fit.found.change, pulls, evidence)

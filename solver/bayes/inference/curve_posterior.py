@@ -114,13 +114,14 @@ def covariance(
         return _by_splines(samples, prior, rest, told[:, None, None] * np.linalg.inv(C))
     K, _ = curve_covariance(samples, prior)
     found = marginal(samples, K, C / told[:, None, None], rest)
-    n, d = len(samples.errors), len(rest.free)
+    d = len(rest.free)
     B, own = _with_samples(samples, prior)
-    whole = np.zeros((d + len(B), d + len(B)))
-    whole[:d, :d] = found.covariance
-    across = -B @ (found.inverse @ (samples.by_rest.reshape(3 * n, d) @ found.covariance))
-    whole[d:, :d], whole[:d, d:] = across, across.T
-    whole[d:, d:] = -B @ found.projected @ B.T
+    whole, gain = np.zeros((d + len(B), d + len(B))), np.zeros((len(B), d))
+    gain[:, found.free] = -B @ found.by_rest
+    across = gain @ found.covariance
+    half = np.linalg.solve(np.linalg.cholesky(found.errors), B.T)
+    whole[:d, :d], whole[d:, :d], whole[:d, d:] = found.covariance, across, across.T
+    whole[d:, d:] = across @ gain.T - half.T @ half
     for begin in range(d, d + len(B), len(own)):
         whole[begin : begin + len(own), begin : begin + len(own)] += own
     return whole
