@@ -47,7 +47,7 @@ class Fit:
 
     @property
     def stored_posterior(self) -> StoredPosterior | None:
-        """What a later calibration begins with; None where there is nothing."""
+        """The posterior for a later calibration to begin with; None where there is none."""
         return None if self.joint_posterior is None else stored_posterior(self.joint_posterior)
 
     @property

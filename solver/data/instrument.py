@@ -1,4 +1,4 @@
-"""What an instrument measured, as a laser tracker does, row by row as a fit's samples.
+"""Measurements of an instrument, as a laser tracker, row by row as the samples of a fit.
 
 A measured pose is two samples of a fit, the ball's place [m] and its link's orientation [rad], each
 an error vector with its own noise. Orientations are the last samples.

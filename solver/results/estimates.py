@@ -117,7 +117,7 @@ class NoiseScale(Document, kw_only=True, frozen=True):
 
 
 class StoredPosterior(Document, kw_only=True, frozen=True):
-    """What a later calibration begins with: with values and samples, it gives all covariances."""
+    """Beginning of a later calibration: with values and samples, it gives all covariances."""
 
     version: int = 1
     covariance: str
