@@ -49,7 +49,8 @@ def joined_urdf(robots: Sequence[Placed], folder: Path | None = None) -> bytes:
         ModelError: Chains of one file share a joint that moves, or have different bases.
     """
     first = robots[0].robot
-    if all(one.robot.source == first.source for one in robots) and _different(robots):
+    tips = {one.robot.tip for one in robots}  # different chains, and not one model several times
+    if all(one.robot.source == first.source for one in robots) and len(tips) == len(robots):
         return _in_one_file(robots)
     root = ET.Element("robot", name="_".join(one.name for one in robots))
     ET.SubElement(root, "link", name=WORLD)
@@ -64,12 +65,6 @@ def joined_urdf(robots: Sequence[Placed], folder: Path | None = None) -> bytes:
 def _tree(urdf: bytes) -> ET.Element:
     """Return a URDF as a tree; it was read before, and refused if it defined any entity."""
     return ET.fromstring(urdf)  # noqa: S314
-
-
-def _different(robots: Sequence[Placed]) -> bool:
-    """Tell whether the robots are different chains, and not one model used several times."""
-    tips = [one.robot.tip for one in robots]
-    return len(set(tips)) == len(tips)
 
 
 def _renamed(tree: ET.Element, prefix: str) -> ET.Element:

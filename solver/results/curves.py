@@ -87,15 +87,16 @@ def sampled_ranges(angles: np.ndarray, reach: float) -> tuple[tuple[float, float
     return tuple((float(SPACING * a), float(SPACING * (b - 1))) for a, b in ends.tolist())
 
 
-def beyond_curves(
-    curves: ErrorCurves | None, joint_names: Sequence[str], positions: np.ndarray
-) -> dict[str, float]:
-    """Return the joints that stood where no angle was sampled, each with the share of samples.
+def beyond_words(
+    curves: ErrorCurves | None, joint_names: Sequence[str], positions: np.ndarray, where: str
+) -> list[str]:
+    """Return a line for people where samples are beyond what the curves were fitted to.
 
     Args:
         curves: Of the calibration; None for none.
         joint_names: Names of the columns.
         positions: Joint positions, shape (N, m) [rad].
+        where: Name of the samples.
     """
     shares: dict[str, float] = {}
     for curve in () if curves is None else curves.joints:
@@ -105,17 +106,9 @@ def beyond_curves(
             inside |= (angles >= low - SPACING) & (angles <= high + SPACING)
         if not inside.all():
             shares[curve.joint] = float(np.mean(~inside))
-    return shares
-
-
-def beyond_words(
-    curves: ErrorCurves | None, joint_names: Sequence[str], positions: np.ndarray, where: str
-) -> list[str]:
-    """Return a line for people where samples are beyond what the curves were fitted to."""
-    beyond = beyond_curves(curves, joint_names, positions)
-    if not beyond:
+    if not shares:
         return []
-    joints = ", ".join(f"{name} ({100 * share:.0f} %)" for name, share in beyond.items())
+    joints = ", ".join(f"{name} ({100 * share:.0f} %)" for name, share in shares.items())
     return [
         f"{where}: samples at angles that the error curves were not fitted to: {joints}; there a "
         "curve goes to zero, and predicted errors grow"

@@ -6,16 +6,14 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from ...solver.bayes.results import angles_near
-from ...solver.data import turn
-from ...solver.robot import matrix_rpy
+from ...solver.data import Pose, turn
+from ...solver.robot import Origin
 from .request import Request
 
 
 def rigid(origin: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the transform of a URDF origin: x y z [m], roll pitch yaw [rad]."""
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = matrix_rpy(origin[3:]), origin[:3]
-    return T
+    return Pose.of(Origin.of(origin)).matrix
 
 
 def to_axis(axis: Sequence[float]) -> np.ndarray:
