@@ -48,6 +48,9 @@ class SolveOptions:
     split_moved: Annotated[
         bool, Option("where a base moved, give the part after it a socket of its own")
     ] = False
+    flange_poses: Annotated[
+        bool, Option("each poses.csv holds measured flange poses, whatever its first line lacks")
+    ] = False
     repeatability_mm: Annotated[
         float | None,
         Option(

@@ -143,6 +143,10 @@ def _measured(
     if not train:
         raise UsageError("no placement to train on; read some by mukca.read_placements")
     trained = {p.path.resolve() for p in train if p.path is not None}
+    if options.flange_poses:
+        train, test = (
+            [replace(p, poses_of=p.poses_of or "flange") for p in part] for part in (train, test)
+        )
     kept = [p for p in test if p.path is None or p.path.resolve() not in trained]
     warnings = [f"{p.path}: trained on, so left out of the test" for p in test if p not in kept]
     sockets = 1 if options.method == "auto" else 2
