@@ -10,7 +10,6 @@ An instrument that measures poses of what the flange carries is a camera beside 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -22,7 +21,7 @@ from ..results import ToolFrame
 from .fit import FAR, NoiseBelief, System, Task, fit
 from .prior import ArmPrior, prior_of
 from .rows import Rows, flanges
-from .updated import updated
+from .updated import Found, updated
 
 Camera = Literal["on-arm", "beside"]
 DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
@@ -38,12 +37,10 @@ NOTHING_FITS = 0.1
 
 
 @dataclass(frozen=True)
-class CameraPose:
+class CameraPose(Found):
     """A camera, found with the calibrated chain held."""
 
     camera: Camera
-    frame: ToolFrame
-    """Its pose on the flange or in the base, and the covariance of its place."""
     target: Pose
     """The board in the base, or on the flange."""
     noise: tuple[float, float]
@@ -54,16 +51,6 @@ class CameraPose:
     """Errors of the views, shape (N, 6) [m, rad]."""
     outliers: tuple[str, ...]
     """Views that fit no other, in words."""
-    calibration: Calibration
-    """The calibration with the camera as a link."""
-
-    def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
-        """Write ``calibrated.urdf`` and ``calibration.json`` with the camera's link.
-
-        Raises:
-            OutputError: The folder is there already, or cannot be written.
-        """
-        return self.calibration.save(folder, force=force, accept_distorted=True)
 
     @property
     def quaternion(self) -> tuple[float, ...]:
@@ -145,14 +132,14 @@ def handeye(
         covariance=system.covariance_on_flange(own).tolist(),
     )
     return CameraPose(
-        camera,
         frame,
+        updated(calibration, system, tool=frame),
+        camera,
         target,
         (state.noise.place, state.noise.turn),
         _held_out(system),
         system.residuals,
         _outliers(system),
-        updated(calibration, system, tool=frame),
     )
 
 

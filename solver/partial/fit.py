@@ -134,12 +134,7 @@ class System:
     """G S G^T, shape (R, R)."""
 
     def scatter(self, noise: NoiseBelief, *, told: bool = False) -> np.ndarray:
-        """Return the noise's covariance, shape (R, R).
-
-        Args:
-            noise: Its scales.
-            told: That of Gaussian noise of which samples tell as much as of Student's.
-        """
+        """Return the noise's covariance, shape (R, R); told: Gaussian noise that tells as much."""
         N, d, _ = self.by_joints.shape
         own = np.repeat([noise.place, noise.turn], 3)[:d] ** 2
         blocks = noise.joint**2 * self.by_joints @ self.by_joints.transpose(0, 2, 1)
@@ -278,10 +273,9 @@ def _moved(system: System, y: np.ndarray) -> State:
 def _change(system: System, moved: State) -> float:
     """Return by how much samples and places moved in a step [m], [rad]."""
     before = system.state
-    places = float(np.abs(moved.places - before.places).max())
-    tool = float(np.abs(moved.tool - before.tool).max())
     chain = system.slopes[:, : len(before.x)] @ (moved.x - before.x)
-    return max(places, tool, float(np.abs(chain).max()))
+    parts = (chain, moved.places - before.places, moved.tool - before.tool)
+    return max(float(np.abs(part).max()) for part in parts)
 
 
 def _noise(system: System) -> NoiseBelief:

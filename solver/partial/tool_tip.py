@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from ..robot import InverseKinematics, Origin, SimulationError
 from .fit import FAR, NoiseBelief, System, Task, fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
-from .updated import updated
+from .updated import Found, updated
 
 TOUCH, SPREAD = 1e-4, 1.0
 """Noise of touching a point [m], and the standard deviation of its logarithm."""
@@ -30,11 +29,9 @@ NEAR, FAR_OUT, HIGH = 0.35, 0.65, 0.25
 
 
 @dataclass(frozen=True)
-class Tool:
+class Tool(Found):
     """A tool on the flange, found with the calibrated chain held."""
 
-    frame: ToolFrame
-    """Its place, and the covariance of it on the flange as the calibration with it has that."""
     noise: float
     """Of touching a point, a standard deviation per axis [m]."""
     elsewhere: float | None
@@ -44,16 +41,6 @@ class Tool:
     """Distance that each touch leaves to its point, shape (N,) [m]."""
     untold: tuple[str, ...]
     """What the touches cannot tell, in words."""
-    calibration: Calibration
-    """The calibration with the tool as a link on its flange."""
-
-    def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
-        """Write ``calibrated.urdf`` and ``calibration.json`` with the tool's link.
-
-        Raises:
-            OutputError: The folder is there already, or cannot be written.
-        """
-        return self.calibration.save(folder, force=force, accept_distorted=True)
 
     @property
     def text(self) -> tuple[str, ...]:
@@ -138,11 +125,11 @@ def tool(
     )
     return Tool(
         frame,
+        updated(calibration, system, tool=frame),
         system.state.noise.place,
         _elsewhere(system),
         np.linalg.norm(system.residuals, axis=1),
         untold,
-        updated(calibration, system, tool=frame),
     )
 
 

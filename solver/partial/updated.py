@@ -1,7 +1,8 @@
 """A calibration with what was found since: zeros of joints, a tool, an arm a little moved."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -12,6 +13,24 @@ from ..calibration import Calibration, UsageError
 from ..results import CalibratedRobot, Coefficient, LaterZero, ToolFrame
 from ..robot import BallModel, Robot, add_link, all_parameters, scan
 from .fit import System
+
+
+@dataclass(frozen=True)
+class Found:
+    """A frame on the arm or beside it, found with the calibrated chain held."""
+
+    frame: ToolFrame
+    """Its pose, and the covariance of its place for the arm as the calibration with it has that."""
+    calibration: Calibration
+    """The calibration with the frame as a link."""
+
+    def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
+        """Write ``calibrated.urdf`` and ``calibration.json`` with the link.
+
+        Raises:
+            OutputError: The folder is there already, or cannot be written.
+        """
+        return self.calibration.save(folder, force=force, accept_distorted=True)
 
 
 def updated(

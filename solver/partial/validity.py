@@ -19,8 +19,8 @@ ZEROS, PLACES = (1e-3, 2e-2), (1e-3, 2e-2)
 """Typical changes of a joint's zero [rad], of a tool's or base's place [m]."""
 EVERYTHING = {"m": 1e-3, "rad": 3e-3}
 """Typical change of each number of the geometry after a crash."""
-VALID = 0.5
-"""Probability that nothing changed from which on the calibration counts as valid."""
+VALID = 0.1
+"""Probability that nothing changed down to which the calibration counts as valid: nine to one."""
 LEAST = 10
 """Samples below which nothing is said."""
 _NEXT = {
@@ -57,9 +57,12 @@ class Validity:
         nothing, likely = self.probabilities[NOTHING], self.likeliest
         if self.samples < LEAST:
             return f"{self.samples} samples say too little; record 6 in each of two sockets"
-        if nothing >= VALID:
-            return f"still valid: nothing changed, with a probability of {100 * nothing:.1f} %"
         share = 100 * self.probabilities[likely]
+        if nothing >= VALID:
+            doubt = "" if likely == NOTHING else f"; {likely} may have, {share:.0f} %: record more"
+            return (
+                f"still valid: nothing changed, with a probability of {100 * nothing:.0f} %{doubt}"
+            )
         step = _NEXT.get(likely, f"mukca rezero --joint {likely} finds its zero")
         return f"changed: {likely}, with a probability of {share:.1f} %; {step}"
 

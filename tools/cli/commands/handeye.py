@@ -7,6 +7,7 @@ from pathlib import Path
 from ....solver.partial import Camera
 from ....solver.results import refuse_existing
 from .. import OutputOptions, Terminal, argument, option
+from .tool import keep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,12 +30,5 @@ def run(options: Options, terminal: Terminal) -> int:
         refuse_existing(options.out, force=options.force)
     calibration = load_calibration(options.calibration)
     found = handeye(calibration, read_placements(*options.data), options.camera, options.name)
-    terminal.say(*found.text)
-    outputs: dict[str, str] = {}
-    if options.out is not None:
-        outputs = found.save(options.out, force=options.force)
-        terminal.say(*(f"Wrote {file}" for file in outputs.values()))
-    else:
-        terminal.say(f"Nothing was written; add --out DIR for a URDF with the link {options.name}.")
-    terminal.emit({**found.as_dict(), "outputs": outputs})
+    keep(found, options, terminal)
     return 0

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ....solver.results import refuse_existing
 from .. import OutputOptions, Terminal, argument, option
+from .tool import keep
 
 if TYPE_CHECKING:
     from ....solver.calibration import Calibration
@@ -49,15 +50,9 @@ def run(options: Options, terminal: Terminal) -> int:
         ball_moved=options.ball_moved,
         distance=options.distance,
     )
-    terminal.say(*found.text)
-    outputs: dict[str, str] = {}
+    keep(found, options, terminal)
     if options.out is not None and found.changed:
-        outputs = found.save(options.out, force=options.force)
-        terminal.say(*(f"Wrote {file}" for file in outputs.values()))
         terminal.say("Set the zeros in the robot instead, or load these: one of both, never both.")
-    elif found.changed:
-        terminal.say("Nothing was written; add --out DIR to keep the calibration with them.")
-    terminal.emit({**found.as_dict(), "outputs": outputs})
     told = {one.joint: one.told for one in found.joints}
     return 0 if all(told[joint] for joint in options.joint) else 3
 

@@ -11,6 +11,7 @@ from .command import read_rows
 
 if TYPE_CHECKING:
     from ....recorder import Placement
+    from ....solver.partial import CameraPose, Tool, Zeros
     from ....solver.robot import Robot
 
 
@@ -51,15 +52,20 @@ def run(options: Options, terminal: Terminal) -> int:
         axis=touches(options.axis, robot) if options.axis else (),
         face=face,
     )
+    keep(found, options, terminal)
+    return 3 if found.untold else 0
+
+
+def keep(found: "CameraPose | Tool | Zeros", options: OutputOptions, terminal: Terminal) -> None:
+    """Print what was found, write it if it is to be kept, and emit it."""
     terminal.say(*found.text)
     outputs: dict[str, str] = {}
     if options.out is not None:
         outputs = found.save(options.out, force=options.force)
         terminal.say(*(f"Wrote {file}" for file in outputs.values()))
     else:
-        terminal.say(f"Nothing was written; add --out DIR for a URDF with the link {options.name}.")
+        terminal.say("Nothing was written; add --out DIR for a calibration and a URDF with it.")
     terminal.emit({**found.as_dict(), "outputs": outputs})
-    return 3 if found.untold else 0
 
 
 def touches(files: Sequence[Path], robot: "Robot") -> "list[Placement]":
