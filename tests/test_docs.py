@@ -6,6 +6,9 @@ import json
 import math
 import re
 import shlex
+import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +16,7 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.solver.diagnostics import CAUSES
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -36,6 +40,15 @@ def test_every_link_leads_to_a_file(page: Path) -> None:
 def test_every_page_is_in_the_navigation() -> None:
     nav = (ROOT / "mkdocs.yml").read_text().split("\nnav:")[1]
     assert {page.name for page in PAGES} == set(re.findall(r"[\w-]+\.md", nav))
+
+
+def test_every_cause_has_the_page_that_the_program_names(tmp_path: Path) -> None:
+    copy = shutil.copytree(ROOT / "docs/causes", tmp_path / "causes")
+    subprocess.run([sys.executable, str(copy / "pages.py")], check=True)
+    for page in copy.glob("*.md"):
+        assert page.read_text() == (ROOT / "docs/causes" / page.name).read_text(), page.name
+    names = {cause.name for cause in CAUSES}
+    assert names | {"index"} == {page.stem for page in (ROOT / "docs/causes").glob("*.md")}
 
 
 def test_every_verb_is_in_the_documents() -> None:

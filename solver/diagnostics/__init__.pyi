@@ -1,6 +1,7 @@
 from .advice import farthest_place as farthest_place
 from .advice import next_placement as next_placement
 from .change_points import split_at as split_at
+from .columns import CAUSES as CAUSES
 from .configurations import single_socket_diagnostics as single_socket_diagnostics
 from .diagnostic import EVERYWHERE as EVERYWHERE
 from .diagnostic import OF_JOINTS as OF_JOINTS

@@ -22,9 +22,10 @@ USUAL_OFFSET = np.deg2rad(1.5)
 """Joints may be off by less than this."""
 NEEDED = 1.5
 """The error without an offset that is needed is so many times as large as with it."""
-_ADVICE = {
+ADVICE = {
     "sign": "change the sign in the recording, or of the axis in the model",
     "swap": "bring the columns into the order of the model's chain",
+    "order": "bring the columns into the order of the model's chain",
     "zero": "set the joint's zero, or choose the model of this robot's version",
 }
 
@@ -74,7 +75,7 @@ class ColumnHypothesis:
     @property
     def advice(self) -> str:
         """Steps that mend the mistakes."""
-        return "; ".join(_ADVICE[kind] for kind in self.mistakes)
+        return "; ".join(ADVICE[kind] for kind in self.mistakes)
 
     def _words(self, kind: str, joints: Sequence[int]) -> str:
         how = {"sign": "sign-flipped", "swap": "swapped"}.get(kind)

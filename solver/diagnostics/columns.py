@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from .column_hypotheses import (
+    ADVICE,
     ColumnHypothesis,
     several_offsets,
     signs,
@@ -18,7 +19,7 @@ from .column_hypotheses import (
     unchanged,
     with_best_offsets,
 )
-from .hypotheses import ONLY_SOUND, Comparison, Scene, of_zero
+from .hypotheses import KINDS, ONLY_SOUND, Comparison, Kind, Scene, of_zero
 from .hypothesis import Finding, Hypothesis, Option
 from .robust_fit import UNEXPLAINED, RigidModel, Samples
 
@@ -26,6 +27,13 @@ MUCH = 3.0
 """Noise, beside what is expected, from which any placement may have wrong columns."""
 OF_COLUMNS = {"sign": 0.05, "swap": 0.03, "order": 0.02, "zero": 0.01}
 """Prior probabilities of mistakes in the columns."""
+TELL = "read one pose at the arm, and compare it with its row"
+"""Step that tells them from others."""
+CAUSES = (
+    *(kind for kind in KINDS if kind.name != "sound"),
+    *(Kind(n, p, lambda _: "", ADVICE[n], TELL) for n, p in OF_COLUMNS.items()),
+)
+"""All that may be told."""
 TOLERANCE = 0.02
 """A right model is off by less than this on average, once the ball's place is fitted [m]."""
 TRIED = 90
@@ -132,8 +140,7 @@ def _option(
     def finding(probability: float) -> Finding:
         gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
         text = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
-        tell = "read one pose at the arm, and compare it with its row"
-        hypothesis = Hypothesis(wrong.name, probability, parameters, text, wrong.advice, tell)
+        hypothesis = Hypothesis(wrong.name, probability, parameters, text, wrong.advice, TELL)
         return Finding(hypothesis, "swap" if wrong.name == "order" else wrong.name, "error")
 
     log = best.log_evidence + float(np.log(OF_COLUMNS[wrong.name] / len(names)))

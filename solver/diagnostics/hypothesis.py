@@ -70,6 +70,7 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
         return ""
     first, *others = hypotheses
     words = f"most probable cause ({_percent(first.probability)}): {first.text}; {first.advice}"
+    words += f" (docs: causes/{first.name})"
     second = next((h for h in others if h.probability > SECOND and h.name != "sound"), None)
     if second is None:
         return words

@@ -5,8 +5,10 @@ from .compare import probabilities as probabilities
 from .evidence import LinearEvidence as LinearEvidence
 from .joints import of_zero as of_zero
 from .kinds import Block as Block
+from .kinds import Kind as Kind
 from .scene import ARMS as ARMS
 from .scene import Scene as Scene
 from .table import CURABLE as CURABLE
+from .table import KINDS as KINDS
 from .table import OF_SIZE as OF_SIZE
 from .table import ONLY_SOUND as ONLY_SOUND

@@ -1,7 +1,8 @@
 """The table of explanations.
 
 To add one, write a :class:`.Kind` in a file of its noun: its prior, its unknowns as columns of the
-residuals, its words, and what tells it from others; then add it below, and a page to docs/causes.
+residuals, its words, and what tells it from others; then add it below, and what it looks like to
+docs/causes/pages.py, which writes its page.
 """
 
 from .ball import BALL_BENT, BALL_LOOSE, BALL_LOOSE_HERE, BALL_SAMPLE

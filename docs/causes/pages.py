@@ -1,0 +1,98 @@
+"""Writes the pages of docs/causes: one for each explanation that the program compares.
+
+    python docs/causes/pages.py
+
+Line, step and prior probability are those of the program's own table, with numbers put in; only
+the words on how a cause looks are written here.
+"""
+
+from pathlib import Path
+
+from mukca.solver.diagnostics import CAUSES
+
+HERE = Path(__file__).parent
+EXAMPLE = {
+    "joint": "joint_4", "component": "z", "placement": "front", "socket": 0, "sample": 17,
+    "last": 19, "samples": 3, "other": 1, "of": "", "of_socket": 0, "noise": 1.2e-3,
+    "noise_here": 2.1e-3, "size": 2e-3, "share": 0.02, "given": 0.051, "expected": 0.05,
+    "likely": 0.05, "offset": 0.02, "error": 8e-3, "step": 0.01, "known": "front:0-left:0=0.4",
+    "source": "as given: measure it again, and give what you read by --distance MEASURED",
+}  # fmt: skip
+LOOKS = {
+    "distance": "Every fit is as good as ever, and the arm comes out too long or too short: its "
+    "size follows the distance that was typed. It looks the same as a model that is scaled.",
+    "scaled": "As a wrong distance does: no recording tells the two apart.",
+    "one_socket": "The centres of both sockets come out at one place.",
+    "known": "One of the distances given by `--known` does not fit the model and all others.",
+    "length": "The samples scatter in a pattern that one length explains, in all placements alike; "
+    "the arm often comes out of another size, too.",
+    "angle": "As one length does. An angle about a joint's own axis is that joint's zero.",
+    "version": "Large errors that no single number of the model explains, but many together do.",
+    "other_arm": "Placements are sound, each by itself, and together they are not.",
+    "zero": "The samples scatter in a pattern that one joint's offset explains, in all placements.",
+    "zero_lost": "Sound up to one sample, and from it on one joint is off: it lost steps, slipped, "
+    "or was homed again.",
+    "gain": "One joint's error grows with its angle: a gear ratio, or a wrong unit.",
+    "lag": "Each sample is off towards the one before it: it was taken before the arm stood still.",
+    "base_moved": "From one sample on all balls are displaced alike in space.",
+    "base_between": "Samples are sound, and the sockets of one base are not as far apart as they "
+    "were said to be, unlike those of the others.",
+    "drift": "Errors grow steadily in the order of recording: a base that creeps, a table that "
+    "gives way, an arm that warms up.",
+    "ball_sample": "One sample is far from all others of its socket.",
+    "ball_bent": "From one sample on the ball sits elsewhere on its flange: errors turn with it.",
+    "ball_loose": "All samples scatter more than the arm repeats, alike in every direction.",
+    "socket": "Samples lie at the centre of another socket than their file or column says.",
+    "copies": "The samples of one socket are those of another, as good as digit by digit.",
+    "quantised": "The file holds few digits: all angles of a joint are multiples of one step.",
+    "pushed": "All samples scatter more than the arm repeats, and most where joints have long "
+    "levers: a hand held the arm against its gears.",
+    "unexplained": "Large errors, and no explanation of this list is likely.",
+    "sign": "One joint counts the other way round than the model.",
+    "swap": "Two columns stand in the other's place.",
+    "order": "The columns come in another order than the chain's joints: turned round, shifted.",
+}
+"""How each looks in recordings."""
+OF_COLUMNS = {
+    "sign": "joint 4 (joint_4) looks sign-flipped: with -q the error falls from 63 to 0.11 mm",
+    "swap": "joints 2 and 3 (joint_2, joint_3) look swapped: with their columns put right the "
+    "error falls from 63 to 0.11 mm",
+    "order": "the columns look out of order: 7, 6, 5, 4, 3, 2, 1: with their columns put right the "
+    "error falls from 410 to 0.11 mm",
+}
+TITLES = {"known": "Known distance wrong", "order": "Columns out of order"}
+
+
+def main() -> None:
+    rows: list[str] = []
+    total = 1 + sum(cause.prior for cause in CAUSES)
+    for name in dict.fromkeys(cause.name for cause in CAUSES):
+        own = [cause for cause in CAUSES if cause.name == name]
+        lines = [c.text(EXAMPLE) or OF_COLUMNS.get(name, "") for c in own]
+        lines = [line for line in dict.fromkeys(lines) if line]
+        prior = 100 * sum(cause.prior for cause in own) / total
+        title = TITLES.get(name, name.replace("_", " ").capitalize())
+        told = "\n".join(f"- `{line}`" for line in lines)
+        todo = list(dict.fromkeys(c.advice.format(**EXAMPLE) for c in own))
+        tells = list(dict.fromkeys(c.tell for c in own if c.tell))
+        tell = " Or: ".join(_sentence(one) for one in tells)
+        (HERE / f"{name}.md").write_text(
+            f"# {title}\n\nThe program says, for example:\n\n{told}\n\n"
+            f"**It looks so.** {LOOKS[name]}\n\n**To tell it from others.** {tell}\n\n"
+            f"**What to do.** {' '.join(_sentence(one) for one in todo)}\n\n"
+            f"Before anything is seen it has a probability of {prior:.2g} %. "
+            "[All causes](index.md)\n"
+        )
+        rows.append(f"| [{title}]({name}.md) | {LOOKS[name].partition(': ')[0].rstrip('.')} |")
+    page = HERE / "index.md"
+    head, mark, rest = page.read_text().partition("|---|---|\n")
+    after = rest[rest.index("\n\n") :]
+    page.write_text(head + mark + "\n".join(rows) + after)
+
+
+def _sentence(words: str) -> str:
+    return f"{words[0].upper()}{words[1:].rstrip('.?')}{'?' if words.endswith('?') else '.'}"
+
+
+if __name__ == "__main__":
+    main()
