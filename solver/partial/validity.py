@@ -57,14 +57,13 @@ class Validity:
         nothing, likely = self.probabilities[NOTHING], self.likeliest
         if self.samples < LEAST:
             return f"{self.samples} samples say too little; record 6 in each of two sockets"
-        share = 100 * self.probabilities[likely]
+        share = f"{100 * self.probabilities[likely]:.1f} %"
+        if likely == NOTHING:
+            return f"still valid: nothing changed, with a probability of {share}"
         if nothing >= VALID:
-            doubt = "" if likely == NOTHING else f"; {likely} may have, {share:.0f} %: record more"
-            return (
-                f"still valid: nothing changed, with a probability of {100 * nothing:.0f} %{doubt}"
-            )
+            return f"not sure to have changed: {likely} may have ({share}); record more samples"
         step = _NEXT.get(likely, f"mukca rezero --joint {likely} finds its zero")
-        return f"changed: {likely}, with a probability of {share:.1f} %; {step}"
+        return f"changed: {likely}, with a probability of {share}; {step}"
 
 
 def what_changed(

@@ -43,6 +43,8 @@ def _run(options: Options, terminal: Terminal) -> int:
     new = errors.summary.test
     drift = assessment.judge_drift(document, calibrated.calibrated, new, held_out, limits)
     terminal.say(drift.text)
+    if drift.verdict.exit_status == 1:
+        terminal.say("mukca check --calibration tells what changed, and what to do about it.")
     if options.json:
         whole, verdict = calibrated.result.as_dict(), drift.as_dict()
         keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
