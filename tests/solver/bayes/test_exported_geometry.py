@@ -37,21 +37,21 @@ def test_a_rigid_arms_geometry_is_its_calibration(robot: mukca.Robot, tmp_path) 
     assert found.document.deflection == {}
     assert found.save(tmp_path / "out").keys() == {"urdf", "calibration"}
     q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
-    assert found.calibrated.geometric_ball(q) == pytest.approx(found.ball(q), abs=1e-12)
+    assert found.calibrated.geometric_ball(q) == pytest.approx(found.calibrated.ball(q), abs=1e-12)
 
 
 def test_few_samples_leave_it_between_theirs_and_the_full_models(robot: mukca.Robot) -> None:
     """The surer the full model is, the further it is followed from the samples' own geometry."""
     _, (train,) = mukca.simulate_recordings(robot, 1, seed=1, noise=7e-5, **ELASTIC)
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (200, 7))
-    alone = mukca.calibrate(robot, train, method="paper").ball(q)
+    alone = mukca.calibrate(robot, train, method="paper").calibrated.ball(q)
     full = mukca.calibrate(robot, train, without=("transmission",))
     exported = full.calibrated.geometric_ball(q)
     sizes = [
         np.linalg.norm(
             np.linalg.norm(a[1:] - a[:-1], axis=1) - np.linalg.norm(b[1:] - b[:-1], axis=1)
         )
-        for a, b in ((exported, alone), (full.ball(q), alone))
+        for a, b in ((exported, alone), (full.calibrated.ball(q), alone))
     ]
     assert 0 < sizes[0] < sizes[1]
 
