@@ -18,7 +18,7 @@ from mukca.recorder import Sample
 from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
 from mukca.recorder.terminal import render
 from mukca.solver.robot import InverseKinematics, load_robot
-from mukca.tools.recording import SHARE, PoseSelector, goal_for, joints_of
+from mukca.tools.recording import BLOCK, SHARE, PoseSelector, goal_for, joints_of
 from mukca.tools.simulation import Base, perturb
 
 COLUMNS, ROWS = 84, 24
@@ -33,7 +33,7 @@ def main() -> None:
     session, advice = Session(joints_of(robot)), None
     console = Console(record=True, width=COLUMNS, file=io.StringIO())
     for number in range(1, 2 * SHARE + 1):
-        socket = 0 if number <= SHARE else 1
+        socket = (number - 1) // BLOCK % 2
         session = session if session.socket == socket else session.switched(socket)
         q = np.array(advice.target) if advice and advice.target else None
         q = seated(guide, q, base.sockets[socket] + generator.normal(0, 1e-4, 3), generator)
@@ -47,9 +47,17 @@ def main() -> None:
             f"captured sample {number}: {session.counts[socket] + 1} in socket {socket}"
         )
         advice = coach.advise(session.live, socket, q)
-        if number == SHARE:
+        if number == BLOCK:
             draw(console, session, advice, q)
-    words = Advice(**{**vars(advice), "enough": True, "closing": coach.closing(session.live)})
+    words = Advice(
+        **{
+            **vars(advice),
+            "enough": True,
+            "exhausted": False,
+            "leave": False,
+            "closing": coach.closing(session.live),
+        }
+    )
     draw(console, session, words, q)
     file = Path(__file__).with_suffix(".svg")
     drawn = console.export_svg(title="mukca record")
@@ -76,8 +84,7 @@ def seated(
 
 def draw(console: Console, session: Session, advice: Advice | None, q: np.ndarray) -> None:
     moment = OperatorContext(
-        session, tuple(q.tolist()), leave=bool(advice and advice.leave),
-        enough=advice.why_enough if advice else "",
+        session, tuple(q.tolist()), advice=advice,
     )  # fmt: skip
     title = "panda  data/front  sockets 50 mm  franka:172.16.0.2"
     view = View(session, title, prompt_for(moment), tuple(q.tolist()), advice, 1000.0, 0.001)

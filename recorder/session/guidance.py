@@ -79,7 +79,9 @@ class Advice:
     leave: bool = False
     """True if this socket has enough, and another has not."""
     enough: bool = False
-    """True if the goal is reached, or more samples at this placement would hardly help."""
+    """True if the goal is reached, and no fault is seen."""
+    exhausted: bool = False
+    """True if it is not reached, and more samples at this placement would hardly help."""
     target: tuple[float, ...] | None = None
     """The configuration that would improve it most."""
     gain: float = 0.0
@@ -93,14 +95,6 @@ class Advice:
     def is_informative(self) -> bool:
         """True once the prediction rests on more than the prior of the ball's place."""
         return self.count >= INFORMATIVE
-
-    @property
-    def why_enough(self) -> str:
-        """The reason why this placement needs nothing more; empty where it does."""
-        if not self.enough:
-            return ""
-        reached = self.predicted <= self.goal
-        return "the goal is reached" if reached else "more poses here hardly help"
 
 
 class GuidanceProvider(Protocol):
@@ -146,12 +140,6 @@ class GuidanceClient:
         self._kept: list[Alarm] = []
 
     @property
-    def here(self) -> Advice | None:
-        """The advice, if it was given for the socket that is active."""
-        advice = self.advice
-        return advice if advice and advice.socket == self._actions.session.socket else None
-
-    @property
     def alarm(self) -> Alarm | None:
         """The most probable fault that the operator has not answered yet."""
         alarms = self.advice.alarms if self.advice else ()
@@ -189,6 +177,6 @@ class GuidanceClient:
         if self.alarm and not (told and told.cause == self.alarm.cause):
             self._actions.alarm(self.alarm.text)
             return
-        done = (advice.enough or advice.leave) and not self.alarm
-        if done and not (before and (before.enough or before.leave)):
+        done = (advice.enough or advice.exhausted or advice.leave) and not self.alarm
+        if done and not (before and (before.enough or before.exhausted or before.leave)):
             self._sound.play(DONE)

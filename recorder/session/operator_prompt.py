@@ -28,10 +28,8 @@ class OperatorContext:
     """Evidence that the arm is being pushed."""
     captured: int | None = None
     """Number of a sample that was captured a moment ago."""
-    leave: bool = False
-    """True if the active socket has enough samples, and another has not."""
-    enough: str = ""
-    """Reason why this placement needs no more; empty where it does."""
+    advice: Advice | None = None
+    """The last that was given."""
     implausible: str | None = None
     """Hands free: reason why this pose is not captured without a key."""
     hands_free: bool = False
@@ -113,12 +111,16 @@ def _before_all(now: OperatorContext) -> OperatorPrompt | None:
         return OperatorPrompt(f"GOT {now.captured}", _GOOD, f"sample {now.captured} is on the disk")
     if now.alarm:
         return OperatorPrompt(now.alarm.words, _BAD, now.alarm.reason)
-    if now.enough or session.complete:
-        more = "" if now.hands_free else f", {key} captures one more"
-        why = f"; {now.enough}" if now.enough else ""
-        return OperatorPrompt("ENOUGH", _GOOD, f"q finishes{more}{why}")
+    more = "" if now.hands_free else f", {key} captures one more"
+    if now.advice and now.advice.exhausted:
+        why = f"more poses here hardly help: n, and the base elsewhere{more}"
+        return OperatorPrompt("NEXT PLACE", _NEXT, why)
+    if now.advice and now.advice.enough:
+        return OperatorPrompt("ENOUGH", _GOOD, f"q finishes{more}; the goal is reached")
+    if session.complete:
+        return OperatorPrompt("TARGET" if now.advice else "ENOUGH", _GOOD, f"q finishes{more}")
     done = session.counts[session.socket] >= session.target
-    if done or now.leave:
+    if done or (now.advice and now.advice.leave and now.advice.socket == session.socket):
         to = session.next_socket
         over = f"enough here: ball to socket {to}, then press s"
         return OperatorPrompt(f"SOCKET {to} NOW", _NEXT, over)

@@ -245,7 +245,6 @@ class Recorder:
     def _context(self, now: float) -> OperatorContext:
         """Return the state from which the operator's next step follows."""
         rest, latest = self.monitor.rest, self.monitor.latest
-        advice, here = self._client.advice, self._client.here
         captured, line = self._captured, self._handler.line
         return OperatorContext(
             self._actions.session,
@@ -255,8 +254,7 @@ class Recorder:
             fast=self.monitor.fast,
             contact=self._evidence,
             captured=captured[0] if captured and now - captured[1] < SHOWN else None,
-            leave=bool(here and here.leave),
-            enough=advice.why_enough if advice else "",
+            advice=self._client.advice,
             implausible=self._why_implausible(rest) if rest and self.hands_free else None,
             hands_free=self.hands_free,
             paused=self._handler.paused,

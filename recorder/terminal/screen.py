@@ -164,7 +164,7 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
 def _hint(view: View, width: int) -> list[Text]:
     """The next pose in words, for the two joints that are farthest from it."""
     target = view.advice.target if view.advice else None
-    if view.advice and view.advice.enough:
+    if view.advice and (view.advice.enough or view.advice.exhausted):
         lines = [part for line in view.advice.closing for part in textwrap.wrap(line, width - 2)]
         return [Text(f" {line}", style="bold cyan") for line in lines]
     if target is None or view.position is None or (view.advice and view.advice.leave):

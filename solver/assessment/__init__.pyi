@@ -1,3 +1,4 @@
+from .accuracy import predicted_limit as predicted_limit
 from .assessment import DRAWN as DRAWN
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess

@@ -47,12 +47,17 @@ def accuracy_rows(
     return [*near, _row(WORKSPACE, uncertainty.distance_deviation, limit, coverage)]
 
 
+def predicted_limit(limit: float) -> float:
+    """Return what predicted errors of distances may come to [m], by the limit on held-out ones."""
+    return max(limit, min(PREDICTED * limit, ANY_ARM))
+
+
 def _row(name: str, predicted: DistanceDeviation, limit: Limit, coverage: Coverage) -> LimitResult:
     title = PLACES[name]
     found = predicted.median if predicted.alone is None else predicted.alone
     if limit.value is None:
         return limit_row(name, title, "not evaluated", limit.source, found)
-    allowed = max(limit.value, min(PREDICTED * limit.value, ANY_ARM))
+    allowed = predicted_limit(limit.value)
     words = f"{allowed / limit.value:.2g} times the limit on the held-out error"
     if predicted.length is not None and LINKS * predicted.length > allowed:
         allowed = LINKS * predicted.length

@@ -1,8 +1,10 @@
 # keep: BackgroundGuidance
+from .guidance import BLOCK as BLOCK
 from .guidance import SHARE as SHARE
 from .guidance import PoseSelector as PoseSelector
 from .guidance_process import BackgroundGuidance as BackgroundGuidance
 from .guidance_process import goal_for as goal_for
+from .guidance_process import limit_for as limit_for
 from .options import RecordOptions as RecordOptions
 from .quick import verify_calibration as verify_calibration
 from .quick import worth_calibrating as worth_calibrating

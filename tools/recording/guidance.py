@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -30,8 +31,14 @@ MIN_FITTED = 6
 MIN_ENOUGH = 10
 """Samples in a socket that are the fewest to be enough, however easy the goal; ``mukca check`` asks
 for as many."""
+BLOCK = 6
+"""Samples after which it is the next socket's turn: in the order 0 1 0 1 a base that moved, or a
+ball in the wrong socket, is told from a wrong distance of the sockets."""
 SHARE = 12
-"""Samples after which it is the other socket's turn, while the goal is not reached."""
+"""Samples in a socket from which on a placement can be exhausted."""
+MARGIN = 1.25
+"""The full model of ``mukca solve``, which knows more effects, predicts up to so many times the
+error that the rigid one here does."""
 MORE = 12
 """Further samples in each socket: a goal that so many would reach is worth staying for."""
 MIN_GAIN = 0.03
@@ -88,23 +95,23 @@ class PoseSelector:
         predicted = known.error(where)
         self._history[len(samples)] = predicted if posterior is not None else np.inf
         target, gain = self._next(known, where, samples, socket, position)
-        least = MIN_ENOUGH if predicted <= self._goal else SHARE
-        enough = (
-            posterior is not None
-            and min(counts[:2]) >= least
-            and (predicted <= self._goal or self._exhausted(known, where, samples, gain))
-        )
-        turn = least if min(counts) < least else SHARE * (1 + min(counts) // SHARE)
+        predicted = predicted if posterior is None else MARGIN * predicted
+        alarms = self._alarms([*self._earlier, self._placement(samples)])
+        fewest = 0 if posterior is None else min(counts[:2])
+        reached = fewest >= MIN_ENOUGH and predicted <= self._goal
+        spent = fewest >= SHARE and self._exhausted(known, where, samples, gain)
+        run = list(takewhile(lambda s: s.socket == socket, reversed(samples)))
         advice = Advice(
             count=len(samples),
             socket=socket,
             predicted=predicted,
             goal=self._goal,
-            leave=not enough and counts[socket] >= turn > min(counts),
-            enough=enough,
+            leave=not (reached or spent) and self._sockets > 1 and len(run) >= BLOCK,
+            enough=reached and not alarms,
+            exhausted=spent and not reached,
             target=target,
             gain=gain,
-            alarms=self._alarms([*self._earlier, self._placement(samples)]),
+            alarms=alarms,
         )
         return advice if posterior is None else _with_fit(advice, posterior, samples)
 
@@ -116,7 +123,7 @@ class PoseSelector:
             return False
         for socket in (0, 1):
             known = known.with_samples(self._candidates(samples, socket)[:MORE], socket)
-        return known.error(where) > self._goal
+        return MARGIN * known.error(where) > self._goal
 
     def _plateaued(self, count: int) -> bool:
         """Return whether the last few samples hardly lowered the predicted error."""
@@ -132,8 +139,9 @@ class PoseSelector:
         if self._sockets < 2 or min(counts[:2]) < MIN_FITTED:
             return None
         try:
-            measured = measure(self._placement(samples), self._robot)
-            data = observe_all([RobotRecordings(self._robot, [measured])])
+            some = [self._placement(samples), *filter(_is_whole, self._earlier)]
+            measured = [measure(placement, self._robot) for placement in some]
+            data = observe_all([RobotRecordings(self._robot, measured)])
             return estimate([self._model], data).arms[0]
         except (NotConverged, np.linalg.LinAlgError):
             return None
@@ -209,6 +217,12 @@ class PoseSelector:
         return self._poses[socket]
 
 
+def _is_whole(placement: Placement) -> bool:
+    """Return whether two sockets have samples, and none a single one."""
+    counts = np.bincount(placement.sockets)
+    return bool(np.count_nonzero(counts) > 1 and not np.any(counts == 1))
+
+
 def _positions(samples: Sequence[Sample], socket: int) -> np.ndarray:
     return np.array([s.position for s in samples if s.socket == socket])
 
@@ -216,7 +230,7 @@ def _positions(samples: Sequence[Sample], socket: int) -> np.ndarray:
 def _with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) -> Advice:
     """Return advice with the errors, scale and distance of a fit to the samples."""
     order = sorted(range(len(samples)), key=lambda i: samples[i].socket)
-    errors = np.linalg.norm(posterior.residuals, axis=1)[np.argsort(order)]
+    errors = np.linalg.norm(posterior.residuals[: len(order)], axis=1)[np.argsort(order)]
     return replace(
         advice,
         fitted=True,

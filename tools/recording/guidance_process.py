@@ -13,12 +13,12 @@ from typing import Any
 
 from ...recorder import Placement, Sample
 from ...recorder.session import Advice, GuidanceRequest
-from ...solver.assessment import ARMS, RESOLUTION, known_arm
+from ...solver.assessment import ARMS, RESOLUTION, known_arm, predicted_limit
 from ...solver.robot import Robot, load_robot
 from ..cli import RobotOptions
 
 GOAL = 3.0
-"""Ratio of the default goal to the arm's repeatability."""
+"""Ratio of the limit on held-out errors to the arm's repeatability."""
 
 
 class WorkerProcess:
@@ -89,12 +89,15 @@ def _run(work: Callable[..., None], pipe: Connection, *setup: Any) -> None:
 
 
 def goal_for(robot: Robot, goal_mm: float | None = None) -> float:
-    """Return the goal of the predicted error of distances [m].
+    """Return the goal of the predicted error of distances [m]: what ``mukca solve`` asks."""
+    return predicted_limit(limit_for(robot)) if goal_mm is None else 1e-3 * goal_mm
 
-    By default three times the arm's repeatability, or the resolution of a printed socket.
+
+def limit_for(robot: Robot) -> float:
+    """Return the limit on held-out errors [m]: three times the arm's repeatability.
+
+    At least as many times the resolution of a printed socket.
     """
-    if goal_mm is not None:
-        return 1e-3 * goal_mm
     name = known_arm([robot.name, Path(robot.source).stem])
     repeatability = ARMS[name].repeatability if name else RESOLUTION
     return GOAL * max(repeatability, RESOLUTION)
@@ -149,6 +152,6 @@ def _advise(
         samples = request.samples
         advice = selector.advise(samples, request.socket, request.position)
         pipe.send(replace(advice, closing=closing))
-        if advice.enough and not closing:
+        if (advice.enough or advice.exhausted) and not closing:
             closing = selector.closing(samples)
             pipe.send(replace(advice, closing=closing))

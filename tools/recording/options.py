@@ -70,8 +70,8 @@ class RecordOptions(RobotOptions):
         default="bell",
     )
     goal_mm: float | None = _guide(
-        "what the predicted error of distances in the workspace should come to (default: three "
-        "times the arm's repeatability)",
+        "what the predicted error of distances in the workspace should come to (default: what "
+        "mukca solve asks)",
         "MM",
         between=(1e-3, 1e3),
     )

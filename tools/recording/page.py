@@ -85,7 +85,7 @@ def state_of(view: View) -> dict[str, Any]:
         "goal": advice.goal if advice else None,
         "mean": advice.mean_error if advice else None,
         "last": advice.last_error if advice else None,
-        "closing": advice.closing if advice and advice.enough else (),
+        "closing": advice.closing if advice else (),
         "messages": [(m.text, m.alarm) for m in session.messages[-4:]],
     }
 

@@ -9,7 +9,7 @@ from ...solver.assessment import ValidityPosterior, odds_of
 from ...solver.calibration import Calibration
 from ...solver.data import measure
 from ...solver.robot import BallModel, Robot
-from .guidance_process import goal_for
+from .guidance_process import limit_for
 from .outlier_checks import wrong_model_check
 
 
@@ -26,7 +26,7 @@ def worth_calibrating(robot: Robot, folder: Path) -> str:
     measured = measure(placement, robot, sockets=1)
     balls = BallModel(robot, []).points(np.zeros(0), measured.positions)
     away = np.linalg.norm(balls - balls.mean(axis=0), axis=1)
-    error, good = float(away.mean()), goal_for(robot)
+    error, good = float(away.mean()), limit_for(robot)
     verdict = "worth calibrating" if error > good else "as good as a calibration would make it"
     return (
         f"By its model the ball scatters by {1e3 * error:.2f} mm about one point (mean of "
@@ -49,5 +49,5 @@ def verify_calibration(calibration: Calibration, folder: Path) -> ValidityPoster
     measured = measure(read_placement(folder), calibration.robot, sockets=1)
     summary = calibration.document.summary
     then = summary.test or summary.train
-    before = then.loaded.mean_absolute_error if then else goal_for(calibration.robot)
-    return odds_of(calibration.calibrated, [measured], before, goal_for(calibration.robot))
+    before = then.loaded.mean_absolute_error if then else limit_for(calibration.robot)
+    return odds_of(calibration.calibrated, [measured], before, limit_for(calibration.robot))

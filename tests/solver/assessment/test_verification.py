@@ -11,7 +11,7 @@ import pytest
 import mukca
 from mukca.solver.assessment import ValidityPosterior, odds_of
 from mukca.solver.data import measure
-from mukca.tools.recording import goal_for
+from mukca.tools.recording import limit_for
 from mukca.tools.simulation import Base, record
 
 Ask = Callable[[int, float], ValidityPosterior]
@@ -128,5 +128,5 @@ def test_real_arms_are_still_valid_at_other_placements(recordings: Path, arm: st
     for placement in others:
         measured = measure(ten(placement.for_joints(robot.joint_names)), robot, sockets=1)
         before = summary.loaded.mean_absolute_error
-        odds = odds_of(made.calibrated, [measured], before, goal_for(robot))
+        odds = odds_of(made.calibrated, [measured], before, limit_for(robot))
         assert odds.valid, odds.text
