@@ -1,6 +1,7 @@
 """One thing fitted with the calibrated chain held: the figures of docs/hold.md.
 
 python benchmarks/partial.py rezero --recordings DIR    5 mrad put into a real arm (panda_3)
+python benchmarks/partial.py changes --recordings DIR   0.5 and 1 mrad: told or not
 python benchmarks/partial.py tool --robot ur5e          a tip's spread elsewhere, simulated arms
 python benchmarks/partial.py handeye                    a board's elsewhere, simulated arms
 """
@@ -62,6 +63,23 @@ def rezero(folder: Path, draws: int) -> Iterator[str]:
             f"{names[j]}: rms {1e3 * rms:.2f} mrad, stated {1e3 * stated:.2f}, "
             f"named in {sum(told for _, _, told in rows)} of {draws}"
         )
+
+
+def changes(folder: Path, draws: int) -> Iterator[str]:
+    """Changes told of held-out samples of a real arm, none, 0.5 or 1 mrad put into a joint."""
+    placements = mukca.read_placements(folder)
+    train = [p for p in placements if p.name.endswith((*TRAINED, "front", "left_back"))]
+    others = [p for p in placements if p not in train]
+    calibration = mukca.calibrate(mukca.load_robot(folder / "nominal.urdf"), train)
+    names, generator = calibration.robot.joint_names, np.random.default_rng(0)
+    told = {0.0: 0, 5e-4: 0, 1e-3: 0}
+    for draw in range(draws):
+        since = few(others[draw % len(others)], 6, generator)
+        for size in told:
+            q = since.positions - size * np.eye(len(names))[1 + draw % (len(names) - 2)]
+            moved = mukca.Placement.of_arrays("since", q, since.sockets, names, distance=0.05)
+            told[size] += mukca.what_changed(calibration, moved).verdict.exit_status
+    yield ", ".join(f"{1e3 * size:g} mrad: {count} of {draws}" for size, count in told.items())
 
 
 def few(placement: mukca.Placement, count: int, generator: np.random.Generator) -> mukca.Placement:
@@ -244,14 +262,14 @@ def by_urdf(robot: mukca.Robot, touched: np.ndarray, q: np.ndarray) -> np.ndarra
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("rezero", "tool", "handeye"))
+    parser.add_argument("what", choices=("rezero", "changes", "tool", "handeye"))
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--robot", default="panda")
     parser.add_argument("--draws", type=int, default=20)
     given = parser.parse_args()
-    simulated = {"tool": tool, "handeye": handeye}
-    if given.what == "rezero":
-        lines = rezero(given.recordings, given.draws)
+    real, simulated = {"rezero": rezero, "changes": changes}, {"tool": tool, "handeye": handeye}
+    if given.what in real:
+        lines = real[given.what](given.recordings, given.draws)
     else:
         lines = simulated[given.what](given.robot, given.draws)
     for line in lines:

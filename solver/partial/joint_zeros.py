@@ -24,7 +24,7 @@ WIDTHS = (2e-3, 2e-2, 0.2)
 """Typical changes of a joint's zero [rad], [m]."""
 TICK = 2 * math.pi / 4096
 """Step of a servo with 4096 in a turn [rad]."""
-UNTOLD = 3e-3
+UNTOLD = 1e-2
 """A zero whose standard deviation is larger is not told [rad], [m]."""
 CHANGED, SURE = 0.02, 0.9
 """Probability before the samples that a joint's zero changed, and after them from which it did."""
@@ -118,6 +118,8 @@ class Zeros:
             return (*changed, *self.untold)
         summed = ", ".join(f"{z.joint} {_percent(z.changed)}" for z in self.joints if z.told)
         none = [] if changed else [f"No zero changed ({_percent(self.unchanged)})."]
+        if none and self.unchanged < 1 - SURE:
+            none = ["Some zero changed, and which one is not clear: record more samples."]
         return (*changed, *none, f"Changed, by the evidence: {summed}.", *self.untold)
 
     def as_dict(self) -> dict[str, Any]:
