@@ -5,6 +5,7 @@ millimetres. docs/print.md has the sources of the patterns.
 """
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -34,6 +35,7 @@ SCREWS: Mapping[str, Screw] = {
     "M5": Screw(5.5, 8.5, 5.0, 4.0),
     "M6": Screw(6.6, 10.0, 6.0, 5.0),
     "M8": Screw(9.0, 13.0, 8.0, 6.0),
+    "M10": Screw(11.0, 16.0, 10.0, 8.0),
 }
 
 
@@ -101,8 +103,10 @@ class BoltCircle(FlangeFrame):
             raise PrintableError(f"{self.count} bolts: a bolt circle has 2 to 12")
         apart = self.diameter * math.sin(math.pi / self.count)
         if apart < SCREWS[self.screw].head + 1:
+            wide = (SCREWS[self.screw].head + 1) / math.sin(math.pi / self.count)
             raise PrintableError(
-                f"{self.count} {self.screw} on a circle of {self.diameter:g} mm: their heads touch"
+                f"{self.count} {self.screw} on a circle of {self.diameter:g} mm: their heads "
+                f"touch; take fewer, smaller ones, or a circle of {math.ceil(wide)} mm or more"
             )
 
     def mount(self) -> Mount:
@@ -162,7 +166,7 @@ class Grip(FlangeFrame):
         if self.depth < self.width:
             raise PrintableError(
                 f"a grip {self.width:g} mm wide and {self.depth:g} mm deep: its shoulder needs a "
-                "depth of at least the width"
+                f"DEPTH, the second number, of {self.width:g} mm or more"
             )
         check_range("a grip's length", self.length, 8, 80)
 
@@ -196,11 +200,39 @@ class Grip(FlangeFrame):
         )
 
 
+@dataclass(frozen=True)
+class StrapPlate(FlangeFrame):
+    """A plate for two crossed straps, or for glue, where no holes are known."""
+
+    radius: float = 31.0
+    slot: tuple[float, float] = (22.0, 4.0)
+    """For a strap: its width, and twice its thickness."""
+
+    def mount(self) -> Mount:
+        """Return the plate; the flange frame's origin is in its lower face."""
+        long, thick = self.slot
+        far = self.radius - 8
+        upright = Prism((rectangle(_middle(thick), _middle(long)),), PLATE + 2)
+        level = Prism((rectangle(_middle(long), _middle(thick)),), PLATE + 2)
+        slots = [upright.at(x, 0, -1) for x in (-far, far)]
+        slots += [level.at(0, y, -1) for y in (-far, far)]
+        return Mount(
+            body=cylinder(self.radius, PLATE) - union(*slots),
+            top=PLATE,
+            widest_root=2 * far - thick - 4,
+            widest_ball=math.inf,
+            corners=((self.radius, PLATE + thick / 2),),
+            lettering=far - thick / 2 - 0.5,
+            **self.frame,
+        )
+
+
 def _middle(width: float) -> tuple[float, float]:
     return -width / 2, width / 2
 
 
-MOUNTS: Mapping[str, BoltCircle | Grip] = {
+AnyMount = BoltCircle | Grip | StrapPlate
+MOUNTS: Mapping[str, AnyMount] = {
     "franka-hand": Grip(
         width=14,
         depth=18,
@@ -218,6 +250,7 @@ MOUNTS: Mapping[str, BoltCircle | Grip] = {
             "piper": "link6",
         },
     ),
+    "iso-80-6-m8": BoltCircle(80, count=6, screw="M8", links={"ur20": "tool0"}),
     "iiwa14": BoltCircle(
         50,
         count=8,
@@ -257,5 +290,39 @@ MOUNTS: Mapping[str, BoltCircle | Grip] = {
         links={"gen3_lite": "end_effector_link"},
         note="slots for M3 to M5, with washers, on circles of 32 to 52 mm: measure your flange",
     ),
+    "strap": StrapPlate(
+        links={
+            **dict.fromkeys(("lite6", "uf850"), "link_eef"),
+            "gen3": "end_effector_link",
+            **dict.fromkeys(("so100", "koch", "openarm", "wxai"), ""),
+        },
+        note="the makers publish no holes that are known here: lash it to flange or gripper by two "
+        "straps of 20 mm, or glue it on; z counts from its lower face",
+    ),
 }
-"""Mounts by name."""
+"""Mounts by name; a link without a name is for the user to choose."""
+_ISO = re.compile(r"iso-(\d+(?:\.\d+)?)-(\d+)-(m\d+)")
+
+
+def find_mount(name: str) -> AnyMount:
+    """Return a mount by its name, by a robot whose flange or gripper it is for, or by its code.
+
+    Args:
+        name: One of :data:`MOUNTS`, the name of a shipped robot, or a code of ISO 9409-1, as in
+            ``iso-63-4-m6``: diameter of the bolt circle, number of screws, their thread.
+
+    Raises:
+        PrintableError: There is none, or its holes do not fit.
+    """
+    if name in MOUNTS:
+        return MOUNTS[name]
+    for mount in MOUNTS.values():
+        if name in mount.links:
+            return mount
+    if code := _ISO.fullmatch(name.lower()):
+        return BoltCircle(float(code[1]), int(code[2]), code[3].upper())
+    robots = sorted({robot for mount in MOUNTS.values() for robot in mount.links})
+    raise PrintableError(
+        f"no mount {name!r}; there are: {', '.join(MOUNTS)}, codes of ISO 9409-1 as iso-63-4-m6, "
+        f"none, and by robot: {', '.join(robots)}"
+    )

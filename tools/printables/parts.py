@@ -1,36 +1,28 @@
 """A set of parts, the base and the balls that go with it: built, checked, and as files."""
 
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
 from typing import Any
 
 import numpy as np
 
+from ..._version import __version__
 from .anchor import ARMS, AnchoredBase
 from .ball import BallPart
 from .brep import step_bytes
 from .checks import check_body, check_tilt
+from .drawing import drawing_bytes, templates
 from .mesh import Mesh, to_manifold, to_mesh
 from .socket_base import SocketBase
 from .solid import TILT, PrintableError, Solid
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_MODEL = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
-_PACKAGE = "http://schemas.openxmlformats.org/package/2006"
-_CONTENT_TYPES = (
-    f'<?xml version="1.0" encoding="UTF-8"?><Types xmlns="{_PACKAGE}/content-types">'
-    '<Default Extension="rels" '
-    'ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
-    '<Default Extension="model" '
-    'ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>'
-)
-_RELATIONS = (
-    f'<?xml version="1.0" encoding="UTF-8"?><Relationships xmlns="{_PACKAGE}/relationships">'
-    '<Relationship Target="/3D/3dmodel.model" Id="part" '
-    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
-)
+DENSITIES: Mapping[str, float] = {"PLA": 1240.0, "PETG": 1270.0, "ABS": 1040.0, "ASA": 1070.0}
+"""Of solid plastic [kg/m³]."""
+FLOW = 5e-9
+"""Plastic that a common printer lays down, a nozzle of 0.4 mm and its ways included [m³/s]."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +33,18 @@ class Part:
     """Of its files, without the suffix."""
     solid: Solid
     mesh: Mesh
+    levels: Sequence[tuple[float, float]] = ()
+    """Heights between which a drawing tells the distance."""
     facts: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Properties of it, in SI units, as JSON has them."""
+
+    @property
+    def making(self) -> str:
+        """Its masses and the time to print it, in a line."""
+        masses = ", ".join(f"{1000 * m:.0f} g of {name}" for name, m in self.facts["mass"].items())
+        return (
+            f"{masses}, solid; printed in some {self.facts['print_time'] / 3600:.1f} h at 5 mm3/s"
+        )
 
 
 def build_parts(base: SocketBase, balls: Mapping[str, BallPart]) -> Iterator[Part]:
@@ -83,7 +85,7 @@ def base_part(base: SocketBase) -> Part:
     if isinstance(base, AnchoredBase):
         facts["sockets_in_base"] = [[x / 1000 for x in place] for place in base.sockets_in_base]
         facts["second_axis_height"] = ARMS[base.arm].shoulder / 1000
-    return _checked(base.name, base.solid(), facts)
+    return _checked(base.name, base.solid(), facts, [(0.0, base.height)])
 
 
 def ball_part(name: str, ball: BallPart) -> Part:
@@ -98,16 +100,27 @@ def ball_part(name: str, ball: BallPart) -> Part:
         "tilt": TILT,
         "overhangs": [overhang.where for overhang in ball.overhangs],
     }
-    return _checked(name, ball.solid(), facts)
+    return _checked(name, ball.solid(), facts, [(ball.mount.origin, ball.height)])
 
 
-def _checked(name: str, solid: Solid, facts: Mapping[str, Any]) -> Part:
+def _checked(
+    name: str,
+    solid: Solid,
+    facts: Mapping[str, Any],
+    levels: Sequence[tuple[float, float]] = (),
+) -> Part:
     body = to_manifold(solid)
     mesh = to_mesh(body)
     check_body(name, body, mesh)
-    size = [round(float(edge) / 1000, 7) for edge in np.ptp(mesh.vertices, axis=0)]
-    common = {"name": name, "size": size, "volume": body.volume() * 1e-9}
-    return Part(name, solid, mesh, {**common, **facts})
+    volume = body.volume() * 1e-9
+    common = {
+        "name": name,
+        "size": [round(float(edge) / 1000, 7) for edge in np.ptp(mesh.vertices, axis=0)],
+        "volume": volume,
+        "mass": {material: density * volume for material, density in DENSITIES.items()},
+        "print_time": volume / FLOW,
+    }
+    return Part(name, solid, mesh, levels, {**common, **facts})
 
 
 def stl_bytes(mesh: Mesh) -> bytes:
@@ -122,33 +135,42 @@ def stl_bytes(mesh: Mesh) -> bytes:
     return header + len(facets).to_bytes(4, "little") + facets.tobytes()
 
 
-def threemf_bytes(name: str, mesh: Mesh) -> bytes:
+def threemf_bytes(part: Part) -> bytes:
     """Return a 3MF file (3MF Core Specification 1.3) of one object."""
     # trimesh gives its 3MF files new identifiers each time: the same part must make the same file.
-    points = ((f"{x:.9g}", f"{y:.9g}", f"{z:.9g}") for x, y, z in mesh.vertices)
-    vertices = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in points)
-    triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.triangles)
-    model = (
-        '<?xml version="1.0" encoding="UTF-8"?>'
-        f'<model unit="millimeter" xml:lang="en" xmlns="{_MODEL}"><resources>'
-        f'<object id="1" type="model" name="{name}"><mesh><vertices>{vertices}</vertices>'
-        f"<triangles>{triangles}</triangles></mesh></object></resources>"
-        '<build><item objectid="1"/></build></model>'
-    )
+    metadata = {
+        "Title": part.name,
+        "Designer": f"mukca {__version__}",
+        "LicenseTerms": "Apache-2.0",
+        "Description": part.making,
+    }
+    words = {"vertices": part.mesh.vertices.tolist(), "triangles": part.mesh.triangles.tolist()}
     stream = BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, text in (
-            ("[Content_Types].xml", _CONTENT_TYPES),
-            ("_rels/.rels", _RELATIONS),
-            ("3D/3dmodel.model", model),
+        for path, template in (
+            ("[Content_Types].xml", "content_types.xml"),
+            ("_rels/.rels", "_rels.rels"),
+            ("3D/3dmodel.model", "3dmodel.model.j2"),
         ):
+            text = templates().get_template(template).render(metadata=metadata, **words)
             archive.writestr(zipfile.ZipInfo(path), text, zipfile.ZIP_DEFLATED)
     return stream.getvalue()
 
 
+def svg_bytes(part: Part) -> bytes:
+    """Return a drawing of a part with its dimensions."""
+    notes = [f"{part.name}, millimetres, from the front and from above", part.making]
+    if place := part.facts.get("ball"):
+        x, y, z = (f"{1000 * value:g}" for value in place)
+        diameter = 1000 * part.facts["ball_diameter"]
+        notes.append(f"ball of {diameter:g}, its centre at ({x}, {y}, {z}) from the flange's frame")
+    return drawing_bytes(part.name, part.solid, part.levels, notes)
+
+
 _ENCODERS: Mapping[str, Callable[[Part], bytes]] = {
     "stl": lambda part: stl_bytes(part.mesh),
-    "3mf": lambda part: threemf_bytes(part.name, part.mesh),
+    "3mf": threemf_bytes,
+    "svg": svg_bytes,
     "step": lambda part: step_bytes(part.name, part.solid),
 }
 FORMATS = tuple(_ENCODERS)

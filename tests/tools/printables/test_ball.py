@@ -213,7 +213,7 @@ def test_impossible_balls_get_one_line(words: dict[str, float], says: str) -> No
         (lambda: BoltCircle(50, 0), "2 to 12"),
         (lambda: BoltCircle(25, 8, "M6"), "their heads touch"),
         (lambda: Grip.of(5, 20, 20), "a grip's width of 5 mm: expected 8 to 60 mm"),
-        (lambda: Grip.of(30, 20, 20), "needs a depth of at least the width"),
+        (lambda: Grip.of(30, 20, 20), "needs a DEPTH, the second number, of 30 mm"),
         (lambda: BallPart(BoltCircle(20, 2, "M3").mount()), "hides the screws from their key"),
     ],
 )

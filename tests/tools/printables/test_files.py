@@ -3,6 +3,7 @@
 import zipfile
 from io import BytesIO
 from pathlib import Path
+from xml.etree import ElementTree
 
 import mesh_checks
 import numpy as np
@@ -10,7 +11,8 @@ import printed_parts
 import pytest
 import trimesh
 
-from mukca.tools.printables import PrintableError, encode
+from mukca.solver.robot import shipped_robots
+from mukca.tools.printables import MOUNTS, BoltCircle, PrintableError, encode, find_mount
 
 
 @pytest.mark.slow
@@ -44,12 +46,34 @@ def test_a_3mf_file_holds_the_same_body_in_millimetres(part: str) -> None:
     content = encode("3mf", made)
     with zipfile.ZipFile(BytesIO(content)) as archive:
         assert archive.testzip() is None
-        assert b'unit="millimeter"' in archive.read("3D/3dmodel.model")
+        model = archive.read("3D/3dmodel.model").decode()
+    assert 'unit="millimeter"' in model
+    for name, text in (("Title", made.name), ("Designer", "mukca "), ("LicenseTerms", "Apache")):
+        assert f'<metadata name="{name}">{text}' in model
     mesh = trimesh.load_mesh(BytesIO(content), file_type="3mf")
     same = mesh_checks.load_stl(encode("stl", made))
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(same.volume, rel=1e-6)
     assert mesh.bounds == pytest.approx(same.bounds, abs=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["franka-hand", "strap", "iso-80-6-m8"])
+def test_a_drawing_has_the_dimensions_of_its_part(name: str) -> None:
+    made, ball = printed_parts.ball(name), printed_parts.BALLS[name]
+    page = ElementTree.fromstring(encode("svg", made))
+    told = [text.text for text in page.iter("{http://www.w3.org/2000/svg}text")]
+    sizes = [*made.facts["size"]]
+    lengths = [1000 * sizes[2], ball.height - ball.mount.origin, *(1000 * v for v in sizes[:2])]
+    assert [float(text or "") for text in told[:4]] == pytest.approx(lengths, abs=0.06)
+    assert f"{made.facts['mass']['PLA'] * 1000:.0f} g of PLA" in (told[5] or "")
+    assert made.facts["mass"]["PLA"] == pytest.approx(1240 * made.facts["volume"])
+
+
+def test_each_shipped_robot_has_a_mount() -> None:
+    for name in shipped_robots():
+        assert find_mount(name) in MOUNTS.values(), name
+    assert find_mount("iso-31.5-4-m5") == BoltCircle(31.5, 4, "M5")
 
 
 @pytest.mark.parametrize("part", ["base", "ball"])

@@ -23,13 +23,13 @@ class Options(OutputOptions):
 
     out: Path = option("where to write", "DIR", ..., group="output")
     mount: Sequence[str] | None = option(
-        "what holds the ball at the arm, see below (default: all of them)",
+        "what holds the ball at the arm: a robot's name, a code of ISO 9409-1 as iso-63-4-m6, or "
+        "one of the list below (default: all of that)",
         "NAME",
-        choices=[*printables.MOUNTS, "none"],
     )
     format: Sequence[str] = option(
-        "of the files (default: stl 3mf); step needs mukca[step]",
-        default=("stl", "3mf"),
+        "of the files (default: stl 3mf svg, a drawing); step needs mukca[step]",
+        default=("stl", "3mf", "svg"),
         choices=printables.FORMATS,
     )
     sockets: int = _base("2, or 3 in a triangle", "N", 2)
@@ -83,6 +83,7 @@ def run(options: Options, terminal: Terminal) -> int:
         size = " x ".join(f"{1000 * edge:.0f}" for edge in part.facts["size"])
         volume = f"{part.facts['volume'] * 1e6:.0f} cm3"
         terminal.say(f"{options.out / part.name} ({suffixes})   {size} mm, {volume}")
+        terminal.say(f"  {part.making}")
         terminal.say(*(f"  {line}" for line in _lines(part.facts)))
     outputs = [str(options.out / name) for name in names]
     terminal.emit({"parts": [dict(part.facts) for part in parts], "outputs": outputs})
@@ -126,9 +127,9 @@ def _balls(options: Options) -> Mapping[str, printables.BallPart]:
     return balls
 
 
-def _mounts(options: Options) -> dict[str, printables.BoltCircle | printables.Grip]:
+def _mounts(options: Options) -> dict[str, printables.AnyMount]:
     """Return the mounts that were asked for: named ones, the user's own, or else all."""
-    own: dict[str, printables.BoltCircle | printables.Grip] = {}
+    own: dict[str, printables.AnyMount] = {}
     if options.bolt_circle_mm is not None:
         bolts = 4 if options.bolts is None else options.bolts
         own["bolt-circle"] = printables.BoltCircle(
@@ -142,7 +143,7 @@ def _mounts(options: Options) -> dict[str, printables.BoltCircle | printables.Gr
         return own or dict(printables.MOUNTS)
     if "none" in options.mount and (own or len(options.mount) > 1):
         raise printables.PrintableError("--mount none stands alone")
-    return {name: printables.MOUNTS[name] for name in options.mount if name != "none"} | own
+    return {name: printables.find_mount(name) for name in options.mount if name != "none"} | own
 
 
 def _lines(facts: Mapping[str, Any]) -> list[str]:
@@ -173,7 +174,7 @@ def _lines(facts: Mapping[str, Any]) -> list[str]:
         for robot, link in facts["flanges"].items():
             robots.setdefault(link, []).append(robot)
         places = [
-            f"place: --robot {'|'.join(names)} --flange {link} {where} --tip printed_ball"
+            f"place: --robot {'|'.join(names)} --flange {link or 'LINK'} {where} --tip printed_ball"
             for link, names in robots.items()
         ]
         lines += [
