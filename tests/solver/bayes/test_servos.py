@@ -74,7 +74,9 @@ def test_a_joint_offset_makes_no_arm_longer(found: mukca.Calibration) -> None:
 def test_a_urdf_holds_the_joint_offsets(found: mukca.Calibration, recorded) -> None:
     positions = recorded[0].positions
     assert found.document.deflection == {}
-    assert found.calibrated.geometric_ball(positions) == pytest.approx(found.ball(positions))
+    assert found.calibrated.geometric_ball(positions) == pytest.approx(
+        found.calibrated.ball(positions)
+    )
     assert found.calibrated.exported is None
 
 

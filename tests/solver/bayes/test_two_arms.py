@@ -64,7 +64,7 @@ def test_exact_recordings_tie_the_tools_exactly(exact: Pair) -> None:
     pose, _ = relative(found)
     for a, b in zip(*exact.placements.values(), strict=True):
         near = [a.positions + 0.02, b.positions - 0.02]
-        balls = [found[arm].ball(q) for arm, q in zip("AB", near, strict=True)]
+        balls = [found[arm].calibrated.ball(q) for arm, q in zip("AB", near, strict=True)]
         true = [
             BallModel(arm, []).points(np.empty(0), q)
             for arm, q in zip(exact.truth, near, strict=True)
