@@ -60,7 +60,7 @@ def drawing_bytes(
     ]
     words: dict[str, Any] = {
         "title": title,
-        "width": round(max(wide + 2 * MARGIN + STEP * len(levels), 150), 1),
+        "width": round(max(wide + 2 * MARGIN + STEP * len(levels), 210), 1),
         "height": round(foot + 6 * len(notes) + 6, 1),
         "foot": round(foot, 1),
     }

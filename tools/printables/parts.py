@@ -94,6 +94,7 @@ def ball_part(name: str, ball: BallPart) -> Part:
         "ball": [x / 1000 for x in ball.position],
         "ball_diameter": ball.ball / 1000,
         "bought_ball": ball.bought,
+        "neck": [ball.throat / 1000, ball.root / 1000],
         "flanges": dict(ball.mount.links),
         "note": ball.mount.note,
         "bend": ball.bend / 1000,
@@ -164,6 +165,8 @@ def svg_bytes(part: Part) -> bytes:
         x, y, z = (f"{1000 * value:g}" for value in place)
         diameter = 1000 * part.facts["ball_diameter"]
         notes.append(f"ball of {diameter:g}, its centre at ({x}, {y}, {z}) from the flange's frame")
+        thin, thick = (1000 * value for value in part.facts["neck"])
+        notes.append(f"neck of {thin:g} at the ball, {thick:g} at its foot, straight between")
     return drawing_bytes(part.name, part.solid, part.levels, notes)
 
 
