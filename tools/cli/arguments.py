@@ -171,7 +171,8 @@ def _check_range(one: "Field[Any]", value: Any) -> None:
     expected = named.get((low, high), f"{low:g} to {high:g}")
     for number in _each(value):
         if not low <= number <= high:
-            raise UsageError(f"{_name(one)} {number:g}: expected {expected}")
+            unit = " metres" if one.metadata["metavar"] == "M" else ""
+            raise UsageError(f"{_name(one)} {number:g}: expected {expected}{unit}")
 
 
 def _each(value: Any) -> Sequence[Any]:

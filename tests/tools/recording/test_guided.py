@@ -17,8 +17,12 @@ import mukca
 pytestmark = [pytest.mark.slow, pytest.mark.waits]
 LEAST = 10
 """So many samples in each socket are the fewest that are enough."""
-LEFT = 2
-"""So many samples a session that is continued lacks in each socket."""
+BLOCK = 6
+"""So many samples are taken in a socket before it is the other's turn."""
+CHANGES = (BLOCK, 2 * BLOCK, LEAST + BLOCK)
+"""Numbers of samples after which the ball is moved over."""
+BEGUN = 2 * BLOCK + 2
+"""So many samples a session has that is continued."""
 ASTRAY = 0.5
 """So far the first joint is turned to where no socket is [rad]."""
 LED_ARM = Path(__file__).parents[2] / "led_arm.py"
@@ -35,11 +39,13 @@ def hands(shared: Callable[..., Path]) -> Path:
         first, second = (placement.positions[placement.sockets == k].tolist() for k in (0, 1))
         elsewhere = [first[0][0] - math.copysign(ASTRAY, first[0][0]), *first[0][1:]]
         folder.mkdir()
+        whole = first[:BLOCK] + second[:BLOCK] + first[BLOCK:] + second[BLOCK:]
+        astray = BLOCK + 2
         for name, way in {
-            "all": first + second,
-            "begin": second[:-LEFT] + first[:-LEFT],
-            "rest": first[-LEFT:] + second[-LEFT:],
-            "astray": [*first, *second[:2], elsewhere, *second[2:]],
+            "all": whole,
+            "begin": whole[:BEGUN],
+            "rest": whole[BEGUN:],
+            "astray": [*whole[:astray], elsewhere, *whole[astray:]],
         }.items():
             lines = [",".join(map(repr, q)) for q in way]
             (folder / f"{name}.csv").write_text("\n".join(lines))
@@ -58,23 +64,26 @@ def led(steps: Path, hand: Path, out: Path, pace: str, *more: str) -> list[str]:
 @pytest.mark.parametrize("part", ["all", "rest"])
 def test_a_guided_session_by_keys(hands: Path, tmp_path: Path, scripted, part: str) -> None:
     """A new one, and one that goes on: it changes sockets, says where to go next, and ends."""
-    done = 0 if part == "all" else LEAST - LEFT
+    done = 0 if part == "all" else BEGUN
     out = tmp_path / "front"
     if done:
-        keys = f"1 a*{done} 0 a*{done} q"
+        keys = f"a*{BLOCK} 1 a*{BLOCK} 0 a*{BEGUN - 2 * BLOCK} q"
         assert scripted(out, keys, hand=hands / "begin.csv").status == 0
     steps = tmp_path / "steps"
     words = led(steps, hands / f"{part}.csv", out, "rate=250&move=0.25")
     with TerminalSession(words) as terminal:
         if done:
-            terminal.wait_for("GO ON?", f"Continues {done} in socket 0, {done} in socket 1")
+            terminal.wait_for("GO ON?", f"Continues {BEGUN - BLOCK} in socket 0, {BLOCK} in socket")
             terminal.press("y")
-        for number in range(2 * done + 1, 2 * LEAST + 1):
-            if number == done + LEAST + 1:
-                terminal.wait_for("SOCKET 1 NOW: enough here: ball to socket 1, then press s")
+        for number in range(done + 1, 2 * LEAST + 1):
+            if number - 1 in CHANGES:
+                to = 0 if number == 2 * BLOCK + 1 else 1
+                if number <= 2 * BLOCK + 1:
+                    words = f"SOCKET {to} NOW: enough here: ball to socket {to}, then press s"
+                    terminal.wait_for(words)
                 terminal.press("s")
-                terminal.wait_for("socket 1 is active")
-            if number > 2 * done + 1:
+                terminal.wait_for(f"socket {to} is active")
+            if number > done + 1:
                 lead_on(steps)
             terminal.wait_for(f"PRESS: space captures sample {number}")
             terminal.press(" ")
@@ -118,21 +127,20 @@ def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> N
             terminal.press(" ")
             page.wait_for_selector("text=/GOT \\d/")
             page.wait_for_selector("canvas[data-drawn='arm and ghost']")
-            for number in range(1, LEAST):
+            for number in range(1, 2 * LEAST):
+                if number in CHANGES:
+                    to = 0 if number == 2 * BLOCK else 1
+                    if number == BLOCK:
+                        page.wait_for_selector("text=SOCKET 1 NOW")
+                    terminal.press("s")
+                    terminal.wait_for(f"socket {to} is active")
                 lead_on(steps)
-                terminal.wait_for(f"captured sample {number + 1}: ")
-                if number == LEAST - 2:
-                    terminal.wait_for("predicted", "next best", "◆")
-            terminal.wait_for("SOCKET 1 NOW")
-            page.wait_for_selector("text=SOCKET 1 NOW")
-            terminal.press("s")
-            terminal.wait_for("socket 1 is active")
-            for number in range(LEAST, 2 * LEAST):
-                lead_on(steps)
-                if number == LEAST + 2:
+                if number == BLOCK + 2:
                     terminal.wait_for("puts the ball")
                     lead_on(steps)
                 terminal.wait_for(f"captured sample {number + 1}: ")
+                if number == BLOCK - 2:
+                    terminal.wait_for("predicted", "next best", "◆")
             terminal.wait_for("ENOUGH", "missed 0")
             page.wait_for_selector("text=ENOUGH")
             assert page.locator("#facts").inner_text().startswith("predicted error of distances")
@@ -143,6 +151,6 @@ def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> N
     assert not complaints
     taken = read(out)
     sockets, turns = taken.sockets, taken.positions[:, 0]
-    astray = np.loadtxt(hands / "astray.csv", delimiter=",")[LEAST + 2, 0]
+    astray = np.loadtxt(hands / "astray.csv", delimiter=",")[BLOCK + 2, 0]
     assert np.abs(turns - astray).min() > 0.01
     assert (sockets == 0).sum() == (sockets == 1).sum() == LEAST

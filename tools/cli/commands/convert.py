@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 from ....recorder import (
@@ -70,4 +71,7 @@ def run(options: Options, terminal: Terminal) -> int:
         terminal.say(*(f"Wrote {file}" for file in write_files(out, files).values()))
         if options.to == "holes" and placement.efforts is not None:
             terminal.warn(f"{folder}: this form has no place for efforts; they are left out")
+        if options.to == "holes" and any(b < a for a, b in pairwise(placement.sockets)):
+            lost = "this form loses the order of recording, by which a base that moved is seen"
+            terminal.warn(f"{folder}: {lost}")
     return 0
