@@ -42,7 +42,7 @@ def changes(
             masks = np.array([mask for _, mask in found], dtype=float)
             C, k = slopes.shape[2:]
             columns = np.einsum("fn,nick->fcnik", masks, slopes[rows])
-            names = [scene.first_from(place, rank) for rank, _ in found for _ in range(C)]
+            names = [one for rank, _ in found for one in [scene.first_from(place, rank)] * C]
             flat = columns.reshape(len(names), -1, k)
             yield Block(scene.rows(rows), flat, names, widths)
 
