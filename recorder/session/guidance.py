@@ -42,9 +42,9 @@ class Alarm:
     def reason(self) -> str:
         """The line, with the keys that cure it."""
         cures = {
-            "base": "n new placement from there, ",
-            "ball": "x takes it back, n base moved, ",
-            "socket": f"s puts them in socket {self.socket}, ",
+            "base": "n new placement, ",
+            "ball": "x take back, n base moved, ",
+            "socket": "s mends it, ",
         }
         return f"{self.text}: {cures.get(self.cause, '')}k keep"
 

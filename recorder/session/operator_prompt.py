@@ -113,7 +113,7 @@ def _before_all(now: OperatorContext) -> OperatorPrompt | None:
         return OperatorPrompt(now.alarm.words, _BAD, now.alarm.reason)
     more = "" if now.hands_free else f", {key} captures one more"
     if now.advice and now.advice.exhausted:
-        why = f"more poses here hardly help: n, and the base elsewhere{more}"
+        why = "more poses here hardly help: n, base elsewhere"
         return OperatorPrompt("NEXT PLACE", _NEXT, why)
     if now.advice and now.advice.enough:
         return OperatorPrompt("ENOUGH", _GOOD, f"q finishes{more}; the goal is reached")

@@ -387,7 +387,7 @@ def test_advice_ends_a_socket_and_the_placement(arm, by_hand) -> None:
 
 BASE = Alarm("base", "BASE MOVED", "by 5.0 mm since sample 2", (2, 3))
 BALL = Alarm("ball", "NOT SEATED", "sample 2 is 5.0 mm off", (2,))
-FORGOTTEN = Alarm("socket", "WRONG SOCKET", "samples 2 to 3 lie in socket 1, not 0", (2, 3), 1)
+FORGOTTEN = Alarm("socket", "WRONG SOCKET", "samples 2 to 3 lie in socket 1", (2, 3), 1)
 
 
 @pytest.mark.parametrize(
@@ -412,6 +412,7 @@ def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(
     assert alarm.text in seen.alarms and seen.bells >= 1 + 3 + 1 + 2
     prompts = [view.prompt for view in seen.views]
     assert any(p.words == alarm.words and f"{key} " in p.reason for p in prompts)
+    assert all(len(f" SOCKET 0  {p.text}") <= 80 for p in prompts if p.words == alarm.words)
     assert next(p.words for p in prompts if p.words in ("ENOUGH", alarm.words)) != "ENOUGH"
 
 

@@ -58,10 +58,11 @@ def _alarm(fault: Fault) -> Alarm:
         "base_moved": f"by {mm} since sample {first}",
         "drift": f"the base drifts, by {mm} so far; is it tight?",
         "ball_sample": f"sample {first} is {mm} off",
-        "ball_bent": f"by {mm} on its flange since sample {first}; is it tight?",
+        "ball_bent": f"by {mm} on its flange since sample {first}; tight?",
         "zero_lost": f"{p.get('joint')} reads otherwise since sample {first}",
         "distance": f"the sockets come out {_mm(p.get('likely'))} apart, not {_mm(p.get('given'))}",
     }
+    texts["socket"] = fault.hypothesis.text.partition(",")[0]
     cause, words = CAUSES[name]
     text = texts.get(name, fault.hypothesis.text)
     return Alarm(cause, words, text, fault.samples, fault.socket or 0)
