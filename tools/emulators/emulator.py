@@ -137,17 +137,9 @@ class Emulator(ABC):
         def release() -> None:
             os.read(file, 1)
             self._released = self.moment
-            self.unwatch(file)
+            self.watched.pop(file, None)
 
-        self.watch(file, release)
-
-    def watch(self, file: int, callback: Callable[[], None]) -> None:
-        """Call back whenever a file descriptor can be read."""
-        self.watched[file] = callback
-
-    def unwatch(self, file: int) -> None:
-        """Watch a file descriptor no longer."""
-        self.watched.pop(file, None)
+        self.watched[file] = release
 
     def serve(self) -> None:
         """Run until interrupted."""

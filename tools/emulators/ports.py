@@ -48,7 +48,7 @@ class TcpServer:
         self._places = places
         self._server = emulator.opened.enter_context(socket.create_server(address))
         self.address = "{}:{}".format(*self._server.getsockname())
-        emulator.watch(self._server.fileno(), self._accept)
+        emulator.watched[self._server.fileno()] = self._accept
         emulator.on_away.append(self.hang_up)
         emulator.opened.callback(self.hang_up)
 
@@ -74,7 +74,7 @@ class TcpServer:
             client.settimeout(SEND_SECONDS)
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self.clients.append(client)
-            self._emulator.watch(client.fileno(), partial(self._hear, client))
+            self._emulator.watched[client.fileno()] = partial(self._hear, client)
             self.on_join()
 
     def _hear(self, client: socket.socket) -> None:
@@ -96,7 +96,7 @@ class TcpServer:
     def _drop(self, client: socket.socket) -> None:
         if client in self.clients:
             self.clients.remove(client)
-            self._emulator.unwatch(client.fileno())
+            self._emulator.watched.pop(client.fileno(), None)
             client.close()
             self.on_leave()
 
@@ -111,7 +111,7 @@ class UdpPort:
         self._socket.setblocking(False)
         self._socket.bind(address)
         self.address = "{}:{}".format(*self._socket.getsockname())
-        emulator.watch(self._socket.fileno(), self._hear)
+        emulator.watched[self._socket.fileno()] = self._hear
 
     def send(self, datagram: bytes, target: tuple[str, int]) -> None:
         """Send a datagram; nobody need listen."""
@@ -140,7 +140,7 @@ class SerialPort:
         self._line, self.name = _open_terminal()
         emulator.opened.callback(os.close, self._line)
         self._heard, self._received, self._last = heard, bytearray(), 0.0
-        emulator.watch(self._line, self._hear)
+        emulator.watched[self._line] = self._hear
 
     def send(self, message: bytes, _: object = None) -> None:
         """Send bytes; those for which there is no room are lost."""
@@ -177,7 +177,7 @@ class CanPort:
         self._heard = heard
         self._bus = open_bus(parse_can_address(self.address))
         emulator.opened.callback(self._bus.shutdown)
-        emulator.watch(self._bus.fileno(), self._hear)
+        emulator.watched[self._bus.fileno()] = self._hear
 
     def send(self, data: bytes, identifier: int) -> None:
         """Send a frame."""
