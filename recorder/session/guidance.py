@@ -175,7 +175,7 @@ class GuidanceClient:
             return
         told, before, self.advice = self.alarm, self.advice, advice
         if self.alarm and not (told and told.cause == self.alarm.cause):
-            self._actions.alarm(self.alarm.text)
+            self._actions.alarm(f"{self.alarm.words}: {self.alarm.text}")
             return
         done = (advice.enough or advice.exhausted or advice.leave) and not self.alarm
         if done and not (before and (before.enough or before.exhausted or before.leave)):

@@ -409,7 +409,7 @@ def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(
     assert [(s.number, s.socket) for s in outcome.session.live] == left
     assert [s.number for s in outcome.moved] == moved
     assert outcome.new_placement == bool(moved)
-    assert alarm.text in seen.alarms and seen.bells >= 1 + 3 + 1 + 2
+    assert f"{alarm.words}: {alarm.text}" in seen.alarms and seen.bells >= 1 + 3 + 1 + 2
     prompts = [view.prompt for view in seen.views]
     assert any(p.words == alarm.words and f"{key} " in p.reason for p in prompts)
     assert all(len(f" SOCKET 0  {p.text}") <= 80 for p in prompts if p.words == alarm.words)
