@@ -113,6 +113,10 @@ class SessionActions:
         message += f"; that is the target: {further}q to finish" if done else ""
         self.notify(message)
         self._sound.play(DONE if done else CAPTURED)
+        odd = self._plausible and self._plausible(self.session.live)
+        if odd:
+            back = "u takes it back. Or has the base moved? n: new placement"
+            self.alarm(f"sample {sample.number} {odd} {back}")
         return sample
 
     def undo(self) -> None:
