@@ -9,12 +9,12 @@ from mukca.tools.printables import (
     MOUNTS,
     AnchoredBase,
     BallPart,
-    BoltCircle,
-    Grip,
     Part,
     SocketBase,
+    bolt_circle,
     build_parts,
     encode,
+    grip,
 )
 
 BASES: dict[str, SocketBase] = {
@@ -38,16 +38,16 @@ BASES: dict[str, SocketBase] = {
 }
 
 BALLS: dict[str, BallPart] = {
-    **{name: BallPart(mount.mount()) for name, mount in MOUNTS.items()},
-    **{f"{name} bought": BallPart(mount.mount(), bought=True) for name, mount in MOUNTS.items()},
-    "thin neck": BallPart(MOUNTS["iso-50-4-m6"].mount(), neck=6),
-    "thick neck": BallPart(MOUNTS["iso-50-4-m6"].mount(), neck=9.3),
-    "longer": BallPart(MOUNTS["iso-50-4-m6"].mount(), reach=90),
-    "smallest circle": BallPart(BoltCircle(20, 2, "M3").mount(), ball=17),
-    "largest circle": BallPart(BoltCircle(125, 12, "M8").mount()),
-    "smallest grip": BallPart(Grip.of(8, 8, 8).mount()),
-    "largest grip": BallPart(Grip.of(40, 40, 60).mount()),
-    "odd": BallPart(BoltCircle(41.3, 5, "M4").mount(), ball=19.05),
+    **{name: BallPart(mount) for name, mount in MOUNTS.items()},
+    **{f"{name} bought": BallPart(mount, bought=True) for name, mount in MOUNTS.items()},
+    "thin neck": BallPart(MOUNTS["iso-50-4-m6"], neck=6),
+    "thick neck": BallPart(MOUNTS["iso-50-4-m6"], neck=9.3),
+    "longer": BallPart(MOUNTS["iso-50-4-m6"], reach=90),
+    "smallest circle": BallPart(bolt_circle(20, 2, "M3"), ball=17),
+    "largest circle": BallPart(bolt_circle(125, 12, "M8")),
+    "smallest grip": BallPart(grip(8, 8, 8)),
+    "largest grip": BallPart(grip(40, 40, 60)),
+    "odd": BallPart(bolt_circle(41.3, 5, "M4"), ball=19.05),
 }
 
 

@@ -32,7 +32,7 @@ def test_its_options_exist(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize("name", MOUNTS)
 def test_its_mounts_are_those_that_are_made(name: str) -> None:
-    part = BallPart(MOUNTS[name].mount())
+    part = BallPart(MOUNTS[name])
     (row,) = [row for row in ROWS if row and row[0] == f"`{name}`"]
     assert f"{part.position[part.mount.axis]:g} mm beyond" in row[2]
     assert row[3] == f"{part.bend:.3f} mm"

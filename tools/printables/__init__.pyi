@@ -5,10 +5,10 @@ from .ball import FORCE as FORCE
 from .ball import BallPart as BallPart
 from .mounts import MOUNTS as MOUNTS
 from .mounts import SCREWS as SCREWS
-from .mounts import AnyMount as AnyMount
-from .mounts import BoltCircle as BoltCircle
-from .mounts import Grip as Grip
+from .mounts import Mount as Mount
+from .mounts import bolt_circle as bolt_circle
 from .mounts import find_mount as find_mount
+from .mounts import grip as grip
 from .parts import FORMATS as FORMATS
 from .parts import Part as Part
 from .parts import build_parts as build_parts

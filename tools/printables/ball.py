@@ -146,7 +146,6 @@ class BallPart:
     def _bend(self, root: float) -> float:
         """Return the deflection of a cantilever, the integral of F x²/(E I(x)) over its length."""
         # Euler-Bernoulli, round section, I = pi d⁴/64; the mount and the ball count as rigid.
-        # Euler-Bernoulli, round section, I = pi d⁴/64; the mount and the ball count as rigid.
         x = np.linspace(self._start, self.length, 1001)
         d = np.interp(x, (self._start, self.length), (self.throat, root))
         integrand = FORCE * x**2 / (YOUNG * math.pi * d**4 / 64)

@@ -7,7 +7,7 @@ millimetres. docs/print.md has the sources of the patterns.
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 from .solid import Frustum, PrintableError, Prism, Solid, check_range, cylinder, rectangle, union
@@ -40,11 +40,24 @@ SCREWS: Mapping[str, Screw] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlangeFrame:
-    """The frame in which the ball's place counts, as a mount has it."""
+class Mount:
+    """A mount, as neck and checks need it, and the frame in which the ball's place counts."""
 
+    body: Solid
+    top: float
+    """Height at which the neck begins."""
+    widest_root: float
+    """Largest diameter of the neck there."""
+    widest_ball: float = math.inf
+    """Largest diameter of a ball that leaves the way to the screws free."""
+    corners: tuple[tuple[float, float], ...]
+    """Radius and height of what must stay above the sockets when the neck leans."""
+    hardware: Solid | None = None
+    """The screws' heads."""
+    lettering: float | None = None
+    """Radius of the ring on which the ball's height may be engraved, its outer edge."""
     origin: float = 0.0
-    """Height of its origin."""
+    """Height of the frame's origin."""
     reach: float | None = None
     """Height of the ball's centre above that origin; None: as short as the tilt allows."""
     axis: int = 2
@@ -56,241 +69,187 @@ class FlangeFrame:
     note: str = ""
     """Advice to its user."""
 
-    @property
-    def frame(self) -> dict[str, Any]:
-        """Fields of the frame, by name."""
-        return {one.name: getattr(self, one.name) for one in fields(FlangeFrame)}
 
+def bolt_circle(
+    diameter: float, count: int = 4, screw: str = "M6", slot: float = 0.0, **frame: Any
+) -> Mount:
+    """Return a plate that is screwed to a flange, holes evenly around a circle.
 
-@dataclass(frozen=True, kw_only=True)
-class Mount(FlangeFrame):
-    """A mount, as the neck and the checks need it."""
-
-    body: Solid
-    top: float
-    """Height at which the neck begins."""
-    widest_root: float
-    """Largest diameter of the neck there."""
-    widest_ball: float
-    """Largest diameter of a ball that leaves the way to the screws free."""
-    corners: tuple[tuple[float, float], ...]
-    """Radius and height of what must stay above the sockets when the neck leans."""
-    hardware: Solid | None = None
-    """The screws' heads."""
-    lettering: float | None = None
-    """Radius of the ring on which the ball's height may be engraved, its outer edge."""
-
-
-@dataclass(frozen=True)
-class BoltCircle(FlangeFrame):
-    """A plate that is screwed to a flange, holes evenly around a circle.
+    Args:
+        diameter: Of the circle [mm].
+        count: Number of the holes.
+        screw: One of :data:`SCREWS`.
+        slot: Length of the holes beyond their diameter, outwards [mm]: for circles up to twice that
+            larger.
+        frame: Fields of the mount's frame; its origin is in the plate's lower face.
 
     Raises:
         PrintableError: The holes do not fit, or no such screw.
     """
-
-    diameter: float
-    count: int = 4
-    screw: str = "M6"
-    slot: float = 0.0
-    """Length of the holes beyond their diameter, outwards: for circles up to twice that larger."""
-
-    def __post_init__(self) -> None:
-        if self.screw not in SCREWS:
-            raise PrintableError(f"no screw {self.screw!r}; there are: {', '.join(SCREWS)}")
-        check_range("a bolt circle", self.diameter, 20, 150)
-        if not 2 <= self.count <= 12:
-            raise PrintableError(f"{self.count} bolts: a bolt circle has 2 to 12")
-        apart = self.diameter * math.sin(math.pi / self.count)
-        if apart < SCREWS[self.screw].head + 1:
-            wide = (SCREWS[self.screw].head + 1) / math.sin(math.pi / self.count)
-            raise PrintableError(
-                f"{self.count} {self.screw} on a circle of {self.diameter:g} mm: their heads "
-                f"touch; take fewer, smaller ones, or a circle of {math.ceil(wide)} mm or more"
-            )
-
-    def mount(self) -> Mount:
-        """Return the plate; the flange frame's origin is in its lower face."""
-        screw = SCREWS[self.screw]
-        inner, outer = self.diameter / 2, self.diameter / 2 + self.slot
-        edge = outer + screw.head / 2 + RIM
-        holes = union(*(self._hole(i, screw.hole / 2, PLATE + 2, -1) for i in range(self.count)))
-        return Mount(
-            body=cylinder(edge, PLATE) - holes,
-            top=PLATE,
-            widest_root=self.diameter - screw.head - 1,
-            widest_ball=self.diameter - screw.key,
-            corners=((edge, PLATE), (outer + screw.head / 2, PLATE + screw.height)),
-            hardware=union(
-                *(self._hole(i, screw.head / 2, screw.height, PLATE) for i in range(self.count))
-            ),
-            lettering=inner - screw.head / 2 - 0.5,
-            **self.frame,
+    if screw not in SCREWS:
+        raise PrintableError(f"no screw {screw!r}; there are: {', '.join(SCREWS)}")
+    check_range("a bolt circle", diameter, 20, 150)
+    if not 2 <= count <= 12:
+        raise PrintableError(f"{count} bolts: a bolt circle has 2 to 12")
+    size, step = SCREWS[screw], math.sin(math.pi / count)
+    if diameter * step < size.head + 1:
+        raise PrintableError(
+            f"{count} {screw} on a circle of {diameter:g} mm: their heads touch; take fewer, "
+            f"smaller ones, or a circle of {math.ceil((size.head + 1) / step)} mm or more"
         )
+    inner, outer = diameter / 2, diameter / 2 + slot
+    edge = outer + size.head / 2 + RIM
 
-    def _hole(self, index: int, radius: float, height: float, z: float) -> Solid:
-        """Return the space of one hole, slot or head; the first lies half a step off the x axis."""
-        angle = (index + 0.5) * 2 * math.pi / self.count
-        c, s = math.cos(angle), math.sin(angle)
-        inner, outer = self.diameter / 2, self.diameter / 2 + self.slot
-        ends = [cylinder(radius, height).at(r * c, r * s, z) for r in (inner, outer)]
-        if self.slot == 0:
-            return ends[0]
-        corners = ((inner, -radius), (outer, -radius), (outer, radius), (inner, radius))
-        between = tuple((r * c - w * s, r * s + w * c) for r, w in corners)
-        return union(*ends, Prism((between,), height).at(z=z))
+    def holes(radius: float, height: float, z: float) -> Solid:
+        """Return the space of all holes or heads; the first is half a step off the x axis."""
+        angles = ((i + 0.5) * 2 * math.pi / count for i in range(count))
+        return union(*(_slot(angle, inner, outer, radius, height).at(z=z) for angle in angles))
+
+    return Mount(
+        body=cylinder(edge, PLATE) - holes(size.hole / 2, PLATE + 2, -1),
+        top=PLATE,
+        widest_root=diameter - size.head - 1,
+        widest_ball=diameter - size.key,
+        corners=((edge, PLATE), (outer + size.head / 2, PLATE + size.height)),
+        hardware=holes(size.head / 2, size.height, PLATE),
+        lettering=inner - size.head / 2 - 0.5,
+        **frame,
+    )
 
 
-@dataclass(frozen=True)
-class Grip(FlangeFrame):
-    """A block that two parallel fingers hold, its shoulder resting on their ends.
+def _slot(angle: float, inner: float, outer: float, radius: float, height: float) -> Solid:
+    """Return a slot of rounded ends along a direction, between two distances from the z axis."""
+    c, s = math.cos(angle), math.sin(angle)
+    ends = [cylinder(radius, height).at(r * c, r * s) for r in (inner, outer)]
+    if inner == outer:
+        return ends[0]
+    corners = ((inner, -radius), (outer, -radius), (outer, radius), (inner, radius))
+    between = tuple((r * c - w * s, r * s + w * c) for r, w in corners)
+    return union(*ends, Prism((between,), height))
 
-    Heights count from its lower end.
+
+def grip(
+    width: float,
+    depth: float,
+    length: float,
+    groove: tuple[float, float] = (0.0, 0.0),
+    **frame: Any,
+) -> Mount:
+    """Return a block that two parallel fingers hold, its shoulder resting on their ends.
+
+    Args:
+        width: Between the fingers, along y [mm].
+        depth: Along the fingers' width, x [mm].
+        length: Along the fingers [mm].
+        groove: Width and depth of a groove for each finger, in which the block cannot turn [mm];
+            none by default.
+        frame: Fields of the mount's frame; heights count from the block's lower end, and its origin
+            lies between the fingertips if they do not say otherwise.
 
     Raises:
         PrintableError: It is too small to hold, or too large.
     """
-
-    width: float
-    """Between the fingers, along y."""
-    depth: float
-    """Along the fingers' width, x."""
-    length: float
-    """Along the fingers."""
-    groove: tuple[float, float] | None = None
-    """Width and depth of a groove for each finger, in which the block cannot turn."""
-
-    def __post_init__(self) -> None:
-        check_range("a grip's width", self.width, 8, 60)
-        check_range("a grip's depth", self.depth, 8, 60)
-        if self.depth < self.width:
-            raise PrintableError(
-                f"a grip {self.width:g} mm wide and {self.depth:g} mm deep: its shoulder needs a "
-                f"DEPTH, the second number, of {self.width:g} mm or more"
-            )
-        check_range("a grip's length", self.length, 8, 80)
-
-    @classmethod
-    def of(cls, width: float, depth: float, length: float) -> "Grip":
-        """Return the grip for any gripper; the flange frame lies between the fingertips."""
-        return cls(width, depth, length, origin=length)
-
-    def mount(self) -> Mount:
-        """Return the block with its shoulder, a cone of less than 45 degrees' overhang."""
-        block: Solid = Prism(
-            (rectangle(_middle(self.depth), _middle(self.width), 1.0),), self.length
+    check_range("a grip's width", width, 8, 60)
+    check_range("a grip's depth", depth, 8, 60)
+    if depth < width:
+        raise PrintableError(
+            f"a grip {width:g} mm wide and {depth:g} mm deep: its shoulder needs a DEPTH, the "
+            f"second number, of {width:g} mm or more"
         )
-        low = self.width / 2
-        if self.groove is not None:
-            across, deep = self.groove
-            floor = low = low - deep
-            for side in ((floor, self.width), (-self.width, -floor)):
-                cut = Prism((rectangle(_middle(across), side),), self.length + 2)
-                block = block - cut.at(z=-1)
-        shoulder = union(Frustum(3.3, low, low + 3), cylinder(low + 3, 1.5).at(z=3.3))
-        diagonal = math.hypot(self.width / 2, self.depth / 2) - 0.5
-        start = self.length - 0.3  # the cone begins inside the block
-        return Mount(
-            body=union(block, shoulder.at(z=start)),
-            top=start + 4.8,
-            widest_root=2 * low + 4,
-            widest_ball=math.inf,
-            corners=((diagonal, self.length), (low + 3, start + 4.8)),
-            **self.frame,
-        )
+    check_range("a grip's length", length, 8, 80)
+    block: Solid = Prism((rectangle(_middle(depth), _middle(width), 1.0),), length)
+    across, deep = groove
+    low = width / 2 - deep
+    if deep:
+        for side in ((low, width), (-width, -low)):
+            block = block - Prism((rectangle(_middle(across), side),), length + 2).at(z=-1)
+    # A cone of less than 45 degrees' overhang.
+    shoulder = union(Frustum(3.3, low, low + 3), cylinder(low + 3, 1.5).at(z=3.3))
+    start = length - 0.3  # it begins inside the block
+    frame.setdefault("origin", length)
+    return Mount(
+        body=union(block, shoulder.at(z=start)),
+        top=start + 4.8,
+        widest_root=2 * low + 4,
+        corners=((math.hypot(width / 2, depth / 2) - 0.5, length), (low + 3, start + 4.8)),
+        **frame,
+    )
 
 
-@dataclass(frozen=True)
-class StrapPlate(FlangeFrame):
-    """A plate for two crossed straps, or for glue, where no holes are known."""
-
-    radius: float = 31.0
-    slot: tuple[float, float] = (22.0, 4.0)
-    """For a strap: its width, and twice its thickness."""
-
-    def mount(self) -> Mount:
-        """Return the plate; the flange frame's origin is in its lower face."""
-        long, thick = self.slot
-        far = self.radius - 8
-        upright = Prism((rectangle(_middle(thick), _middle(long)),), PLATE + 2)
-        level = Prism((rectangle(_middle(long), _middle(thick)),), PLATE + 2)
-        slots = [upright.at(x, 0, -1) for x in (-far, far)]
-        slots += [level.at(0, y, -1) for y in (-far, far)]
-        return Mount(
-            body=cylinder(self.radius, PLATE) - union(*slots),
-            top=PLATE,
-            widest_root=2 * far - thick - 4,
-            widest_ball=math.inf,
-            corners=((self.radius, PLATE + thick / 2),),
-            lettering=far - thick / 2 - 0.5,
-            **self.frame,
-        )
+def _strap_plate(**frame: Any) -> Mount:
+    """Return a plate for two crossed straps, or for glue, where no holes are known."""
+    radius, long, thick = 31.0, 22.0, 4.0  # a slot's length is a strap's width
+    far = radius - 8
+    upright = Prism((rectangle(_middle(thick), _middle(long)),), PLATE + 2)
+    level = Prism((rectangle(_middle(long), _middle(thick)),), PLATE + 2)
+    slots = [upright.at(x, 0, -1) for x in (-far, far)]
+    slots += [level.at(0, y, -1) for y in (-far, far)]
+    return Mount(
+        body=cylinder(radius, PLATE) - union(*slots),
+        top=PLATE,
+        widest_root=2 * far - thick - 4,
+        corners=((radius, PLATE + thick / 2),),
+        lettering=far - thick / 2 - 0.5,
+        **frame,
+    )
 
 
 def _middle(width: float) -> tuple[float, float]:
     return -width / 2, width / 2
 
 
-AnyMount = BoltCircle | Grip | StrapPlate
-MOUNTS: Mapping[str, AnyMount] = {
-    "franka-hand": Grip(
-        width=14,
-        depth=18,
-        length=19,
+MOUNTS: Mapping[str, Mount] = {
+    "franka-hand": grip(
+        *(14, 18, 19),
         origin=9.5,
         reach=30,
         links={"panda": "panda_hand_tcp", "fr3": "fr3_hand_tcp"},
         note="the fingertips' rubber gives way as well: franka-flange holds the ball firmer",
     ),
-    "franka-flange": BoltCircle(50, links={"panda": "panda_link8", "fr3": "fr3_link8"}),
-    "iso-50-4-m6": BoltCircle(
+    "franka-flange": bolt_circle(50, links={"panda": "panda_link8", "fr3": "fr3_link8"}),
+    "iso-50-4-m6": bolt_circle(
         50,
         links={
             **dict.fromkeys(("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e"), "tool0"),
             "piper": "link6",
         },
     ),
-    "iso-80-6-m8": BoltCircle(80, count=6, screw="M8", links={"ur20": "tool0"}),
-    "iiwa14": BoltCircle(
+    "iso-80-6-m8": bolt_circle(80, count=6, screw="M8", links={"ur20": "tool0"}),
+    "iiwa14": bolt_circle(
         50,
         count=8,
         links={"iiwa14": "tool0"},
         note="tool0 is the face of the basic flange: on a media flange add its height to z",
     ),
-    "xarm": BoltCircle(
+    "xarm": bolt_circle(
         50,
         count=6,
         screw="M5",
         links={"xarm6": "link_eef", "xarm7": "link_eef"},
         note="for xArm 5, 6 and 7; measure the flange of a Lite 6 or an 850",
     ),
-    "so101": Grip(
-        width=45,
-        depth=45,
-        length=30,
+    "so101": grip(
+        *(45, 45, 30),
         origin=23.7,
         groove=(16.6, 2.5),
         aside=(-20, 0),  # the frame lies in the face of the fixed jaw
         links={"so101": "gripper_frame_link"},
         note="hold it by a rubber band round the jaws: without torque the gripper does not",
     ),
-    "interbotix": Grip(
-        width=50,
-        depth=50,
-        length=40,
-        origin=40,
+    "interbotix": grip(
+        *(50, 50, 40),
         axis=0,
         links=dict.fromkeys(("vx300s", "wx250s"), "ee_gripper_link"),
         note="hold it by a rubber band round the fingers: without torque the gripper does not",
     ),
-    "gen3-lite": BoltCircle(
+    "gen3-lite": bolt_circle(
         32,
         screw="M5",
         slot=10,
         links={"gen3_lite": "end_effector_link"},
         note="slots for M3 to M5, with washers, on circles of 32 to 52 mm: measure your flange",
     ),
-    "strap": StrapPlate(
+    "strap": _strap_plate(
         links={
             **dict.fromkeys(("lite6", "uf850"), "link_eef"),
             "gen3": "end_effector_link",
@@ -304,7 +263,7 @@ MOUNTS: Mapping[str, AnyMount] = {
 _ISO = re.compile(r"iso-(\d+(?:\.\d+)?)-(\d+)-(m\d+)")
 
 
-def find_mount(name: str) -> AnyMount:
+def find_mount(name: str) -> Mount:
     """Return a mount by its name, by a robot whose flange or gripper it is for, or by its code.
 
     Args:
@@ -320,7 +279,7 @@ def find_mount(name: str) -> AnyMount:
         if name in mount.links:
             return mount
     if code := _ISO.fullmatch(name.lower()):
-        return BoltCircle(float(code[1]), int(code[2]), code[3].upper())
+        return bolt_circle(float(code[1]), int(code[2]), code[3].upper())
     robots = sorted({robot for mount in MOUNTS.values() for robot in mount.links})
     raise PrintableError(
         f"no mount {name!r}; there are: {', '.join(MOUNTS)}, codes of ISO 9409-1 as iso-63-4-m6, "

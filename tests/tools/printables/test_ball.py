@@ -1,6 +1,7 @@
 """The ball on its neck: where it is, how far it bends, how far it leans."""
 
 import math
+from collections.abc import Callable
 from itertools import product
 
 import mesh_checks
@@ -14,14 +15,15 @@ from mukca.tools.printables import (
     MOUNTS,
     SCREWS,
     BallPart,
-    BoltCircle,
-    Grip,
     PrintableError,
     SocketBase,
+    bolt_circle,
     build_parts,
+    grip,
 )
 
-ISO = MOUNTS["iso-50-4-m6"].mount()
+ISO = MOUNTS["iso-50-4-m6"]
+CIRCLES = {"iiwa14": (50, 8, "M6", 0), "gen3-lite": (32, 4, "M5", 10)}
 PRINTED = [name for name, part in printed_parts.BALLS.items() if not part.bought]
 
 
@@ -116,19 +118,17 @@ def test_leaning_much_farther_collides(name: str) -> None:
 
 def envelope(name: str) -> trimesh.Trimesh:
     """Return the ball part with the heads of its screws, and its ball where it is bought."""
-    part, mount = (
-        printed_parts.BALLS[name],
-        MOUNTS.get(name.removesuffix(" bought"), BoltCircle(50)),
-    )
+    part = printed_parts.BALLS[name]
     bodies = [printed_parts.ball_mesh(name)]
     if part.bought:
         ball = trimesh.creation.icosphere(4, part.ball / 2)
         bodies.append(ball.apply_translation((0, 0, part.height)))
-    if isinstance(mount, BoltCircle):
-        screw = SCREWS[mount.screw]
-        for i, far in product(range(mount.count), (0, mount.slot)):
+    if part.mount.hardware:
+        diameter, count, size, slot = CIRCLES.get(name, (50, 4, "M6", 0))
+        screw = SCREWS[size]
+        for i, far in product(range(count), (0, slot)):
             head = trimesh.creation.cylinder(screw.head / 2, screw.height)
-            angle, radius = 2 * math.pi * (i + 0.5) / mount.count, mount.diameter / 2 + far
+            angle, radius = 2 * math.pi * (i + 0.5) / count, diameter / 2 + far
             place = (radius * math.cos(angle), radius * math.sin(angle))
             bodies.append(head.apply_translation((*place, part.mount.top + screw.height / 2)))
     return trimesh.util.concatenate(bodies)
@@ -169,16 +169,16 @@ def test_the_jaws_of_an_so101_lie_in_grooves() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "mount", [BoltCircle(50, 6, "M5"), BoltCircle(50, 8), BoltCircle(32, 4, "M5", slot=10)]
+    ("diameter", "count", "screw", "slot"), [(50, 6, "M5", 0), (50, 8, "M6", 0), (32, 4, "M5", 10)]
 )
-def test_screws_find_their_holes(mount: BoltCircle) -> None:
+def test_screws_find_their_holes(diameter: float, count: int, screw: str, slot: float) -> None:
     """Straight through the plate, at the circle, and through all of a slot's length."""
-    part = BallPart(mount.mount())
+    part = BallPart(bolt_circle(diameter, count, screw, slot))
     made = printed_parts.made("screwed", part).mesh
     mesh = trimesh.Trimesh(made.vertices, made.triangles)
-    for i in range(mount.count):
-        angle = 2 * math.pi * (i + 0.5) / mount.count
-        for radius in np.linspace(mount.diameter / 2, mount.diameter / 2 + mount.slot, 5):
+    for i in range(count):
+        angle = 2 * math.pi * (i + 0.5) / count
+        for radius in np.linspace(diameter / 2, diameter / 2 + slot, 5):
             x, y = radius * math.cos(angle), radius * math.sin(angle)
             assert not mesh.ray.intersects_any([(x, y, -5)], [(0, 0, 1)])[0]
 
@@ -207,16 +207,16 @@ def test_impossible_balls_get_one_line(words: dict[str, float], says: str) -> No
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: BoltCircle(50, 4, "M7"), "no screw 'M7'; there are: M3, M4"),
-        (lambda: BoltCircle(10), "expected 20 to 150 mm"),
-        (lambda: BoltCircle(float("nan")), "a bolt circle of nan mm"),
-        (lambda: BoltCircle(50, 0), "2 to 12"),
-        (lambda: BoltCircle(25, 8, "M6"), "their heads touch"),
-        (lambda: Grip.of(5, 20, 20), "a grip's width of 5 mm: expected 8 to 60 mm"),
-        (lambda: Grip.of(30, 20, 20), "needs a DEPTH, the second number, of 30 mm"),
-        (lambda: BallPart(BoltCircle(20, 2, "M3").mount()), "hides the screws from their key"),
+        (lambda: bolt_circle(50, 4, "M7"), "no screw 'M7'; there are: M3, M4"),
+        (lambda: bolt_circle(10), "expected 20 to 150 mm"),
+        (lambda: bolt_circle(float("nan")), "a bolt circle of nan mm"),
+        (lambda: bolt_circle(50, 0), "2 to 12"),
+        (lambda: bolt_circle(25, 8, "M6"), "their heads touch"),
+        (lambda: grip(5, 20, 20), "a grip's width of 5 mm: expected 8 to 60 mm"),
+        (lambda: grip(30, 20, 20), "needs a DEPTH, the second number, of 30 mm"),
+        (lambda: BallPart(bolt_circle(20, 2, "M3")), "hides the screws from their key"),
     ],
 )
-def test_impossible_mounts_get_one_line(make: "type[BoltCircle]", says: str) -> None:
+def test_impossible_mounts_get_one_line(make: Callable[[], object], says: str) -> None:
     with pytest.raises(PrintableError, match=says):
         make()

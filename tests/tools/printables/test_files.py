@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from mukca.solver.robot import shipped_robots
-from mukca.tools.printables import MOUNTS, BoltCircle, PrintableError, encode, find_mount
+from mukca.tools.printables import MOUNTS, PrintableError, bolt_circle, encode, find_mount
 
 
 @pytest.mark.slow
@@ -73,7 +73,7 @@ def test_a_drawing_has_the_dimensions_of_its_part(name: str) -> None:
 def test_each_shipped_robot_has_a_mount() -> None:
     for name in shipped_robots():
         assert find_mount(name) in MOUNTS.values(), name
-    assert find_mount("iso-31.5-4-m5") == BoltCircle(31.5, 4, "M5")
+    assert find_mount("iso-31.5-4-m5") == bolt_circle(31.5, 4, "M5")
 
 
 @pytest.mark.parametrize("part", ["base", "ball"])

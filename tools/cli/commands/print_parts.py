@@ -116,7 +116,7 @@ def _balls(options: Options) -> Mapping[str, printables.BallPart]:
     for name, mount in mounts.items():
         try:
             balls[f"ball-{name}"] = printables.BallPart(
-                mount.mount(),
+                mount,
                 ball=options.ball_diameter_mm,
                 neck=options.neck_mm,
                 reach=options.reach_mm,
@@ -127,18 +127,18 @@ def _balls(options: Options) -> Mapping[str, printables.BallPart]:
     return balls
 
 
-def _mounts(options: Options) -> dict[str, printables.AnyMount]:
+def _mounts(options: Options) -> dict[str, printables.Mount]:
     """Return the mounts that were asked for: named ones, the user's own, or else all."""
-    own: dict[str, printables.AnyMount] = {}
+    own: dict[str, printables.Mount] = {}
     if options.bolt_circle_mm is not None:
         bolts = 4 if options.bolts is None else options.bolts
-        own["bolt-circle"] = printables.BoltCircle(
+        own["bolt-circle"] = printables.bolt_circle(
             options.bolt_circle_mm, bolts, options.screw or "M6"
         )
     elif options.bolts is not None or options.screw is not None:
         raise printables.PrintableError("--bolts and --screw go with --bolt-circle-mm")
     if options.grip_mm is not None:
-        own["gripper"] = printables.Grip.of(*options.grip_mm)
+        own["gripper"] = printables.grip(*options.grip_mm)
     if options.mount is None:
         return own or dict(printables.MOUNTS)
     if "none" in options.mount and (own or len(options.mount) > 1):
