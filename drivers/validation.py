@@ -91,9 +91,17 @@ class ValidatingDriver(Driver):
             self.close()
             raise
 
-    def _await_first(self, seconds: float) -> JointState:
-        """Wait for the first state in a constructor; :meth:`read` returns it once more."""
-        self._unread = self._next(clock.now() + seconds)
+    def _await_first(self, seconds: float, advice: str = "") -> JointState:
+        """Wait for the first state in a constructor; :meth:`read` returns it once more.
+
+        With advice to who waits in vain, silence is UNREACHABLE.
+        """
+        try:
+            self._unread = self._next(clock.now() + seconds)
+        except DriverError as error:
+            if not advice or error.reason is not Reason.SILENT:
+                raise
+            raise DriverError(Reason.UNREACHABLE, f"{error}: {advice}") from None
         return self._unread
 
     def _silence(

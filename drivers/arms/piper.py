@@ -14,15 +14,7 @@ from collections.abc import Sequence
 
 import can
 
-from .. import (
-    ArrivalTimeFilter,
-    DriverError,
-    JointState,
-    Reason,
-    ValidatingDriver,
-    clock,
-    match_joints,
-)
+from .. import ArrivalTimeFilter, JointState, ValidatingDriver, clock, match_joints
 from ..transport import CanBus, parse_can_address
 
 JOINTS = 6
@@ -61,7 +53,7 @@ class Piper(ValidatingDriver):
         self._offset = math.nan
         self._bus = CanBus(bus, IDENTIFIERS)
         with self._closed_on_error():
-            self._await_arm()
+            self._await_first(FIRST_STATE_SECONDS, "is the arm on, and the bus at 1 Mbit/s?")
 
     def _receive(self, deadline: float) -> JointState:
         asked = clock.now()
@@ -73,16 +65,6 @@ class Piper(ValidatingDriver):
 
     def _disconnect(self) -> None:
         self._bus.close()
-
-    def _await_arm(self) -> None:
-        try:
-            self._await_first(FIRST_STATE_SECONDS)
-        except DriverError as error:
-            if error.reason is not Reason.SILENT:
-                raise
-            raise DriverError(
-                Reason.UNREACHABLE, f"{error}: is the arm on, and the bus at 1 Mbit/s?"
-            ) from None
 
     def _take(self, frame: can.Message) -> JointState | None:
         """Add a frame to the state of this turn; return the state once it is whole."""

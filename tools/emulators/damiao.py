@@ -7,7 +7,7 @@ by the same requests.
 import struct
 
 from ...drivers import JointState
-from .emulator import PolledEmulator, Version
+from .emulator import Emulator, Version
 from .ports import CanPort
 
 JOINTS = 7
@@ -15,9 +15,10 @@ HALF_RANGE = 12.5  # rad
 REST = b"\x7f\xf8\x00\x19\x1b"  # no speed, no torque, 25 and 27 degrees
 
 
-class DamiaoEmulator(PolledEmulator):
+class DamiaoEmulator(Emulator):
     """Seven motors that answer when they are asked."""
 
+    POLLED = True
     VERSIONS = {"openarm": Version(JOINTS, 1000.0)}  # noqa: RUF012
     status = 0
     """Status of every motor: 0 off, 1 enabled, others an alarm."""

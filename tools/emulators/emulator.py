@@ -68,6 +68,8 @@ class Emulator(ABC):
 
     VERSIONS: ClassVar[dict[str, Version]]
     """Versions of the protocol or the controller; the first is the default."""
+    POLLED: ClassVar[bool] = False
+    """True where it only answers, and :meth:`send_state` is never called."""
     FAULTS: ClassVar[tuple[str, ...]] = COMMON_KINDS
     """Kinds of faults that it can show."""
 
@@ -103,14 +105,14 @@ class Emulator(ABC):
     def listen(self, address: str) -> None:
         """Open the sockets, watch them, and set :attr:`driver_address`."""
 
-    @abstractmethod
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one state to whoever is connected."""
+        raise NotImplementedError
 
     @property
     def streaming(self) -> bool:
-        """True while there is anybody to send to."""
-        return True
+        """True while there is anybody to send to what nobody asked for."""
+        return not self.POLLED
 
     @property
     def moment(self) -> float:
@@ -193,18 +195,6 @@ class Emulator(ABC):
         """Send a message to a target by way of a port, faults applied."""
         for to, packet in self.faults.packets((target, message), moment):
             send(packet, to)
-
-
-class PolledEmulator(Emulator):
-    """A controller that sends nothing that it was not asked for."""
-
-    @property
-    def streaming(self) -> bool:
-        """Never: it only answers."""
-        return False
-
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
-        """Send nothing."""
 
     def answer(self, send: Callable[[bytes, Any], object], message: bytes, target: Any = 0) -> None:
         """Answer a request, unless it serves nobody now."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import isotp
 
-from .emulator import PolledEmulator, Version
+from .emulator import Emulator, Version
 from .ports import CanPort, SerialPort
 
 MESSAGE_BYTES = 20
@@ -21,9 +21,10 @@ REQUESTS, ANSWERS = 0x700, 0x701
 JOINTS = 6
 
 
-class KinovaEmulator(PolledEmulator):
+class KinovaEmulator(Emulator):
     """Six actuators on a line."""
 
+    POLLED = True
     VERSIONS = dict.fromkeys(("serial", "can"), Version(JOINTS, 1000.0))
 
     def listen(self, address: str) -> None:

@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar
 
-from .emulator import PolledEmulator
+from .emulator import Emulator
 from .ports import SerialPort
 
 Request = tuple[int, int, bytes]
@@ -16,9 +16,10 @@ STEPS = 4096  # in a turn
 TURN = 6.283185307179586  # rad
 
 
-class ServoEmulator(PolledEmulator):
+class ServoEmulator(Emulator):
     """Servos that answer when they are asked; what is written to them they ignore."""
 
+    POLLED = True
     NAMED: ClassVar[str]
     """Driver and address of a port and a version."""
     POSITION: ClassVar[int]
