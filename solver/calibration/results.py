@@ -42,8 +42,7 @@ UNKNOWN = (
 def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
     calibrated, options, warnings = fit.calibrated, problem.options, problem.warnings
-    sigma = np.zeros((0, 0)) if fit.posterior is None else fit.posterior.covariance
-    if not (np.isfinite(sigma).all() and (np.diag(sigma) >= 0).all()):
+    if fit.posterior is not None and not _is_known(fit.posterior):
         fit, warnings = replace(fit, posterior=None), (*warnings, UNKNOWN)
     errors, deflection = errors_of(problem, fit), calibrated.deflection
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
@@ -81,6 +80,11 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         outlook=estimates.outlook_of(problem, fit),
         **known,
     )
+
+
+def _is_known(posterior: Posterior) -> bool:
+    covariance = posterior.covariance
+    return bool(np.isfinite(covariance).all() and (np.diag(covariance) >= 0).all())
 
 
 def _known(problem: CalibrationProblem, fit: Fit) -> dict[str, Any]:

@@ -65,11 +65,7 @@ def record_session(
             session = with_address(session, page.url, options.page_host)
         guidance: BackgroundGuidance | None = None
         if keyboard is not None and live and not options.no_guide:
-            goal = goal_for(robot, options.goal_mm)
-            guidance = BackgroundGuidance(
-                options, options.distance, options.sockets, goal, earlier.placements
-            )
-            stack.enter_context(closing(guidance))
+            guidance = stack.enter_context(closing(_guidance(options, robot, earlier)))
         return Recorder(
             session=session,
             stream=stream,
@@ -91,6 +87,11 @@ def record_session(
             if keyboard and live
             else (),
         ).run()
+
+
+def _guidance(options: SettledOptions, robot: Robot, earlier: Before) -> BackgroundGuidance:
+    goal = goal_for(robot, options.goal_mm)
+    return BackgroundGuidance(options, options.distance, options.sockets, goal, earlier.placements)
 
 
 def _title(options: SettledOptions, robot: Robot) -> str:
