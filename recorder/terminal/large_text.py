@@ -19,15 +19,18 @@ _LETTERS: dict[str, tuple[str, str, str]] = {
     "C": ("█▀▀", "█  ", "▀▀▀"),
     "D": ("█▀▄", "█ █", "▀▀ "),
     "E": ("█▀▀", "█▀ ", "▀▀▀"),
+    "F": ("█▀▀", "█▀ ", "▀  "),
     "G": ("█▀▀▀", "█ ▀█", "▀▀▀▀"),
     "H": ("█ █", "█▀█", "▀ ▀"),
     "I": ("█", "█", "▀"),
+    "J": ("  █", "  █", "▀▀▀"),
     "K": ("█ █", "█▀▄", "▀ ▀"),
     "L": ("█  ", "█  ", "▀▀▀"),
     "M": ("█▄ ▄█", "█ ▀ █", "▀   ▀"),
     "N": ("█▄ █", "█ ▀█", "▀  ▀"),
     "O": ("█▀▀█", "█  █", "▀▀▀▀"),
     "P": ("█▀█", "█▀▀", "▀  "),
+    "Q": ("█▀▀█", "█ ▄█", "▀▀▀▀"),
     "R": ("█▀█", "█▀▄", "▀ ▀"),
     "S": ("█▀▀", "▀▀█", "▀▀▀"),
     "T": ("▀█▀", " █ ", " ▀ "),
@@ -35,6 +38,8 @@ _LETTERS: dict[str, tuple[str, str, str]] = {
     "V": ("█ █", "█ █", " ▀ "),
     "W": ("█ █ █", "█ █ █", " ▀ ▀ "),
     "X": ("█ █", "▄▀▄", "▀ ▀"),
+    "Y": ("█ █", " █ ", " ▀ "),
+    "Z": ("▀▀█", "▄▀ ", "▀▀▀"),
     "?": ("▀▀█", " ▀ ", " ▀ "),
     " ": (" ", " ", " "),
 }
@@ -48,5 +53,5 @@ def banner(words: str, colour: str, width: int) -> list[Text]:
         colour: Of the background, as rich names it.
         width: Columns of the screen.
     """
-    rows = [" " + " ".join(_LETTERS[c][row] for c in words) for row in range(3)]
+    rows = [" " + " ".join(_LETTERS.get(c, _LETTERS["?"])[row] for c in words) for row in range(3)]
     return [Text(row[:width].ljust(width), style=f"bold white on {colour}") for row in rows]

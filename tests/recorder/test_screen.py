@@ -216,6 +216,7 @@ def test_a_window_that_is_too_small_says_what_is_needed(width: int, height: int)
         ("GOT 17", {"captured": 17}),
         ("WHICH?", {"typed": "delete"}),
         ("GO ON?", {"question": "GO ON?: y go on"}),
+        ("FJQYZ", {"question": "FJQYZ: y go on"}),
         ("WAIT", {"trouble": "silent"}),
         ("LET GO", {"contact": "elbow"}),
     ],

@@ -45,6 +45,8 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
             known = ", ".join(_NAMES)
             raise UsageError(f"--columns {words!r}: write {EXAMPLE}; there are {known}")
         parts = _expanded(spec[2])
+        if not parts:
+            raise UsageError(f"--columns {words!r}: no columns; count upwards, as in joint_1..6")
         values = [_sum(part, names, numbers, f"{file}: --columns {words!r}") for part in parts]
         found[spec[1]] = np.stack(values, axis=1) * _SIZES.get(unit or "", 1.0)
         joints = parts if spec[1] == "q" else joints
