@@ -5,7 +5,9 @@ from .assessment import assess as assess
 from .coverage import Coverage as Coverage
 from .data_sufficiency import checks_row as checks_row
 from .data_sufficiency import samples_row as samples_row
+from .drift import FEWEST_SAMPLES as FEWEST_SAMPLES
 from .drift import judge_drift as judge_drift
+from .drift import too_few as too_few
 from .errors import PlacementReport as PlacementReport
 from .errors import Quantiles as Quantiles
 from .errors import RoleSummaries as RoleSummaries

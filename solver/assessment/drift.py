@@ -12,7 +12,7 @@ from ..robot import Origin
 from .data_sufficiency import checks_row
 from .formatting import mm
 from .held_out import error_rows
-from .limits import Limits
+from .limits import Limits, limit_row
 from .verdict import Verdict, judge
 from .verification import NearestCause, nearest_cause
 
@@ -20,6 +20,8 @@ EXPLAINS = 0.6
 """An offset explains a drift if it leaves less than this share of the error."""
 WORSE = 1.5
 """Errors beyond this many times those at the calibration itself are a drift."""
+FEWEST_SAMPLES = 10
+"""New samples below which nothing is said of an old calibration."""
 TRAINED = "all of these were trained on, so their errors prove nothing"
 
 
@@ -43,6 +45,11 @@ class Drift:
         return {**self.verdict.as_said(), "text": self.text, "nearest_cause": nearest}
 
 
+def too_few(count: int) -> str:
+    """Return why a few new samples tell nothing, and how many would."""
+    return f"{count} samples say too little; record 6 in each of two sockets"
+
+
 def judge_drift(
     document: CalibrationDocument,
     calibrated: CalibratedRobot,
@@ -64,7 +71,11 @@ def judge_drift(
     if summary is not None and summary.loaded.distance_error is None:
         rows = rows[:1]
     survey = _survey(document, calibrated, data if summary is not None else (), limits)
-    verdict = judge([*rows, checks_row(survey.diagnostics)], (), survey.hypotheses)
+    known = [checks_row(survey.diagnostics)]
+    if (count := sum(len(m.positions) for m in data)) < FEWEST_SAMPLES and summary is not None:
+        text = too_few(count)
+        known.append(limit_row("samples", "samples", "not enough", text, text=text))
+    verdict = judge([*rows, *known], (), survey.hypotheses)
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
     if summary is None or allowed is None or most is None:
         return Drift(verdict, f"not known; {rows[0].reason}.")

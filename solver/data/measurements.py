@@ -242,7 +242,8 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
             told = f"holds poses of another kind: {placement.poses_of}"
         raise MeasurementError(
             f"{where}: {told}; where an instrument measured what the flange carries, let the first "
-            'line be "# measured flange poses", or write {"poses_of": "flange"} into placement.json'
+            'line be "# measured flange poses", or write {"poses_of": "flange"} into '
+            "placement.json; mukca solve takes --flange-poses, too"
         )
     if meaning == "flange" and len(placement.samples) >= ENOUGH_POSES:
         R = BallModel(robot, []).rotations(np.zeros(0), measured.positions).points

@@ -26,6 +26,8 @@ from .updated import Found, updated
 Camera = Literal["on-arm", "beside"]
 DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
 """Noise of a detector before its poses are seen."""
+FARTHEST = 50.0
+"""Distance beyond which no camera sees a board [m]."""
 LEAST = 5
 """Fewest views: three leave nothing to tell a bad one by."""
 OUTLIER = 0.25
@@ -157,6 +159,8 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     B = np.tile(np.eye(4), (len(q), 1, 1))
     B[:, :3, :3] = np.concatenate([m.rotations for m in data])
     B[:, :3, 3] = np.concatenate([m.points for m in data])
+    if (far := float(np.abs(B[:, :3, 3]).max())) > FARTHEST:
+        raise UsageError(f"{where}: places up to {far:.0f} m away; are these millimetres?")
     moments = np.concatenate([prior.load.torques(prior.robot, m) for m in data])
     wheres = tuple(s.where for m in data for s in m.placement.samples)
     x = prior.mean[: prior.model.size]

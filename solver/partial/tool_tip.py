@@ -20,6 +20,8 @@ TOUCH, SPREAD = 1e-4, 1.0
 """Noise of touching a point [m], and the standard deviation of its logarithm."""
 LEAST, LEAST_EACH = 4, 3
 """Touches that a tip needs, and of each point."""
+LEAST_APART = 2e-3
+"""Distance of points of the tool from each other that still tells a direction [m]."""
 UNTOLD = 2e-3
 """A tip that is less known along some direction is not told [m]."""
 ELSEWHERE, POSTURES = 6, 8
@@ -162,6 +164,11 @@ def _turned(tip: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
     else:
         x, z = others[0] - tip, np.cross(others[0] - tip, others[1] - tip)
         z = z * (np.sign(z @ tip) or 1.0)
+    if np.linalg.norm(z) < (LEAST_APART if len(others) == 1 else LEAST_APART**2):
+        raise UsageError(
+            f"the tool's points lie within {1e3 * LEAST_APART:g} mm of one point or line, which "
+            "tells no direction; touch with points that are farther apart"
+        )
     z = z / np.linalg.norm(z)
     x = x - (x @ z) * z
     x = x / np.linalg.norm(x)

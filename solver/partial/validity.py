@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ...recorder import Placement
-from ..assessment import Verdict, judge, limit_row
+from ..assessment import FEWEST_SAMPLES, Verdict, judge, limit_row, too_few
 from ..calibration import Calibration, as_list
 from ..data import measure
 from .evidence import Explanation, probabilities
@@ -21,8 +21,6 @@ EVERYTHING = {"m": 1e-3, "rad": 3e-3}
 """Typical change of each number of the geometry after a crash."""
 VALID = 0.1
 """Probability that nothing changed down to which the calibration counts as valid: nine to one."""
-LEAST = 10
-"""Samples below which nothing is said."""
 _NEXT = {
     "tool": "the ball or tool was moved: find the tool by mukca tool, or mukca rezero --ball-moved",
     "base": "the base was moved: leave out --stood",
@@ -48,15 +46,15 @@ class Validity:
         """The verdict, by the one judge."""
         nothing = self.probabilities[NOTHING]
         status = "pass" if nothing >= VALID else "fail"
-        status = "not enough" if self.samples < LEAST else status
+        status = "not enough" if self.samples < FEWEST_SAMPLES else status
         return judge([limit_row("validity", "validity", status, self.text, text=self.text)])
 
     @property
     def text(self) -> str:
         """What changed, with its probability, and the next step."""
         nothing, likely = self.probabilities[NOTHING], self.likeliest
-        if self.samples < LEAST:
-            return f"{self.samples} samples say too little; record 6 in each of two sockets"
+        if self.samples < FEWEST_SAMPLES:
+            return too_few(self.samples)
         share = f"{100 * self.probabilities[likely]:.1f} %"
         if likely == NOTHING:
             return f"still valid: nothing changed, with a probability of {share}"

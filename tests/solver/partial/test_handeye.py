@@ -52,6 +52,13 @@ def recorded(rows: np.ndarray) -> mukca.Placement:
     return mukca.Placement("views", tuple(samples))
 
 
+def test_millimetres_are_asked_about(simulated: Simulated) -> None:
+    rows = views(simulated, "beside")
+    rows[:, 7:10] *= 1e3
+    with pytest.raises(MukcaError, match="are these millimetres"):
+        mukca.handeye(simulated.calibration, recorded(rows), "beside")
+
+
 @pytest.mark.parametrize("camera", ["on-arm", "beside"])
 def test_a_board_seen_elsewhere_stays_where_it_is(simulated: Simulated, camera: Camera) -> None:
     found = mukca.handeye(simulated.calibration, recorded(views(simulated, camera)), camera)

@@ -43,6 +43,12 @@ def test_a_second_point_gives_the_axis(simulated: Simulated) -> None:
     assert z == pytest.approx([0, 0, 1], abs=0.03)
 
 
+def test_an_axis_needs_another_point(simulated: Simulated) -> None:
+    touches = simulated.touched(TIP)
+    with pytest.raises(MukcaError, match="tells no direction"):
+        mukca.tool(simulated.calibration, touches, "spike", axis=touches)
+
+
 def test_postures_alike_leave_a_direction_open(simulated: Simulated) -> None:
     q = simulated.touched(TIP).positions[:1] + np.linspace(0, 2e-4, 6)[:, None]
     found = mukca.tool(simulated.calibration, mukca.Placement.of_arrays("alike", q, [0] * 6))

@@ -52,3 +52,17 @@ def test_the_command_says_what_to_do_next(
     assert status == 1 and json.loads(out)["likeliest"] == "panda_joint4"
     status, _, error = command("check", tmp_path / "since")
     assert status == 2 and "--robot" in error
+
+
+def test_a_few_samples_say_nothing_of_an_old_calibration(
+    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
+) -> None:
+    since = simulated.read({})
+    few = mukca.Placement.of_arrays(
+        "few", since.positions[[0, 1, -2, -1]], [0, 0, 1, 1], distance=since.distance
+    )
+    write_files(tmp_path / "few", sample_files(few))
+    simulated.calibration.save(tmp_path / "cal")
+    for words in (("validate", tmp_path / "cal"), ("check", "--calibration", tmp_path / "cal")):
+        status, out, _ = command(*words, tmp_path / "few")
+        assert status == 3 and "too little" in out

@@ -50,6 +50,8 @@ class PathOptions:
                 tool = pose_of_numbers([float(word) for word in tool.split(",")])
             except ValueError:
                 raise UsageError(f"--tool {self.tool}: give x,y,z,roll,pitch,yaw") from None
+        if self.payload is None and any(self.payload_at):
+            raise UsageError("--payload-at belongs to --payload KG, which is not given")
         payload = None if self.payload is None else (self.payload, self.payload_at)
         return {"tool": tool, "payload": payload}
 

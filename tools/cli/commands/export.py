@@ -64,6 +64,8 @@ def _run(options: Options, terminal: Terminal) -> int:
     from ....solver.calibration import load_calibration
     from ...export import export
 
+    if options.payload is None and any(options.payload_at):
+        raise UsageError("--payload-at belongs to --payload KG, which is not given")
     tools = _tools(options.tool)
     calibration = load_calibration(options.calibration)
     if calibration.document.distorted:
