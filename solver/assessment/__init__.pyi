@@ -38,7 +38,6 @@ from .predictions import ModelName as ModelName
 from .predictions import PlacementPrediction as PlacementPrediction
 from .predictions import Point as Point
 from .predictions import Predictions as Predictions
-from .predictions import calibrated_points as calibrated_points
 from .predictions import measurements_of as measurements_of
 from .predictions import norms as norms
 from .scale_check import distance_row as distance_row

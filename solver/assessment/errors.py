@@ -119,8 +119,7 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
 
 def _by_model(placements: Sequence[PlacementPrediction]) -> ByModel[np.ndarray]:
     """Return the errors of all samples of some placements, by each model [m]."""
-    exported = placements[0].points.geometric is not None
-    models: tuple[ModelName, ...] = (*MODELS, "geometric") if exported else MODELS
+    models = MODELS if placements[0].points.geometric is not None else MODELS[:2]
     return ByModel(**{m: np.concatenate([p.errors(m) for p in placements]) for m in models})
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..data import (
     Measurement,
-    Metrics,
     Pose,
     evaluate,
     fit_frames,
@@ -65,7 +64,7 @@ class ByModel(Document, Generic[Value], kw_only=True, frozen=True):
         )
 
 
-MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
+MODELS: tuple[ModelName, ...] = ("nominal", "calibrated", "geometric")
 _AGREE = 1e-6
 """Figures in the file and those that follow from its samples differ by less than this [m]."""
 
@@ -93,7 +92,7 @@ class PlacementPrediction:
         """Each predicted centre less its socket's mean, or the measured point, shape (N, 3) [m]."""
         of = {
             model: points - targets(points, self.measured, self.frames.get(model))
-            for model in (*MODELS, "geometric")
+            for model in MODELS
             if (points := getattr(self.points, model)) is not None
         }
         return ByModel(**of)
@@ -181,13 +180,7 @@ def _measurement(row: PlacementSamples, i: int, robot: Robot, source: str) -> Me
 def _prediction(
     row: PlacementSamples, measured: Measurement, calibration: CalibratedRobot
 ) -> PlacementPrediction:
-    points = ByModel(
-        nominal=calibration.nominal_ball(measured.positions),
-        calibrated=calibrated_points(calibration, measured),
-        geometric=None
-        if calibration.exported is None
-        else calibration.geometric_ball(measured.positions),
-    )
+    points = ByModel(**{name: model(measured) for name, model in calibration.models.items()})
     samples = sorted(row.samples, key=lambda sample: sample.socket)
     return PlacementPrediction(measured, row.role, points, tuple(samples), {})
 
@@ -195,14 +188,8 @@ def _prediction(
 def _with_frames(placements: Sequence[PlacementPrediction]) -> tuple[PlacementPrediction, ...]:
     """Return predictions that know where the frames of points trained on are by each model."""
     trained = [p for p in placements if p.role == "train" and p.measured.kind == "points"]
-    names: tuple[ModelName, ...] = (*MODELS, "geometric")
-    frames = {m: fit_frames([(p.points.of(m), p.measured) for p in trained]) for m in names}
+    frames = {m: fit_frames([(p.points.of(m), p.measured) for p in trained]) for m in MODELS}
     return tuple(replace(p, frames=frames) for p in placements)
-
-
-def calibrated_points(calibration: CalibratedRobot, measured: Measurement) -> np.ndarray:
-    """Return where the calibrated robot puts the ball in each sample, shape (N, 3) [m]."""
-    return calibration.ball(measured.positions, measured.efforts)
 
 
 def _check_parts(document: CalibrationDocument, source: str) -> None:
@@ -226,12 +213,9 @@ def _check_parts(document: CalibrationDocument, source: str) -> None:
 
 def _check_errors(placement: PlacementPrediction, errors: PlacementErrors, source: str) -> None:
     """See that the errors in the file follow from its samples."""
-    stated_by: tuple[tuple[ModelName, Metrics], ...] = (
-        ("nominal", errors.nominal),
-        ("calibrated", errors.calibrated),
-        ("geometric", errors.loaded),
-    )
-    for model, stated in stated_by:
+    for model, stated in zip(
+        MODELS, (errors.nominal, errors.calibrated, errors.loaded), strict=True
+    ):
         points, frames = placement.points.of(model), placement.frames.get(model)
         computed = evaluate(points, placement.measured, frames).mean_absolute_error
         if abs(computed - stated.mean_absolute_error) > _AGREE:

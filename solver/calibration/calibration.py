@@ -25,7 +25,7 @@ from ..results import (
     write_files,
 )
 from .error_table import Errors
-from .errors import models_of, placement_errors
+from .errors import placement_errors
 from .full_model import FullModel
 from .option import UsageError
 from .problem import as_list
@@ -179,7 +179,7 @@ class Calibration(FullModel):
 
     def errors_of(self, data: Sequence[Measurement]) -> Errors:
         """Return the errors of checked placements, those trained on first."""
-        models = models_of(self.calibrated)
+        models = self.calibrated.models
         roles: list[Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
         pairs = zip(roles, data, strict=True)
         rows = [placement_errors(self.calibrated, models, *row) for row in pairs]

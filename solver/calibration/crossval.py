@@ -13,7 +13,7 @@ from ..diagnostics import named
 from ..paper import NotConverged
 from ..results import PlacementErrors
 from ..robot import Robot
-from .errors import models_of, placement_errors
+from .errors import placement_errors
 from .fit import fit_robots
 from .options import SolveOptions
 
@@ -63,7 +63,7 @@ def run_job(plan: Plan, job: Job) -> list[PlacementErrors] | None:
         fit = fit_robots([recordings], options, require_scale=False)[0]
     except NotConverged:
         return None
-    models = models_of(fit.calibrated)
+    models = fit.calibrated.models
     return [
         placement_errors(fit.calibrated, models, "train" if i in job.trained else "test", measured)
         for i, measured in enumerate(plan.measurements)

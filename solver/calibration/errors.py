@@ -60,7 +60,7 @@ def placement_errors(
 def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
     """Return the errors of all placements, and how large they should be where that is known."""
     weight = problem.options.regularization or REGULARIZATION
-    models = {**models_of(fit.calibrated), **_ball_refitted(problem.robot, problem.train, weight)}
+    models = {**fit.calibrated.models, **_ball_refitted(problem.robot, problem.train, weight)}
     measured = [m for m in problem.train if m.kind == "points"]
     frames = {name: fit_frames([(p(m), m) for m in measured]) for name, p in models.items()}
     rows: list[PlacementErrors] = []
@@ -113,17 +113,6 @@ def history(
         Iteration(iteration=i, train=cost(predict, train), test=cost(predict, test))
         for i, predict in enumerate(iterates)
     )
-
-
-def models_of(calibrated: CalibratedRobot) -> dict[str, Predict]:
-    """Return the models to compare by name: the exported geometry only where it differs."""
-    models: dict[str, Predict] = {
-        "nominal": lambda m: calibrated.nominal_ball(m.positions),
-        "calibrated": lambda m: calibrated.ball(m.positions, m.efforts),
-    }
-    if calibrated.exported is not None:
-        models["geometric"] = lambda m: calibrated.geometric_ball(m.positions)
-    return models
 
 
 def _ball_refitted(

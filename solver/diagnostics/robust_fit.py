@@ -18,9 +18,8 @@ from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import joint_offset_derivatives
 from ..data import Measurement
 from ..robot import BallModel, Parameter, Robot, all_parameters
+from .hypotheses import BALL, widths_of
 
-TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
-"""Widths of the priors [m], [rad]: as far as arms are from their models."""
 SCALE = 1e-5
 """Standard deviation of the prior that holds the arm's scale at nominal."""
 ITERATIONS = 40
@@ -142,9 +141,7 @@ class RigidModel:
         self.robot, self.zeros = robot, zeros
         self._least = BACKLASH_NOISE if zeros else SMALLEST
         self.ball: BallModel = model.ball
-        self.widths = np.array(
-            [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
-        )
+        self.widths = widths_of(parameters)
         of_place = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
         self._place = BallModel(robot, of_place)
         by_scale = model.by_scale()

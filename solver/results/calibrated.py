@@ -1,5 +1,6 @@
 """A calibrated robot: where its ball truly is, and the URDF that says so."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -148,6 +149,17 @@ class CalibratedRobot:
     def nominal_ball(self, q: ArrayLike) -> np.ndarray:
         """Return :meth:`ball` by the nominal URDF."""
         return self._points(self.model.nominal, self.positions(q), q)
+
+    @property
+    def models(self) -> dict[str, Callable[[Measurement], np.ndarray]]:
+        """The models to compare: the exported geometry only where it differs from the full one."""
+        models: dict[str, Callable[[Measurement], np.ndarray]] = {
+            "nominal": lambda m: self.nominal_ball(m.positions),
+            "calibrated": lambda m: self.ball(m.positions, m.efforts),
+        }
+        if self.exported is not None:
+            models["geometric"] = lambda m: self.geometric_ball(m.positions)
+        return models
 
     def positions(self, q: ArrayLike) -> np.ndarray:
         """Return joint positions as rows, shape (N, m), checked as by :meth:`ball`."""

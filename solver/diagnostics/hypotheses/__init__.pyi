@@ -7,7 +7,9 @@ from .joints import of_zero as of_zero
 from .kinds import Block as Block
 from .kinds import Kind as Kind
 from .scene import ARMS as ARMS
+from .scene import BALL as BALL
 from .scene import Scene as Scene
+from .scene import widths_of as widths_of
 from .table import CURABLE as CURABLE
 from .table import KINDS as KINDS
 from .table import OF_SIZE as OF_SIZE

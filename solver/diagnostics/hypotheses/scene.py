@@ -6,7 +6,7 @@ grow as a whole by no more than arms do.
 """
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -29,6 +29,13 @@ SIDES = 0.4
 """Share of the play by which joints rest differently in sockets: loads are alike in neighbours."""
 DISTANCE_WEIGHT = 3.0
 """A socket's centre is off by a third of a sample's noise, since errors of samples are alike."""
+
+
+def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
+    """Return the widths of the priors of a geometry's parameters, shape (n,) [m, rad]."""
+    return np.array(
+        [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
+    )
 
 
 @dataclass(frozen=True)
@@ -120,12 +127,7 @@ class Scene:
     @cached_property
     def widths(self) -> np.ndarray:
         """Widths of the geometry's priors, shape (n,)."""
-        return np.array(
-            [
-                BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION
-                for p in self.parameters
-            ]
-        )
+        return widths_of(self.parameters)
 
     @cached_property
     def by_geometry(self) -> np.ndarray:

@@ -53,11 +53,6 @@ def _named(scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray) -> d
     }
 
 
-def values(scene: Scene, parameters: Parameters, found: np.ndarray) -> Parameters:
-    """Return the parameters, which are known."""
-    return parameters
-
-
 def _text(p: Parameters) -> str:
     of = f" of {p['of']}" if p["of"] else ""
     away = f"{1e3 * p['size']:.1f} mm from the others"
@@ -79,5 +74,4 @@ SOCKET = Kind(
     "look at the socket numbers of these samples",
     code="mislabelled",
     blocks=mixed_up,
-    values=values,
 )

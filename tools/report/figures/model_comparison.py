@@ -7,7 +7,7 @@ from functools import cached_property
 import msgspec
 import numpy as np
 
-from ....solver.assessment import Quantiles, calibrated_points, mm, norms, plural, quantiles
+from ....solver.assessment import Quantiles, mm, norms, plural, quantiles
 from ....solver.data import Measurement, Metrics, evaluate, kabsch, mean_metrics, targets
 from ....solver.results import CurveAgreement, Document, agreement, agreement_words, fields_of
 from .contenders import NOMINAL, Contender
@@ -128,7 +128,7 @@ def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> Com
             m,
             (
                 first.nominal_ball(m.positions),
-                *(calibrated_points(c.calibration, m) for c in contenders),
+                *(c.calibration.models["calibrated"](m) for c in contenders),
             ),
             (False, *(c.trained_on(m) for c in contenders)),
         )
