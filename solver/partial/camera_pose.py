@@ -17,11 +17,10 @@ import numpy as np
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
 from ..data import HandEye, Pose, hand_eye, measure
-from ..results import ToolFrame
 from .fit import FAR, NoiseBelief, System, Task, fit
 from .prior import ArmPrior, prior_of
 from .rows import Rows, flanges
-from .updated import Found, updated
+from .updated import Found, framed
 
 Camera = Literal["on-arm", "beside"]
 DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
@@ -81,12 +80,8 @@ class CameraPose(Found):
         origin = self.target.origin
         return {
             "camera": self.camera,
-            "name": self.frame.name,
-            "parent": self.frame.parent,
-            "xyz": list(self.frame.xyz),
-            "rpy": list(self.frame.rpy),
+            **self.of_frame,
             "quaternion": list(self.quaternion),
-            "covariance": self.frame.covariance,
             "target": {"xyz": list(origin.xyz), "rpy": list(origin.rpy)},
             "noise": {"place": self.noise[0], "turn": self.noise[1]},
             "held_out": {"place": self.held_out[0], "turn": self.held_out[1]},
@@ -125,17 +120,9 @@ def handeye(
     U, V = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
     where, target = (U, V) if on_arm else (V, U)
     own = prior.ball if on_arm else task.place(0)[:3]
-    origin, robot = where.origin, calibration.robot
-    frame = ToolFrame(
-        name=name,
-        parent=robot.ball_joint.parent if on_arm else robot.base,
-        xyz=origin.xyz,
-        rpy=origin.rpy,
-        covariance=system.covariance_on_flange(own).tolist(),
-    )
+    parent = prior.robot.ball_joint.parent if on_arm else prior.robot.base
     return CameraPose(
-        frame,
-        updated(calibration, system, tool=frame),
+        *framed(calibration, system, (name, parent), where, own),
         camera,
         target,
         (state.noise.place, state.noise.turn),
@@ -175,7 +162,10 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     rows = Rows(q, moments, np.zeros(len(q), dtype=np.int64), ("",), wheres=wheres, **sides)
     noise = replace(DETECTOR, joint=prior.noise.joint)
     free = dict.fromkeys(prior.ball.tolist(), FAR)
-    return Task(prior, rows, noise, free, (), _matrix(start.tool), _matrix(start.frame)[None])
+    T = np.tile(np.eye(4), (2, 1, 1))
+    for own, pose in zip(T, (start.tool, start.frame), strict=True):
+        own[:3, :3], own[:3, 3] = pose.rotation, pose.translation
+    return Task(prior, rows, noise, free, (), T[0], T[1:])
 
 
 def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:
@@ -195,12 +185,6 @@ def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where:
             f"{where}: the poses fit no camera on or beside this arm ({angles[camera]:.2g} rad "
             "left): do joints and poses belong together, in radians, and qx,qy,qz,qw in this order?"
         )
-
-
-def _matrix(pose: Pose) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = pose.rotation, pose.translation
-    return T
 
 
 def _held_out(system: System) -> tuple[float, float]:

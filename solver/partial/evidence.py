@@ -27,12 +27,7 @@ class Explanation:
 
 
 def probabilities(system: System, explanations: Sequence[Explanation]) -> np.ndarray:
-    """Return the probabilities of explanations after the samples, shape (E,).
-
-    Args:
-        system: The samples, linear where everything in question is free.
-        explanations: All that is thought of; their priors need not sum to 1.
-    """
+    """Return the probabilities of explanations after the samples, shape (E,)."""
     belief = system.task.noise
     held = replace(system.task, free={})
     spread = system.slopes @ held.covariance @ system.slopes.T

@@ -211,7 +211,9 @@ def linear(task: Task, state: State) -> System:
     lengths, by_lengths = _distances(task, state)
     slopes = np.vstack([G.reshape(N * d, -1), by_lengths])
     errors = np.concatenate([one.errors.ravel(), lengths])
-    errors = errors - slopes @ _relative(task, state)
+    y = np.zeros(task.size)  # turns, and places nothing is known of, are about where they are
+    y[: len(prior.mean)] = state.x - prior.mean
+    errors = errors - slopes @ y
     spread = slopes @ task.covariance @ slopes.T
     return System(task, state, errors, slopes, one.by_joints, spread)
 
@@ -242,13 +244,6 @@ def _start(task: Task) -> State:
     for k, begin in task.known.items():
         places[k, :3, 3] = x[begin : begin + 3]
     return State(x, tool, places, task.noise, np.ones(len(rows.q)))
-
-
-def _relative(task: Task, state: State) -> np.ndarray:
-    """Return y less mu: turns, and places that nothing is known of, are about where they are."""
-    y = np.zeros(task.size)
-    y[: len(task.prior.mean)] = state.x - task.prior.mean
-    return y
 
 
 def _moved(system: System, y: np.ndarray) -> State:

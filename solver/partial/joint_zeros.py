@@ -104,11 +104,9 @@ class Zeros:
         """
         if self.calibration is not None:
             return self.calibration.save(folder, force=force, accept_distorted=True)
-        folder = Path(folder)
-        refuse_existing(folder, force=force)
-        return {
-            "urdf": str(write_files(folder, {"calibrated.urdf": self.urdf()})["calibrated.urdf"])
-        }
+        refuse_existing(Path(folder), force=force)
+        written = write_files(Path(folder), {"calibrated.urdf": self.urdf()})
+        return {"urdf": str(written["calibrated.urdf"])}
 
     @property
     def text(self) -> tuple[str, ...]:
@@ -190,15 +188,7 @@ def _untold(robot: Robot, zero: JointZero, stood: str) -> str:
 def find_zeros(
     task: Task, joints: Sequence[str] = ()
 ) -> tuple[tuple[JointZero, ...], float | None, System]:
-    """Return the joints' zeros, the probability that none changed, and the fit.
-
-    Args:
-        task: The samples, see :func:`socket_task`.
-        joints: Joints whose zero changed; empty where the evidence is to say which.
-
-    Raises:
-        UsageError: No such joint, or too few samples for so many.
-    """
+    """Return the joints' zeros, the probability that none changed, and the fit."""
     prior, names = task.prior, task.prior.robot.joint_names
     begin = prior.zeros.start
     unknown = [joint for joint in joints if joint not in names]

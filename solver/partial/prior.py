@@ -10,7 +10,6 @@ from ..bayes.model import ExtendedModel, Noise, extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, posterior_of
 from ..data import Load
-from ..results import CalibrationDocument
 from ..robot import Robot, all_parameters, choose_parameters
 
 LENGTH, ANGLE = 2e-4, 7e-4
@@ -57,15 +56,7 @@ class ArmPrior:
 
 
 def prior_of(arm: Calibration | Robot) -> ArmPrior:
-    """Return what is known of an arm: by its calibration, or by its nominal model alone.
-
-    Args:
-        arm: The calibration, by the default method, of one arm; or a robot, whose zeros may be off
-            while its parts are as exact as printed ones are.
-
-    Raises:
-        UsageError: A calibration that leaves no posterior.
-    """
+    """Return what is known of an arm: by its calibration, or by its nominal model alone."""
     if isinstance(arm, Robot):
         model = _model(arm, [p.name for p in choose_parameters(arm)], ())
         widths = [
@@ -80,28 +71,20 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
     model = _model(fitted.robot, [p.name for p in fitted.parameters], fitted.extensions)
     labels = [SOCKET.format(*label) for label in found.data.labels]
     places = {label: model.size + 3 * i for i, label in enumerate(labels)}
-    n, size = model.size + 3 * len(places), fitted.size
+    n, size = model.size + 3 * len(places), fitted.size + 3 * len(places)
     into = np.array([model.names.index(name) for name in fitted.names], dtype=np.int64)
     into = np.concatenate([into, np.arange(model.size, n)])
     mean, covariance = np.zeros(n), np.zeros((n, n))
     mean[into] = np.concatenate([found.x, found.centres.ravel()])
-    covariance[np.ix_(into, into)] = found.covariance[
-        : size + 3 * len(places), : size + 3 * len(places)
-    ]
-    prior = ArmPrior(model, mean, covariance, places, arm.calibrated.load, found.noise)
-    return _with_later_zeros(prior, document)
+    covariance[np.ix_(into, into)] = found.covariance[:size, :size]
+    for zero in document.later_zeros:
+        i = model.slices[0].start + model.robot.joint_names.index(zero.joint)
+        mean[i] += zero.offset
+        covariance[i, i] += zero.standard_deviation**2 if zero.offset else 0.0
+    return ArmPrior(model, mean, covariance, places, arm.calibrated.load, found.noise)
 
 
 def _model(robot: Robot, names: list[str], extensions: tuple[str, ...]) -> ExtendedModel:
     """Return a model with some parameters free, the ball's place and the zeros in any case."""
     free = [p for p in all_parameters(robot) if p.name in names or (p.of_ball and p.unit == "m")]
     return extend(robot, free, (JOINT_OFFSET.name, *extensions))
-
-
-def _with_later_zeros(prior: ArmPrior, document: CalibrationDocument) -> ArmPrior:
-    """Return the prior with zeros that were found since the calibration was made."""
-    for zero in document.later_zeros:
-        i = prior.zeros.start + prior.robot.joint_names.index(zero.joint)
-        prior.mean[i] += zero.offset
-        prior.covariance[i, i] += zero.standard_deviation**2 if zero.offset else 0.0
-    return prior

@@ -76,15 +76,7 @@ class Flanges:
 def flanges(
     model: ExtendedModel, ball: np.ndarray, x: np.ndarray, q: np.ndarray, moments: np.ndarray
 ) -> Flanges:
-    """Return the flange's poses at joint positions, by four points of it.
-
-    Args:
-        model: The arm's.
-        ball: Where the ball's place on the flange is among its unknowns, shape (3,).
-        x: Its unknowns, shape (size,).
-        q: Joint positions, shape (N, m) [rad].
-        moments: What holds the joints, shape (N, 3 m) [N m].
-    """
+    """Return the flange's poses at joint positions, by four points of it."""
     at = [x.copy() for _ in CORNERS]
     for own, corner in zip(at, CORNERS, strict=True):
         own[ball] = corner - model.ball.nominal[ball]
@@ -120,15 +112,7 @@ class Linear:
 def linearise(
     rows: Rows, at: Flanges, ball: np.ndarray, tool: np.ndarray, places: np.ndarray
 ) -> Linear:
-    """Return the errors of samples.
-
-    Args:
-        rows: The samples.
-        at: Their flanges.
-        ball: Where the tool's place is among the unknowns, shape (3,).
-        tool: U, shape (4, 4).
-        places: V, shape (K, 4, 4).
-    """
+    """Return the errors of samples."""
     L, R = rows.measured()
     V = places[rows.places]
     arm = np.einsum("ij,nj->ni", tool[:3, :3], L[:, :3, 3])

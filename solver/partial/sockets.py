@@ -17,17 +17,7 @@ BALL_ELSEWHERE = 0.1
 def socket_task(
     prior: ArmPrior, data: Sequence[Measurement], stood: str = "", *, ball_moved: bool = False
 ) -> Task:
-    """Return the samples of a ball in sockets, the arm as it was calibrated.
-
-    Args:
-        prior: The arm.
-        data: Placements with sockets.
-        stood: Placement of the calibration whose base still stands there; empty for another place.
-        ball_moved: The ball was taken off since.
-
-    Raises:
-        UsageError: No such placement, or samples that an instrument measured.
-    """
+    """Return the samples of a ball in sockets, the arm as it was calibrated."""
     if any(m.kind == "points" for m in data):
         raise UsageError("give placements with the ball in sockets, not measured points")
     pairs = [(m.name, socket) for m in data for socket in m.sockets]

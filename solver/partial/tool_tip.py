@@ -8,13 +8,12 @@ import numpy as np
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
-from ..data import Measurement, Pose, measure
-from ..results import ToolFrame
+from ..data import Pose, measure
 from ..robot import InverseKinematics, Origin, SimulationError
-from .fit import FAR, NoiseBelief, System, Task, fit
+from .fit import FAR, NoiseBelief, System, fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
-from .updated import Found, updated
+from .updated import Found, framed
 
 TOUCH, SPREAD = 1e-4, 1.0
 """Noise of touching a point [m], and the standard deviation of its logarithm."""
@@ -64,13 +63,8 @@ class Tool(Found):
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
-        frame = self.frame
         return {
-            "name": frame.name,
-            "parent": frame.parent,
-            "xyz": list(frame.xyz),
-            "rpy": list(frame.rpy),
-            "covariance": frame.covariance,
+            **self.of_frame,
             "noise": self.noise,
             "elsewhere": self.elsewhere,
             "residuals": self.residuals.tolist(),
@@ -105,8 +99,7 @@ def tool(
     """
     prior = prior_of(calibration)
     system = _touched(prior, as_list(data))
-    covariance = system.covariance_on_flange(prior.ball)
-    sizes, directions = np.linalg.eigh(covariance)
+    sizes, directions = np.linalg.eigh(system.covariance_on_flange(prior.ball))
     untold: tuple[str, ...] = ()
     if sizes[-1] > UNTOLD**2:
         along = " ".join(f"{v:+.2f}" for v in directions[:, -1])
@@ -117,29 +110,14 @@ def tool(
     tip = system.state.tool[:3, 3]
     others = [as_list(axis)] if axis else [[one] for one in face or ()]
     R = _turned(tip, [_touched(prior, one).state.tool[:3, 3] for one in others])
-    origin = Pose(R, tip).origin
-    frame = ToolFrame(
-        name=name,
-        parent=calibration.robot.ball_joint.parent,
-        xyz=origin.xyz,
-        rpy=origin.rpy,
-        covariance=covariance.tolist(),
-    )
+    link = (name, prior.robot.ball_joint.parent)
     return Tool(
-        frame,
-        updated(calibration, system, tool=frame),
+        *framed(calibration, system, link, Pose(R, tip), prior.ball),
         system.state.noise.place,
         _elsewhere(system),
         np.linalg.norm(system.residuals, axis=1),
         untold,
     )
-
-
-def tip_task(prior: ArmPrior, data: Sequence[Measurement]) -> Task:
-    """Return points that a tool's tip touched, one a socket."""
-    noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
-    free = dict.fromkeys(prior.ball.tolist(), FAR)
-    return replace(socket_task(prior, data), free=free, noise=noise)
 
 
 def _touched(prior: ArmPrior, placements: Sequence[Placement]) -> System:
@@ -151,7 +129,9 @@ def _touched(prior: ArmPrior, placements: Sequence[Placement]) -> System:
             f"{', '.join(m.name for m in data)}: {' + '.join(map(str, counts))} touches; a tip "
             f"needs {LEAST} or more in all, and {LEAST_EACH} or more of each point; 8 are advised"
         )
-    return fit(tip_task(prior, data))
+    noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
+    free = dict.fromkeys(prior.ball.tolist(), FAR)
+    return fit(replace(socket_task(prior, data), free=free, noise=noise))
 
 
 def _turned(tip: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:

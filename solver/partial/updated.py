@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import offsets_in_origins
 from ..calibration import Calibration, UsageError
+from ..data import Pose
 from ..results import CalibratedRobot, Coefficient, LaterZero, ToolFrame
 from ..robot import BallModel, Robot, add_link, all_parameters, scan
 from .fit import System
@@ -24,6 +26,11 @@ class Found:
     calibration: Calibration
     """The calibration with the frame as a link."""
 
+    @property
+    def of_frame(self) -> dict[str, Any]:
+        """Name, parent, pose and covariance of the frame, as JSON has them."""
+        return msgspec.to_builtins(self.frame)
+
     def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
         """Write ``calibrated.urdf`` and ``calibration.json`` with the link.
 
@@ -33,25 +40,24 @@ class Found:
         return self.calibration.save(folder, force=force, accept_distorted=True)
 
 
+def framed(
+    calibration: Calibration, system: System, link: tuple[str, str], pose: Pose, own: np.ndarray
+) -> tuple[ToolFrame, Calibration]:
+    """Return a link (name, parent) with its covariance, and the calibration with it."""
+    origin, covariance = pose.origin, system.covariance_on_flange(own).tolist()
+    frame = ToolFrame(
+        name=link[0], parent=link[1], xyz=origin.xyz, rpy=origin.rpy, covariance=covariance
+    )
+    return frame, updated(calibration, system, tool=frame)
+
+
 def updated(
     calibration: Calibration,
     system: System,
     zeros: Sequence[LaterZero] = (),
     tool: ToolFrame | None = None,
 ) -> Calibration:
-    """Return a calibration whose arm moved as a fit moved it.
-
-    Args:
-        calibration: The calibration that the fit held.
-        system: The fit.
-        zeros: Each joint's new zero; the samples in the calibration are put into the new readings'
-            terms, so that its errors stay.
-        tool: A tool that was found, in place of the ball in the fit: one more link on the flange.
-
-    Raises:
-        UsageError: A new zero of a joint whose origin the calibration held fixed.
-        ModelError: The model already has a link of the tool's name.
-    """
+    """Return a calibration whose arm moved as a fit moved it."""
     document, old = calibration.document, calibration.calibrated
     model, x = system.task.prior.model, system.state.x
     moved = dict(zip(model.names, (x - system.task.prior.mean)[: model.size], strict=False))
@@ -84,9 +90,13 @@ def updated(
         tools=(*document.tools, *([tool] if tool else [])),
     )
     if zeros:
+        before = {zero.joint: zero.offset for zero in document.later_zeros}
         replaced = msgspec.structs.replace(
             replaced,
-            later_zeros=_summed(document.later_zeros, zeros),
+            later_zeros=tuple(
+                msgspec.structs.replace(zero, offset=zero.offset + before.get(zero.joint, 0.0))
+                for zero in zeros
+            ),
             coefficients=_coefficients(document.coefficients or (), zeros),
             data=tuple(data.shifted((-offsets).tolist()) for data in document.data),
         )
@@ -109,14 +119,6 @@ def _with_zeros(arm: CalibratedRobot, values: np.ndarray, offsets: np.ndarray) -
             "a joint's new zero goes into the angles of its origin, which this calibration held "
             "fixed (--free, --fix); calibrate with all of them free"
         ) from None
-
-
-def _summed(old: Sequence[LaterZero], new: Sequence[LaterZero]) -> tuple[LaterZero, ...]:
-    before = {zero.joint: zero.offset for zero in old}
-    return tuple(
-        msgspec.structs.replace(zero, offset=zero.offset + before.get(zero.joint, 0.0))
-        for zero in new
-    )
 
 
 def _coefficients(
