@@ -63,9 +63,8 @@ def record_session(
         if page is not None:
             stack.enter_context(closing(page))
             session = with_address(session, page.url, options.page_host)
-        guidance: BackgroundGuidance | None = None
-        if keyboard is not None and live and not options.no_guide:
-            guidance = stack.enter_context(closing(_guidance(options, robot, earlier)))
+        guided = keyboard is not None and live and not options.no_guide
+        guidance = _guidance(options, robot, earlier, stack) if guided else None
         return Recorder(
             session=session,
             stream=stream,
@@ -89,9 +88,14 @@ def record_session(
         ).run()
 
 
-def _guidance(options: SettledOptions, robot: Robot, earlier: Before) -> BackgroundGuidance:
+def _guidance(
+    options: SettledOptions, robot: Robot, earlier: Before, stack: ExitStack
+) -> BackgroundGuidance:
     goal = goal_for(robot, options.goal_mm)
-    return BackgroundGuidance(options, options.distance, options.sockets, goal, earlier.placements)
+    guidance = BackgroundGuidance(
+        options, options.distance, options.sockets, goal, earlier.placements
+    )
+    return stack.enter_context(closing(guidance))
 
 
 def _title(options: SettledOptions, robot: Robot) -> str:
