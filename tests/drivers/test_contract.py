@@ -138,6 +138,12 @@ class TestUrRtde(Named):
     def lossy(self, address, sent):
         return address, sent
 
+    def test_counts_what_was_missed(self, lossy):
+        """However many the wheel loses on this machine, each is counted."""
+        with self.driver(lossy[0]) as driver:
+            states, missed = self._read_with_a_pause(driver)
+            self._assert_complete(states, lossy[1](), missed)
+
 
 class TestKinovaSerial(Emulated):
     name = "kinova"
