@@ -135,14 +135,9 @@ class TestUrRtde(Named):
         return lambda: states_of(emulation)
 
     @pytest.fixture
-    def lossy(self, address, sent):
-        return address, sent
-
-    def test_counts_what_was_missed(self, lossy):
-        """However many the wheel loses on this machine, each is counted."""
-        with self.driver(lossy[0]) as driver:
-            states, missed = self._read_with_a_pause(driver)
-            self._assert_complete(states, lossy[1](), missed)
+    def lossy(self, tmp_path):
+        with emulated_program("ur", tmp_path, *Emulated.losses) as emulation:
+            yield emulation.host, lambda: states_of(emulation)
 
 
 class TestKinovaSerial(Emulated):
