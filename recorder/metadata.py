@@ -47,10 +47,10 @@ class Metadata:
     """The robot's actuated joints, in chain order."""
     units: tuple[str, ...]
     """``rad`` or ``m`` for each joint."""
-    distance: float
-    """Distance between the centres of sockets 0 and 1 [m]."""
+    distance: float | None
+    """Distance between the centres of sockets 0 and 1 [m]; None where nobody stated it."""
     measured: bool = False
-    """True where somebody said so, and the default was not taken."""
+    """True where somebody measured it."""
     sockets: int = SOCKETS
     model_sha256: str = ""
     robot_name: str = ""
@@ -63,7 +63,7 @@ class Metadata:
         return {
             "robot": self.robot,
             "joints": list(self.joints),
-            "distance": self.distance,
+            **({} if self.distance is None else {"distance": self.distance}),
             "sockets": self.sockets,
             **({"robot_name": self.robot_name} if self.robot_name else {}),
         }

@@ -24,6 +24,7 @@ def command(hand: Path, out: Path, *more: str, mock: str = "") -> list[str]:
     """Without a guide, which is a program of its own beside it: test_guided.py has that."""
     driver = f"mock:{hand}?rate=1000&hold=2.5&move=0.7{mock}"
     words = ["record", "--robot", "panda", "--driver", driver, "--out", str(out), "--no-guide"]
+    words += ["--distance", "0.05"]
     return [*MUKCA, *words, *more]
 
 

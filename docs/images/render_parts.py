@@ -154,29 +154,29 @@ def hand(radius: float) -> trimesh.Trimesh:
 def main() -> None:
     """Draw all pictures."""
     made = parts()
-    base = made["socket-base-2x50mm"]
-    long = parts("--mount", "none", "--distance", "0.12")["socket-base-2x120mm"]
-    three = parts("--mount", "none", "--sockets", "3")["socket-base-3x50mm"]
+    base = made["socket-base-2x100mm"]
+    long = parts("--mount", "none", "--distance", "0.15")["socket-base-2x150mm"]
+    three = parts("--mount", "none", "--sockets", "3")["socket-base-3x100mm"]
     cup = parts("--mount", "iso-50-4-m6", "--bought-ball")["ball-iso-50-4-m6"]
     draw("socket-base.png", [(base, GREY)], -75, 50, (640, 460))
     draw("socket-base-long.png", [(long, GREY)], -75, 50, (640, 340))
     draw("socket-base-three.png", [(three, GREY)], -75, 50, (520, 460))
-    around, between = jaws((-37, 37), False), jaws((-13, 13), True)
+    around, between = jaws((-62, 62), False), jaws((-38, 38), True)
     draw("caliper-outside.png", [(base, GREY), *around], -75, 45, (400, 320))
     draw("caliper-inside.png", [(base, GREY), *between], -75, 45, (400, 320))
     for name, mesh in made.items():
         if name.startswith("ball-"):
             draw(f"{name}.png", [(mesh, ORANGE)], -80, 30, (300, 340))
     draw("ball-bought.png", [(cup, ORANGE)], -80, 40, (300, 300))
-    leaning = seated(made["ball-iso-50-4-m6"], (-25, 0, 30), 70, 60, 0)
+    leaning = seated(made["ball-iso-50-4-m6"], (-50, 0, 30), 70, 60, 0)
     draw("tilt.png", [(base, GREY), (leaning, ORANGE)], -90, 12, (640, 380))
     wrist = trimesh.creation.cylinder(radius=34, height=90, sections=64)
     held = [(made["ball-iso-50-4-m6"], ORANGE)]
     held += [(m.apply_translation((0, 0, -45)), c) for m, c in ((wrist, DARK), (hand(34), SKIN))]
-    lean = [(seated(mesh, (-25, 0, 30), 70, 28, 200), colour) for mesh, colour in held]
+    lean = [(seated(mesh, (-50, 0, 30), 70, 28, 200), colour) for mesh, colour in held]
     draw("by-hand.png", [(base, GREY), *lean], -70, 22, (640, 500))
-    half = trimesh.intersections.slice_mesh_plane(base, (-1, 0, 0), (-25, 0, 0), cap=True)
-    upright = seated(made["ball-franka-hand"], (-25, 0, 30), 39.5, 0, 0)
+    half = trimesh.intersections.slice_mesh_plane(base, (-1, 0, 0), (-50, 0, 0), cap=True)
+    upright = seated(made["ball-franka-hand"], (-50, 0, 30), 39.5, 0, 0)
     draw("section.png", [(half, GREY), (upright, ORANGE)], 0, 0.01, (560, 480))
 
 

@@ -121,7 +121,7 @@ def main() -> None:
             shutil.copytree(sys.argv[1], folder / "demo")
         else:
             pexpect.run(f"{MUKCA} demo --out demo", cwd=name, timeout=600)
-        where = "--robot panda --distance 0.05"
+        where = "--robot panda --distance 0.1"
         for command in (
             f"check demo/recordings {where}",
             f"solve demo/recordings/front --test demo/recordings {where} --out calibrated",

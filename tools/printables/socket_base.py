@@ -61,7 +61,7 @@ class SocketBase:
         PrintableError: The parameters contradict each other, or the part is too large to print.
     """
 
-    distance: float = 50.0
+    distance: float = 100.0
     """Between the centres of two sockets."""
     sockets: int = 2
     ball: float = 20.0

@@ -6,10 +6,12 @@ from .guidance_process import BackgroundGuidance as BackgroundGuidance
 from .guidance_process import goal_for as goal_for
 from .guidance_process import limit_for as limit_for
 from .options import RecordOptions as RecordOptions
+from .options import SettledOptions as SettledOptions
 from .quick import verify_calibration as verify_calibration
 from .quick import worth_calibrating as worth_calibrating
 from .resources import is_scripted as is_scripted
 from .session_alarms import SessionAlarms as SessionAlarms
 from .session_start import Before as Before
+from .session_start import with_distance as with_distance
 from .setup import joints_of as joints_of
 from .setup import record_session as record_session

@@ -33,7 +33,7 @@ class RecordOptions(RobotOptions):
     )
     distance: float | None = _recording(
         "between the centres of sockets 0 and 1, in metres, as measured with a caliper "
-        "(default: what is continued, or 0.05)",
+        "(default: what is continued, or asked for)",
         "M",
         between=DISTANCES,
     )
@@ -119,6 +119,7 @@ class RecordOptions(RobotOptions):
             **vars(self),
             "distance": self.distance or keys.distance or DEFAULT_DISTANCE,
             "measured": self.distance is not None or known,
+            "stated": self.distance is not None or keys.distance is not None,
             "sockets": sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS,
             "target": self.target or (POSES if self.quick else TARGET),
             "no_guide": self.no_guide or self.quick,
@@ -133,5 +134,7 @@ class SettledOptions(RecordOptions):
     distance: float = DEFAULT_DISTANCE
     measured: bool = False
     """True where somebody measured the distance."""
+    stated: bool = False
+    """False where the distance is nothing but the paper's: neither typed nor in the files."""
     sockets: int = SOCKETS
     target: int = TARGET

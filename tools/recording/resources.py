@@ -73,7 +73,7 @@ def open_recording(
             robot=robot.name,
             joints=robot.joint_names,
             units=tuple(joint.unit for joint in joints),
-            distance=options.distance,
+            distance=options.distance if options.stated else None,
             measured=options.measured,
             sockets=options.sockets,
             model_sha256=robot.sha256,

@@ -1,5 +1,6 @@
 """Start of a session: anew, as an earlier one left it, or with samples of a base that moved."""
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,8 +9,10 @@ from ...recorder import Placement, Sample
 from ...recorder.session import Recording, Session
 from ...recorder.stream import JointLimits
 from ...solver.robot import Robot
+from ..cli import DISTANCES, Terminal
 from .options import SettledOptions
 from .outlier_checks import similar_models
+from .resources import is_scripted
 
 
 @dataclass(frozen=True)
@@ -20,6 +23,32 @@ class Before:
     """Samples since the base moved."""
     placements: tuple[Placement, ...] = ()
     """In the order of recording."""
+
+
+def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions:
+    """Return options with the distance that the operator types, where none is stated."""
+    if options.stated or options.sockets < 2:
+        return options
+    while not is_scripted(options):
+        terminal.say(
+            "How far apart are the sockets' centres? In mm, by a caliper; the printed base has 100."
+        )
+        try:
+            typed = input("mm, or Enter for not yet measured: ").replace("mm", "").strip()
+        except EOFError:
+            break
+        if not typed:
+            break
+        try:
+            number = float(typed.replace(",", "."))
+        except ValueError:
+            number = math.nan
+        metres = number if number < 1 else number / 1e3
+        if DISTANCES[0] <= metres <= DISTANCES[1]:
+            terminal.say(f"The sockets are {1e3 * metres:g} mm apart.")
+            return replace(options, distance=metres, measured=True, stated=True)
+        terminal.say(f"{typed!r} is no distance in millimetres, for example 100.08")
+    return options
 
 
 def first_session(
@@ -55,6 +84,12 @@ def first_session(
     return session
 
 
+def said_distance(options: SettledOptions) -> str:
+    """Return how far the sockets are apart, in words."""
+    known = f"{1e3 * options.distance:g} mm apart"
+    return known if options.stated else "at an unknown distance"
+
+
 def with_address(session: Session, url: str, host: str) -> Session:
     """Return the session with messages on the page's address."""
     session = session.with_message(f"page: {url}")
@@ -75,7 +110,6 @@ def resume_summary_of(
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last)) if last else "at an unknown time"
     return (
         f"Continues {counts}; the last {when}; in {options.out}",
-        f"Sockets {1e3 * options.distance:g} mm apart. The ball was last in socket "
-        f"{session.socket}.",
+        f"Sockets {said_distance(options)}. The ball was last in socket {session.socket}.",
         "Is the base where it was?",
     )

@@ -101,7 +101,8 @@ def _guidance(
 def _title(options: SettledOptions, robot: Robot) -> str:
     out = str(options.out)
     folder = out if len(out) <= 36 else f"…{out[-35:]}"
-    return f"{robot.name}  {folder}  sockets {1e3 * options.distance:g} mm  {options.driver}"
+    apart = f"sockets {1e3 * options.distance:g} mm" if options.stated else "sockets unmeasured"
+    return f"{robot.name}  {folder}  {apart}  {options.driver}"
 
 
 @contextmanager

@@ -26,11 +26,11 @@ def test_one_command_writes_the_base_and_the_ball(
     shown = capsys.readouterr().out
     assert sorted(file.name for file in (tmp_path / "parts").iterdir()) == [
         "ball-franka-hand.3mf", "ball-franka-hand.stl", "ball-franka-hand.svg",
-        "socket-base-2x50mm.3mf", "socket-base-2x50mm.stl", "socket-base-2x50mm.svg",
+        "socket-base-2x100mm.3mf", "socket-base-2x100mm.stl", "socket-base-2x100mm.svg",
     ]  # fmt: skip
     assert "--robot panda --flange panda_hand_tcp --ball 0 0 0.03 --tip printed_ball\n" in shown
     assert "bends 0.007 mm under 5 N" in shown
-    assert "74.00 mm around two waists and 26.00 mm between them" in shown
+    assert "124.00 mm around two waists and 76.00 mm between them" in shown
     mesh = mesh_checks.load_stl((tmp_path / "parts" / "ball-franka-hand.stl").read_bytes())
     assert mesh.bounds[1, 2] == pytest.approx(9.5 + 30 + 10, abs=1e-3)
 
@@ -52,7 +52,7 @@ def test_without_a_mount_all_of_them_are_written(everything: tuple[Path, str]) -
     assert sorted(file.stem for file in everything[0].iterdir()) == [
         "ball-franka-flange", "ball-franka-hand", "ball-gen3-lite", "ball-iiwa14",
         "ball-interbotix", "ball-iso-50-4-m6", "ball-iso-80-6-m8", "ball-so101", "ball-strap",
-        "ball-xarm", "socket-base-2x50mm",
+        "ball-xarm", "socket-base-2x100mm",
     ]  # fmt: skip
 
 
@@ -89,7 +89,7 @@ def test_nothing_is_overwritten_without_force(
 ) -> None:
     words = ("--out", tmp_path, "--mount", "none", "--format", "stl")
     assert run(*words) == 0
-    file = tmp_path / "socket-base-2x50mm.stl"
+    file = tmp_path / "socket-base-2x100mm.stl"
     file.write_bytes(b"mine")
     assert run(*words) == 2
     says = "exists; choose another (--out), or overwrite it (--force, force=True)"
@@ -97,7 +97,7 @@ def test_nothing_is_overwritten_without_force(
     assert file.read_bytes() == b"mine"
     assert run(*words, "--force") == 0
     assert len(file.read_bytes()) > 100_000
-    assert [file.name for file in tmp_path.iterdir()] == ["socket-base-2x50mm.stl"]
+    assert [file.name for file in tmp_path.iterdir()] == ["socket-base-2x100mm.stl"]
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_nothing_is_overwritten_without_force(
             "ball-franka-hand: a neck of 15 mm on a ball of 20 mm",
         ),
         (
-            "--reach-mm 45 --mount iso-50-4-m6",
+            "--reach-mm 45 --mount iso-50-4-m6 --distance 0.05",
             "ball-iso-50-4-m6: it hits the base when it leans 60 degrees",
         ),
         ("--reach-mm 70", "--reach-mm goes with one mount"),
@@ -140,7 +140,7 @@ def test_impossible_wishes_get_one_line_and_no_file(
 def test_other_parts_may_lie_in_the_folder(tmp_path: Path) -> None:
     words = ("--out", tmp_path, "--mount", "none", "--format", "stl")
     assert run(*words) == 0
-    assert run(*words, "--distance", 0.1) == 0
+    assert run(*words, "--distance", 0.05) == 0
     assert len(list(tmp_path.iterdir())) == 2
 
 

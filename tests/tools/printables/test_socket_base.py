@@ -164,7 +164,7 @@ def height_at(mesh: trimesh.Trimesh, points: Array) -> Array:
         ({"distance": 170, "sockets": 3}, "larger than 180 mm: take at most 0.152 m"),
         ({"ball": 5}, "expected 10 to 40 mm"),
         ({"ball": float("nan")}, "expected 10 to 40 mm"),
-        ({"ball": 40}, "overlap: for a ball of 40 mm"),
+        ({"ball": 40, "distance": 50}, "overlap: for a ball of 40 mm"),
         ({"clearance": 0}, "expected 0.3 to 1 mm"),
         ({"height": 15}, "expected 23 to 60 mm"),
         ({"ball": 40, "distance": 100, "height": 24}, "expected 25 to 60 mm"),

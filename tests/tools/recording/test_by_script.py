@@ -64,12 +64,13 @@ def test_the_closing_words_run_as_they_are_printed(
     urdf.write_bytes(shipped.read_bytes())
     monkeypatch.chdir(tmp_path)
     ball = ["--flange", "panda_link8", "--tip", "knob", "--ball", "0.0", "0.0", "0.05"]
-    words = ["a*3 s a*3 q", "--robot", str(urdf), *ball]
+    words = ["a*3 s a*3 q", "--distance", "0.05", "--robot", str(urdf), *ball]
     done = scripted(Path("my data/front"), *words, hand=session / "front")
     assert done.status == 0, done.errors
     commands = [line.split(": ", 1)[1] for line in done.output.splitlines() if ": mukca " in line]
     assert [shlex.split(line)[1] for line in commands] == ["check", "solve", "record"]
     assert shlex.split(commands[2])[-1] == "my data/front-2"
+    assert "--distance 0.05" in commands[2]
     for line in commands[:2]:
         assert main(shlex.split(line)[1:]) in (0, 1, 3), line
 

@@ -33,7 +33,7 @@ def test_another_robot_or_base_does_not_continue(
     tmp_path: Path, scripted, change: list[str], told: str
 ) -> None:
     out = tmp_path / "front"
-    assert scripted(out, "a q").status == 0
+    assert scripted(out, "a q", "--distance", "0.05").status == 0
     before = (out / "samples.csv").read_bytes()
     done = scripted(out, "a q", *change)
     assert done.status == 2
@@ -48,11 +48,42 @@ def test_a_recording_is_continued_with_its_own_distance(tmp_path: Path, scripted
     assert read(out).distance == 0.0501
 
 
+def test_a_distance_that_nobody_stated_is_written_nowhere(
+    tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "front"
+    done = scripted(out, "a q")
+    assert f"mukca info {out} --set-distance" in done.output
+    assert "distance" not in json.loads((out / "placement.json").read_text())
+    assert scripted(out, "a q", "--distance", "0.1").status == 0
+    assert (read(out).distance, read(out).distance_assumed) == (0.1, False)
+
+
+@pytest.mark.parametrize(
+    ("typed", "distance"), [("far\r100,08\r", 0.10008), ("0.1002\r", 0.1002), ("\r", None)]
+)
+def test_the_distance_is_asked_for(
+    hand: Path, tmp_path: Path, typed: str, distance: float | None
+) -> None:
+    out = tmp_path / "front"
+    words = [word for word in command(hand, out) if word not in ("--distance", "0.05")]
+    with TerminalSession(words) as terminal:
+        terminal.wait_for("mm, or Enter for not yet measured")
+        for line in typed.splitlines(keepends=True):
+            terminal.press(line)
+        terminal.wait_for("SOCKET 0", "sockets 100" if distance else "sockets unmeasured")
+        terminal.press("q")
+        assert terminal.wait() == 0
+    written = json.loads((out / "placement.json").read_text())
+    assert written.get("distance") == distance
+    assert written.get("distance_measured") == (distance and True)
+
+
 def test_a_distance_is_corrected_and_what_it_was_stays_known(
     tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "front"
-    assert scripted(out, "a q").status == 0
+    assert scripted(out, "a q", "--distance", "0.05").status == 0
     assert main(["info", str(out), "--set-distance", "0.0502"]) == 0
     shown = capsys.readouterr().out
     assert f"distance changed from 50 mm to 50.2 mm in {out / 'placement.json'}" in shown

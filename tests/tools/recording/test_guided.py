@@ -58,7 +58,17 @@ def led(steps: Path, hand: Path, out: Path, pace: str, *more: str) -> list[str]:
     steps.touch()
     driver = f"mock:{hand}?{pace}"
     words = ["record", "--robot", "panda", "--driver", driver, "--out", str(out)]
-    return [sys.executable, str(LED_ARM), str(steps), *words, "--goal-mm", "20", *more]
+    return [
+        sys.executable,
+        str(LED_ARM),
+        str(steps),
+        *words,
+        "--distance",
+        "0.05",
+        "--goal-mm",
+        "20",
+        *more,
+    ]
 
 
 @pytest.mark.parametrize("part", ["all", "rest"])

@@ -183,7 +183,7 @@ def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> Non
 
 def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path, scripted) -> None:
     out = tmp_path / "front"
-    words = fast(hand, out)
+    words = [*fast(hand, out), "--distance", "0.05"]
     keys = tmp_path / "keys.txt"
     keys.write_text("a*14 q")
     words += ["--keys", str(keys)]

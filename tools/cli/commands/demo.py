@@ -14,7 +14,9 @@ NEXT = """
 Next, with an arm of your own (`mukca drivers` lists which): print the base and the ball, measure
 the distance of the sockets' centres in metres, record at two places or more, and solve as above.
   mukca print-parts --out parts
-  mukca record --robot panda --driver franka:172.16.0.2 --distance 0.0501 --out recordings/front"""
+  mukca record --robot panda --driver franka:172.16.0.2 --distance 0.1001 --out recordings/front"""
+DISTANCE = 0.1
+"""Between the sockets of the printed base [m]."""
 SPEED = 10
 """Speed of the hand against a person's, and of the recorder with it."""
 KEYS = "keys.txt"
@@ -35,14 +37,14 @@ def run(options: Options, terminal: Terminal) -> int:
     out = options.out
     refuse_existing(out, force=options.force)
     recordings, calibrated = out / "recordings", out / "calibrated"
-    names = [base.name for base in demo_bases()]
+    names = [base.name for base in demo_bases(DISTANCE)]
     for name in names:
         _remove_simulated(recordings / name)
-    simulate_hand(out / "hand", out / KEYS)
+    simulate_hand(out / "hand", out / KEYS, DISTANCE)
     brief = Terminal(json=terminal.json, brief=True)
     for name in names:
         driver = f"mock:{out / 'hand' / name}?rate=100&speed={SPEED}&hold=0.65&move=0.6"
-        words = ["record", "--robot", "panda", "--driver", driver, "--distance", "0.05"]
+        words = ["record", "--robot", "panda", "--driver", driver, "--distance", str(DISTANCE)]
         words += ["--out", str(recordings / name), "--keys", str(out / KEYS)]
         status = _run(words, brief)
         if status != 0:

@@ -16,7 +16,7 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
     placements: int = option("up to so many", "N", 3, between=(1, 8))
     samples: int = option("in each socket", "K", 12, between=(3, 100))
     distance: Sequence[float] = option(
-        "of the base's sockets, in metres", "M", (0.05, 0.1, 0.2), between=(0.01, 1)
+        "of the base's sockets, in metres", "M", (0.1, 0.15, 0.05), between=(0.01, 1)
     )
     out: Path | None = option("write a picture of the placements", "FILE.svg", group="output")
     force: bool = option("overwrite the picture", default=False, group="output")

@@ -33,7 +33,7 @@ class Options(OutputOptions):
         choices=printables.FORMATS,
     )
     sockets: int = _base("2, or 3 in a triangle", "N", 2)
-    distance: float = _base("between the sockets' centres, in metres", "D", 0.05)
+    distance: float = _base("between the sockets' centres, in metres", "D", 0.1)
     height_mm: float = _base("of the sockets' centres above the table", "MM", 30.0)
     clearance_mm: float = _base("gap between ball and seat beside its pads", "MM", 0.5)
     anchor: str | None = _base("with a clip for this arm's own base plate", choices=printables.ARMS)

@@ -15,7 +15,7 @@ from ....recorder import terminal as recorder_terminal
 from ....solver import calibration
 from ....solver.calibration import UsageError
 from ... import recording
-from ...recording import RecordOptions
+from ...recording import RecordOptions, SettledOptions
 from ...report import figures
 from .. import Terminal
 
@@ -35,7 +35,8 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
         if sys.stdout.isatty():
             terminal.say("loading ...")
             sys.stdout.flush()
-        robot, settled = options.load_robot(), options.settled()
+        robot = options.load_robot()
+        settled = recording.with_distance(options.settled(), terminal)
         known = options.calibration and calibration.load_calibration(options.calibration)
         outcome = recording.record_session(settled, robot, terminal)
         earlier = recording.Before()
@@ -99,12 +100,18 @@ def _interruptible() -> Generator[None, None, None]:
 
 
 def _say_outcome(
-    outcome: "recorder_terminal.Outcome", options: RecordOptions, terminal: Terminal
+    outcome: "recorder_terminal.Outcome", options: SettledOptions, terminal: Terminal
 ) -> None:
     session = outcome.session
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     taken_back = f" ({len(session.withdrawn)} taken back)" if session.withdrawn else ""
     terminal.say(f"{options.out / 'samples.csv'}: {counts}{taken_back}")
+    if not options.stated and options.sockets > 1:
+        set_it = shlex.join(["mukca", "info", str(options.out), "--set-distance", "METRES"])
+        terminal.say(
+            "Nobody has said how far apart the sockets are; none is written, solve takes 50 mm "
+            f"and gives no PASS. Measure it: {set_it}"
+        )
     if outcome.refused:
         terminal.say(f"{outcome.refused} captures were refused")
     if terminal.brief or options.quick:
@@ -113,10 +120,11 @@ def _say_outcome(
         terminal.say(*_next_steps(outcome, options))
 
 
-def _next_steps(outcome: "recorder_terminal.Outcome", options: RecordOptions) -> list[str]:
+def _next_steps(outcome: "recorder_terminal.Outcome", options: SettledOptions) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
 
     def given(*names: str) -> list[str]:
+        names = tuple(name for name in names if name != "distance" or options.stated)
         return figures.as_options({name: getattr(options, name) for name in names})
 
     robot = given("robot", "base", "flange", "tip", "ball")
