@@ -23,13 +23,13 @@ from mukca.drivers import JointState
 from mukca.drivers.arms import damiao, xarm
 from mukca.drivers.arms.franka_state import LAYOUTS, decode_state
 from mukca.drivers.arms.fri import decode_message
-from mukca.drivers.arms.kinova.actuator_messages import decode_reply
+from mukca.drivers.arms.kinova.polled_bus import decode_reply
 from mukca.drivers.arms.piper import decode_frame
 from mukca.drivers.arms.rtde import Recipe, take_package
 from mukca.drivers.arms.servos import dynamixel, feetech
-from mukca.tools.emulators.dynamixel import crc16
 from mukca.tools.emulators.franka import encode_state
 from mukca.tools.emulators.kuka import encode_message
+from mukca.tools.emulators.servos import crc16
 
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)
 STATE = JointState(0.0, Q, Q)
@@ -56,7 +56,7 @@ def decode_rtde(data: bytes) -> tuple[float, ...]:
     package = take_package(bytearray(data))
     if package is None or package[0] != ord("U"):
         raise ValueError("no data")
-    *position, wrist_3 = RECIPE.decode(package[1]).position
+    *position, wrist_3 = RECIPE.decode(package[1])[0].position
     return (*position, 0.0 * wrist_3)
 
 
@@ -149,7 +149,7 @@ def sound_x(data: bytes) -> bool:
 
 
 def franka_position(data: bytes) -> tuple[float, ...]:
-    return decode_state(data).position
+    return decode_state(data)[0].position
 
 
 def fri_position(data: bytes) -> tuple[float, ...]:
@@ -157,8 +157,8 @@ def fri_position(data: bytes) -> tuple[float, ...]:
 
 
 def kinova_position(data: bytes) -> tuple[float, ...]:
-    reply = decode_reply(data, 0x12)
-    return reply.degrees, reply.torque * 0
+    degrees, torque = decode_reply(data, 0x12)
+    return degrees, torque * 0
 
 
 def hostile(good: bytes, source: random.Random) -> bytes:

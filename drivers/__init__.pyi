@@ -1,4 +1,4 @@
-from .arrival_time_filter import ArrivalTimeFilter as ArrivalTimeFilter
+from .clock import ArrivalTimeFilter as ArrivalTimeFilter
 from .contract_tests import DriverContract as DriverContract
 from .driver import Driver as Driver
 from .driver import DriverError as DriverError

@@ -22,15 +22,11 @@ REGISTERS = (QUERY, 0x55, 0xAA)  # answers to one who reads, writes or saves a m
 PMAX = 12.5  # rad
 COUNTS = 65535
 ENABLED = 1
-TROUBLES = {
-    8: "over-voltage",
-    9: "under-voltage",
-    10: "over-current",
-    11: "too hot",
-    12: "rotor too hot",
-    13: "lost communication",
-    14: "overload",
-}
+_TROUBLES = (
+    "over-voltage, under-voltage, over-current, too hot, rotor too hot, lost communication, "
+    "overload"
+)
+TROUBLES = dict(enumerate(_TROUBLES.split(", "), 8))
 RATE = 100.0  # Hz
 ANSWER_SECONDS = 0.1
 FIRST_ANSWER_SECONDS = 1.0
@@ -126,7 +122,8 @@ class Damiao(PolledDriver):
         """See that all motors answer, and count as they should."""
         for motor in self._motors:
             try:
-                largest = self._await_query(motor)
+                until = clock.now() + FIRST_ANSWER_SECONDS
+                largest = self._ask(motor, encode_query(motor), decode_query, until)
             except ValueError as error:
                 raise DriverError(
                     Reason.UNREACHABLE,
@@ -139,16 +136,13 @@ class Damiao(PolledDriver):
                     "angles would be read wrong",
                 )
 
-    def _await_query(self, motor: int) -> float:
-        end = clock.now() + FIRST_ANSWER_SECONDS
-        while True:
-            try:
-                return self._ask(motor, encode_query(motor), decode_query)
-            except ValueError:
-                if clock.now() > end:
-                    raise
-
-    def _ask(self, motor: int, request: bytes, decode: Callable[[bytes, int], Decoded]) -> Decoded:
+    def _ask(
+        self,
+        motor: int,
+        request: bytes,
+        decode: Callable[[bytes, int], Decoded],
+        until: float = 0.0,
+    ) -> Decoded:
         """Return a motor's answer to a request; frames that are none are left out."""
 
         def ask() -> Decoded:
@@ -162,4 +156,4 @@ class Damiao(PolledDriver):
                         bad = str(error)
             raise ValueError(bad)
 
-        return self._fresh.ask(ask)
+        return self._fresh.ask(ask, until)

@@ -15,11 +15,10 @@ from contextlib import ExitStack, closing
 
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
 from ..transport import CONNECT_SECONDS, DatagramSocket, Endpoint, open_tcp, parse_endpoint
-from .franka_state import JOINTS, decode_state
+from .franka_state import JOINTS, PERIOD, decode_state
 
 PORT = 1337
 VERSIONS = range(3, 11)
-PERIOD = 1e-3  # s: its messages count milliseconds
 FIRST_VERSION = 5  # the last of the Panda; any other robot answers with its own
 SETTLE_SECONDS = 0.2  # between a refused connection and the next
 
@@ -44,9 +43,8 @@ class Franka(ValidatingDriver):
     def _receive(self, deadline: float) -> JointState:
         asked = clock.now()
         for datagram, _ in self._udp.until(deadline):
-            state = decode_state(datagram)
-            self.status = "; ".join((state.mode, *state.errors))
-            return JointState(state.message_id * PERIOD, state.position, state.torque)
+            state, self.status = decode_state(datagram)
+            return state
         if _is_closed(self._tcp):
             raise DriverError(Reason.UNREACHABLE, f"{self._where} closed the connection")
         hint = "does a firewall here block UDP from it?"
@@ -88,7 +86,8 @@ def _try_version(
     """Ask for one version; return the open sockets, or the robot's own version if it refuses."""
     with ExitStack() as opened:
         tcp = opened.enter_context(_open_tcp(endpoint))
-        udp = opened.enter_context(closing(_open_udp(tcp, on_stranger)))
+        local, robot = tcp.getsockname()[0], tcp.getpeername()[0]
+        udp = opened.enter_context(closing(DatagramSocket((local, 0), robot, on_stranger)))
         try:
             tcp.sendall(REQUEST.pack(CONNECT, 0, REQUEST.size, version, udp.port))
             response = _receive_exactly(tcp, RESPONSE.size)
@@ -110,20 +109,12 @@ def _open_tcp(endpoint: Endpoint) -> socket.socket:
     """Connect, and have a robot that vanishes noticed within seconds."""
     tcp = open_tcp(endpoint, "activate FCI in Desk, and unlock the joints")
     tcp.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for name, value in (
-        ("TCP_KEEPIDLE", 1),
-        ("TCP_KEEPALIVE", 1),  # what macOS calls it
-        ("TCP_KEEPCNT", 3),
-        ("TCP_KEEPINTVL", 1),
-    ):
+    # TCP_KEEPALIVE is what macOS calls TCP_KEEPIDLE
+    seconds = {"TCP_KEEPIDLE": 1, "TCP_KEEPALIVE": 1, "TCP_KEEPCNT": 3, "TCP_KEEPINTVL": 1}
+    for name, value in seconds.items():
         if hasattr(socket, name):
             tcp.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
     return tcp
-
-
-def _open_udp(tcp: socket.socket, on_stranger: Callable[[], None]) -> DatagramSocket:
-    """Open a port for the states, on the interface by which the robot is reached."""
-    return DatagramSocket((tcp.getsockname()[0], 0), tcp.getpeername()[0], on_stranger)
 
 
 def _receive_exactly(tcp: socket.socket, count: int) -> bytes:

@@ -14,78 +14,37 @@ import struct
 from dataclasses import dataclass
 from typing import Any, cast
 
+from .. import JointState
+
 JOINTS = 7
+PERIOD = 1e-3  # s
 LARGEST_ANGLE = 2 * math.pi  # no joint of these arms turns further
 
-MODES = (
-    "other",
-    "idle",
-    "move",
-    "guiding",
-    "reflex",
-    "user stopped",
-    "automatic error recovery",
-)
+_MODES = "other, idle, move, guiding, reflex, user stopped, automatic error recovery"
 
 # In the order of the flags, as libfranka names them; where there are 37, the last four lack.
-ERRORS = (
-    "joint position limits violation",
-    "cartesian position limits violation",
-    "self collision avoidance violation",
-    "joint velocity violation",
-    "cartesian velocity violation",
-    "force control safety violation",
-    "joint reflex",
-    "cartesian reflex",
-    "max goal pose deviation violation",
-    "max path pose deviation violation",
-    "cartesian velocity profile safety violation",
-    "joint position motion generator start pose invalid",
-    "joint motion generator position limits violation",
-    "joint motion generator velocity limits violation",
-    "joint motion generator velocity discontinuity",
-    "joint motion generator acceleration discontinuity",
-    "cartesian position motion generator start pose invalid",
-    "cartesian motion generator elbow limit violation",
-    "cartesian motion generator velocity limits violation",
-    "cartesian motion generator velocity discontinuity",
-    "cartesian motion generator acceleration discontinuity",
-    "cartesian motion generator elbow sign inconsistent",
-    "cartesian motion generator start elbow invalid",
-    "force controller desired force tolerance violation",
-    "start elbow sign inconsistent",
-    "communication constraints violation",
-    "power limit violation",
-    "cartesian motion generator joint position limits violation",
-    "cartesian motion generator joint velocity limits violation",
-    "cartesian motion generator joint velocity discontinuity",
-    "cartesian motion generator joint acceleration discontinuity",
-    "cartesian position motion generator invalid frame",
-    "controller torque discontinuity",
-    "joint p2p insufficient torque for planning",
-    "tau j range violation",
-    "instability detected",
-    "joint move in wrong direction",
-    "cartesian spline motion generator violation",
-    "joint via motion generator planning joint limit violation",
-    "base acceleration initialization timeout",
-    "base acceleration invalid reading",
+_ERRORS = (
+    "joint position limits violation, cartesian position limits violation, self collision "
+    "avoidance violation, joint velocity violation, cartesian velocity violation, force control "
+    "safety violation, joint reflex, cartesian reflex, max goal pose deviation violation, max path "
+    "pose deviation violation, cartesian velocity profile safety violation, joint position motion "
+    "generator start pose invalid, joint motion generator position limits violation, joint motion "
+    "generator velocity limits violation, joint motion generator velocity discontinuity, joint "
+    "motion generator acceleration discontinuity, cartesian position motion generator start pose "
+    "invalid, cartesian motion generator elbow limit violation, cartesian motion generator "
+    "velocity limits violation, cartesian motion generator velocity discontinuity, cartesian "
+    "motion generator acceleration discontinuity, cartesian motion generator elbow sign "
+    "inconsistent, cartesian motion generator start elbow invalid, force controller desired force "
+    "tolerance violation, start elbow sign inconsistent, communication constraints violation, "
+    "power limit violation, cartesian motion generator joint position limits violation, cartesian "
+    "motion generator joint velocity limits violation, cartesian motion generator joint velocity "
+    "discontinuity, cartesian motion generator joint acceleration discontinuity, cartesian "
+    "position motion generator invalid frame, controller torque discontinuity, joint p2p "
+    "insufficient torque for planning, tau j range violation, instability detected, joint move in "
+    "wrong direction, cartesian spline motion generator violation, joint via motion generator "
+    "planning joint limit violation, base acceleration initialization timeout, base acceleration "
+    "invalid reading"
 )
-
-
-@dataclass(frozen=True, slots=True)
-class FrankaState:
-    """The used part of a RobotState."""
-
-    message_id: int
-    """Counts the controller's milliseconds."""
-    position: tuple[float, ...]
-    """q: measured joint angles on the link side [rad]."""
-    torque: tuple[float, ...]
-    """tau_J: measured joint torques on the link side [N m]."""
-    mode: str
-    errors: tuple[str, ...]
-    """The errors that hold now, in words."""
 
 
 @dataclass(frozen=True)
@@ -132,8 +91,12 @@ LAYOUTS: dict[int, struct.Struct] = {
 }
 
 
-def decode_state(datagram: bytes) -> FrankaState:
-    """Decode a RobotState datagram; its length alone tells its layout."""
+def decode_state(datagram: bytes) -> tuple[JointState, str]:
+    """Return the state in a RobotState datagram, and mode and errors in words.
+
+    Its length alone tells its layout; message_id counts milliseconds, and q and tau_J are measured
+    on the link side.
+    """
     layout = LAYOUTS.get(len(datagram))
     if layout is None:
         raise ValueError(
@@ -143,11 +106,12 @@ def decode_state(datagram: bytes) -> FrankaState:
     fields: tuple[Any, ...] = layout.unpack(datagram)
     torque, position = fields[1:8], fields[8:15]
     current, reflex, mode, rate = cast("tuple[bytes, bytes, int, float]", fields[15:])
-    if mode >= len(MODES) or (current + reflex).strip(b"\x00\x01") or not 0 <= rate <= 1:
+    modes = _MODES.split(", ")
+    if mode >= len(modes) or (current + reflex).strip(b"\x00\x01") or not 0 <= rate <= 1:
         raise ValueError("a robot state with an unknown mode, error flag or success rate")
     if not all(abs(angle) <= LARGEST_ANGLE for angle in position):  # false for NaN too
         raise ValueError("a robot state with impossible joint angles")
     if not all(map(math.isfinite, torque)):
         raise ValueError("a robot state with torques that are no numbers")
-    errors = tuple(name for name, flag in zip(ERRORS, current, strict=False) if flag)
-    return FrankaState(fields[0], position, torque, MODES[mode], errors)
+    errors = [name for name, flag in zip(_ERRORS.split(", "), current, strict=False) if flag]
+    return JointState(fields[0] * PERIOD, position, torque), "; ".join([modes[mode], *errors])

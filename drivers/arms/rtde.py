@@ -13,62 +13,32 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-PROTOCOL_VERSION = ord("V")
-CONTROLLER_VERSION = ord("v")
-SETUP_OUTPUTS = ord("O")
-START = ord("S")
-DATA = ord("U")
-TEXT = ord("M")
-PAUSE = ord("P")
-TYPES = frozenset({PROTOCOL_VERSION, CONTROLLER_VERSION, SETUP_OUTPUTS, START, DATA, TEXT, PAUSE})
+from .. import JointState
+
+TYPES = b"VvOSUMP"  # the last two are texts and pauses
+PROTOCOL_VERSION, CONTROLLER_VERSION, SETUP_OUTPUTS, START, DATA = TYPES[:5]
 
 HEADER = struct.Struct(">HB")
 LARGEST_PACKAGE = 4096
 LARGEST_ANGLE = 4 * math.pi  # these joints turn once to each side
 LARGEST_MODE = 99  # modes are small numbers, and newer software has some that have no name here
 
-ROBOT_MODES = {
-    -1: "no controller",
-    0: "disconnected",
-    1: "confirm safety",
-    2: "booting",
-    3: "power off",
-    4: "power on",
-    5: "idle",
-    6: "backdrive",
-    7: "running",
-    8: "updating firmware",
-}
-SAFETY_MODES = {
-    1: "normal",
-    2: "reduced",
-    3: "protective stop",
-    4: "recovery",
-    5: "safeguard stop",
-    6: "system emergency stop",
-    7: "robot emergency stop",
-    8: "violation",
-    9: "fault",
-}
+_ROBOT_MODES = (
+    "no controller, disconnected, confirm safety, booting, power off, power on, idle, backdrive, "
+    "running, updating firmware"
+)
+_SAFETY_MODES = (
+    "normal, reduced, protective stop, recovery, safeguard stop, system emergency stop, robot "
+    "emergency stop, violation, fault"
+)
+ROBOT_MODES = dict(enumerate(_ROBOT_MODES.split(", "), -1))
+SAFETY_MODES = dict(enumerate(_SAFETY_MODES.split(", "), 1))
 OUTPUTS = {
     "timestamp": "DOUBLE",
     "actual_q": "VECTOR6D",
     "robot_mode": "INT32",
     "safety_mode": "INT32",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class RtdeState:
-    """The state in one data package."""
-
-    timestamp: float
-    """The controller's clock [s]."""
-    position: tuple[float, ...]
-    """actual_q: measured joint angles [rad]."""
-    effort: tuple[float, ...] | None
-    """The output that was asked for as effort [N m]."""
-    status: str
 
 
 @dataclass(frozen=True)
@@ -78,8 +48,8 @@ class Recipe:
     number: int
     effort: bool
 
-    def decode(self, payload: bytes) -> RtdeState:
-        """Decode a data package."""
+    def decode(self, payload: bytes) -> tuple[JointState, str]:
+        """Return the state in a data package, and the modes in words."""
         layout = WITH_EFFORT if self.effort else PLAIN
         if len(payload) != layout.size or payload[0] != self.number:
             raise ValueError(f"a data package of {len(payload)} bytes that nobody asked for")
@@ -89,7 +59,8 @@ class Recipe:
             raise ValueError("a data package with values that are no numbers")
         if not all(-1 <= mode <= LARGEST_MODE for mode in rest[6:8]):
             raise ValueError("a data package with an impossible mode")
-        return RtdeState(timestamp, check_angles(position), effort, status_text(*rest[6:8]))
+        state = JointState(timestamp, check_angles(position), effort)
+        return state, status_text(*rest[6:8])
 
 
 PLAIN = struct.Struct(">Bd6dii")

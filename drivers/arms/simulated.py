@@ -11,8 +11,7 @@ from pathlib import Path
 from urllib.parse import parse_qsl
 
 from .. import Driver, DriverError, JointState, Reason, clock, match_joints
-from .faults import Fault
-from .simulated_arm import Motion, SimulatedArm
+from .simulated_arm import Fault, Motion, SimulatedArm
 
 _Rows = list[tuple[float, ...]]
 

@@ -49,9 +49,8 @@ class Ur(ValidatingDriver):
             self._recipe = self._start(self.rate, endpoint.options.get("effort"))
 
     def _receive(self, deadline: float) -> JointState:
-        state = self._recipe.decode(self._next_package(DATA, deadline))
-        self.status = state.status
-        return JointState(state.timestamp, state.position, state.effort)
+        state, self.status = self._recipe.decode(self._next_package(DATA, deadline))
+        return state
 
     def _disconnect(self) -> None:
         self._tcp.close()

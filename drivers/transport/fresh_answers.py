@@ -31,16 +31,20 @@ class FreshAnswers:
         self._line = line
         self._owed = True
 
-    def ask(self, request: Callable[[], Answer]) -> Answer:
-        """Return the answer to a request.
+    def ask(self, request: Callable[[], Answer], until: float = 0.0) -> Answer:
+        """Return the answer to a request, which raises ValueError where none comes in time.
 
-        Args:
-            request: Sends it and returns its answer; raises where none comes in time.
+        It is sent again until a moment by :func:`.clock.now` [s], and at least once.
         """
         while True:
             self._drain(0.0)
             owed, self._owed = self._owed, True
-            answer = request()
+            try:
+                answer = request()
+            except ValueError:
+                if clock.now() >= until:
+                    raise
+                continue
             self._owed = False
             if not owed:
                 return answer

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from mukca.drivers import JointState
 from mukca.drivers.arms import damiao, franka_state, fri, piper, ros, rtde, xarm
-from mukca.drivers.arms.kinova import actuator_messages
+from mukca.drivers.arms.kinova.polled_bus import decode_reply
 from mukca.drivers.arms.servos import dynamixel, feetech
-from mukca.drivers.arms.servos.servo_bus import Answer
+from mukca.drivers.arms.servos.servo_arm import Answer
 from mukca.tools.emulators.franka import encode_state
 from mukca.tools.emulators.kuka import encode_message, nested, numbers, varint
 from mukca.tools.emulators.xarm import fast_report, real_report, rich_report
@@ -32,14 +32,14 @@ FRI = {
 
 
 def franka_angles(message):
-    state = franka_state.decode_state(message)
-    assert all(map(math.isfinite, state.torque))
+    state, _ = franka_state.decode_state(message)
+    assert all(map(math.isfinite, state.effort))
     return state.position
 
 
 def rtde_angles(message):
-    state = RECIPE.decode(message)
-    assert math.isfinite(state.timestamp) and math.isfinite(state.position[5])
+    state, _ = RECIPE.decode(message)
+    assert math.isfinite(state.stamp) and math.isfinite(state.position[5])
     return state.position[:5]  # wrist 3 of a UR3 turns without end
 
 
@@ -55,7 +55,7 @@ DECODERS = {
     },
     "rtde": (rtde_angles, struct.pack(">Bd6dii", 1, 2.5, *Q[:6], 7, 1), 4 * math.pi),
     "kinova": (
-        lambda message: [actuator_messages.decode_reply(message, 0x12).degrees],
+        lambda message: [decode_reply(message, 0x12)[0]],
         struct.pack("<hBB4f", 2, 0x12, 0, 0.5, 90.0, 0.0, 3.0),
         36_000,
     ),
@@ -152,8 +152,7 @@ def test_franka_mode_and_errors_in_words(version):
     datagram[-tail] = 4
     datagram[-tail - 2 * count + 6] = 1  # among the current errors
     datagram[-tail - count + 3] = 1  # among those of the last motion, which are not told
-    state = franka_state.decode_state(bytes(datagram))
-    assert (state.mode, state.errors) == ("reflex", ("joint reflex",))
+    assert franka_state.decode_state(bytes(datagram))[1] == "reflex; joint reflex"
 
 
 @pytest.mark.parametrize("version", FRI)
@@ -230,9 +229,7 @@ def test_worked_examples():
     assert damiao.decode_query(bytes.fromhex("0100331500004841"), 1) == 12.5
     rejected(damiao.decode_feedback, bytes.fromhex("71851e7ff825191b"), 1)  # no such status
     reply = bytes.fromhex("0200 13 00 0000003f 0000b4c2 00000000 000040c0")
-    assert actuator_messages.decode_reply(reply, 0x13) == actuator_messages.ActuatorReply(
-        -90.0, -3.0
-    )
+    assert decode_reply(reply, 0x13) == (-90.0, -3.0)
     angles = piper.decode_frame(struct.pack(">ii", 90_000, -1))
     assert angles == pytest.approx((math.pi / 2, -math.radians(0.001)))
 

@@ -36,9 +36,9 @@ def test_states_of_another_s_fci_server_are_read_bit_for_bit():
         theirs.state |= {"message_id": number, "q": q, "tau_J": tau, "errors": errors}
         theirs.state |= {"robot_mode": source.randrange(7), "dq": [9.0] * 7, "q_d": [8.0] * 7}
         datagram = theirs.pack_state()
-        read = decode_state(datagram)
-        assert (read.message_id, read.position, read.torque) == (number, tuple(q), tuple(tau))
-        assert len(read.errors) == sum(errors)
+        read, status = decode_state(datagram)
+        assert read == JointState(number * 1e-3, tuple(q), tuple(tau))
+        assert status.count("; ") == sum(errors)
         assert len(datagram) == len(encode_state(10, number, JointState(0.0, tuple(q), tuple(tau))))
 
 

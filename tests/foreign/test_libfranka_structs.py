@@ -51,8 +51,8 @@ def test_states_that_libfranka_s_structs_hold_are_read_bit_for_bit(include, tmp_
     data = subprocess.run([program], check=True, capture_output=True).stdout
     size = len(data) // 10_000
     for number in range(1, 10_001):
-        state = decode_state(data[(number - 1) * size : number * size])
+        state, status = decode_state(data[(number - 1) * size : number * size])
         angles = [(number % 613 - 306) / 64 / (joint + 1) for joint in range(7)]
-        assert state.message_id == number and len(state.errors) == 1
+        assert state.stamp == number * 1e-3 and status.count("; ") == 1
         assert state.position == pytest.approx(angles, rel=1e-7)  # float32 from FCI 10 on
-        assert state.torque == tuple(number % 997 / 16 - joint for joint in range(7))
+        assert state.effort == tuple(number % 997 / 16 - joint for joint in range(7))

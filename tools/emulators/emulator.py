@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 from ...drivers import JointState, clock
 from ...drivers.arms import SimulatedArm
 from ...errors import MukcaError
-from .fault_injection import COMMON_KINDS, FaultInjector
+from .arm import COMMON_KINDS, FaultInjector
 
 IDLE_SECONDS = 0.5  # a signal just before a wait without end would be seen only after it
 
@@ -47,12 +47,10 @@ class Journal:
 
 
 class Version(NamedTuple):
-    """Version of a protocol or a controller."""
+    """Version of a protocol or a controller: its arm's joints, and states per second."""
 
     joints: int
-    """Number of the arm's joints."""
     rate: float
-    """States per second."""
 
 
 class Emulator(ABC):
@@ -87,6 +85,8 @@ class Emulator(ABC):
         """Driver and address, as ``--driver`` takes them to read this emulator."""
         self.number = 0
         """Number of the last state."""
+        self.streaming = not self.POLLED
+        """True while there is anybody to send to what nobody asked for."""
         self._released = 0.0
         """End of the arm's rest at its first pose [s]."""
         self.watched: dict[int, Callable[[], None]] = {}
@@ -108,11 +108,6 @@ class Emulator(ABC):
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one state to whoever is connected."""
         raise NotImplementedError
-
-    @property
-    def streaming(self) -> bool:
-        """True while there is anybody to send to what nobody asked for."""
-        return not self.POLLED
 
     @property
     def moment(self) -> float:

@@ -8,8 +8,8 @@ import struct
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
+from .arm import COMMON_KINDS
 from .emulator import Emulator, Version
-from .fault_injection import COMMON_KINDS
 from .ports import STRANGER, TcpServer, UdpPort
 
 LIMITS = '<limit lower="-2.9" upper="2.9" velocity="2.6" effort="87"/>'
@@ -37,22 +37,16 @@ class FrankaEmulator(Emulator):
     def listen(self, address: str) -> None:
         """Open TCP port 1337."""
         endpoint = parse_endpoint(address, 1337, default_host="127.0.0.1")
-        self._target: tuple[str, int] | None = None
+        self._target = ("", 0)
         self._tcp = TcpServer(self, (endpoint.host, endpoint.port), self._request)
         self._tcp.on_leave = self._forget
+        self._forget()
         self.driver_address = f"franka:{self._tcp.address}"
         self._udp = UdpPort(self, (endpoint.host, 0))  # a reader sends it nothing
         self._stranger = UdpPort(self, STRANGER)
 
-    @property
-    def streaming(self) -> bool:
-        """True once a client has announced its UDP port."""
-        return self._target is not None
-
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one RobotState datagram."""
-        if self._target is None:
-            return
         datagram = encode_state(int(self.version), number, state)
         self.emit(self._udp.send, datagram, moment, self._target)
         if self.faults.is_active("stranger", moment):
@@ -74,14 +68,14 @@ class FrankaEmulator(Emulator):
         self._reply(0, identifier, struct.pack("<BH", version != own, own))
         for client in self._tcp.clients if version == own else ():  # it may have left
             self.begin()
-            self._target = (client.getpeername()[0], port)
+            self._target, self.streaming = (client.getpeername()[0], port), True
 
     def _reply(self, command: int, identifier: int, payload: bytes) -> None:
         header = struct.pack("<III", command, identifier, 12 + len(payload))
         self._tcp.send(header + payload)
 
     def _forget(self) -> None:
-        self._target = None
+        self.streaming = False
 
 
 def encode_state(version: int, number: int, state: JointState) -> bytes:

@@ -9,8 +9,8 @@ import zlib
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
+from .arm import COMMON_KINDS
 from .emulator import Emulator, Version
-from .fault_injection import COMMON_KINDS
 from .ports import STRANGER, UdpPort
 
 MONITORING_WAIT, MONITORING_READY, COMMANDING_ACTIVE = 1, 2, 4

@@ -7,8 +7,8 @@ import struct
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
+from .arm import COMMON_KINDS
 from .emulator import Emulator, Version
-from .fault_injection import COMMON_KINDS
 from .ports import TcpServer
 
 TYPES = {
@@ -38,11 +38,6 @@ class UrEmulator(Emulator):
         self._tcp.on_leave = self._forget
         self.driver_address = f"ur:{self._tcp.address}"
         self._forget()
-
-    @property
-    def streaming(self) -> bool:
-        """True once the client has started the stream."""
-        return self._started
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one data package."""
@@ -83,7 +78,7 @@ class UrEmulator(Emulator):
             self._set_up(payload)
         elif kind in (b"S", b"P"):
             self._tcp.send(packed(kind, b"\x01"))
-            self._started = kind == b"S"
+            self.streaming = kind == b"S"
             self.begin()
 
     def _set_up(self, payload: bytes) -> None:
@@ -98,7 +93,7 @@ class UrEmulator(Emulator):
         self._buffer = b""
         self._names: list[str] = []
         self._every = 1
-        self._started = False
+        self.streaming = False
 
 
 def packed(kind: bytes, payload: bytes) -> bytes:

@@ -33,20 +33,21 @@ class XArmEmulator(Emulator):
             TcpServer(self, (address or HOST, port), channel=str(port), places=MOST_CLIENTS)
             for port in (self._port, RICH)
         )
-        self._fast.on_join = self.begin
+        self._fast.on_join, self._fast.on_leave = self._follow, self._follow
+        self._follow()
         self._rich.on_join = self._send_rich
         self.driver_address = f"xarm:{address or HOST}"
-
-    @property
-    def streaming(self) -> bool:
-        """True while anybody listens to the fast port."""
-        return bool(self._fast.clients)
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send a report to whoever listens to the fast port."""
         time = FIRST_TIME + round(number * 1e6 / self.arm.rate)
         report = fast_report(time, state) if self._port == 30000 else real_report(state)
         self.emit(self._fast.send, report, moment)
+
+    def _follow(self) -> None:
+        self.streaming = bool(self._fast.clients)
+        if self.streaming:
+            self.begin()
 
     def _send_rich(self) -> None:
         self.begin()

@@ -3,9 +3,17 @@
 Experimental. What is known of the actuators' RS-485 line comes from a driver that wrote these
 messages to a USB bridge at 115200 baud, 8 data bits, even parity and 2 stop bits; the bus behind
 it may differ. The ISO-TP transfer (ISO 15765-2) is what a serial-to-CAN gateway would carry.
+
+A message has 20 bytes, little-endian, and no checksum::
+
+    i16 command | u8 source | u8 destination | 16 bytes of data
+
+Of all commands only GET_ACTUALPOSITION is sent; some others move the arm or rewrite its zeros.
 """
 
 import logging
+import math
+import struct
 from typing import TYPE_CHECKING, Any
 
 import serial
@@ -19,29 +27,46 @@ from ...transport import (
     parse_can_address,
     parse_options,
 )
-from .actuator_messages import (
-    FIRST_ACTUATOR,
-    MESSAGE_BYTES,
-    ActuatorReply,
-    decode_reply,
-    encode_poll,
-)
 from .kinova import KinovaArm, Measurement
 
 if TYPE_CHECKING:
     import isotp
 
+GET_ACTUALPOSITION = 0x01
+SEND_ACTUALPOSITION = 0x02
+HOST = 0x00
+FIRST_ACTUATOR = 0x10  # at the base; the others follow
+MESSAGE = struct.Struct("<hBB16s")
+VALUES = struct.Struct("<4f")
+LARGEST_DEGREES = 100 * 360.0  # some of these joints turn without end
 ARM_OPTIONS = ("joints", "rate", "effort")
 LINE_OPTIONS = ("baud", "parity", "stopbits", "databits")
-PARITIES = {
-    "none": serial.PARITY_NONE,
-    "even": serial.PARITY_EVEN,
-    "odd": serial.PARITY_ODD,
-    "mark": serial.PARITY_MARK,
-    "space": serial.PARITY_SPACE,
-}
+PARITIES = {name.lower(): letter for letter, name in serial.PARITY_NAMES.items()}
 FIRST_ANSWER_SECONDS = 1.0
 ANSWER_SECONDS = 0.1  # then the actuator is asked again
+
+
+def encode_poll(actuator: int) -> bytes:
+    """Return the request for an actuator's position."""
+    return MESSAGE.pack(GET_ACTUALPOSITION, HOST, actuator, bytes(VALUES.size))
+
+
+def decode_reply(message: bytes, actuator: int) -> tuple[float, float]:
+    """Return an actuator's angle [degrees] and torque, presumably in N m.
+
+    Its answer is four float32: current, position, speed and torque.
+    """
+    if len(message) != MESSAGE.size:
+        raise ValueError(f"a message of {len(message)} bytes where {MESSAGE.size} are expected")
+    command, source, destination, data = MESSAGE.unpack(message)
+    if (command, source, destination) != (SEND_ACTUALPOSITION, actuator, HOST):
+        raise ValueError(f"a message that is no position of actuator 0x{actuator:02x}")
+    current, degrees, speed, torque = VALUES.unpack(data)
+    if not all(map(math.isfinite, (current, speed, torque))) or not (
+        abs(degrees) <= LARGEST_DEGREES
+    ):
+        raise ValueError(f"impossible values from actuator 0x{actuator:02x}")
+    return degrees, torque
 
 
 class SerialLink:
@@ -55,8 +80,8 @@ class SerialLink:
         """Return 20 bytes, or as many as came within the wait [s]."""
         deadline = clock.now() + wait
         received = b""
-        while len(received) < MESSAGE_BYTES:
-            came = self._line.read(MESSAGE_BYTES - len(received), deadline - clock.now())
+        while len(received) < MESSAGE.size:
+            came = self._line.read(MESSAGE.size - len(received), deadline - clock.now())
             if not came:
                 break
             received += came
@@ -134,9 +159,8 @@ class PolledArm(KinovaArm):
     def measure(self, deadline: float) -> Measurement:
         """Return the answers of all actuators."""
         replies = [self._poll(FIRST_ACTUATOR + joint, deadline) for joint in range(self.joints)]
-        return Measurement(
-            tuple(reply.degrees for reply in replies), tuple(reply.torque for reply in replies)
-        )
+        degrees, torques = zip(*replies, strict=True)
+        return Measurement(degrees, torques)
 
     def close(self) -> None:
         """Free the line."""
@@ -150,16 +174,14 @@ class PolledArm(KinovaArm):
                 Reason.UNREACHABLE, f"{error}: is the arm on, and are the settings right?"
             ) from None
 
-    def _poll(self, actuator: int, deadline: float) -> ActuatorReply:
+    def _poll(self, actuator: int, deadline: float) -> tuple[float, float]:
         """Ask one actuator until it gives a proper answer, or time is up."""
-        while True:
-            try:
-                return self._fresh.ask(lambda: self._ask(actuator, deadline))
-            except ValueError as error:
-                if clock.now() >= deadline:
-                    raise DriverError(Reason.SILENT, str(error)) from None
+        try:
+            return self._fresh.ask(lambda: self._ask(actuator, deadline), deadline)
+        except ValueError as error:
+            raise DriverError(Reason.SILENT, str(error)) from None
 
-    def _ask(self, actuator: int, deadline: float) -> ActuatorReply:
+    def _ask(self, actuator: int, deadline: float) -> tuple[float, float]:
         """Return an actuator's answer; other messages are counted."""
         self._link.send(encode_poll(actuator))
         until = min(deadline, clock.now() + ANSWER_SECONDS)

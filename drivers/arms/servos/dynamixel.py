@@ -12,8 +12,7 @@ import struct
 from collections.abc import Sequence
 
 from .joint_maps import DYNAMIXEL_ARMS
-from .servo_arm import Make, Register, ServoArm
-from .servo_bus import Answer
+from .servo_arm import Answer, Make, Register, ServoArm
 
 HEADER = b"\xff\xff\xfd\x00"
 MARK, STUFFED = b"\xff\xff\xfd", b"\xff\xff\xfd\xfd"

@@ -11,8 +11,7 @@ Address: ``PORT[?arm=so101|so100&calibration=FILE&rate=HZ&baud=..&ids=..&signs=.
 from collections.abc import Sequence
 
 from .joint_maps import FEETECH_ARMS
-from .servo_arm import Make, Register, ServoArm
-from .servo_bus import Answer
+from .servo_arm import Answer, Make, Register, ServoArm
 
 HEADER = b"\xff\xff"
 EVERYBODY = 0xFE

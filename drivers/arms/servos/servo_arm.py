@@ -1,8 +1,9 @@
 """An arm made of servos on one line, which a hand can lead while its torque is off.
 
-Each state is one *sync read* of all joints; nothing else is ever sent. Before the first one the
-servos are asked which model they are, whether their torque is off, and, where a calibration file
-gives the zeros, whether they still have its homing offsets.
+Each state is one *sync read*, "tell me so many bytes of your registers, from this one on", which
+names all joints' servos, and each answers in turn; nothing else is ever sent. Before the first one
+the servos are asked which model they are, whether their torque is off, and, where a calibration
+file gives the zeros, whether they still have its homing offsets.
 
 Stamps are the time in the middle between the request and the last answer, by this computer. Efforts
 are None: with the torque off, a servo's load and current are zero and say nothing of gravity.
@@ -11,16 +12,41 @@ are None: with the torque off, a servo's load and current are zero and say nothi
 import math
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 from ... import DriverError, JointState, PolledDriver, Reason, clock, match_joints
-from ...transport import SerialLine, parse_options
+from ...transport import FreshAnswers, SerialLine, parse_options
 from .joint_maps import OPTIONS, TICKS, ServoMap, choose_map
-from .servo_bus import Answer, Packets, ServoBus
 
 BAUD = 1_000_000
 RATE = 100.0  # Hz
 FIRST_ANSWER_SECONDS = 1.0
+ANSWER_SECONDS = 0.1  # all servos answer within some 20 ms, even through a slow USB adapter
+MOST_BYTES = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """A servo's answer."""
+
+    servo: int
+    """Its number on the bus."""
+    error: int
+    """Error by the make's own code; 0 if none."""
+    data: bytes
+    """Its registers."""
+
+
+class Packets(Protocol):
+    """Requests and answers as a make writes them."""
+
+    def encode_request(self, register: int, count: int, servos: Sequence[int]) -> bytes:
+        """Return the request for the servos' registers, so many bytes from one on."""
+        ...
+
+    def take_answer(self, received: bytearray, count: int) -> Answer | None:
+        """Take the next answer of so many bytes off; other bytes are dropped; None if not whole."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -84,8 +110,8 @@ class ServoArm(PolledDriver):
             joint_names or self._map.joints, len(self._map.ids), "the arm"
         )
         self._interval = 1 / options.positive("rate", RATE)
-        line = SerialLine(port, options.integer("baud", BAUD))
-        self._bus = ServoBus(line, self.make.packets)
+        self._line = SerialLine(port, options.integer("baud", BAUD))
+        self._fresh = FreshAnswers(self._line)
         with self._closed_on_error():
             self._inspect()
 
@@ -98,11 +124,11 @@ class ServoArm(PolledDriver):
         return JointState((start + end) / 2, self._angles(answers))
 
     def _disconnect(self) -> None:
-        self._bus.close()
+        self._line.close()
 
     def _ask(self, register: Register) -> list[Answer]:
         """Return all joints' answers, and name their troubles in the status."""
-        answers = self._bus.ask(register.address, register.size, self._map.ids)
+        answers = self._fresh.ask(lambda: self._read(register.address, register.size))
         troubles = [
             f"{joint}: {trouble}"
             for joint, answer in zip(self._map.joints, answers, strict=True)
@@ -110,6 +136,24 @@ class ServoArm(PolledDriver):
         ]
         self.status = ", ".join(troubles)
         return answers
+
+    def _read(self, register: int, count: int) -> list[Answer]:
+        """Return so many bytes of the servos' registers, from one on."""
+        servos = self._map.ids
+        self._line.write(self.make.packets.encode_request(register, count, servos))
+        answers: dict[int, Answer] = {}
+        received, until = bytearray(), clock.now() + ANSWER_SECONDS
+        while not answers.keys() >= set(servos):
+            answer = self.make.packets.take_answer(received, count)
+            if answer is not None:
+                answers[answer.servo] = answer
+                continue
+            came = self._line.read(MOST_BYTES, until - clock.now())
+            if not came:
+                missing = ", ".join(str(servo) for servo in servos if servo not in answers)
+                raise ValueError(f"no whole answer of servo {missing}")
+            received += came
+        return [answers[servo] for servo in servos]
 
     def _angles(self, answers: Sequence[Answer]) -> tuple[float, ...]:
         angles: list[float] = []

@@ -14,13 +14,13 @@ from ...emulators import KINDS, Emulator, FaultInjector, Journal, emulated_arm
 from .. import NOT_NEGATIVE, POSITIVE, Terminal, argument, option
 
 EMULATORS = {
-    "damiao": "damiao:DamiaoEmulator",
-    "dynamixel": "dynamixel:DynamixelEmulator",
-    "feetech": "feetech:FeetechEmulator",
+    "damiao": "can_arms:DamiaoEmulator",
+    "dynamixel": "servos:DynamixelEmulator",
+    "feetech": "servos:FeetechEmulator",
     "franka": "franka:FrankaEmulator",
     "kinova": "kinova:KinovaEmulator",
     "kuka": "kuka:KukaEmulator",
-    "piper": "piper:PiperEmulator",
+    "piper": "can_arms:PiperEmulator",
     "ur": "ur:UrEmulator",
     "xarm": "xarm:XArmEmulator",
 }
