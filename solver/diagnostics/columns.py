@@ -21,7 +21,7 @@ from .column_hypotheses import (
 )
 from .hypotheses import KINDS, ONLY_SOUND, Comparison, Kind, Scene, of_zero
 from .hypothesis import Finding, Hypothesis, Option
-from .robust_fit import UNEXPLAINED, RigidModel, Samples
+from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, Samples
 
 MUCH = 3.0
 """Noise, beside what is expected, from which any placement may have wrong columns."""
@@ -50,7 +50,7 @@ Scored = tuple[float, ColumnHypothesis]
 
 def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     """Return the best hypotheses of each kind, if they leave clearly less than what is there."""
-    few = samples.thinned(max(TRIED // samples.count, 4))
+    few = samples.thinned(TRIED, 4)
     robot, right = model.robot, unchanged(model.robot)
     joints = len(robot.actuated)
     now = model.nominal_error(few)
@@ -82,6 +82,14 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     return [h for error, h in found if error < PROMISING * now][:4]
 
 
+def _last_sign(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
+    """Return the last joint's other sign, unless the model as it is leaves clearly more with it."""
+    few = samples.thinned(TRIED, 4)
+    *_, last = signs(model.robot, 1)
+    worse = model.nominal_error(last.apply(few)) > model.nominal_error(few) / PROMISING
+    return [] if worse else [last]
+
+
 def _orders(right: ColumnHypothesis) -> Iterable[ColumnHypothesis]:
     """Return the hypotheses that all columns come in another order: turned round, or shifted."""
     m = len(right.order)
@@ -105,11 +113,10 @@ def of_columns(model: RigidModel, scene: Scene, likeliest: Option, *, sound: boo
         some = Samples(scene.q[rows], scene.sockets[rows] - scene.sockets[rows].min())
         if not some.is_overdetermined(len(scene.x)):
             continue
-        last = [*signs(model.robot, 1)][-1:]
-        for wrong in last if sound else promising(model, some):
+        for wrong in _last_sign(model, some) if sound else promising(model, some):
             q = scene.q.copy()
             q[rows] = wrong.apply(some).positions
-            fit = model.fit(Samples(q, scene.sockets))
+            fit = model.fit(Samples(q, scene.sockets).thinned(ABOUT, FEW))
             if fit.noise < UNEXPLAINED:
                 changed = replace(scene, x=fit.x, centres=fit.centres, readings=q)
                 found.append(_option(wrong, changed, placement, told["noise"]))

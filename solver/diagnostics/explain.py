@@ -16,7 +16,7 @@ from .distances import Scale, size_level
 from .fit_error import standing_out
 from .hypotheses import ARMS, OF_SIZE, Candidate, Comparison, Scene, explained
 from .hypothesis import Finding, Hypothesis, Option, listed_of, shares_of
-from .robust_fit import RigidModel, median, samples_of
+from .robust_fit import ABOUT, FEW, RigidModel, median, samples_of
 
 ROUNDS = 8
 """Causes that are sought at most."""
@@ -60,7 +60,7 @@ def scene_of(
     thin = [_thinned(m) for m in measurements]
     odd = [typical is not None for typical in standing_out(floors)]
     good = [m for (m, _), bad in zip(thin, odd, strict=True) if not bad]
-    fit = model.fit(samples_of(good or [m for m, _ in thin]))
+    fit = model.fit(samples_of(good or [m for m, _ in thin]).thinned(ABOUT, FEW))
     balls = [model.ball.points(model.ball.nominal + fit.x, m.positions) for m, _ in thin]
     centres = [median(b[rows]) for b, (m, _) in zip(balls, thin, strict=True) for rows in m.slices]
     return Scene(

@@ -40,6 +40,8 @@ BACKLASH_NOISE = 1.9e-3
 ENOUGH, LEAST = 4000, 20
 """A fit uses about the first number of samples in all, and at least the second of each socket; more
 would hardly change it."""
+ABOUT, FEW = 120, 10
+"""The same of a fit about which all is linear."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,9 @@ class Samples:
         """Return True for twice as many numbers as unknowns, the sockets' centres left out."""
         return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
 
-    def thinned(self, enough: int) -> "Samples":
-        """Return some of the samples, evenly from each socket."""
+    def thinned(self, enough: int, least: int = 1) -> "Samples":
+        """Return about so many of the samples, evenly from each socket, and so many of it."""
+        enough = max(enough // self.count, least)
         kept = [r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in self.rows]
         few = np.concatenate(kept)
         return Samples(self.positions[few], self.sockets[few])
@@ -191,7 +194,7 @@ class RigidModel:
 
     def fit(self, samples: Samples) -> RigidFit:
         """Return the fit to some samples, at least one in each socket."""
-        few = samples.thinned(max(ENOUGH // samples.count, LEAST))
+        few = samples.thinned(ENOUGH, LEAST)
         P, widths = self._prior, self.widths
         x = np.zeros(len(widths))
         points = self.ball.points(self.ball.nominal, few.positions)

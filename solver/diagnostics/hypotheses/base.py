@@ -29,22 +29,23 @@ def changes(
         throughout: It may also be off in all samples of a placement, where there are several.
     """
     for place, rows in enumerate(scene.places):
-        times, found = scene.times[place], list[tuple[int, np.ndarray]]()
-        parts = scene.sockets[rows] - scene.sockets[rows.start]
+        times = scene.times[place]
         ranks = np.linspace(SIDE, len(times) - SIDE, min(len(times), MOST_CUTS)).astype(int)
-        for rank in np.unique(ranks).tolist():
-            after = np.bincount(parts, times >= rank)
-            if np.any((after != 0) & (after != np.bincount(parts))):
-                found.append((rank, times >= rank))  # else its centre holds that a socket moved
+        ranks = np.unique(ranks)
+        after = times >= ranks[:, None]
+        starts = np.flatnonzero(np.diff(scene.sockets[rows], prepend=-1))
+        counts = np.add.reduceat(after.astype(int), starts, axis=1)
+        # where whole sockets moved alone, their centres hold that
+        partly = (counts != 0) & (counts != np.diff([*starts, len(times)]))
+        ranks, after = ranks[partly.any(axis=1)], after[partly.any(axis=1)]
         if throughout and len(scene.places) > 1:
-            found.insert(0, (0, times >= 0))
-        if found:
-            masks = np.array([mask for _, mask in found], dtype=float)
+            ranks, after = np.append(0, ranks), np.vstack([times >= 0, after])
+        if len(ranks):
             C, k = slopes.shape[2:]
-            columns = np.einsum("fn,nick->fcnik", masks, slopes[rows])
-            names = [one for rank, _ in found for one in [scene.first_from(place, rank)] * C]
-            flat = columns.reshape(len(names), -1, k)
-            yield Block(scene.rows(rows), flat, names, widths)
+            columns = slopes[rows].transpose(2, 0, 1, 3).reshape(C, -1, k)
+            first = [scene.first_from(place, rank) for rank in ranks.tolist()]
+            names = [one for one in first for _ in range(C)]
+            yield Block(scene.rows(rows), columns, names, widths, masks=after.astype(float))
 
 
 def moved(scene: Scene) -> Iterable[Block]:

@@ -1,5 +1,6 @@
 """Comparison of all explanations by Bayes' rule, and of what is left once one was found."""
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,9 +15,9 @@ from .table import KINDS
 
 LARGEST, HALVES = 0.3, 1.6
 """Largest noise thought of [m], and the factor from one trial of it to the next."""
-SPAN, STEPS = 0.2, 11
-"""Range of the logarithm of the noise, each side of the best, over which it is averaged, and the
-number of trials in it."""
+STEP, SPAN = 0.04, 11
+"""Step of the logarithm of the noise over which it is averaged, and steps each side of the best of
+the former trials."""
 REFINED = 3
 """Candidates of each kind that are looked at closely."""
 
@@ -54,6 +55,7 @@ class Comparison:
         base = self.evidence.log_likelihood(trials)
         last = int(np.argmax(base)) + 2
         self._trials, self._base = trials[:last], base[:last]
+        self._close: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self.candidates = [c for kind in kinds for c in self._of(kind)]
 
     def _prior(self, kind: Kind) -> NoisePrior:
@@ -62,38 +64,36 @@ class Comparison:
         return NoisePrior(1.5 * self.scene.noise, self.scene.noise_width)
 
     def _of(self, kind: Kind) -> Iterator[Candidate]:
-        """Return the best candidates of a kind."""
+        """Return the best candidates of a kind: by few trials of the noise, then by many."""
         blocks = list(kind.blocks(self.scene))
         total = sum(len(block.parameters) for block in blocks)
         noise = self._prior(kind)
         prior = self._base + noise.log_density(self._trials)
-        rough: list[tuple[float, int, int, float]] = []
+        terms = [self.evidence.terms(block) for block in blocks]
+        rough: list[tuple[float, int, int, int]] = []
         for b, block in enumerate(blocks):
-            terms = self.evidence.terms(block)
-            best = self.evidence.log_ratios(block, terms, self._trials).max(axis=1)
-            best = best + prior[:, None]
-            for c, at in enumerate(np.argmax(best, axis=0).tolist()):
-                rough.append((float(best[at, c]), b, c, float(self._trials[at])))
-        rough.sort(key=lambda one: -one[0])
-        kept = [r for r in rough if r[0] > rough[0][0] - 30]
-        for _, b, c, sigma in kept[: 60 if kind.several else REFINED]:
-            block = blocks[b].only([c])
-            log, sigma = self._refined(block, noise, sigma)
-            yield Candidate(kind, block, log + float(np.log(kind.prior / total)), sigma)
+            logs = self.evidence.log_ratios(block, terms[b], self._trials).max(axis=1)
+            logs = logs + prior[:, None]
+            best = np.argmax(logs, axis=0)
+            values: list[float] = logs[best, np.arange(len(best))].tolist()
+            rough += [(v, b, at, c) for c, (v, at) in enumerate(zip(values, best, strict=True))]
+        rough.sort(reverse=True)
+        kept = [r for r in rough if r[0] > rough[0][0] - 30][: 60 if kind.several else REFINED]
+        for (b, at), some in itertools.groupby(sorted(r[1:] for r in kept), key=lambda r: r[:2]):
+            block, own = blocks[b], [c for *_, c in some]
+            trials, base = self._near(at)
+            ratios = self.evidence.log_ratios(block.only(own), terms[b].only(own), trials)
+            logs = _sum_of_exp(ratios, axis=1) + (base + noise.log_density(trials))[:, None]
+            found = _sum_of_exp(logs, axis=0) + math.log(STEP * kind.prior / total)
+            for c, log, best in zip(own, found.tolist(), np.argmax(logs, axis=0), strict=True):
+                yield Candidate(kind, block.only([c]), log, float(trials[best]))
 
-    def _refined(self, block: Block, noise: NoisePrior, sigma: float) -> tuple[float, float]:
-        """Return the evidence of a candidate, averaged over the noise, and its likeliest noise."""
-        terms, logs = self.evidence.terms(block), np.zeros(1)
-        for span in (0.5 * float(np.log(HALVES)), SPAN):
-            trials = sigma * np.exp(span * np.linspace(-1, 1, STEPS))
-            ratios = self.evidence.log_ratios(block, terms, trials)[:, :, 0]
-            top = ratios.max(axis=1, keepdims=True)
-            logs = (top + np.log(np.exp(ratios - top).sum(axis=1, keepdims=True)))[:, 0]
-            logs = logs + self.evidence.log_likelihood(trials) + noise.log_density(trials)
-            sigma = float(trials[int(np.argmax(logs))])
-        best = float(logs.max())
-        step = 2 * SPAN / (STEPS - 1)
-        return best + float(np.log(step * np.sum(np.exp(logs - best)))), sigma
+    def _near(self, at: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return close trials of the noise about a rough one, and the likelihood of each."""
+        if at not in self._close:
+            trials = self._trials[at] * np.exp(STEP * np.arange(-SPAN, SPAN + 1))
+            self._close[at] = trials, self.evidence.log_likelihood(trials)
+        return self._close[at]
 
     def found(self, candidate: Candidate) -> tuple[Mapping[str, Any], str]:
         """Return the numbers of a candidate, and its words."""
@@ -102,6 +102,12 @@ class Comparison:
             values = self.evidence.posterior(candidate.block, candidate.sigma)[0]
             parameters = {**kind.values(self.scene, parameters, values), "noise": candidate.sigma}
         return parameters, kind.text(parameters)
+
+
+def _sum_of_exp(logs: np.ndarray, axis: int) -> np.ndarray:
+    """Return the logarithm of the sum of exponentials along an axis."""
+    top = logs.max(axis=axis, keepdims=True)
+    return (top + np.log(np.exp(logs - top).sum(axis=axis, keepdims=True))).squeeze(axis)
 
 
 def probabilities(logs: Sequence[float]) -> np.ndarray:

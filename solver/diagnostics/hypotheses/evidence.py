@@ -9,6 +9,7 @@ with C = sigma^2 I + B B^T and g = A^T C^-1 r. One eigendecomposition of B^T B g
 sigma. Errors of samples in poses alike are alike, so only a share of the residuals counts.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
@@ -31,6 +32,11 @@ class Terms:
     Ar: np.ndarray
     """Columns, and the shift, times residuals, shape (C, k + 1)."""
 
+    def only(self, candidates: Sequence[int]) -> "Terms":
+        """Return those of some of the candidates."""
+        chosen = list(candidates)
+        return Terms(self.T[:, chosen], self.AA[chosen], self.Ar[chosen])
+
 
 class LinearEvidence:
     """Residuals and nuisances.
@@ -43,11 +49,11 @@ class LinearEvidence:
 
     def __init__(self, r: np.ndarray, B: np.ndarray, share: float = INDEPENDENT) -> None:
         self._root = share**0.5
-        self.r, self.B = self._root * r, self._root * B
+        self.r, B = self._root * r, self._root * B
         self.count = share * len(r)
-        d2, self._V = np.linalg.eigh(self.B.T @ self.B)
-        self._d2 = d2.clip(min=0.0)
-        self._b = self._V.T @ (self.B.T @ self.r)
+        d2, V = np.linalg.eigh(B.T @ B)
+        self._d2, self._B = d2.clip(min=0.0), B @ V
+        self._b = self._B.T @ self.r
         self._rr = float(self.r @ self.r)
 
     def log_likelihood(self, sigma: np.ndarray) -> np.ndarray:
@@ -61,13 +67,30 @@ class LinearEvidence:
     def terms(self, block: Block) -> Terms:
         """Return the products by which a block's evidence follows for any noise."""
         rows, columns = block.rows, block.columns
+        if block.masks is not None:
+            return self._of_changes(block, block.masks)
         if block.shift is not None:
             columns = np.concatenate([columns, block.shift[:, :, None]], axis=2)
         C, R, k = columns.shape
         flat = self._root * columns.transpose(1, 0, 2).reshape(R, C * k)
-        T = self._V.T @ (self.B[rows].T @ flat)
+        T = self._B[rows].T @ flat
         A = flat.reshape(R, C, k).transpose(1, 2, 0)
         return Terms(T.reshape(len(T), C, k), A @ A.transpose(0, 2, 1), A @ self.r[rows])
+
+    def _of_changes(self, block: Block, masks: np.ndarray) -> Terms:
+        """Return the products of columns in some samples each, summed over samples by masks."""
+        (F, N), (C, _, k) = masks.shape, block.columns.shape
+        A = self._root * block.columns.transpose(1, 0, 2).reshape(N, 3, C * k)
+        B, r = self._B[block.rows].reshape(N, 3, -1), self.r[block.rows].reshape(N, 3)
+        by_candidate = A.reshape(N, 3, C, k).transpose(0, 2, 3, 1)
+
+        def summed(products: np.ndarray, *shape: int) -> np.ndarray:
+            return (masks @ products.reshape(N, -1)).reshape(*shape)
+
+        T = summed(B.transpose(0, 2, 1) @ A, F, -1, C, k).transpose(1, 0, 2, 3)
+        AA = summed(by_candidate @ by_candidate.transpose(0, 1, 3, 2), F * C, k, k)
+        Ar = summed(np.einsum("nick,ni->nck", A.reshape(N, 3, C, k), r), F * C, k)
+        return Terms(T.reshape(len(T), F * C, k), AA, Ar)
 
     def log_ratios(self, block: Block, terms: Terms, sigma: np.ndarray) -> np.ndarray:
         """Return ln p(r | candidate) - ln p(r) by noise, width and candidate, shape (L, W, C)."""

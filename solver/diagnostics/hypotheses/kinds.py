@@ -30,13 +30,21 @@ class Block:
     """Part of the residuals that a candidate explains with no unknown, shape (C, R) [m]."""
     bonus: float = 0.0
     """Logarithm of the likelihood of what the residuals do not show, beside that of chance."""
+    masks: np.ndarray | None = None
+    """Samples in which the columns are there, 0 or 1, shape (F, R / 3): each of the C candidates in
+    each of them, those of the first mask first."""
 
     def only(self, candidates: Sequence[int]) -> "Block":
         """Return some of the candidates."""
-        chosen = list(candidates)
+        chosen = np.array(candidates)
         shift = None if self.shift is None else self.shift[chosen]
-        parameters = [self.parameters[i] for i in chosen]
-        return Block(self.rows, self.columns[chosen], parameters, self.widths, shift, self.bonus)
+        parameters = [self.parameters[i] for i in chosen.tolist()]
+        columns = self.columns[chosen % len(self.columns)]
+        if self.masks is not None:
+            columns = (
+                columns * np.repeat(self.masks[chosen // len(self.columns)], 3, axis=1)[:, :, None]
+            )
+        return Block(self.rows, columns, parameters, self.widths, shift, self.bonus)
 
 
 @dataclass(frozen=True)

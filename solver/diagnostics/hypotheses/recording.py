@@ -26,15 +26,16 @@ def _silent(scene: Scene, parameters: Parameters, bonus: float) -> Block:
 def copies(scene: Scene) -> Iterable[Block]:
     """Return blocks of sockets whose samples are those of an earlier one."""
     q, ends = scene.q, scene.sockets
-    rows = [q[ends == k] for k in range(len(scene.centres))]
-    for k in range(1, len(rows)):
-        for earlier in range(k):
-            apart = np.abs(rows[k][:, None] - rows[earlier][None]).max(axis=2).min(axis=1)
-            if np.mean(apart < SAME) > COPIED:
-                (a, i), (b, j) = scene.labels[earlier], scene.labels[k]
-                names = {"placement": b, "socket": j, "of": a, "of_socket": i}
-                yield _silent(scene, names, CHANCE)
-                return
+    most = q[:, int(np.argmax(np.ptp(q, axis=0)))]
+    i, j = np.nonzero(np.abs(most[:, None] - most) < SAME)
+    same = np.abs(q[i] - q[j]).max(axis=1) < SAME
+    twins = np.zeros((len(q), len(scene.centres)))
+    twins[i[same], ends[j[same]]] = 1
+    shares = np.array([twins[ends == k].mean(axis=0) for k in range(len(scene.centres))])
+    for k, earlier in np.argwhere(np.tril(shares, -1) > COPIED)[:1].tolist():
+        (a, i), (b, j) = scene.labels[earlier], scene.labels[k]
+        names = {"placement": b, "socket": j, "of": a, "of_socket": i}
+        yield _silent(scene, names, CHANCE)
 
 
 def steps(scene: Scene) -> np.ndarray:
@@ -57,7 +58,7 @@ def quantised(scene: Scene) -> Iterable[Block]:
     step = steps(scene)
     size = _effect(scene, step)
     if size > scene.noise:
-        gain = _gain(scene, step[None] / 12**0.5)
+        gain = _gain(scene, step, np.array([12**-0.5]))
         names = {"step": float(step.max()), "size": size}
         yield _silent(scene, names, CHANCE / 3 + gain)
 
@@ -71,8 +72,8 @@ def pushed(scene: Scene) -> Iterable[Block]:
     """Return the block of arms whose joints the hand turned against their gears."""
     if scene.zeros or any(standing_out(scene)):
         return  # play does the same; and one placement that stands out is told by itself
-    usual = np.ones((1, scene.q.shape[1])) * PUSHED[:, None]
-    yield _silent(scene, {}, max(_gain(scene, usual), -CHANCE))
+    usual = np.ones(scene.q.shape[1])
+    yield _silent(scene, {}, max(_gain(scene, usual, PUSHED), -CHANCE))
 
 
 def pushed_here(scene: Scene) -> Iterable[Block]:
@@ -82,26 +83,23 @@ def pushed_here(scene: Scene) -> Iterable[Block]:
     return loose_here(scene, roots, (5e-4, 4e-3, 0.05))
 
 
-def _gain(scene: Scene, widths: np.ndarray) -> float:
+def _gain(scene: Scene, width: np.ndarray, trials: np.ndarray) -> float:
     """Return how much likelier joint noise is than noise of the ball that is alike in space.
 
     Args:
         scene: The scene.
-        widths: Of the joints' noise, one row for each trial, shape (W, m) [rad].
+        width: Of the joints' noise, but for a factor, shape (m,) [rad].
+        trials: Factors, one of which it may be.
     """
-    e, J = scene.remaining, scene.by_joints
+    e, J = scene.remaining, scene.by_joints * width
     even = max(float(np.mean(e**2)), 1e-14)
     alike = -1.5 * len(e) * (np.log(even) + 1)
+    variances, axes = np.linalg.eigh(J @ J.transpose(0, 2, 1))
+    along = np.einsum("nij,ni->nj", axes, e) ** 2
     best = -np.inf
-    for width in widths:
-        for share in (1.0, 0.5):
-            C: np.ndarray = np.einsum("nij,j,nkj->nik", J, width**2, J) + (
-                share * scene.noise
-            ) ** 2 * np.eye(3)
-            root: np.ndarray = np.linalg.cholesky(C)
-            white: np.ndarray = np.linalg.solve(root, e[:, :, None])
-            spread = 2 * float(np.log(np.diagonal(root, axis1=1, axis2=2)).sum())
-            best = max(best, -0.5 * (float(np.linalg.norm(white)) ** 2 + spread))
+    for share in (1.0, 0.5):
+        v = variances * trials[:, None, None] ** 2 + (share * scene.noise) ** 2
+        best = max(best, float(-0.5 * (along / v + np.log(v)).sum(axis=(1, 2)).min()))
     return INDEPENDENT * (best - alike)
 
 

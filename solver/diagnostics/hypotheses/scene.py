@@ -107,6 +107,11 @@ class Scene:
         return tuple(ranks)
 
     @cached_property
+    def rows_in_time(self) -> tuple[np.ndarray, ...]:
+        """Rows of each placement in the order of recording."""
+        return tuple(np.argsort(ranks) for ranks in self.times)
+
+    @cached_property
     def linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ball centres, shape (N, 3), and derivatives by geometry and effects, and by joints."""
         model = extend(self.robot, self.parameters, [e.name for e in self.effects])
@@ -268,6 +273,5 @@ class Scene:
 
     def first_from(self, place: int, rank: int) -> dict[str, object]:
         """Return placement, socket and number of the first sample from a time on."""
-        row = int(np.argmin(np.where(self.times[place] >= rank, self.times[place], len(self.q))))
-        socket, number = self.sample(place, row)
+        socket, number = self.sample(place, int(self.rows_in_time[place][rank]))
         return {"placement": self.measurements[place].name, "socket": socket, "sample": number}
