@@ -33,11 +33,11 @@ def changes(
         ranks = np.linspace(SIDE, len(times) - SIDE, min(len(times), MOST_CUTS)).astype(int)
         ranks = np.unique(ranks)
         after = times >= ranks[:, None]
-        starts = np.flatnonzero(np.diff(scene.sockets[rows], prepend=-1))
-        counts = np.add.reduceat(after.astype(int), starts, axis=1)
+        own = scene.sockets[rows] == np.unique(scene.sockets[rows])[:, None]
+        counts: np.ndarray = after.astype(int) @ own.T
         # where whole sockets moved alone, their centres hold that
-        partly = (counts != 0) & (counts != np.diff([*starts, len(times)]))
-        ranks, after = ranks[partly.any(axis=1)], after[partly.any(axis=1)]
+        partly = np.logical_and(counts != 0, counts != own.sum(axis=1)).any(axis=1)
+        ranks, after = ranks[partly], after[partly]
         if throughout and len(scene.places) > 1:
             ranks, after = np.append(0, ranks), np.vstack([times >= 0, after])
         if len(ranks):

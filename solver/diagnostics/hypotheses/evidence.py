@@ -49,10 +49,10 @@ class LinearEvidence:
 
     def __init__(self, r: np.ndarray, B: np.ndarray, share: float = INDEPENDENT) -> None:
         self._root = share**0.5
-        self.r, B = self._root * r, self._root * B
+        self.r = self._root * r
         self.count = share * len(r)
-        d2, V = np.linalg.eigh(B.T @ B)
-        self._d2, self._B = d2.clip(min=0.0), B @ V
+        d2, V = np.linalg.eigh(share * B.T @ B)
+        self._d2, self._B = d2.clip(min=0.0), self._root * B @ V
         self._b = self._B.T @ self.r
         self._rr = float(self.r @ self.r)
 

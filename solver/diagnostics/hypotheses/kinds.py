@@ -38,12 +38,11 @@ class Block:
         """Return some of the candidates."""
         chosen = np.array(candidates)
         shift = None if self.shift is None else self.shift[chosen]
-        parameters = [self.parameters[i] for i in chosen.tolist()]
+        parameters = [self.parameters[i] for i in candidates]
         columns = self.columns[chosen % len(self.columns)]
         if self.masks is not None:
-            columns = (
-                columns * np.repeat(self.masks[chosen // len(self.columns)], 3, axis=1)[:, :, None]
-            )
+            there = self.masks[chosen // len(self.columns)]
+            columns = columns * np.repeat(there, 3, axis=1)[:, :, None]
         return Block(self.rows, columns, parameters, self.widths, shift, self.bonus)
 
 

@@ -32,9 +32,10 @@ def copies(scene: Scene) -> Iterable[Block]:
     twins = np.zeros((len(q), len(scene.centres)))
     twins[i[same], ends[j[same]]] = 1
     shares = np.array([twins[ends == k].mean(axis=0) for k in range(len(scene.centres))])
-    for k, earlier in np.argwhere(np.tril(shares, -1) > COPIED)[:1].tolist():
-        (a, i), (b, j) = scene.labels[earlier], scene.labels[k]
-        names = {"placement": b, "socket": j, "of": a, "of_socket": i}
+    pairs: list[list[int]] = np.argwhere(np.tril(shares, -1) > COPIED).tolist()
+    for later, earlier in pairs[:1]:
+        (of, of_socket), (name, socket) = scene.labels[earlier], scene.labels[later]
+        names = {"placement": name, "socket": socket, "of": of, "of_socket": of_socket}
         yield _silent(scene, names, CHANCE)
 
 
