@@ -71,9 +71,9 @@ class SampleErrors(ByModel[Point], kw_only=True, frozen=True):
     """Index of its placement."""
     socket: int
     number: int
-    """Its place among the samples of its socket, from 1."""
+    """As recorded; its place among the samples of its socket where the file numbers none."""
     where: str
-    """File and line."""
+    """It by its number, where it has one, then file and line."""
     weight: float | None = None
     """Robust weight in the fit, where there was one."""
 
@@ -160,7 +160,7 @@ def _deviations(index: int, placement: PlacementPrediction) -> Iterator[SampleEr
             **fields_of(by_model),
             placement=index,
             socket=sample.socket,
-            number=numbers[sample.socket],
-            where=short_where(sample.where),
+            number=sample.number or numbers[sample.socket],
+            where=f"sample {sample.number}, " * bool(sample.number) + short_where(sample.where),
             weight=sample.weight,
         )

@@ -162,6 +162,7 @@ def _recorded(
                 point=sample.point,
                 orientation=sample.orientation,
                 where=sample.where,
+                number=sample.number,
                 weight=weight,
             )
             for sample, weight in zip(measured.placement.samples, weights, strict=True)

@@ -99,6 +99,8 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     """Measured orientation of its link in that frame, as a unit quaternion x, y, z, w."""
     where: str = ""
     """File and line."""
+    number: int = 0
+    """As the recording numbers it, from 1; 0 where it does not."""
     weight: float | None = None
     """Robust weight in the fit: 1 and less; None where there was none."""
     orientation_weight: float | None = None
@@ -136,6 +138,7 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
                     s.socket,
                     s.effort,
                     s.where,
+                    s.number,
                     point=s.point,
                     orientation=s.orientation,
                 )

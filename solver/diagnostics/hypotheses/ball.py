@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from .base import changes
-from .kinds import Block, Kind, NoisePrior, Parameters
+from .kinds import Block, Kind, NoisePrior, Parameters, sample_named
 from .scene import Scene
 
 LOOSE = 1.2e-3
@@ -21,10 +21,7 @@ def one_sample(scene: Scene) -> Iterable[Block]:
         count = rows.stop - rows.start
         columns = np.eye(3 * count).reshape(count, 3, 3 * count).transpose(0, 2, 1)
         names = [
-            {
-                "placement": scene.measurements[place].name,
-                **dict(zip(("socket", "sample"), scene.sample(place, row), strict=True)),
-            }
+            {"placement": scene.measurements[place].name, **scene.sample(place, row)}
             for row in range(count)
         ]
         yield Block(scene.rows(rows), columns, names, (3e-3, 0.1))
@@ -76,8 +73,8 @@ def _noise(p: Parameters) -> str:
 
 def _one(p: Parameters) -> str:
     return (
-        f"{1e3 * p['size']:.1f} mm from socket {p['socket']} in sample {p['sample'] + 1}: the ball "
-        "was not seated"
+        f"{1e3 * p['size']:.1f} mm from socket {p['socket']} in sample "
+        f"{p.get('number') or p['sample'] + 1}: the ball was not seated"
     )
 
 
@@ -95,8 +92,7 @@ BALL_BENT = Kind(
     "ball_bent",
     0.03,
     lambda p: (
-        f"the ball sits {1e3 * p['size']:.1f} mm elsewhere on its flange from sample "
-        f"{p['sample'] + 1} of socket {p['socket']} on"
+        f"the ball sits {1e3 * p['size']:.1f} mm elsewhere on its flange from {sample_named(p)} on"
     ),
     "tighten or straighten its stem, and record it again",
     "look whether the ball's stem is tight and straight",

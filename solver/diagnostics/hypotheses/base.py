@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from .distance import source_of
-from .kinds import Block, Kind, Parameters
+from .kinds import Block, Kind, Parameters, sample_named
 from .scene import DISTANCE_WEIGHT, Scene
 
 SIDE, MOST_CUTS = 2, 100
@@ -83,10 +83,7 @@ def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parame
 
 
 def _moved(p: Parameters) -> str:
-    return (
-        f"the base moved by {1e3 * p['size']:.1f} mm before sample {p['sample'] + 1} of "
-        f"socket {p['socket']}"
-    )
+    return f"the base moved by {1e3 * p['size']:.1f} mm before {sample_named(p)}"
 
 
 def _between(p: Parameters) -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from .base import changes
-from .kinds import Block, Kind, Parameters
+from .kinds import Block, Kind, Parameters, sample_named
 from .scene import Scene
 
 ZEROS, LOST, GAINS, LAGS = (0.03, 0.2), (3e-3, 0.05), (0.02,), (3e-3, 0.05)
@@ -72,10 +72,7 @@ ZERO = Kind(
 ZERO_LOST = Kind(
     "zero_lost",
     0.03,
-    lambda p: (
-        f"{p['joint']} is off by {_degrees(p)} from sample {p['sample'] + 1} of socket "
-        f"{p['socket']} on"
-    ),
+    lambda p: f"{p['joint']} is off by {_degrees(p)} from {sample_named(p)} on",
     "home the joint again, and record it again",
     "move the joint to its zero mark, and read what it says",
     code="zero",

@@ -75,6 +75,12 @@ def sized(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameter
     return {**parameters, "size": float(np.linalg.norm(values))}
 
 
+def sample_named(p: Parameters) -> str:
+    """Return a sample by its number as recorded, or where there is none by that in its socket."""
+    number = p.get("number")
+    return f"sample {number}" if number else f"sample {p['sample'] + 1} of socket {p['socket']}"
+
+
 @dataclass(frozen=True)
 class Kind:
     """A kind of explanation; what it says is formatted with its parameters."""

@@ -266,12 +266,14 @@ class Scene:
         """The rows of all samples' residuals."""
         return slice(0, 3 * len(self.q))
 
-    def sample(self, place: int, row: int) -> tuple[int, int]:
-        """Return socket and number of a sample of a placement, by its row."""
+    def sample(self, place: int, row: int) -> dict[str, int]:
+        """Return socket, number in it, and number as recorded, if any, of a placement's sample."""
         at = self.places[place].start + row
-        return self.labels[int(self.sockets[at])][1], int(self.numbers[at])
+        recorded = self.measurements[place].placement.samples[int(self.times[place][row])]
+        socket = self.labels[int(self.sockets[at])][1]
+        return {"socket": socket, "sample": int(self.numbers[at]), "number": recorded.number}
 
     def first_from(self, place: int, rank: int) -> dict[str, object]:
         """Return placement, socket and number of the first sample from a time on."""
-        socket, number = self.sample(place, int(self.rows_in_time[place][rank]))
-        return {"placement": self.measurements[place].name, "socket": socket, "sample": number}
+        row = int(self.rows_in_time[place][rank])
+        return {"placement": self.measurements[place].name, **self.sample(place, row)}

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from .kinds import Block, Kind, Parameters
+from .kinds import Block, Kind, Parameters, sample_named
 from .scene import Scene
 
 NEARER = 0.3
@@ -34,21 +34,22 @@ def mixed_up(scene: Scene) -> Iterable[Block]:
 
 
 def _named(scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray) -> dict[str, object]:
-    socket, sample = scene.sample(place, int(rows[0]))
-    number = scene.sample(place, int(rows[-1]))[1]
+    first, last = scene.sample(place, int(rows[0])), scene.sample(place, int(rows[-1]))
     at = int(nearest[scene.places[place].start + rows[0]])
     name, other = scene.labels[at]
     of = scene.measurements[place].name
     return {
         "placement": of,
-        "socket": socket,
-        "sample": sample,
-        "last": number,
+        **first,
+        "last": last["sample"],
+        "last_number": last["number"],
         "samples": len(rows),
         "other": other,
         "of": "" if name == of else name,
         "size": float(
-            np.linalg.norm(scene.centres[at] - scene.centres[scene.labels.index((of, socket))])
+            np.linalg.norm(
+                scene.centres[at] - scene.centres[scene.labels.index((of, first["socket"]))]
+            )
         ),
     }
 
@@ -57,12 +58,14 @@ def _text(p: Parameters) -> str:
     of = f" of {p['of']}" if p["of"] else ""
     away = f"{1e3 * p['size']:.1f} mm from the others"
     if p["samples"] == 1:
-        return f"sample {p['sample'] + 1} of socket {p['socket']} lies in socket {p['other']}{of}"
-    if p["samples"] == p["last"] - p["sample"] + 1:
+        return f"{sample_named(p)} lies in socket {p['other']}{of}"
+    run = p["samples"] == p["last"] - p["sample"] + 1
+    if run and p.get("number"):
+        words = f"samples {p['number']} to {p['last_number']} lie"
+    elif run:
         words = f"samples {p['sample'] + 1} to {p['last'] + 1} of socket {p['socket']} lie"
     else:
-        words = f"{p['samples']} samples, the first sample {p['sample'] + 1} of socket "
-        words += f"{p['socket']}, lie"
+        words = f"{p['samples']} samples, the first {sample_named(p)}, lie"
     return f"{words} in socket {p['other']}{of}, {away}"
 
 
