@@ -34,8 +34,8 @@ SURE = 0.1
 ALL = {"samples", "distances"}
 OPEN = ("distance", "scaled", "version")
 """Explanations that leave the arm's size open."""
-LEAST = 20
-"""Samples below which any model explains them."""
+LEAST, MORE = 8, 20
+"""Samples below which any model explains them, and below which only errors are told."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +120,9 @@ def explain(model: RigidModel, scene: Scene) -> Explanation:
         sound_log = max(o.log for o in options if o.name == "sound")
         own = [o for o in own if likely == "ball_sample" and o.log > sound_log] or own[:1]
         found = [o.finding(shares[likely]) for o in own]
+        if len(scene.q) < MORE and found[0].level != "error":
+            listed = listed if findings else ()
+            break
         if "placement" not in found[0].hypothesis.parameters:
             if told & own[0].residuals:
                 break  # what is left of one cause of all looks like another

@@ -5,16 +5,21 @@ from pathlib import Path
 import numpy as np
 
 from ...recorder import read_placement
-from ...solver.assessment import ValidityPosterior, odds_of
+from ...solver.assessment import ValidityPosterior, checks_row, judge, odds_of, repeatability_of
 from ...solver.calibration import Calibration
 from ...solver.data import measure
+from ...solver.diagnostics import inspect_all
 from ...solver.robot import BallModel, Robot
 from .guidance_process import limit_for
 from .outlier_checks import wrong_model_check
+from .session_alarms import SERVO_ARMS
+
+FAILED = 1
+"""Exit status of what is surely wrong."""
 
 
-def worth_calibrating(robot: Robot, folder: Path) -> str:
-    """Return a text on the arm's error by its model, and on the worth of calibrating it.
+def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
+    """Return a text on the arm's error by its model, or on what is wrong, and the exit status.
 
     Args:
         robot: The nominal robot.
@@ -22,8 +27,17 @@ def worth_calibrating(robot: Robot, folder: Path) -> str:
     """
     placement = read_placement(folder).for_joints(robot.joint_names)
     if odd := wrong_model_check(robot)(placement.samples):
-        return odd[0].upper() + odd[1:]
+        return odd[0].upper() + odd[1:], FAILED
     measured = measure(placement, robot, sockets=1)
+    survey = inspect_all(
+        robot,
+        [measured],
+        zeros=robot.name in SERVO_ARMS,
+        repeatability=repeatability_of(robot, None),
+    )
+    found = judge([checks_row(survey.diagnostics)], causes=survey.hypotheses)
+    if found.status == "fail":
+        return f"Verdict: {found.title}. {found.text}", found.exit_status
     balls = BallModel(robot, []).points(np.zeros(0), measured.positions)
     away = np.linalg.norm(balls - balls.mean(axis=0), axis=1)
     error, good = float(away.mean()), limit_for(robot)
@@ -32,7 +46,8 @@ def worth_calibrating(robot: Robot, folder: Path) -> str:
         f"By its model the ball scatters by {1e3 * error:.2f} mm about one point (mean of "
         f"{len(away)} poses, {1e3 * away.max():.2f} mm at most). A calibrated arm of this kind "
         f"keeps within {1e3 * good:.2f} mm: {verdict}. Its size was not looked at; that takes two "
-        "sockets."
+        "sockets.",
+        0,
     )
 
 

@@ -178,7 +178,12 @@ def test_two_minutes_tell_whether_to_calibrate(session: Path, tmp_path: Path, sc
     assert few.status == 3 and "Too few poses to tell" in few.output
     other = ["a*10 q", "--quick", "--robot", "iiwa14"]
     done = scripted(tmp_path / "other", *other, hand=session / "front")
-    assert "This moves like a " in done.output
+    assert done.status == 1 and "This moves like a " in done.output
+    rows = [s.position for s in read(session / "front").samples if s.socket == 0]
+    off = tmp_path / "hand.csv"
+    off.write_text("\n".join(",".join(map(str, (*q[:3], q[3] + 0.15, *q[4:]))) for q in rows))
+    done = scripted(tmp_path / "off", "a*10 q", "--quick", hand=off)
+    assert done.status == 1 and "Verdict: FAIL" in done.output, done.output
 
 
 @pytest.mark.slow

@@ -69,8 +69,9 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
         terminal.say(f"Too few poses to tell: record {LEAST_POSES} at least.")
         return NOT_ENOUGH
     if known is None:
-        terminal.say(recording.worth_calibrating(robot, settled.out))
-        return 0
+        words, status = recording.worth_calibrating(robot, settled.out)
+        terminal.say(words)
+        return status
     odds = recording.verify_calibration(known, settled.out)
     terminal.say(f"Verdict: {odds.verdict.stamp}. {odds.text}")
     return odds.verdict.exit_status
