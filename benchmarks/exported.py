@@ -55,7 +55,7 @@ class Timid(InverseKinematics):
         for _ in range(6):
             start = q + generator.normal(0, self.step, (8, len(q)))
             start = start.clip(self.lower + 1e-3, self.upper - 1e-3)
-            necks = self._linear(start)[0][:, 3:]
+            necks = self.ball_and_neck(start)[0][:, 3:]
             upright = necks[:, 2] < -np.cos(0.95 * MAX_TILT)
             targets = np.concatenate([np.tile(point, (8, 1)), necks], axis=1)[upright]
             found, arrived = self._follow(start[upright], targets)

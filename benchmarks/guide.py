@@ -4,6 +4,7 @@
     python benchmarks/guide.py --arms 6             fewer
     python benchmarks/guide.py --goal-mm 1          sessions that go on to, or stop at, this goal
     python benchmarks/guide.py --recordings DIR     choosing among the poses of real recordings
+    python benchmarks/guide.py --travel             how far a hand leads the arm from pose to pose
 
 A simulated arm differs from its model by 2 mm and 5 mrad a joint; each sample has 0.1 mm of noise.
 The operator's travel from pose to pose, and so the spread of the poses, match real recordings:
@@ -29,8 +30,8 @@ import numpy as np
 from mukca.recorder import Placement, Sample, read_placements
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import ExtendedModel, Noise, extend
-from mukca.solver.data import RobotRecordings, measure, observe_all
-from mukca.solver.design import expected_groups, from_fit, from_prior, workspace_of
+from mukca.solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe_all
+from mukca.solver.design import Workspace, expected_groups, from_fit, from_prior, workspace_of
 from mukca.solver.robot import (
     BallModel,
     InverseKinematics,
@@ -67,7 +68,7 @@ class Hand:
         for _ in range(40 if q is not None else 0):
             start = q + self.generator.normal(0, spread, (8, len(q)))
             start = np.clip(start, self.guide.lower + 1e-3, self.guide.upper - 1e-3)
-            pose, _ = self.guide._linear(start)
+            pose, _ = self.guide.ball_and_neck(start)
             seats = np.tile(socket, (8, 1)) + self.generator.normal(0, NOISE, 3)
             found, arrived = self.guide._follow(start, np.concatenate([seats, pose[:, 3:]], axis=1))
             leans = pose[:, 5] < -np.cos(np.deg2rad(55))
@@ -128,6 +129,82 @@ def truth(arm: Robot, found: Posterior, test: Placement) -> tuple[float, float, 
     off = lengths[1] - lengths[0]
     predicted = from_fit(found).deviations(workspace_of(found.model, found.x))
     return float(np.mean(errors)), _rms(off), _rms(off / predicted)
+
+
+TRAVELLED = ("panda", "ur5e", "iiwa14", "xarm7")
+
+
+def travel(names: list[str], i: int) -> np.ndarray:
+    """Return figures of 12 + 12 in sixes, planned, and of the nearest of the best, 12 and then 12.
+
+    For each of both: travel of the base joint, of the joint that travels most, of all, steps of
+    more than 120 degrees, the median step [deg], both errors, and steps with the ball lifted.
+    """
+    robot = load_robot(names[i % len(names)])
+    generator = np.random.default_rng([i, 4])
+    arm = perturb(robot, generator, 2e-3, 5e-3)
+    (base,) = reachable_bases(arm, generator, 1)
+    blocks = [0] * 6 + [1] * 6
+    model = extend(robot, choose_parameters(robot))
+    where = workspace_of(model, np.zeros(model.size))
+    along = (base.sockets[1] - base.sockets[0]) / np.linalg.norm(base.sockets[1] - base.sockets[0])
+    figures = []
+    for planned, order in ((True, blocks * 2), (False, sorted(blocks * 2))):
+        hand = Hand(arm, np.random.default_rng([i, 5]))
+        coach = PoseSelector(robot, 0.05, goal_for(robot))
+        samples: list[Sample] = []
+        q, target, lifted = None, None, 0
+        for socket in order:
+            spread = STEP if target is None else AIM
+            q = hand.lead(q if target is None else np.array(target), base.sockets[socket], spread)
+            samples.append(Sample(tuple(q.tolist()), socket, number=len(samples) + 1))
+            following = order[min(len(samples), len(order) - 1)]
+            if planned:
+                advice = coach.advise(samples, following, q)
+                target, lifted = advice.target, lifted + advice.lift
+            else:
+                target = nearest(coach, samples, following, q, where)
+        known = from_prior(model, expected_groups(model), Noise(NOISE, 0.0), 2)
+        known = known.with_lengths({0: -along, 1: along}, CALIPER_DEVIATION)
+        for sample in samples:
+            known = known.with_samples(np.array([sample.position]), sample.socket)
+        own = known.covariance[: model.size, : model.size]
+        turned = np.rad2deg(np.abs(np.diff([s.position for s in samples], axis=0)))
+        total, most = turned.sum(axis=0), turned.max(axis=1)
+        figures.append(
+            [total[0], total.max(), total.sum(), (most > 120).sum(), np.median(most),
+             known.error(where), np.trace(own @ where.shape) ** 0.5, lifted]
+        )  # fmt: skip
+    return np.array(figures)
+
+
+def nearest(
+    coach: PoseSelector, samples: list[Sample], socket: int, q: np.ndarray, where: Workspace
+) -> tuple[float, ...] | None:
+    """Return the nearest of the poses that teach nearly most; None before a socket's first."""
+    if all(s.socket != socket for s in samples):
+        return None
+    poses = coach._candidates(samples, socket)[:120]
+    counts = [sum(s.socket == k for s in samples) for k in (0, 1)]
+    known = coach._covariance(samples, coach._fitted(samples, counts))
+    gains = known.variance_reduction(poses, socket, where.shape)
+    far = np.abs(poses - q).max(axis=1)
+    far[gains < 0.85 * gains.max()] = np.inf
+    return tuple(poses[int(np.argmin(far))].tolist())
+
+
+def compare_travel(count: int, names: list[str], workers: Workers) -> None:
+    found = np.array(workers.map(partial(travel, names), range(count * len(names))))
+    print("planned in sixes over nearest of the best, 12 and then 12\n"
+          "arm        base joint  worst joint  all joints   steps > 120 deg   median step   error  "
+          "without scale  lifted")  # fmt: skip
+    ratios = found[:, 0] / found[:, 1].clip(1e-9)
+    rows = [(name, slice(i, None, len(names))) for i, name in enumerate(names)]
+    for name, own in [*rows, ("all", slice(None))]:
+        r, (new, old) = ratios[own].mean(axis=0), found[own].mean(axis=0)
+        print(f"{name:<10} {r[0]:10.2f} {r[1]:12.2f} {r[2]:11.2f} {new[3]:6.1f} of {old[3]:4.1f}, "
+              f"{found[own, 0, 3].max():2.0f} {new[4]:6.0f} of {old[4]:3.0f} {r[5]:7.2f} "
+              f"{r[6]:14.2f} {new[7]:7.1f}")  # fmt: skip
 
 
 def _rms(values: np.ndarray) -> float:
@@ -231,6 +308,7 @@ def main() -> None:
     parser.add_argument("--arms", type=int, default=24)
     parser.add_argument("--robots", nargs="+", help="instead of all that are shipped")
     parser.add_argument("--goal-mm", type=float, help="instead of the coach's own")
+    parser.add_argument("--travel", action="store_true", help="--arms of each robot")
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--each", type=int, default=15)
     parser.add_argument("--draws", type=int, default=200)
@@ -238,6 +316,9 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.recordings:
         recorded(arguments.recordings, arguments.each, arguments.draws)
+    elif arguments.travel:
+        names = arguments.robots or list(TRAVELLED)
+        compare_travel(arguments.arms, names, read_options(arguments).workers)
     else:
         names = arguments.robots or list(shipped_robots())
         simulate(arguments.arms, names, arguments.goal_mm, read_options(arguments).workers)

@@ -73,7 +73,7 @@ def seated(
 ) -> np.ndarray:
     """Return a pose with the ball in its seat, near another or anywhere."""
     if near is not None:
-        pose, _ = guide._linear(near[None])
+        pose, _ = guide.ball_and_neck(near[None])
         found, arrived = guide._follow(
             near[None], np.concatenate([seat[None], pose[:, 3:]], axis=1)
         )

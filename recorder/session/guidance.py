@@ -84,6 +84,8 @@ class Advice:
     """True if it is not reached, and more samples at this placement would hardly help."""
     target: tuple[float, ...] | None = None
     """The configuration that would improve it most."""
+    lift: bool = False
+    """True if the ball must leave its socket on the way to the target."""
     gain: float = 0.0
     """Share by which the target would lower the predicted error."""
     alarms: tuple[Alarm, ...] = ()

@@ -34,6 +34,8 @@ every joint. Ctrl-C ends the session too. The same --out continues it."""
 
 _PLAIN = str.maketrans(dict(zip("█▀▄▮╷─├┤┃◆▸°·…→", "##=i'-[]|<>d.~>", strict=True)))
 _WIDTH, _USUAL = 60, 80
+_NEAR = math.radians(3)
+"""A joint that is this near to the proposed pose need not move."""
 
 
 def rows_needed(joints: int) -> int:
@@ -162,19 +164,21 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
 
 
 def _hint(view: View, width: int) -> list[Text]:
-    """The next pose in words, for the two joints that are farthest from it."""
+    """The next pose in words: each joint that must move, in the order of the chain."""
     target = view.advice.target if view.advice else None
     if view.advice and (view.advice.enough or view.advice.exhausted):
         lines = [part for line in view.advice.closing for part in textwrap.wrap(line, width - 2)]
         return [Text(f" {line}", style="bold cyan") for line in lines]
     if target is None or view.position is None or (view.advice and view.advice.leave):
         return []
-    away = zip(view.session.joints, target, view.position, strict=True)
-    far = sorted(((b - a, joint) for joint, b, a in away), key=lambda pair: -abs(pair[0]))[:2]
-    turns = ", ".join(
-        f"{joint.name} {'up' if by > 0 else 'down'} by {joint.shown(abs(by))}" for by, joint in far
-    )
-    return [Text(_fit(f" next best ◆: {turns}", width), style="bold cyan")]
+    turns = [
+        f"{joint.name} {'up' if to > now else 'down'} by {joint.shown(abs(to - now))}"
+        for joint, to, now in zip(view.session.joints, target, view.position, strict=True)
+        if abs(to - now) > _NEAR
+    ]
+    lift = "lift the ball out for this one: " if view.advice and view.advice.lift else ""
+    text = f"next best ◆: {lift}{', '.join(turns) or 'here'}"
+    return [Text(f" {line}", style="bold cyan") for line in textwrap.wrap(text, width - 2)]
 
 
 def _joints(view: View, width: int) -> list[Text]:

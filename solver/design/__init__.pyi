@@ -16,5 +16,6 @@ from .plan_placements import Plan as Plan
 from .plan_placements import curve_advice as curve_advice
 from .plan_placements import picture as picture
 from .plan_placements import plan as plan
+from .pose_route import plan_poses as plan_poses
 from .reachability import Reach as Reach
 from .reachability import skeleton as skeleton

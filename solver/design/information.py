@@ -122,9 +122,12 @@ class ParameterCovariance:
             socket: The socket that the ball is in.
             moments: Moments that hold the joints, shape (N, 3 m) [N m]; None for a rigid arm.
         """
+        return self._updated(self.whitened(q, socket, moments).reshape(-1, len(self.covariance)))
+
+    def whitened(self, q: np.ndarray, socket: int, moments: np.ndarray | None = None) -> np.ndarray:
+        """Return A of (D1) for each of some samples as its noise were 1, shape (N, 3, n)."""
         A, C = self._sample_rows(q, socket, moments)
-        whitened = np.linalg.inv(np.linalg.cholesky(C)) @ A
-        return self._updated(whitened.reshape(-1, len(self.covariance)))
+        return np.linalg.inv(np.linalg.cholesky(C)) @ A
 
     def variance_reduction(self, q: np.ndarray, socket: int, G: np.ndarray) -> np.ndarray:
         """Return the share by which each of some samples would lower the mean variance (D2).
@@ -161,11 +164,18 @@ class ParameterCovariance:
         return rows, self.noise.as_gaussian(by_joints)
 
     def _updated(self, A: np.ndarray) -> "ParameterCovariance":
-        """Return the same after measurements with derivatives A and noise 1 (Kalman's update)."""
-        cross = A @ self.covariance
-        S = cross @ A.T + np.eye(len(A))
-        kept = self.covariance - cross.T @ np.linalg.solve(S, cross)
-        return replace(self, covariance=0.5 * (kept + kept.T))
+        return replace(self, covariance=updated(self.covariance, A))
+
+
+def updated(covariance: np.ndarray, A: np.ndarray, sign: int = 1) -> np.ndarray:
+    """Return a covariance after measurements with derivatives A and noise 1 (Kalman's update).
+
+    With sign -1, without measurements that are in it.
+    """
+    cross = A @ covariance
+    S = cross @ A.T + sign * np.eye(len(A))
+    kept = covariance - cross.T @ np.linalg.solve(S, cross)
+    return 0.5 * (kept + kept.T)
 
 
 def from_prior(

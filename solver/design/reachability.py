@@ -13,6 +13,12 @@ TABLE = 0.03
 """Least height of each link's frame above the table [m]."""
 MOVES = 0.15
 """A frame that moves by less than this is part of the robot's foot [m]."""
+STEPS = 16
+"""Steps of a way from pose to pose that are looked at."""
+OFF = 1e-3
+"""The ball is this near to its seat on a way that it follows [m]."""
+LEAN = np.deg2rad(58)
+"""Lean of the ball's neck on a way; the printed socket allows 60 deg [rad]."""
 FOOT = 0.03
 """The ball's centre is about so high above the table [m]."""
 
@@ -54,12 +60,41 @@ class Reach:
                 break
         return reached[:count]
 
-    def _allowed(self, q: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    def _allowed(self, q: np.ndarray, centre: np.ndarray, apart: float = MARGIN) -> np.ndarray:
         """Return a mask of poses that are clear of the limits and of the table, shape (N,)."""
-        margin = MARGIN * (self._guide.upper - self._guide.lower)
+        margin = apart * (self._guide.upper - self._guide.lower)
         inside = np.all((q > self._guide.lower + margin) & (q < self._guide.upper - margin), axis=1)
         height = self._frames(q)[0].reshape(len(q), -1, 3)[:, self._moving, 2]
         return inside & np.all(height > min(0.0, centre[2] - FOOT) + TABLE, axis=1)
+
+    def seated(self, start: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Return which poses are reached from one while the ball stays in its socket, shape (N,).
+
+        All joints turn evenly, as far as the ball lets them.
+
+        Args:
+            start: The pose now, shape (m,).
+            ends: Poses of the same socket, shape (N, m).
+        """
+        q = np.tile(start, (len(ends), 1))
+        seats = [self._guide.ball_and_neck(some)[0][:, :3] for some in (q, ends)]
+        largest = 3 * np.abs(ends - start).max(axis=1) / STEPS + 1e-3
+        followed: list[np.ndarray] = []
+        for left in range(STEPS, 1, -1):
+            seat = seats[1] + (seats[0] - seats[1]) * (left - 1) / STEPS
+            here = q + (ends - q) / left
+            for _ in range(3):
+                pose, J = self._guide.ball_and_neck(here)
+                slope, short = J[:, :3], (seat - pose[:, :3])[:, :, None]
+                JJ = slope @ slope.transpose(0, 2, 1) + 1e-6 * np.eye(3)
+                here = here + (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, short))[:, :, 0]
+            pose, _ = self._guide.ball_and_neck(here)
+            at_seat = np.linalg.norm(seat - pose[:, :3], axis=1) < OFF
+            steady = np.abs(here - q).max(axis=1) < largest
+            clear = self._allowed(here, seats[1][0], 0.0)
+            followed += [at_seat, steady, clear, pose[:, 5] < -np.cos(LEAN)]
+            q = here
+        return np.all([*followed, np.abs(ends - q).max(axis=1) < largest], axis=0)
 
     @cached_property
     def _moving(self) -> np.ndarray:

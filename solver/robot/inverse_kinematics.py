@@ -104,7 +104,7 @@ class InverseKinematics:
         beyond = np.maximum(self.lower - q, q - self.upper).max(axis=1)
         rest = np.union1d(moving, np.flatnonzero(beyond < MARGIN))
         self._iterate(q, targets, rest, near=True)
-        pose = self._linear(q[rest])[0]
+        pose = self.ball_and_neck(q[rest])[0]
         error = targets[rest] - pose
         exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
         tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
@@ -130,13 +130,13 @@ class InverseKinematics:
     def _newton_step(self, q: np.ndarray, targets: np.ndarray, near: bool) -> np.ndarray:
         """Return the change of each row of q; far from the target it is damped."""
         rows = 3 if near and not self._leans_freely else 6
-        pose, J = self._linear(q)
+        pose, J = self.ball_and_neck(q)
         error, slope = (targets - pose)[:, :rows], J[:, :rows]
         JJ = slope @ slope.transpose(0, 2, 1) + (1e-10 if near else 1e-4) * np.eye(rows)
         dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
         return dq * np.minimum(1.0, MAX_STEP / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
 
-    def _linear(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def ball_and_neck(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
         N, m = q.shape
         pose, by_q = self._pose(q)

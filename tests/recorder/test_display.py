@@ -131,6 +131,17 @@ def test_a_simple_terminal_shows_the_advice_once_and_rings() -> None:
     assert "next best ◆: elbow up by 40.1°" in text.getvalue()
 
 
+def test_each_joint_that_must_move_is_named_in_the_order_of_the_chain() -> None:
+    session = Session(tuple(JointLimits(name, -1, 2) for name in ("base", "elbow", "wrist")))
+    advice = Advice(3, 0, 4e-4, 3e-4, target=(-0.2, 0.01, 1.2), lift=True)
+    text = io.StringIO()
+    with Lines(Console(file=text, force_terminal=True, color_system=None, width=200)) as lines:
+        lines.show(replace(VIEW, session=session, position=(0.0, 0.0, 0.0), advice=advice))
+    assert (
+        "lift the ball out for this one: base down by 11.5°, wrist up by 68.8°" in text.getvalue()
+    )
+
+
 def test_without_a_terminal_the_help_is_there_when_it_is_asked_for() -> None:
     text = io.StringIO()
     with Lines(Console(file=text)) as lines:

@@ -9,9 +9,11 @@ import pytest
 from mukca.solver.bayes.model import Noise, extend
 from mukca.solver.design import (
     ParameterCovariance,
+    Reach,
     Workspace,
     expected_groups,
     from_prior,
+    plan_poses,
     workspace_of,
 )
 from mukca.solver.robot import choose_parameters, load_robot, workspace
@@ -84,3 +86,25 @@ def test_what_poses_are_chosen_by_leaves_the_scale_out(
     by_scale[lengths] = known.model.ball.nominal[lengths]
     fixed = 0.05 * float(by_scale @ where.mean @ by_scale)
     assert float(by_scale @ where.shape @ by_scale) < fixed
+
+
+@pytest.mark.slow
+def test_planned_poses_teach_as_much_as_the_best_by_a_shorter_way(
+    known: ParameterCovariance, where: Workspace
+) -> None:
+    reach, order = Reach(known.model.robot), ([0] * 4 + [1] * 4) * 2
+    pools = {k: reach.poses(np.array([0.4, 0.05 * k, 0.1]), 200) for k in (0, 1)}
+    planned = plan_poses(known, where, pools, order)
+    greedy, best = known, []
+    for k in order:
+        gains = greedy.variance_reduction(pools[k], k, where.shape)
+        best.append(pools[k][int(np.argmax(gains))])
+        greedy = greedy.with_samples(best[-1][None], k)
+    for q, k in zip(planned, order, strict=True):
+        assert (pools[k] == q).all(axis=1).any()
+        known = known.with_samples(q[None], k)
+    assert known.error(where) < 1.1 * greedy.error(where)
+    travel = [np.abs(np.diff(way, axis=0)).sum() for way in (planned, best)]
+    assert travel[0] < 0.7 * travel[1]
+    rest = plan_poses(known, where, pools, order[-3:], planned[-4], planned[-3:])
+    assert len(rest) == 3

@@ -20,6 +20,7 @@ from ...solver.design import (
     from_fit,
     from_prior,
     next_base_advice,
+    plan_poses,
     workspace_of,
 )
 from ...solver.paper import NotConverged
@@ -45,10 +46,8 @@ MIN_GAIN = 0.03
 """Share of the predicted error: if the best next sample gains less, the placement is exhausted."""
 PLATEAU, PLATEAU_SAMPLES = 0.06, 3
 """It is also exhausted if the last few samples gained less than this share."""
-CANDIDATES = 120
+CANDIDATES = 600
 """Number of compared poses."""
-NEARLY = 0.85
-"""Of the poses with at least this share of the best one's gain, the nearest is proposed."""
 SEAT = Noise(1e-4, 0.0)
 """Noise of a sample, before there are enough to estimate it [m]."""
 
@@ -62,6 +61,7 @@ class PoseSelector:
         goal: Of the predicted error of distances [m].
         sockets: Number of the base's sockets.
         earlier: Placements that were recorded before with this arm.
+        turn: Farthest that a joint is led from where the session began [rad].
     """
 
     def __init__(
@@ -71,11 +71,13 @@ class PoseSelector:
         goal: float,
         sockets: int = 2,
         earlier: Sequence[Placement] = (),
+        turn: float = np.inf,
     ) -> None:
         self._robot = robot
         self._distance = distance
         self._goal = goal
         self._sockets = sockets
+        self._turn = turn
         self._model = extend(robot, choose_parameters(robot))
         self._nominal = np.zeros(self._model.size)
         self._reach = Reach(robot)
@@ -83,6 +85,7 @@ class PoseSelector:
         self._alarms = SessionAlarms(robot)
         self._earlier = tuple(earlier)
         self._history: dict[int, float] = {}
+        self._route: tuple[list[int], np.ndarray] | None = None
 
     def advise(
         self, samples: Sequence[Sample], socket: int, position: Sequence[float] | None = None
@@ -94,22 +97,25 @@ class PoseSelector:
         where = workspace_of(self._model, self._nominal if posterior is None else posterior.x)
         predicted = known.error(where)
         self._history[len(samples)] = predicted if posterior is not None else np.inf
-        target, gain = self._next(known, where, samples, socket, position)
+        order = self._order(samples, socket)
+        target, gain = self._next(known, where, samples, order, position)
         predicted = predicted if posterior is None else MARGIN * predicted
         alarms = self._alarms([*self._earlier, self._placement(samples)])
         fewest = 0 if posterior is None else min(counts[:2])
         reached = fewest >= MIN_ENOUGH and predicted <= self._goal
         spent = fewest >= SHARE and self._exhausted(known, where, samples, gain)
-        run = list(takewhile(lambda s: s.socket == socket, reversed(samples)))
+        stays = bool(samples) and samples[-1].socket == order[0]
+        lift = stays and target is not None and self._lifted(samples, position, target)
         advice = Advice(
             count=len(samples),
             socket=socket,
             predicted=predicted,
             goal=self._goal,
-            leave=not (reached or spent) and self._sockets > 1 and len(run) >= BLOCK,
+            leave=not (reached or spent) and self._sockets > 1 and _run(samples, socket) >= BLOCK,
             enough=reached and not alarms,
             exhausted=spent and not reached,
             target=target,
+            lift=lift,
             gain=gain,
             alarms=alarms,
         )
@@ -185,27 +191,51 @@ class PoseSelector:
         where = workspace_of(self._model, known.x)
         return next_base_advice(known, where, self._reach, here, self._distance)
 
+    def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
+        """Return the sockets of the samples to come: the rest of a block, and further blocks."""
+        count = max(SHARE * self._sockets - len(samples), BLOCK)
+        begun = min(_run(samples, socket), BLOCK)
+        return [(socket + (begun + i) // BLOCK) % self._sockets for i in range(count)]
+
     def _next(
         self,
         known: ParameterCovariance,
         where: Workspace,
         samples: Sequence[Sample],
-        socket: int,
+        order: list[int],
         position: Sequence[float] | None,
     ) -> tuple[tuple[float, ...] | None, float]:
-        """Return the pose that would lower the predicted error most, and the share of its gain."""
-        poses = self._candidates(samples, socket)
-        if not len(poses):
+        """Return the next pose of a short way, and the gain of the pose that teaches most."""
+        pools = {k: self._candidates(samples, k) for k in dict.fromkeys(order)}
+        reached = [pool for pool in pools.values() if len(pool)]
+        if not reached:
             return None, 0.0
-        gains = known.variance_reduction(poses, socket, where.shape)
-        best = int(np.argmax(gains))
-        if position is not None:
-            far = np.abs(poses - np.array(position)).max(axis=1)
-            far[gains < NEARLY * gains[best]] = np.inf
-            best = int(np.argmin(far))
+        # a socket without a sample is near the others
+        pools = {k: pool if len(pool) else reached[0] for k, pool in pools.items()}
+        start = None if position is None else np.array(position)
+        way = plan_poses(known, where, pools, order, start, self._rest(order))
+        self._route = order, way
+        poses = pools[order[0]]
+        best = int(np.argmax(known.variance_reduction(poses, order[0], where.shape)))
+        gain = known.variance_reduction(poses[best : best + 1], order[0], where.mean)
         # of variance; of the deviation it is half as much
-        gain = known.variance_reduction(poses[best : best + 1], socket, where.mean)
-        return tuple(poses[best].tolist()), 1 - float(np.sqrt(1 - gain.max()))
+        return tuple(way[0].tolist()), 1 - float(np.sqrt(1 - gain.max()))
+
+    def _rest(self, order: list[int]) -> np.ndarray | None:
+        """Return what is left of the way before; None where the sockets to come are others."""
+        before, way = self._route or ([], np.zeros((0, 0)))
+        for done in (0, 1):
+            left = before[done:]
+            if left and left == order[: len(left)]:
+                return way[done:]
+        return None
+
+    def _lifted(
+        self, samples: Sequence[Sample], position: Sequence[float] | None, target: Sequence[float]
+    ) -> bool:
+        """Return whether the ball must leave its socket on the way to a pose."""
+        start = samples[-1].position if position is None else position
+        return not self._reach.seated(np.array(start), np.array([target]))[0]
 
     def _candidates(self, samples: Sequence[Sample], socket: int) -> np.ndarray:
         """Return poses with the ball in a socket, shape (N, m); none before its first sample."""
@@ -213,8 +243,15 @@ class PoseSelector:
             centre = self._centre(samples, socket)
             if centre is None:
                 return np.zeros((0, len(self._robot.actuated)))
-            self._poses[socket] = self._reach.poses(centre, CANDIDATES)
+            poses = self._reach.poses(centre, CANDIDATES)
+            near = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
+            self._poses[socket] = poses[near] if near.any() else poses
         return self._poses[socket]
+
+
+def _run(samples: Sequence[Sample], socket: int) -> int:
+    """Return how many of the last samples lie in a socket."""
+    return len(list(takewhile(lambda s: s.socket == socket, reversed(samples))))
 
 
 def _is_whole(placement: Placement) -> bool:

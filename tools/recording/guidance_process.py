@@ -11,6 +11,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...recorder import Placement, Sample
 from ...recorder.session import Advice, GuidanceRequest
 from ...solver.assessment import ARMS, RESOLUTION, known_arm, predicted_limit
@@ -112,6 +114,7 @@ class BackgroundGuidance(WorkerProcess):
         sockets: Number of sockets.
         goal: Of the predicted error of distances [m].
         earlier: Placements that were recorded before with this arm.
+        turn: Farthest that a joint is led from where the session began [deg]; None for any.
     """
 
     def __init__(
@@ -121,8 +124,10 @@ class BackgroundGuidance(WorkerProcess):
         sockets: int,
         goal: float,
         earlier: Sequence[Placement] = (),
+        turn: float | None = None,
     ) -> None:
-        super().__init__(_advise, robot.model_arguments(), distance, goal, sockets, earlier)
+        far = np.inf if turn is None else np.deg2rad(turn)
+        super().__init__(_advise, robot.model_arguments(), distance, goal, sockets, earlier, far)
 
     def ask(self, request: GuidanceRequest) -> None:
         """Make a request; never waits."""
@@ -141,11 +146,12 @@ def _advise(
     goal: float,
     sockets: int,
     earlier: Sequence[Placement],
+    turn: float,
 ) -> None:
     """Answer requests in the worker."""
     from .guidance import PoseSelector
 
-    selector = PoseSelector(load_robot(**robot), distance, goal, sockets, earlier)
+    selector = PoseSelector(load_robot(**robot), distance, goal, sockets, earlier, turn)
     closing: tuple[str, ...] = ()
     while True:
         request: GuidanceRequest = pipe.recv()

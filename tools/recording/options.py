@@ -75,6 +75,11 @@ class RecordOptions(RobotOptions):
         "MM",
         between=(1e-3, 1e3),
     )
+    turn: float | None = _guide(
+        "lead no joint farther than this from where the session began, for cables",
+        "DEG",
+        between=(30, 360),
+    )
     page: bool = _guide(
         "show the same on a page, read-only, for a tablet beside the arm; its address is on the "
         "screen",

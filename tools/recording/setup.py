@@ -93,7 +93,7 @@ def _guidance(
 ) -> BackgroundGuidance:
     goal = goal_for(robot, options.goal_mm)
     guidance = BackgroundGuidance(
-        options, options.distance, options.sockets, goal, earlier.placements
+        options, options.distance, options.sockets, goal, earlier.placements, options.turn
     )
     return stack.enter_context(closing(guidance))
 

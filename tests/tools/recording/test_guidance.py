@@ -132,22 +132,23 @@ def test_another_arm_is_known_by_how_it_moves(samples: list[Sample]) -> None:
     assert "this moves like a panda" in told
 
 
-def test_the_nearest_of_the_good_poses_is_proposed(
-    coach: PoseSelector, samples: list[Sample]
-) -> None:
-    anywhere = coach.advise(samples[:8], 0)
-    assert not anywhere.alarms and anywhere.target is not None
-    targets: set[object] = set()
-    for sample in samples[:4]:
-        advised = coach.advise(samples[:8], 0, sample.position)
-        assert away(advised.target, sample) <= away(anywhere.target, sample)
-        targets.add(advised.target)
-    assert len(targets) > 1
+@pytest.mark.slow
+def test_no_joint_is_led_farther_than_the_cables_allow(panda: Robot, samples: list[Sample]) -> None:
+    def farthest(turn: float) -> float:
+        selector = PoseSelector(panda, 0.05, 1e-6, turn=turn)
+        targets = [selector.advise(samples[:n], 0).target for n in range(1, 5)]
+        return float(np.abs(np.array(targets, float) - samples[0].position).max())
+
+    assert farthest(1.2) <= 1.2 < farthest(np.inf)
 
 
-def away(target: tuple[float, ...] | None, sample: Sample) -> float:
-    assert target is not None
-    return float(np.abs(np.array(target) - sample.position).max())
+def test_the_ball_is_lifted_where_no_way_keeps_it_in_its_socket(panda: Robot) -> None:
+    reach = Reach(panda)
+    q = reach.poses(np.array([0.5, 0.0, 0.1]), 60)
+    seated = reach.seated(q[0], q)
+    assert seated[0] and not seated.all()
+    near = np.abs(q - q[0]).max(axis=1)
+    assert near[seated].mean() < near[~seated].mean()
 
 
 @pytest.fixture
