@@ -60,7 +60,8 @@ def measure(model: FullModel, q: np.ndarray) -> list[str]:
     targets = poses[:, :3].reshape(-1, 12)
     regular = np.linalg.svd(model.jacobian(q), compute_uv=False)[:, -1] > 0.01
     solver: PoseSolver = model.kinematics().arm.solver("pose")
-    solver.solve(targets, starts(model, q, 0.1))  # what it computes with is made now
+    for off in STARTS:
+        solver.solve(targets, starts(model, q, off))  # what it computes with is made now
     words: list[str] = []
     for off in STARTS:
         near = starts(model, q, off)

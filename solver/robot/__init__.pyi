@@ -23,9 +23,11 @@ from .parameters import Parameter as Parameter
 from .parameters import all_parameters as all_parameters
 from .parameters import choose_parameters as choose_parameters
 from .pose_model import PoseModel as PoseModel
+from .pose_solver import NEAR as NEAR
 from .pose_solver import NO_TOOL as NO_TOOL
 from .pose_solver import ROUNDS as ROUNDS
 from .pose_solver import SETTLED as SETTLED
+from .pose_solver import STUCK as STUCK
 from .pose_solver import TOLERANCE as TOLERANCE
 from .pose_solver import PoseSolver as PoseSolver
 from .pose_solver import Solutions as Solutions

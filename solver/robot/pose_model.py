@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from .chain import Joint
-from .kinematics import across, link_frames, rotation
+from .kinematics import across, link_frames, rotation, rotation_rpy
 from .urdf import Robot
 
 
@@ -27,6 +27,8 @@ class PoseModel:
     """True positions of the joints, shape (m,) [rad]; their tilts follow where there are any."""
     joints: tuple[Joint, ...]
     """The chain, from the base to the ball."""
+    origins: Any
+    """Their origins, one after the other, 6 numbers each [m, rad]."""
     frames: tuple[tuple[Any, Any], ...]
     """Rotation and position of each joint's child link in the base frame."""
 
@@ -48,7 +50,7 @@ class PoseModel:
         q = ca.SX.sym("q", len(robot.actuated))
         true = q if correct is None else correct(q)
         places = ca.DM((robot.origins if origins is None else origins).ravel())
-        return cls(q, true, robot.joints, tuple(link_frames(robot.joints, places, true)))
+        return cls(q, true, robot.joints, places, tuple(link_frames(robot.joints, places, true)))
 
     @property
     def true_positions(self) -> Any:
@@ -83,20 +85,21 @@ class PoseModel:
         """
         m, count = self.q.numel(), self.corrected.numel()
         columns = [ca.DM.zeros(6)] * count
-        moving = 0
+        moving, before = 0, ca.DM.eye(3)
         for i, (one, (R, p)) in enumerate(zip(self.joints, self.frames, strict=True)):
+            # the same products as in link_frames, so that they are computed once
+            upright, before = before @ rotation_rpy(self.origins[6 * i + 3 : 6 * i + 6]), R
             if not one.actuated or i > joint:
                 continue
-            axes = [ca.DM(one.axis)]
-            if count > m:  # from the link back: turns about c, then b, then the joint's own axis
+            axes = [upright @ ca.DM(one.axis)]
+            if count > m:
                 b, c = across(one.axis)
-                upright = rotation(c, -self.corrected[2 * m + moving])
-                before = upright @ rotation(b, -self.corrected[m + moving])
-                axes = [before @ axes[0], upright @ ca.DM(b), ca.DM(c)]
-            for k, axis in enumerate(axes):
-                along, still = R @ axis, ca.DM.zeros(3)
+                slides = one.type == "prismatic"
+                own = upright if slides else upright @ rotation(one.axis, self.corrected[moving])
+                axes += [own @ ca.DM(b), R @ ca.DM(c)]
+            for k, along in enumerate(axes):
                 slides = k == 0 and one.type == "prismatic"
                 turned = ca.vertcat(ca.cross(along, point - p), along)
-                columns[k * m + moving] = ca.vertcat(along, still) if slides else turned
+                columns[k * m + moving] = ca.vertcat(along, ca.DM.zeros(3)) if slides else turned
             moving += 1
         return ca.horzcat(*columns)

@@ -15,6 +15,9 @@ TOLERANCE = 1e-10
 SETTLED = 1e-3
 """A smaller step toward the preferred posture is the last one [rad]."""
 ROUNDS = 60
+STUCK, NEAR = 20, 1e-5
+"""Near a pose, by the square of what is left, so many rounds that do not halve what is left end a
+search: the joints fold there, or a limit is in the way."""
 STARTS = 8
 """New starts of a pose at a time, among which the nearest solution is taken."""
 SPREADS = (0.3, 0.6, 1.2, *[np.inf] * 13)
@@ -78,22 +81,25 @@ class PoseSolver:
                 start.
             tool: Pose of the tool on the link, the rows of [R | p], shape (12,).
         """
-        N = len(near)
+        N, m = len(near), len(self.lower)
         q = np.clip(near, self.lower, self.upper)
-        aim = (q if prefer is None else prefer).copy()
-        best, least = q.copy(), np.full((N, 2), np.inf)
-        rounds, moving = np.zeros(N, dtype=int), np.arange(N)
+        rows = np.concatenate([q, targets, q if prefer is None else prefer], axis=1)
+        best, least, rounds = q, np.full((N, 2), np.inf), np.zeros(N, dtype=int)
+        moving, total, stuck = np.arange(N), np.full(N, np.inf), np.zeros(N, dtype=int)
         for _ in range(ROUNDS):
-            rows = np.concatenate([q[moving], targets[moving], aim[moving]], axis=1)
-            left, change = self._step(rows, tool)
-            better = np.sum(left**2, axis=1) <= np.sum(least[moving] ** 2, axis=1)
-            best[moving[better]], least[moving[better]] = q[moving[better]], left[better]
-            settled = np.abs(change).max(axis=1, initial=0) < SETTLED
+            left, change, longest = self._step(rows, tool)
+            settled = longest < SETTLED
             done = settled & (left.max(axis=1) < TOLERANCE)
-            best[moving[done]], least[moving[done]] = q[moving[done]], left[done]
-            q[moving] += change
-            aim[moving[settled]] = q[moving[settled]]
-            moving = moving[~done]
+            now = np.square(left) @ np.ones(2)
+            better = done | (now <= total)
+            stuck = np.where((now < total / 4) | (total > NEAR), 0, stuck + 1)
+            best[moving[better]], least[moving[better]] = rows[better, :m], left[better]
+            total = np.fmin(now, total)
+            rows[:, :m] += change
+            rows[settled, m + 12 :] = rows[settled, :m]
+            stay = ~done & (stuck < STUCK)
+            if not stay.all():
+                moving, rows, total, stuck = moving[stay], rows[stay], total[stay], stuck[stay]
             if not moving.size:
                 break
             rounds[moving] += 1
@@ -145,16 +151,20 @@ class PoseSolver:
         upper = np.where(wide, np.minimum(self.upper, near + np.pi), self.upper)
         return generator.uniform(lower, upper)
 
-    def _step(self, rows: np.ndarray, tool: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is left at q, and the step; limits cost only rows that come to them."""
+    def _step(
+        self, rows: np.ndarray, tool: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what is left at q, the step, and its longest; limits cost rows that meet them."""
         m = len(self.lower)
         left, change = self._free(rows, tool)
         after = rows[:, :m] + change
-        outside = np.any((after < self.lower) | (after > self.upper), axis=1)
-        outside |= ~(np.abs(change).max(axis=1, initial=0) <= MAX_STEP)
+        longest = np.abs(change).max(axis=1, initial=0)
+        outside = ((after < self.lower) | (after > self.upper)).any(axis=1)
+        outside |= ~(longest <= MAX_STEP)
         if outside.any():
             change[outside] = self._limited(rows[outside], tool, self.lower, self.upper)[0]
-        return left, change
+            longest[outside] = np.abs(change[outside]).max(axis=1, initial=0)
+        return left, change, longest
 
     @cached_property
     def _free(self) -> ColumnFunction:

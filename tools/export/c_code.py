@@ -17,9 +17,11 @@ from jinja2 import Environment, FileSystemLoader
 
 from ...solver.results import CalibratedRobot
 from ...solver.robot import (
+    NEAR,
     NO_TOOL,
     ROUNDS,
     SETTLED,
+    STUCK,
     TOLERANCE,
     PoseModel,
     Robot,
@@ -184,6 +186,7 @@ def _filled(template: str, request: Request, about: list[str], **words: object) 
     lines = [_plain(line) for line in [*request.identity.lines(), *about]]
     names = {"arm": name, "ARM": name.upper()}
     names |= {"rounds": str(ROUNDS), "tolerance": f"{TOLERANCE:g}", "settled": f"{SETTLED:g}"}
+    names |= {"stuck": str(STUCK), "near": f"{NEAR:g}"}
     return environment.get_template(template).render(about=lines, **names, **words).encode()
 
 
