@@ -1,3 +1,4 @@
+from .base_placement import in_words as in_words
 from .base_placement import next_base_advice as next_base_advice
 from .expected_accuracy import ErrorMap as ErrorMap
 from .expected_accuracy import JointEffect as JointEffect

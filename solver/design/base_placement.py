@@ -1,5 +1,7 @@
 """Places of the socket base, and the accuracy that recording there would bring."""
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,14 +10,20 @@ from ..data import CALIPER_DEVIATION, SEAT_DEVIATION
 from .information import ParameterCovariance, Workspace
 from .reachability import Reach
 
+MANY = 200
+"""Poses of each socket from which those are taken that are near each other."""
 POSES = 20
 """Reachable poses of each socket, among which the samples are chosen."""
 SAMPLES = 12
 """Samples in each socket of the placement that is proposed."""
 ANGLES = np.deg2rad([-90, -45, 0, 45, 90])
 """Directions in which the base may stand, from the robot's front, which is x."""
-LONG = 0.2
-"""The longer base that is compared [m]."""
+HEIGHTS = (0.0, 0.1)
+"""Above the first place, on a block [m]."""
+LONG = 0.15
+"""The longer base that is compared [m]; print-parts makes one of 152 mm at most."""
+NEAR = 0.015
+"""A way that is shorter is not worth a word [m]."""
 KNOWN = 1e-4
 """Standard deviation of a measured distance between two bases [m]."""
 
@@ -38,22 +46,50 @@ class Site:
 def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray) -> Site | None:
     """Return a place for a base about a centre, along a unit vector; None where few poses reach."""
     centres = np.array([centre - 0.5 * distance * along, centre + 0.5 * distance * along])
-    poses = [reach.poses(c, POSES) for c in centres]
-    if min(map(len, poses)) < POSES // 4:
+    wanted = POSES if np.isinf(reach.turn) else MANY
+    zero, one = (reach.poses(c, wanted) for c in centres)
+    if np.isfinite(reach.turn) and min(len(zero), len(one)):
+        # a session begins where most poses of both sockets are near
+        near = np.abs(zero[:, None] - np.concatenate([zero, one])).max(axis=2) <= reach.turn
+        near = near[int(np.argmax(near.sum(axis=1)))]
+        zero, one = zero[near[: len(zero)]][:POSES], one[near[len(zero) :]][:POSES]
+    if min(len(zero), len(one)) < POSES // 4:
         return None
-    return Site(centres, (poses[0], poses[1]))
+    return Site(centres, (zero, one))
 
 
 def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site]:
-    """Return places as far from the robot's axis, and as high, as one that is known."""
+    """Return places as far from the robot's axis as one that is known, as high, and higher."""
     radius = float(np.hypot(centre[0], centre[1]))
     sites: list[Site | None] = []
-    for angle in ANGLES:
+    for angle, height in itertools.product(ANGLES, HEIGHTS):
         away = np.array([np.cos(angle), np.sin(angle), 0.0])
-        place = radius * away + np.array([0.0, 0.0, centre[2]])
+        place = radius * away + np.array([0.0, 0.0, centre[2] + height])
         if np.linalg.norm(place - centre) >= 0.3 * radius:
             sites.append(site_at(reach, place, distance, np.array([-away[1], away[0], 0.0])))
     return [site for site in sites if site is not None]
+
+
+def in_words(here: Sequence[float], there: Sequence[float]) -> str:
+    """Return the way from one place of the base to another, as seen from the robot.
+
+    Args:
+        here: In the robot's base frame, shape (3,) [m].
+        there: Likewise.
+    """
+    (x, y, z), (u, v, w) = here, there
+    before, after = float(np.hypot(x, y)), float(np.hypot(u, v))
+    angle = float(np.arctan2(x * v - y * u, x * u + y * v))
+    around = 2 * before * abs(np.sin(0.5 * angle))
+    words: list[str] = []
+    if around > NEAR:
+        words.append(f"{around:.2f} m to the {'left' if angle > 0 else 'right'}")
+        words[0] += " around the robot" if abs(angle) > np.deg2rad(30) else ""
+    if abs(after - before) > NEAR:
+        words.append(f"{abs(after - before):.2f} m {'farther' if after > before else 'nearer'}")
+    if abs(w - z) > NEAR:
+        words.append(f"{100 * abs(w - z):.0f} cm {'higher' if w > z else 'lower'}")
+    return ", ".join(words) or "here"
 
 
 def unit(offset: np.ndarray) -> np.ndarray:
@@ -122,12 +158,11 @@ def next_base_advice(
     site, then = best_site(known, sites, where, SAMPLES, unit(here[1] - here[0]))
     centre, u = site.centres.mean(axis=0), unit(site.centres[0] - here[0])
     tied = then.with_lengths({0: -u, known.sockets: u}, KNOWN)
-    longer = site_at(reach, centre, LONG, site.along)
+    longer = site_at(reach, centre, LONG, site.along) if distance < LONG else None
     now, brings, with_tie = (f"{1e3 * one.error(where):.2f} mm" for one in (known, then, tied))
-    x, y, z = centre
     lines = [
-        f"Here distances in the workspace are known to {now}. A second placement near "
-        f"x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m brings {brings};",
+        f"Here distances in the workspace are known to {now}. A second placement, seen from the "
+        f"robot {in_words(here.mean(axis=0), centre)}, brings {brings};",
         f"with the distance between both bases measured to 0.1 mm {with_tie}"
         + (";" if longer else "."),
     ]

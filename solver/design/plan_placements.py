@@ -31,13 +31,22 @@ class Plan:
     """Of its middle in the robot's base frame [m]."""
     errors: tuple[float, ...]
     """Predicted errors of distances after each placement [m]."""
+    turn: float | None = None
+    """Farthest that a joint turns from where a session began [deg]; None for any."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
-        return {"distance": self.distance, "places": self.places, "predicted": self.errors}
+        return {
+            "distance": self.distance,
+            "turn": self.turn,
+            "places": self.places,
+            "predicted": self.errors,
+        }
 
 
-def plan(robot: Robot, distance: float, placements: int, samples: int) -> Plan:
+def plan(
+    robot: Robot, distance: float, placements: int, samples: int, turn: float | None = None
+) -> Plan:
     """Return the best places of a base, and the predicted errors.
 
     Args:
@@ -45,13 +54,14 @@ def plan(robot: Robot, distance: float, placements: int, samples: int) -> Plan:
         distance: Between the base's sockets [m].
         placements: Their number at most.
         samples: Number in each socket.
+        turn: Farthest that a joint may turn from where a session began [deg]; None for any.
 
     Raises:
         SimulationError: The arm reaches no place for the base.
     """
     model = extend(robot, choose_parameters(robot))
     where = workspace_of(model, np.zeros(model.size))
-    reach = Reach(robot)
+    reach = Reach(robot, turn=np.inf if turn is None else np.deg2rad(turn))
     first = _first(robot, reach, distance)
     known = from_prior(model, expected_groups(model), NOISE, 0)
     sites, after = [first], [with_site(known, first, where, samples)]
@@ -64,6 +74,7 @@ def plan(robot: Robot, distance: float, placements: int, samples: int) -> Plan:
         distance,
         tuple(as_point(site.centres.mean(axis=0).round(3)) for site in sites),
         tuple(known.error(where) for known in after),
+        turn,
     )
 
 

@@ -29,10 +29,11 @@ class Reach:
     Args:
         robot: The nominal robot.
         seed: Of the random starts.
+        turn: Farthest that a joint may turn from where a session began [rad].
     """
 
-    def __init__(self, robot: Robot, seed: int = 0) -> None:
-        self.robot = robot
+    def __init__(self, robot: Robot, seed: int = 0, turn: float = np.inf) -> None:
+        self.robot, self.turn = robot, turn
         self._guide = InverseKinematics(robot)
         self._generator = np.random.default_rng(seed)
 

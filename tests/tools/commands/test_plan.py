@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import pytest
 
 from mukca import load_robot
-from mukca.solver.design import curve_advice
+from mukca.solver.design import curve_advice, in_words
 from mukca.tools.cli import main
 
 WORDS = ["plan", "--robot", "ur3e", "--placements", "2", "--samples", "4"]
@@ -33,6 +33,23 @@ def test_a_plan_is_a_table_a_picture_and_json(
     texts = [e.text for e in ElementTree.parse(file).iter() if e.tag.endswith("text")]
     assert f"{1e3 * plans[0]['predicted'][1]:.2f} mm" in texts
     assert main(words) == 2
+
+
+@pytest.mark.slow
+def test_what_short_cables_cost_stands_beside(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--turn", "60", "--distance", "0.1", "--placements", "1", "--json", "--processes", "1"]
+    assert main([*WORDS, *words]) == 0
+    said = capsys.readouterr()
+    free, bound = json.loads(said.out)["plans"]
+    assert (free["turn"], bound["turn"]) == (None, 60) and "100 mm, within 60 deg" in said.err
+    assert bound["predicted"][0] > 1.05 * free["predicted"][0]
+
+
+def test_the_way_to_another_place_is_told_as_seen_from_the_robot() -> None:
+    assert in_words((0.5, 0.0, 0.1), (0.4, 0.3, 0.2)) == (
+        "0.32 m to the left around the robot, 10 cm higher"
+    )
+    assert in_words((0.0, 0.5, 0.1), (0.1, 0.4, 0.1)) == "0.12 m to the right, 0.09 m nearer"
 
 
 @pytest.mark.parametrize(

@@ -119,10 +119,13 @@ def test_the_goal_is_what_solve_asks(name: str, mm: float | None, goal: float) -
 @pytest.mark.slow
 def test_another_placement_is_weighed(coach: PoseSelector, samples: list[Sample]) -> None:
     words = coach.closing(samples)
-    assert "A second placement near" in words[0] and "measured to 0.1 mm" in words[1]
+    assert (
+        "A second placement, seen from the robot 0." in words[0]
+        and "measured to 0.1 mm" in words[1]
+    )
     now = float(words[0].split(" known to ")[1].split()[0])
     then, tied = (float(line.split()[-2]) for line in words[:2])
-    assert now > then > tied
+    assert now > then > tied and "sockets 150 mm apart" in words[2]
 
 
 def test_another_arm_is_known_by_how_it_moves(samples: list[Sample]) -> None:

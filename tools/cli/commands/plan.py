@@ -1,5 +1,6 @@
 """``mukca plan``: what bases, placements and samples would bring, before the first print."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -18,6 +19,11 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
     distance: Sequence[float] = option(
         "of the base's sockets, in metres", "M", (0.1, 0.15, 0.05), between=(0.01, 1)
     )
+    turn: float | None = option(
+        "no joint farther than this from where a session begins, for cables, and what that costs",
+        "DEG",
+        between=(30, 360),
+    )
     out: Path | None = option("write a picture of the placements", "FILE.svg", group="output")
     force: bool = option("overwrite the picture", default=False, group="output")
 
@@ -28,12 +34,14 @@ def run(options: Options, terminal: Terminal) -> int:
         results.refuse_existing(options.out.parent, [options.out.name], force=options.force)
     robot = options.load_robot()
     work = partial(design.plan, robot, placements=options.placements, samples=options.samples)
-    with terminal.progress(len(options.distance)) as progress:
-        plans = options.workers.map(
-            work,
-            options.distance,
-            lambda i: progress(f"sockets {1e3 * options.distance[i]:g} mm apart"),
-        )
+    plans: list[design.Plan] = []
+    for turn in [None] if options.turn is None else [None, options.turn]:
+        with terminal.progress(len(options.distance)) as progress:
+            plans += options.workers.map(
+                partial(work, turn=turn),
+                options.distance,
+                lambda i: progress(f"sockets {1e3 * options.distance[i]:g} mm apart"),
+            )
     _show(plans, options, terminal)
     if options.out:
         results.write_files(
@@ -56,8 +64,11 @@ def _show(plans: "list[design.Plan]", options: Options, terminal: Terminal) -> N
     for one in plans:
         cells = [f"{1e3 * error:.2f}" for error in one.errors]
         cells += ["-"] * (options.placements - len(cells))
-        rows.append([f"{1e3 * one.distance:g} mm", *cells])
+        within = "" if one.turn is None else f", within {one.turn:g} deg"
+        rows.append([f"{1e3 * one.distance:g} mm{within}", *cells])
     title = f"Predicted error of distances [mm], {options.samples} samples a socket"
     terminal.console.print(table(title, heads, rows))
-    places = ", then ".join("x {:+.2f} y {:+.2f} z {:+.2f} m".format(*p) for p in plans[0].places)
-    terminal.say(f"Placements, in this order: {places}; in the frame of the robot's base.")
+    first, *_ = places = plans[0].places
+    moves = [design.in_words(*pair) for pair in itertools.pairwise(places)]
+    texts = ["x {:+.2f} y {:+.2f} z {:+.2f} m in the frame of the robot's base".format(*first)]
+    terminal.say(f"Placements, in this order: {', then '.join([*texts, *moves])}.")
