@@ -20,6 +20,10 @@ class RecordingError(MukcaError):
     """A recording cannot be read or written, or is not as it must be; the message says where."""
 
 
+class EmptyRecordingError(RecordingError):
+    """A file that holds no configuration yet."""
+
+
 @dataclass(frozen=True)
 class Table:
     """Numbers from a CSV file, with the line each row stands on."""
@@ -36,7 +40,8 @@ def read_table(file: Path, *, units: bool = False) -> Table:
     """Read a file of finite numbers, with or without a header line.
 
     Cells are separated by commas, semicolons, tabs, or blanks, as the first line tells; by
-    anything but commas, a number may have a decimal comma.
+    anything but commas, a number may have a decimal comma. Separators at the ends of all lines
+    are left out.
 
     Args:
         file: The file.
@@ -49,12 +54,14 @@ def read_table(file: Path, *, units: bool = False) -> Table:
     try:
         text = _uncommented(file.read_text(encoding="utf-8-sig"))
         records = _records(text)
+        while records and all(len(row) > 1 and not row[-1].strip() for _, row in records):
+            records = [(line, row[:-1]) for line, row in records]
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error):
         raise RecordingError(f"{file}: not a text file of comma-separated numbers") from None
     if not records:
-        raise RecordingError(f"{file}: empty; expected one configuration a line")
+        raise EmptyRecordingError(f"{file}: empty; expected one configuration a line")
     header = _header(file, *records[0])
     named = None
     if header:
@@ -62,7 +69,9 @@ def read_table(file: Path, *, units: bool = False) -> Table:
         if units and records and not any(map(_is_number, records[0][1])):
             named = tuple(cell.strip() for cell in records.pop(0)[1])
     if not records:
-        raise RecordingError(f"{file}: only a header; expected one configuration a line below it")
+        raise EmptyRecordingError(
+            f"{file}: only a header; expected one configuration a line below it"
+        )
     width = len(header or records[0][1])
     rows = tuple(_numbers(file, line, row, width) for line, row in records)
     return Table(file, header, tuple(line for line, _ in records), rows, named)

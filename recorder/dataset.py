@@ -9,12 +9,13 @@ A *placement* is one position of the socket base, and the folder with the sample
 import re
 from collections.abc import Iterable
 from dataclasses import replace
+from operator import mul
 from pathlib import Path
 
-from .csv_files import RecordingError, read_table
+from .csv_files import EmptyRecordingError, RecordingError, Table, read_table
 from .metadata import METADATA, read_keys
-from .placement import Placement
-from .points import POINTS, POSES, read_points
+from .placement import SOCKETS, Placement
+from .points import POINTS, POSES, joint_columns, read_points
 from .samples import SAMPLES, Sample, read_samples
 
 _FILES = (SAMPLES, POINTS, POSES)
@@ -84,11 +85,23 @@ def read_placements(*paths: str | Path) -> list[Placement]:
 
     Raises:
         RecordingError: No path is given, a folder holds no recording, or a file is empty or
-            malformed; the message names file and line.
+            malformed; the message names file and line. An empty one among others in a folder of
+            placements is skipped, and the first placement's remarks say so.
     """
     if not paths:
         raise RecordingError("no placement is given; name at least one folder of recordings")
-    return [read_placement(folder) for folder in find_placements(map(Path, paths))]
+    read, skipped = list[Placement](), list[str]()
+    named = {Path(path) for path in paths}
+    for folder in find_placements(map(Path, paths)):
+        try:
+            read.append(read_placement(folder))
+        except EmptyRecordingError as error:
+            if folder in named:
+                raise
+            skipped.append(f"{error}; the folder is skipped")
+    if not read:
+        raise RecordingError(skipped[0])
+    return [replace(read[0], remarks=(*read[0].remarks, *skipped)), *read[1:]]
 
 
 def read_placement(folder: Path) -> Placement:
@@ -138,7 +151,7 @@ def _read_recorded(folder: Path) -> Placement:
     file = folder / SAMPLES
     content = read_samples(file)
     if not content.live:
-        raise RecordingError(f"{file}: holds no sample")
+        raise EmptyRecordingError(f"{file}: holds no sample")
     torn = f"{file}: the last line was torn off by a crash and is not read"
     return Placement(
         name=placement_name(folder),
@@ -152,8 +165,16 @@ def _read_recorded(folder: Path) -> Placement:
 def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
     if not holes:
         raise RecordingError(f"{folder}: no recording in this folder")
-    tables = [(socket, read_table(file)) for socket, file in holes]
+    tables, skipped = list[tuple[int, Table]](), list[EmptyRecordingError]()
+    for socket, file in holes:
+        try:
+            tables.append((socket, read_table(file)))
+        except EmptyRecordingError as error:
+            skipped.append(error)
+    if skipped and len(tables) < SOCKETS:
+        raise skipped[0]
     first = tables[0][1]
+    names, scales = joint_columns(first)
     for _, table in tables[1:]:
         if table.header != first.header:
             raise RecordingError(f"{table.file}:1: another header than in {first.file.name}")
@@ -163,15 +184,16 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
                 f"but {first.file.name} has {len(first.rows[0])}"
             )
     samples = tuple(
-        Sample(position=row, socket=socket, where=f"{table.file}:{line}")
+        Sample(tuple(map(mul, row, scales)), socket, where=f"{table.file}:{line}")
         for socket, table in tables
         for line, row in zip(table.lines, table.rows, strict=True)
     )
     return Placement(
         name=placement_name(folder),
         samples=samples,
-        joint_names=first.header,
-        files=tuple(file for _, file in holes),
+        joint_names=names,
+        files=tuple(table.file for _, table in tables),
+        remarks=tuple(f"{error}; the file is skipped" for error in skipped),
     )
 
 

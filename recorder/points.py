@@ -1,8 +1,9 @@
 """``points.csv`` and ``poses.csv``: joint positions, and what an instrument measured there.
 
 A header of the joints' names in any order, and x, y, z [m], the ball's position in the instrument's
-frame; ``poses.csv`` has the orientation of its link besides: a unit quaternion qx, qy, qz, qw, a
-rotation vector rx, ry, rz [rad], or a rotation matrix r11, r12, r13, r21, .. r33 by rows.
+frame; ``points.csv`` may lack it, its joints being in the robot's order. ``poses.csv`` has the
+orientation of its link besides: a unit quaternion qx, qy, qz, qw, a rotation vector rx, ry, rz
+[rad], or a rotation matrix r11, r12, r13, r21, .. r33 by rows.
 Other units stand in the header, as ``x [mm]`` or ``JOINT [deg]``.
 """
 
@@ -10,7 +11,7 @@ import math
 import re
 from pathlib import Path
 
-from .csv_files import RecordingError, comment_line, read_table
+from .csv_files import RecordingError, Table, comment_line, read_table
 from .placement import Placement
 from .samples import Sample
 
@@ -38,7 +39,10 @@ def read_points(file: Path, name: str) -> Placement:
             message names file and line.
     """
     table = read_table(file)
-    columns = [_COLUMN.fullmatch(cell.strip()) for cell in table.header or ()]
+    width = len(table.rows[0]) - len(_AXES)
+    bare = table.header is None and file.name == POINTS and width > 0
+    header = [*map(str, range(width)), *_AXES] if bare else table.header or ()
+    columns = [_COLUMN.fullmatch(cell.strip()) for cell in header]
     names = [None if column is None else column[1] for column in columns]
     forms = (_QUATERNION, _VECTOR, _MATRIX) if file.name == POSES else ((),)
     turns = next((form for form in forms if set(form) <= set(names)), forms[0])
@@ -64,10 +68,18 @@ def read_points(file: Path, name: str) -> Placement:
     return Placement(
         name=name,
         samples=tuple(samples),
-        joint_names=tuple(str(names[i]) for i in joints),
+        joint_names=None if bare else tuple(str(names[i]) for i in joints),
         files=(file,),
         poses_of=next((meaning for meaning, word in _MEANINGS if word in comment), None),
     )
+
+
+def joint_columns(table: Table) -> tuple[tuple[str, ...] | None, list[float]]:
+    """Return the names of a table's columns without their units, and these in radians or metres."""
+    columns = [_COLUMN.fullmatch(cell) for cell in table.header or ()]
+    known = [column for column in columns if column is not None]
+    names = None if table.header is None else tuple(column[1] for column in known)
+    return names, [_scale(table.file, column) for column in known] or [1.0] * len(table.rows[0])
 
 
 def _scale(file: Path, column: re.Match[str]) -> float:

@@ -39,9 +39,10 @@ def check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> Non
             raise MeasurementError(
                 f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
             )
-        guess = "are these degrees" if abs(positions).max() > 2 * np.pi else "is it another robot"
+        degrees = "are these degrees? a header of JOINT [deg] is read as such"
+        guess = degrees if abs(positions).max() > 2 * np.pi else "is it another robot?"
         raise MeasurementError(
-            f"{text}; angles are radians ({guess}?), in the order of the chain's joints"
+            f"{text}; angles are radians ({guess}), in the order of the chain's joints"
         )
     if excess[row, column] > _BARELY_OUTSIDE:
         warnings.append(text)

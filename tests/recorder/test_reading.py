@@ -118,6 +118,40 @@ def test_bad_files_are_told_with_file_and_line(tmp_path: Path, text: str, told: 
     assert "hole_0.csv" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# j1,j2,j3\n1,2,3\n",
+        "j1\tj2\tj3\t\n1\t2\t3\t\n",
+        "j1,j2,j3,\n1,2,3,\n",
+        "1;2,0;3;\n",
+        "j2 [deg],j1,j3\n114.591559026165,1,3\n",
+    ],
+)
+def test_files_of_others_are_read_as_they_meant_them(tmp_path: Path, text: str) -> None:
+    placement = read(holes(tmp_path, text, text)).for_joints(NAMES)
+    assert placement.positions[0] == pytest.approx([1, 2, 3], abs=1e-12)
+
+
+def test_a_placement_without_a_sample_is_skipped_beside_others(tmp_path: Path) -> None:
+    holes(tmp_path / "good", "1,2,3\n")
+    (tmp_path / "good/hole_2.csv").write_text("a,b,c\n")
+    empty = holes(tmp_path / "begun", "a,b,c\n", "a,b,c\n")
+    (placement,) = mukca.read_placements(tmp_path)
+    assert placement.sockets.max() == 1 and len(placement.remarks) == 2
+    assert "hole_2.csv: only a header" in placement.remarks[0]
+    assert "begun/hole_0.csv: only a header" in placement.remarks[1]
+    with pytest.raises(mukca.MukcaError, match="only a header"):
+        mukca.read_placements(empty)
+
+
+def test_points_need_no_header(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text("1,2,3,0.1,0.2,0.3\n")
+    placement = read(tmp_path).for_joints(NAMES)
+    assert placement.samples[0].position == (1, 2, 3)
+    assert placement.samples[0].point == (0.1, 0.2, 0.3)
+
+
 @pytest.mark.parametrize("name", ["hole_0.csv", "samples.csv"])
 def test_a_binary_file_is_told(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"\xff\xfe\x00\x01\n" * 50)
